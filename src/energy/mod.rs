@@ -1,0 +1,126 @@
+//! Energies of the rod's small pieces, and their derivatives.
+//!
+//! Every element states its energy once, generic over the [`Scalar`], and beside it the gradient
+//! and Hessian derived by hand. [`Derivatives`] chooses which of the two routes the simulation
+//! takes: the hand-derived formulas, or num-dual's differentiation of the energy. They agree to
+//! rounding, and `rodfit check` proves it on any scene.
+//!
+//! Read [`stretch`] first: it is the simplest complete element.
+
+pub mod dead_load;
+pub mod planar_bend;
+pub mod stretch;
+
+pub use dead_load::DeadLoad;
+pub use planar_bend::PlanarBend;
+pub use stretch::Stretch;
+
+use crate::scalar::{Nestable, Scalar};
+use nalgebra::SVector;
+use num_dual::{Dual2SVec, Dual64, DualSVec};
+use serde::{Deserialize, Serialize};
+
+/// An energy of `N` unknowns, written once for every number type. Implement it to have your own
+/// energy differentiated and checked ([`crate::check`]).
+pub trait Energy<const N: usize> {
+    /// The energy in J at the unknowns `q`.
+    fn energy<D: Scalar>(&self, q: &[D; N]) -> D;
+}
+
+/// An [`Energy`] with derivatives derived by hand.
+pub trait Analytic<const N: usize>: Energy<N> {
+    /// dE/dq.
+    fn gradient(&self, q: &[f64; N]) -> [f64; N];
+    /// d2E/dq2, all of the symmetric matrix.
+    fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N];
+}
+
+/// Which derivatives the simulation uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Derivatives {
+    /// The hand-derived formulas: fast.
+    #[default]
+    Hand,
+    /// num-dual's derivatives of the energy: the definition, and the judge of the formulas.
+    Dual,
+}
+
+/// A gradient and a Hessian with respect to an element's own `N` unknowns.
+#[derive(Clone, Copy, Debug)]
+pub struct Local<D, const N: usize> {
+    /// dE/dq.
+    pub gradient: [D; N],
+    /// d2E/dq2, all of the symmetric matrix.
+    pub hessian: [[D; N]; N],
+}
+
+/// A piece of the rod with `N` unknowns whose parameters (stiffness, natural strain) are numbers
+/// of type `D`, so that derivatives with respect to parameters come as easily as those with
+/// respect to unknowns.
+pub trait Element<D: Scalar, const N: usize>: Copy {
+    /// Name in reports.
+    const NAME: &'static str;
+    /// The same element with parameters of another number type.
+    type Over<E: Scalar>: Element<E, N>;
+
+    /// Converts every parameter.
+    fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Self::Over<E>;
+    /// The energy, J: the definition of the element.
+    fn energy(&self, q: &[D; N]) -> D;
+    /// dE/dq, derived by hand.
+    fn gradient(&self, q: &[D; N]) -> [D; N];
+    /// dE/dq and d2E/dq2, derived by hand.
+    fn tangent(&self, q: &[D; N]) -> Local<D, N>;
+    /// Derivative of the gradient along a change of the parameters, at fixed unknowns. `element`
+    /// carries the parameters and, in the dual part, their change.
+    fn gradient_rate(element: &Self::Over<Dual64>, q: &[f64; N]) -> [f64; N];
+}
+
+/// dE/dq of an element by num-dual.
+pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
+    element: &E,
+    q: &[D; N],
+) -> [D; N] {
+    let lifted = element.map(DualSVec::<D, N>::from_re);
+    let energy = |q: SVector<DualSVec<D, N>, N>| lifted.energy(&q.data.0[0]);
+    num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
+}
+
+/// dE/dq and d2E/dq2 of an element by num-dual.
+pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
+    element: &E,
+    q: &[D; N],
+) -> Local<D, N> {
+    let lifted = element.map(Dual2SVec::<D, N>::from_re);
+    let energy = |q: SVector<Dual2SVec<D, N>, N>| lifted.energy(&q.data.0[0]);
+    let (_, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
+    Local { gradient: gradient.data.0[0], hessian: hessian.data.0 }
+}
+
+/// [`Element::gradient_rate`] by num-dual.
+pub fn dual_gradient_rate<E: Element<Dual64, N>, const N: usize>(
+    element: &E,
+    q: &[f64; N],
+) -> [f64; N] {
+    dual_gradient(element, &q.map(Dual64::from)).map(|g| g.eps)
+}
+
+/// Makes an element with `f64` parameters an [`Analytic`] energy, as a user's own would be.
+#[derive(Clone, Copy, Debug)]
+pub struct AsEnergy<E>(pub E);
+
+impl<E: Element<f64, N>, const N: usize> Energy<N> for AsEnergy<E> {
+    fn energy<D: Scalar>(&self, q: &[D; N]) -> D {
+        self.0.map(D::from).energy(q)
+    }
+}
+
+impl<E: Element<f64, N>, const N: usize> Analytic<N> for AsEnergy<E> {
+    fn gradient(&self, q: &[f64; N]) -> [f64; N] {
+        self.0.gradient(q)
+    }
+    fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N] {
+        self.0.tangent(q).hessian
+    }
+}

@@ -1,0 +1,183 @@
+//! Bending at one inner node in the plane.
+//!
+//! Energy (Eq. 1b): `E = 1/2 (EI/dl) (k - k_natural)^2`, with the Voronoi length `dl` and the
+//! integrated curvature `k = 2 tan(phi/2)` of the turning angle `phi` between the edges `e` and
+//! `f`, positive counter-clockwise.
+//!
+//! `tan(phi/2)` is `sin/(1 + cos)` for turns up to a right angle and `(1 - cos)/sin` beyond, so
+//! that nothing cancels, neither in a straight rod nor in a fold. A fold of exactly 180 degrees
+//! has infinite energy.
+//!
+//! Hand derivation: with `n(x) = perp(x)/|x|^2` and `u(x) = x/|x|^2`, the angle of a vector has
+//! the gradient `n` and the Hessian `-(u n' + n u')`; `phi = angle(f) - angle(e)`,
+//! `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
+
+use super::{Element, Local};
+use crate::scalar::Scalar;
+use num_dual::Dual64;
+
+/// One inner node. Unknowns: `[x0, y0, x1, y1, x2, y2]` of the node's neighbour, itself and its
+/// other neighbour, m.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanarBend<D> {
+    /// Bending stiffness over Voronoi length EI/dl, N m.
+    pub stiffness: D,
+    /// Integrated natural curvature, dimensionless.
+    pub natural_curvature: D,
+}
+
+/// The edges `e`, `f` at the node, their squared lengths, and the curvature.
+struct Bent<D> {
+    e: [D; 2],
+    f: [D; 2],
+    ee: D,
+    ff: D,
+    curvature: D,
+}
+
+#[inline]
+fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
+    let e = [q[2] - q[0], q[3] - q[1]];
+    let f = [q[4] - q[2], q[5] - q[3]];
+    let ee = e[0] * e[0] + e[1] * e[1];
+    let ff = f[0] * f[0] + f[1] * f[1];
+    let cross = e[0] * f[1] - e[1] * f[0];
+    let dot = e[0] * f[0] + e[1] * f[1];
+    let lengths = (ee * ff).sqrt();
+    let tan_half = if dot.value() >= 0.0 {
+        cross / (lengths + dot)
+    } else {
+        (lengths - dot) / cross
+    };
+    Bent { e, f, ee, ff, curvature: tan_half * 2.0 }
+}
+
+impl<D: Scalar> Bent<D> {
+    /// n(e) and n(f): gradients of the edges' angles, 1/m.
+    #[inline]
+    fn angle_gradients(&self) -> ([D; 2], [D; 2], D, D) {
+        let (by_ee, by_ff) = (self.ee.recip(), self.ff.recip());
+        let n_e = [-(self.e[1] * by_ee), self.e[0] * by_ee];
+        let n_f = [-(self.f[1] * by_ff), self.f[0] * by_ff];
+        (n_e, n_f, by_ee, by_ff)
+    }
+}
+
+/// Spreads a gradient with respect to the edges over the three nodes.
+#[inline]
+fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
+    [-g_e[0], -g_e[1], g_e[0] - g_f[0], g_e[1] - g_f[1], g_f[0], g_f[1]]
+}
+
+impl<D: Scalar> PlanarBend<D> {
+    /// Integrated curvature 2 tan(phi/2), dimensionless.
+    #[inline]
+    pub fn strain(&self, q: &[D; 6]) -> D {
+        bent(q).curvature
+    }
+
+    /// The same node with Kelvin-Voigt stress over one step: see [`crate::newmark`].
+    #[inline]
+    pub fn viscous(&self, factor: D, shift: D) -> Self {
+        Self {
+            stiffness: self.stiffness * factor,
+            natural_curvature: (self.natural_curvature + shift) / factor,
+        }
+    }
+}
+
+/// Integrated curvature 2 tan(phi/2) at the middle one of three points of the plane.
+pub fn curvature(points: &[[f64; 2]; 3]) -> f64 {
+    let [[a, b], [c, d], [e, f]] = *points;
+    bent(&[a, b, c, d, e, f]).curvature
+}
+
+impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
+    const NAME: &'static str = "bend";
+    type Over<E: Scalar> = PlanarBend<E>;
+
+    fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> PlanarBend<E> {
+        PlanarBend {
+            stiffness: convert(self.stiffness),
+            natural_curvature: convert(self.natural_curvature),
+        }
+    }
+
+    #[inline]
+    fn energy(&self, q: &[D; 6]) -> D {
+        let strain = self.strain(q) - self.natural_curvature;
+        self.stiffness * strain * strain * 0.5
+    }
+
+    #[inline]
+    fn gradient(&self, q: &[D; 6]) -> [D; 6] {
+        let bent = bent(q);
+        let (n_e, n_f, ..) = bent.angle_gradients();
+        let k = bent.curvature;
+        let moment = self.stiffness * (k - self.natural_curvature) * (k * k * 0.25 + 1.0);
+        to_nodes([-(moment * n_e[0]), -(moment * n_e[1])], [moment * n_f[0], moment * n_f[1]])
+    }
+
+    /// With m = dE/dphi and s = d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'),
+    /// E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s n_e n_f'.
+    #[inline]
+    fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
+        let bent = bent(q);
+        let (n_e, n_f, by_ee, by_ff) = bent.angle_gradients();
+        let k = bent.curvature;
+        let slope = k * k * 0.25 + 1.0;
+        let stress = self.stiffness * (k - self.natural_curvature);
+        let moment = stress * slope;
+        let stiffness = slope * (self.stiffness * slope + stress * k * 0.5);
+
+        // u n' + n u' = [[-2 u0 u1, u0^2 - u1^2], [.., 2 u0 u1]]
+        let turn = |x: [D; 2], by: D| {
+            let u = [x[0] * by, x[1] * by];
+            (moment * (u[0] * u[1]) * 2.0, moment * (u[0] * u[0] - u[1] * u[1]))
+        };
+        let (e_off, e_diff) = turn(bent.e, by_ee);
+        let (f_off, f_diff) = turn(bent.f, by_ff);
+        let s_e = [stiffness * n_e[0], stiffness * n_e[1]];
+        let s_f = [stiffness * n_f[0], stiffness * n_f[1]];
+        let (ee00, ee01, ee11) =
+            (s_e[0] * n_e[0] - e_off, s_e[0] * n_e[1] + e_diff, s_e[1] * n_e[1] + e_off);
+        let (ff00, ff01, ff11) =
+            (s_f[0] * n_f[0] + f_off, s_f[0] * n_f[1] - f_diff, s_f[1] * n_f[1] - f_off);
+        // rows f, columns e
+        let (fe00, fe01) = (-(s_e[0] * n_f[0]), -(s_e[1] * n_f[0]));
+        let (fe10, fe11) = (-(s_e[0] * n_f[1]), -(s_e[1] * n_f[1]));
+
+        // rows of node 1 against node 0, node 2 against node 1, node 1 against itself
+        let (a00, a01, a10, a11) = (fe00 - ee00, fe01 - ee01, fe10 - ee01, fe11 - ee11);
+        let (b00, b01, b10, b11) = (fe00 - ff00, fe01 - ff01, fe10 - ff01, fe11 - ff11);
+        let (c00, c01, c11) = (
+            ee00 + ff00 - fe00 - fe00,
+            ee01 + ff01 - fe01 - fe10,
+            ee11 + ff11 - fe11 - fe11,
+        );
+        Local {
+            gradient: to_nodes(
+                [-(moment * n_e[0]), -(moment * n_e[1])],
+                [moment * n_f[0], moment * n_f[1]],
+            ),
+            hessian: [
+                [ee00, ee01, a00, a10, -fe00, -fe10],
+                [ee01, ee11, a01, a11, -fe01, -fe11],
+                [a00, a01, c00, c01, b00, b10],
+                [a10, a11, c01, c11, b01, b11],
+                [-fe00, -fe01, b00, b01, ff00, ff01],
+                [-fe10, -fe11, b10, b11, ff01, ff11],
+            ],
+        }
+    }
+
+    #[inline]
+    fn gradient_rate(element: &PlanarBend<Dual64>, q: &[f64; 6]) -> [f64; 6] {
+        let bent = bent(q);
+        let (n_e, n_f, ..) = bent.angle_gradients();
+        let k = bent.curvature;
+        let stress = (element.stiffness * (element.natural_curvature * -1.0 + k)).eps;
+        let moment = stress * (1.0 + 0.25 * k * k);
+        to_nodes([-moment * n_e[0], -moment * n_e[1]], [moment * n_f[0], moment * n_f[1]])
+    }
+}

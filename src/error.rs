@@ -1,0 +1,137 @@
+//! What can go wrong, in words a user can act on.
+
+use std::path::{Path, PathBuf};
+
+/// Every error of the crate.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file is not valid TOML, or has unknown, missing or ill-typed keys.
+    #[error("{}{message}", prefix(file))]
+    Parse {
+        /// The file, where there is one.
+        file: Option<PathBuf>,
+        /// Line, key and what was expected.
+        message: String,
+    },
+    /// A value lies outside what is allowed.
+    #[error("{}{key}: found {found}, allowed: {allowed}", prefix(file))]
+    Invalid {
+        /// The file, where there is one.
+        file: Option<PathBuf>,
+        /// The key, with its table: `rod.segments`.
+        key: String,
+        /// What stands there.
+        found: String,
+        /// What may stand there.
+        allowed: String,
+    },
+    /// A line of a data file cannot be used.
+    #[error("{}:{line}: {message}", path.display())]
+    Data {
+        /// The file.
+        path: PathBuf,
+        /// The line, the header being line 1.
+        line: u64,
+        /// What was found and what is allowed.
+        message: String,
+    },
+    /// The scene needs something this version does not have.
+    #[error("{}{key}: {message}", prefix(file))]
+    Unavailable {
+        /// The file, where there is one.
+        file: Option<PathBuf>,
+        /// The key that asks for it.
+        key: String,
+        /// What is missing.
+        message: String,
+    },
+    /// A time step found no solution.
+    #[error(
+        "no solution at t = {time} s: after {iterations} Newton iterations the residual is {residual:e} N s^2 \
+         against a rounding level of {tolerance:e}; a smaller time.step may help"
+    )]
+    Newton {
+        /// End of the step that failed, s.
+        time: f64,
+        /// Newton iterations spent on it.
+        iterations: usize,
+        /// Largest residual, N s^2.
+        residual: f64,
+        /// Rounding level of that residual.
+        tolerance: f64,
+    },
+    /// The tangent of a step has no inverse.
+    #[error("the tangent is singular at t = {time} s, degree of freedom {row}; a smaller time.step may help")]
+    SingularTangent {
+        /// End of the step that failed, s.
+        time: f64,
+        /// Degree of freedom of the zero pivot.
+        row: usize,
+    },
+    /// A query outside the simulated time or the rod.
+    #[error("{what} = {found} is outside {low} .. {high}")]
+    OutOfRange {
+        /// The quantity.
+        what: &'static str,
+        /// The value asked for.
+        found: f64,
+        /// Smallest value allowed.
+        low: f64,
+        /// Largest value allowed.
+        high: f64,
+    },
+    /// A fit that cannot start or cannot go on.
+    #[error("{0}")]
+    Fit(String),
+}
+
+fn prefix(file: &Option<PathBuf>) -> String {
+    file.as_ref().map(|path| format!("{}: ", path.display())).unwrap_or_default()
+}
+
+impl Error {
+    pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
+        Self::Io { path: path.into(), source }
+    }
+
+    pub(crate) fn invalid(
+        key: impl Into<String>,
+        found: impl ToString,
+        allowed: impl Into<String>,
+    ) -> Self {
+        Self::Invalid {
+            file: None,
+            key: key.into(),
+            found: found.to_string(),
+            allowed: allowed.into(),
+        }
+    }
+
+    pub(crate) fn unavailable(key: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Unavailable { file: None, key: key.into(), message: message.into() }
+    }
+
+    /// Names the file an error comes from, where it does not say so itself.
+    pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
+        if let Self::Parse { file, .. } | Self::Invalid { file, .. } | Self::Unavailable { file, .. } =
+            &mut self
+        {
+            *file = file.take().or_else(|| path.map(Into::into));
+        }
+        self
+    }
+
+    /// Whether the input is at fault, and not the computation.
+    pub fn is_input(&self) -> bool {
+        !matches!(self, Self::Newton { .. } | Self::SingularTangent { .. } | Self::Fit(_))
+    }
+}

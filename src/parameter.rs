@@ -1,0 +1,171 @@
+//! The parameters a trajectory can be differentiated by and identified from.
+
+use crate::error::Error;
+use crate::scene::{Scene, Section};
+use crate::simulation::Damping;
+use serde::{Deserialize, Serialize};
+
+/// A physical or numerical parameter of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Parameter {
+    /// E, Pa. Holds the shear modulus or Poisson's ratio, whichever the scene gives.
+    #[serde(rename = "youngs_modulus")]
+    YoungsModulus,
+    /// G, Pa.
+    #[serde(rename = "shear_modulus")]
+    ShearModulus,
+    /// Poisson's ratio.
+    #[serde(rename = "poisson_ratio")]
+    PoissonRatio,
+    /// kg/m^3.
+    #[serde(rename = "density")]
+    Density,
+    /// Of a circular section, m.
+    #[serde(rename = "radius")]
+    Radius,
+    /// Of the Newmark-beta scheme.
+    #[serde(rename = "beta")]
+    Beta,
+    /// Mass-proportional damping, 1/s.
+    #[serde(rename = "damping.mass")]
+    DampingMass,
+    /// Kelvin-Voigt time, s.
+    #[serde(rename = "damping.stiffness")]
+    DampingStiffness,
+}
+
+impl Parameter {
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::YoungsModulus => "youngs_modulus",
+            Self::ShearModulus => "shear_modulus",
+            Self::PoissonRatio => "poisson_ratio",
+            Self::Density => "density",
+            Self::Radius => "radius",
+            Self::Beta => "beta",
+            Self::DampingMass => "damping.mass",
+            Self::DampingStiffness => "damping.stiffness",
+        }
+    }
+
+    /// The unit, empty for pure numbers.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::YoungsModulus | Self::ShearModulus => "Pa",
+            Self::Density => "kg/m^3",
+            Self::Radius => "m",
+            Self::DampingMass => "1/s",
+            Self::DampingStiffness => "s",
+            Self::PoissonRatio | Self::Beta => "",
+        }
+    }
+
+    /// Whether the parameter is positive and therefore identified in its logarithm.
+    pub fn is_positive(self) -> bool {
+        !matches!(self, Self::PoissonRatio | Self::Beta)
+    }
+
+    /// Smallest and largest value the parameter may take at all.
+    pub fn limits(self) -> [f64; 2] {
+        match self {
+            Self::Beta => [0.5, 1.0],
+            Self::PoissonRatio => [-1.0 + 1e-9, 0.5],
+            _ => [f64::MIN_POSITIVE, f64::MAX],
+        }
+    }
+
+    /// The parameter's value in a scene, if the scene has one.
+    pub fn of(self, scene: &Scene) -> Option<f64> {
+        match self {
+            Self::YoungsModulus => Some(scene.material.youngs_modulus),
+            Self::ShearModulus => scene.material.shear_modulus,
+            Self::PoissonRatio => scene.material.poisson_ratio,
+            Self::Density => Some(scene.material.density),
+            Self::Radius => match scene.rod.section {
+                Section::Circle { radius } => Some(radius),
+                _ => None,
+            },
+            Self::Beta => scene.time.as_ref().map(|time| time.beta),
+            Self::DampingMass => Some(scene.loads.damping.mass),
+            Self::DampingStiffness => Some(scene.loads.damping.stiffness),
+        }
+    }
+
+    /// Puts a value into a scene.
+    pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
+        let slot = match self {
+            Self::YoungsModulus => Some(&mut scene.material.youngs_modulus),
+            Self::ShearModulus => scene.material.shear_modulus.as_mut(),
+            Self::PoissonRatio => scene.material.poisson_ratio.as_mut(),
+            Self::Density => Some(&mut scene.material.density),
+            Self::Radius => match &mut scene.rod.section {
+                Section::Circle { radius } => Some(radius),
+                _ => None,
+            },
+            Self::Beta => scene.time.as_mut().map(|time| &mut time.beta),
+            Self::DampingMass => Some(&mut scene.loads.damping.mass),
+            Self::DampingStiffness => Some(&mut scene.loads.damping.stiffness),
+        };
+        *slot.ok_or_else(|| self.absent())? = value;
+        Ok(())
+    }
+
+    /// The error for a parameter the scene does not have.
+    pub fn absent(self) -> Error {
+        Error::invalid(
+            "parameter",
+            self.name(),
+            "a parameter the scene has: radius needs a circle, shear_modulus and poisson_ratio need their key in [material]",
+        )
+    }
+}
+
+impl std::fmt::Display for Parameter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// The numbers of a scene that a planar simulation depends on differentiably.
+#[derive(Clone, Copy, Debug)]
+pub struct Properties<D> {
+    /// E, Pa.
+    pub youngs_modulus: D,
+    /// kg/m^3.
+    pub density: D,
+    /// m^2.
+    pub area: D,
+    /// Second moments of area in the plane of `up` and across it, m^4.
+    pub second_moments: [D; 2],
+    /// Both dampings.
+    pub damping: Damping<D>,
+    /// Of the scheme.
+    pub beta: D,
+}
+
+impl<D: crate::Scalar> Properties<D> {
+    /// Reads the numbers, each as `seed` makes it of its parameter and value: `|_, v| v` for plain
+    /// numbers, or a dual number with a derivative where the parameter is the one asked for.
+    pub fn of(scene: &Scene, seed: impl Fn(Parameter, f64) -> D) -> Self {
+        let (area, second_moments) = match scene.rod.section {
+            Section::Circle { radius } => {
+                let r2 = seed(Parameter::Radius, radius).powi(2);
+                let second_moment = r2 * r2 * (std::f64::consts::PI / 4.0);
+                (r2 * std::f64::consts::PI, [second_moment; 2])
+            }
+            ref section => (D::from(section.area()), section.second_moments().map(D::from)),
+        };
+        Self {
+            youngs_modulus: seed(Parameter::YoungsModulus, scene.material.youngs_modulus),
+            density: seed(Parameter::Density, scene.material.density),
+            area,
+            second_moments,
+            damping: Damping {
+                mass: seed(Parameter::DampingMass, scene.loads.damping.mass),
+                stiffness: seed(Parameter::DampingStiffness, scene.loads.damping.stiffness),
+            },
+            beta: seed(Parameter::Beta, scene.time.as_ref().map_or(0.5, |time| time.beta)),
+        }
+    }
+}

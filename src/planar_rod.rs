@@ -1,0 +1,177 @@
+//! The rod in the plane: stretch and bend, two unknowns a node.
+//!
+//! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
+
+use crate::banded::BandMatrix;
+use crate::energy::{
+    DeadLoad, Derivatives, Element, PlanarBend, Stretch, dual_gradient, dual_gradient_rate,
+    dual_tangent,
+};
+use crate::rod::{Energies, Rod};
+use crate::scalar::{Nestable, Scalar};
+use num_dual::Dual64;
+
+/// Half-bandwidth of the planar tangent.
+pub const HALF_BANDWIDTH: usize = 5;
+
+/// The elements, masses and loads of a planar rod.
+#[derive(Clone, Debug)]
+pub struct PlanarRod<D> {
+    /// One per edge.
+    pub stretch: Vec<Stretch<D>>,
+    /// One per inner node: `bend[i]` sits at node `i + 1`.
+    pub bend: Vec<PlanarBend<D>>,
+    /// Lumped mass of every degree of freedom, kg.
+    pub mass: Vec<D>,
+    /// Weight and point forces, one per node.
+    pub load: Vec<DeadLoad<D>>,
+}
+
+/// The unknowns of element `i`: `N` of them from node `i` on.
+#[inline]
+fn unknowns<D: Copy, const N: usize>(q: &[D], i: usize) -> &[D; N] {
+    q[2 * i..].first_chunk().expect("an element's nodes are nodes of the rod")
+}
+
+#[inline]
+fn scatter<D: Scalar, const N: usize>(from: &[D; N], to: &mut [D], i: usize) {
+    for (to, from) in to[2 * i..2 * i + N].iter_mut().zip(from) {
+        *to += *from;
+    }
+}
+
+fn add_gradients<D: Scalar, E: Element<D, N>, const N: usize>(
+    elements: &[E],
+    q: &[D],
+    gradient: &mut [D],
+    local: impl Fn(&E, &[D; N]) -> [D; N],
+) {
+    for (i, element) in elements.iter().enumerate() {
+        scatter(&local(element, unknowns(q, i)), gradient, i);
+    }
+}
+
+impl<D: Nestable> PlanarRod<D> {
+    /// Loads first, then every element; `stretch` and `bend` differentiate one element each.
+    #[inline]
+    fn add_tangents(
+        &self,
+        q: &[D],
+        gradient: &mut [D],
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+        stretch: impl Fn(&Stretch<D>, &[D; 4]) -> crate::energy::Local<D, 4>,
+        bend: impl Fn(&PlanarBend<D>, &[D; 6]) -> crate::energy::Local<D, 6>,
+    ) {
+        for (i, element) in self.stretch.iter().enumerate() {
+            let local = stretch(element, unknowns(q, i));
+            scatter(&local.gradient, gradient, i);
+            tangent.add_block(2 * i, &local.hessian);
+        }
+        for (i, element) in self.bend.iter().enumerate() {
+            let local = bend(element, unknowns(q, i));
+            scatter(&local.gradient, gradient, i);
+            tangent.add_block(2 * i, &local.hessian);
+        }
+    }
+
+    fn set_loads(&self, q: &[D], gradient: &mut [D]) {
+        gradient.fill(D::from(0.0));
+        add_gradients(&self.load, q, gradient, |load, q| load.gradient(q));
+    }
+}
+
+impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
+    type Seeded = PlanarRod<Dual64>;
+
+    fn mass(&self) -> &[D] {
+        &self.mass
+    }
+
+    fn gradient(&self, q: &[D], derivatives: Derivatives, gradient: &mut [D]) {
+        self.set_loads(q, gradient);
+        match derivatives {
+            Derivatives::Hand => {
+                add_gradients(&self.stretch, q, gradient, |e, q| e.gradient(q));
+                add_gradients(&self.bend, q, gradient, |e, q| e.gradient(q));
+            }
+            Derivatives::Dual => {
+                add_gradients(&self.stretch, q, gradient, dual_gradient);
+                add_gradients(&self.bend, q, gradient, dual_gradient);
+            }
+        }
+    }
+
+    fn tangent(
+        &self,
+        q: &[D],
+        derivatives: Derivatives,
+        gradient: &mut [D],
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) {
+        tangent.clear();
+        self.set_loads(q, gradient);
+        match derivatives {
+            Derivatives::Hand => {
+                self.add_tangents(q, gradient, tangent, |e, q| e.tangent(q), |e, q| e.tangent(q));
+            }
+            Derivatives::Dual => {
+                self.add_tangents(q, gradient, tangent, dual_tangent, dual_tangent);
+            }
+        }
+    }
+
+    fn gradient_rate(
+        seeded: &PlanarRod<Dual64>,
+        q: &[f64],
+        derivatives: Derivatives,
+        rate: &mut [f64],
+    ) {
+        rate.fill(0.0);
+        macro_rules! add {
+            ($elements:expr, $rate:expr) => {
+                for (i, element) in $elements.iter().enumerate() {
+                    scatter(&$rate(element, unknowns(q, i)), rate, i);
+                }
+            };
+        }
+        add!(seeded.load, <DeadLoad<f64> as Element<f64, 2>>::gradient_rate);
+        match derivatives {
+            Derivatives::Hand => {
+                add!(seeded.stretch, <Stretch<f64> as Element<f64, 4>>::gradient_rate);
+                add!(seeded.bend, <PlanarBend<f64> as Element<f64, 6>>::gradient_rate);
+            }
+            Derivatives::Dual => {
+                add!(seeded.stretch, dual_gradient_rate);
+                add!(seeded.bend, dual_gradient_rate);
+            }
+        }
+    }
+
+    fn energies(&self, q: &[D]) -> Energies {
+        fn sum<D: Scalar, E: Element<D, N>, const N: usize>(elements: &[E], q: &[D]) -> f64 {
+            elements.iter().enumerate().map(|(i, e)| e.energy(unknowns(q, i)).value()).sum()
+        }
+        Energies {
+            stretch: sum(&self.stretch, q),
+            bend: sum(&self.bend, q),
+            potential: sum(&self.load, q),
+            ..Energies::default()
+        }
+    }
+
+    fn strains(&self, q: &[D], strains: &mut Vec<D>) {
+        strains.clear();
+        strains.extend(self.stretch.iter().enumerate().map(|(i, e)| e.strain(unknowns(q, i))));
+        strains.extend(self.bend.iter().enumerate().map(|(i, e)| e.strain(unknowns(q, i))));
+    }
+
+    fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
+        let (stretch_shift, bend_shift) = shift.split_at(elastic.stretch.len());
+        for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift) {
+            *to = from.viscous(factor, *shift);
+        }
+        for ((to, from), shift) in self.bend.iter_mut().zip(&elastic.bend).zip(bend_shift) {
+            *to = from.viscous(factor, *shift);
+        }
+    }
+}

@@ -1,0 +1,404 @@
+//! The scene file: what it may say, and whether it makes sense. All quantities are SI.
+
+pub mod plane;
+pub mod section;
+pub mod shape;
+
+pub use plane::Plane;
+pub use section::Section;
+pub use shape::{Handedness, Shape};
+
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Fewest and most edges of a rod.
+const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
+/// Most time steps of a simulation.
+const MOST_STEPS: f64 = 1e9;
+
+/// Everything a simulation needs to know. Read one with [`Scene::load`], or fill one in code:
+///
+/// ```
+/// use rodfit::scene::*;
+/// let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+/// let mut scene = Scene::new(50, shape, Section::Circle { radius: 0.005 }, Material::new(1273.52, 1e8));
+/// scene.loads.gravity = [0.0, -9.8, 0.0];
+/// scene.time = Some(Time::new(0.01, 1e-3));
+/// let trajectory = scene.problem()?.simulate()?;
+/// assert!(trajectory.tip(10)[1] < 0.0);
+/// # Ok::<(), rodfit::Error>(())
+/// ```
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Shape, section and mesh.
+    pub rod: RodSpec,
+    /// Density and moduli.
+    pub material: Material,
+    /// What holds the ends.
+    #[serde(default)]
+    pub supports: Supports,
+    /// What pulls and damps.
+    #[serde(default)]
+    pub loads: Loads,
+    /// How long and in which steps.
+    pub time: Option<Time>,
+    /// The file the scene was read from; other paths are relative to it.
+    #[serde(skip)]
+    pub path: Option<PathBuf>,
+}
+
+/// `[rod]`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RodSpec {
+    /// Number of edges, 2 to 1e7; absent when the shape is a polyline.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub segments: Option<usize>,
+    /// Rest shape.
+    pub shape: Shape,
+    /// Cross-section.
+    pub section: Section,
+    /// Which model to use.
+    #[serde(default)]
+    pub dimension: Dimension,
+    /// Which constants the elements get.
+    #[serde(default)]
+    pub discretization: Discretization,
+}
+
+/// Which model to use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dimension {
+    /// The smallest model that can hold the scene.
+    #[default]
+    Auto,
+    /// Stretch and bend in one plane.
+    Planar,
+    /// Stretch, bend and twist in space.
+    Spatial,
+}
+
+/// Which constants the elements get.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Discretization {
+    /// The paper's: chords and plain stiffnesses.
+    #[default]
+    Paper,
+}
+
+/// `[material]`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// kg/m^3.
+    pub density: f64,
+    /// E, Pa.
+    pub youngs_modulus: f64,
+    /// In (-1, 0.5]; a planar scene needs neither this nor the shear modulus.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poisson_ratio: Option<f64>,
+    /// G, Pa.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear_modulus: Option<f64>,
+}
+
+/// `[supports]`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supports {
+    /// At arc length zero.
+    #[serde(default = "clamped")]
+    pub start: Support,
+    /// At the other end.
+    #[serde(default)]
+    pub end: Support,
+    /// Where the wall of a clamped end stands.
+    #[serde(default)]
+    pub clamp: Clamp,
+}
+
+fn clamped() -> Support {
+    Support::Clamped
+}
+
+impl Default for Supports {
+    fn default() -> Self {
+        Self { start: Support::Clamped, end: Support::Free, clamp: Clamp::default() }
+    }
+}
+
+/// What holds an end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Support {
+    /// Nothing.
+    #[default]
+    Free,
+    /// A hinge: the end stays where it is.
+    Pinned,
+    /// A wall: position and direction stay.
+    Clamped,
+}
+
+/// Where the wall of a clamped end stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Clamp {
+    /// At the middle of the outermost edge: second-order accurate.
+    #[default]
+    MidEdge,
+    /// At the outermost node, as in the paper: the rod is half an edge too short.
+    Nodes,
+}
+
+/// `[loads]`
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Loads {
+    /// Acceleration, m/s^2.
+    #[serde(default)]
+    pub gravity: [f64; 3],
+    /// Damping.
+    #[serde(default)]
+    pub damping: DampingSpec,
+    /// Constant forces on nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point: Vec<PointForce>,
+}
+
+/// `loads.damping`
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DampingSpec {
+    /// Force -mass M v, 1/s.
+    #[serde(default)]
+    pub mass: f64,
+    /// Kelvin-Voigt time on the strain rates, s.
+    #[serde(default)]
+    pub stiffness: f64,
+}
+
+/// `[[loads.point]]`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointForce {
+    /// Where.
+    pub node: Node,
+    /// N, in world axes.
+    pub force: [f64; 3],
+}
+
+/// A node: `"tip"` or an index from the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected \"tip\" or the index of a node")]
+pub enum Node {
+    /// By number, 0 at the start.
+    Index(usize),
+    /// By name.
+    Named(NamedNode),
+}
+
+/// The node with a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NamedNode {
+    /// The last node.
+    Tip,
+}
+
+/// `[time]`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// Duration, s.
+    pub end: f64,
+    /// Step, s.
+    pub step: f64,
+    /// The time integrator.
+    #[serde(default)]
+    pub scheme: Scheme,
+    /// In [0.5, 1]; 1 is implicit Euler.
+    #[serde(default = "half")]
+    pub beta: f64,
+}
+
+fn half() -> f64 {
+    0.5
+}
+
+/// Time integrators.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scheme {
+    /// The paper's, corrected: [`crate::newmark`].
+    #[default]
+    NewmarkBeta,
+}
+
+impl Material {
+    /// Density in kg/m^3 and Young's modulus in Pa; neither Poisson's ratio nor shear modulus.
+    pub fn new(density: f64, youngs_modulus: f64) -> Self {
+        Self { density, youngs_modulus, poisson_ratio: None, shear_modulus: None }
+    }
+}
+
+impl Time {
+    /// Duration and step in s, Newmark-beta at beta = 0.5.
+    pub fn new(end: f64, step: f64) -> Self {
+        Self { end, step, scheme: Scheme::NewmarkBeta, beta: 0.5 }
+    }
+
+    /// Number of steps to the end; the last may be shorter.
+    pub fn steps(&self) -> usize {
+        ((self.end / self.step - 1e-9).ceil() as usize).max(1)
+    }
+
+    /// Time after `k` steps, s.
+    pub fn at(&self, k: usize) -> f64 {
+        if k >= self.steps() { self.end } else { k as f64 * self.step }
+    }
+}
+
+impl Node {
+    /// The last node.
+    pub const TIP: Self = Self::Named(NamedNode::Tip);
+}
+
+impl Scene {
+    /// A rod clamped at its start (mid-edge), without loads and without a time.
+    pub fn new(segments: usize, shape: Shape, section: Section, material: Material) -> Self {
+        let rod = RodSpec {
+            segments: Some(segments),
+            shape,
+            section,
+            dimension: Dimension::Auto,
+            discretization: Discretization::Paper,
+        };
+        let (supports, loads) = (Supports::default(), Loads::default());
+        Self { rod, material, supports, loads, time: None, path: None }
+    }
+
+    /// Reads and validates a scene file.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
+        let mut scene: Self = parse(&text).map_err(|error| error.in_file(Some(path)))?;
+        scene.path = Some(path.into());
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    /// The scene as a file.
+    pub fn to_toml(&self) -> Result<String, Error> {
+        toml::to_string_pretty(self)
+            .map_err(|error| Error::Parse { file: None, message: error.to_string() })
+    }
+
+    /// The folder other paths are relative to.
+    pub fn folder(&self) -> PathBuf {
+        self.path.as_deref().and_then(Path::parent).map(Into::into).unwrap_or_default()
+    }
+
+    /// Checks every value.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.check().map_err(|error| error.in_file(self.path.as_deref()))
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        self.rod.shape.check()?;
+        self.rod.section.check()?;
+        match (&self.rod.shape, self.rod.segments) {
+            (Shape::Polyline { .. }, Some(n)) => {
+                return Err(Error::invalid("rod.segments", n, "no such key beside a polyline"));
+            }
+            (Shape::Polyline { .. }, None) => {}
+            (_, None) => return Err(Error::invalid("rod.segments", "no such key", "2 .. 1e7")),
+            (_, Some(n)) if !SEGMENTS.contains(&n) => {
+                return Err(Error::invalid("rod.segments", n, "2 .. 1e7"));
+            }
+            _ => {}
+        }
+        if self.rod.dimension == Dimension::Spatial {
+            return Err(Error::unavailable(
+                "rod.dimension",
+                "the spatial model is not available; planar scenes are (\"auto\" or \"planar\")",
+            ));
+        }
+        let material = &self.material;
+        positive("material.density", material.density)?;
+        positive("material.youngs_modulus", material.youngs_modulus)?;
+        if let Some(nu) = material.poisson_ratio {
+            if !(nu > -1.0 && nu <= 0.5) {
+                return Err(Error::invalid("material.poisson_ratio", nu, "in (-1, 0.5]"));
+            }
+            if material.shear_modulus.is_some() {
+                let found = "both poisson_ratio and shear_modulus";
+                return Err(Error::invalid("material.shear_modulus", found, "one of the two"));
+            }
+        }
+        if let Some(modulus) = material.shear_modulus {
+            positive("material.shear_modulus", modulus)?;
+        }
+        finite("loads.gravity", &self.loads.gravity)?;
+        not_negative("loads.damping.mass", self.loads.damping.mass)?;
+        not_negative("loads.damping.stiffness", self.loads.damping.stiffness)?;
+        for (i, load) in self.loads.point.iter().enumerate() {
+            finite(&format!("loads.point[{i}].force"), &load.force)?;
+        }
+        if let Some(time) = &self.time {
+            positive("time.end", time.end)?;
+            positive("time.step", time.step)?;
+            if !(0.5..=1.0).contains(&time.beta) {
+                return Err(Error::invalid("time.beta", time.beta, "in [0.5, 1]"));
+            }
+            if time.end / time.step > MOST_STEPS {
+                let found = format!("{:e}, which needs {:.3e} steps", time.step, time.end / time.step);
+                return Err(Error::invalid("time.step", found, "at most 1e9 steps"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Parses TOML; the message says line, key and what was expected.
+pub(crate) fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, Error> {
+    toml::from_str(text).map_err(|error: toml::de::Error| Error::Parse {
+        file: None,
+        message: error.to_string().trim_end().to_string(),
+    })
+}
+
+pub(crate) fn positive(key: &str, value: f64) -> Result<(), Error> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(Error::invalid(key, value, "a finite number above 0"))
+}
+
+fn not_negative(key: &str, value: f64) -> Result<(), Error> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(Error::invalid(key, value, "a finite number, 0 or above"))
+}
+
+fn finite(key: &str, values: &[f64; 3]) -> Result<(), Error> {
+    if values.iter().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    Err(Error::invalid(key, format!("{values:?}"), "finite numbers"))
+}
+
+/// A finite direction of non-zero length.
+pub(crate) fn direction(key: &str, vector: &[f64; 3]) -> Result<(), Error> {
+    finite(key, vector)?;
+    let length = nalgebra::Vector3::from(*vector).norm();
+    if length > 0.0 && length.is_finite() {
+        return Ok(());
+    }
+    Err(Error::invalid(key, format!("{vector:?}"), "a direction of non-zero length"))
+}

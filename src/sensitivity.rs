@@ -1,0 +1,203 @@
+//! Derivatives of a trajectory with respect to a parameter, by the implicit function theorem.
+//!
+//! A converged step satisfies `R(q1; q0, v0, n0, p) = 0`, so its derivative solves
+//! `J dq1 = -dR|q1` with the tangent `J` of the step at its solution. `dR|q1` is the step's own
+//! residual formula evaluated in dual numbers with `q1` held: one scheme, written once.
+//!
+//! The oracle is the whole simulation run in dual numbers
+//! ([`Problem::simulation_over`](crate::Problem::simulation_over)).
+
+use crate::banded::Ldlt;
+use crate::error::Error;
+use crate::newmark::NewmarkBeta;
+use crate::rod::Rod;
+use crate::simulation::{Damping, Simulation};
+use num_dual::Dual64;
+
+/// The derivative of a simulation's state with respect to one parameter.
+#[derive(Clone, Debug)]
+pub struct Sensitivity<S> {
+    rod: S,
+    viscous: Option<S>,
+    damping: Damping<Dual64>,
+    beta: Dual64,
+    /// dq/dp.
+    pub q: Vec<f64>,
+    /// dv/dp.
+    pub v: Vec<f64>,
+    unbalanced: Vec<f64>,
+    strain: Vec<f64>,
+    strain_rate: Vec<f64>,
+    /// Gradient rate at fixed unknowns.
+    direct: Vec<f64>,
+    /// dq0/dp, kept while q becomes dq1/dp.
+    start: Vec<f64>,
+    shift: Vec<Dual64>,
+    lifted: Vec<Dual64>,
+    lifted_strain: Vec<Dual64>,
+}
+
+impl<S> Sensitivity<S> {
+    /// At the start of `simulation`, whose rest state does not depend on the parameter. `rod`,
+    /// `damping` and `beta` carry the parameter's derivative.
+    pub fn new<R: Rod<f64, W, Seeded = S>, const W: usize>(
+        rod: S,
+        damping: Damping<Dual64>,
+        beta: Dual64,
+        simulation: &Simulation<f64, R, W>,
+    ) -> Self
+    where
+        S: Rod<Dual64, W>,
+    {
+        let state = simulation.state();
+        let zero = vec![0.0; state.q.len()];
+        let mut unbalanced = zero.clone();
+        R::gradient_rate(&rod, &state.q, simulation.derivatives(), &mut unbalanced);
+        let strains = state.strain.len();
+        Self {
+            viscous: (strains > 0).then(|| rod.clone()),
+            rod,
+            damping,
+            beta,
+            q: zero.clone(),
+            v: zero.clone(),
+            unbalanced,
+            strain: vec![0.0; strains],
+            strain_rate: vec![0.0; strains],
+            direct: zero.clone(),
+            start: zero,
+            shift: vec![Dual64::from(0.0); strains],
+            lifted: Vec::new(),
+            lifted_strain: Vec::new(),
+        }
+    }
+
+    fn scheme<R, const W: usize>(&self, simulation: &Simulation<f64, R, W>) -> NewmarkBeta<Dual64>
+    where
+        R: Rod<f64, W>,
+    {
+        NewmarkBeta::new(self.beta, simulation.state().time - simulation.previous().time)
+    }
+
+    /// The right-hand side `-dR|q1` of the step `simulation` has just made, left in `q`.
+    fn prepare<R, const W: usize>(&mut self, simulation: &Simulation<f64, R, W>)
+    where
+        R: Rod<f64, W, Seeded = S>,
+        S: Rod<Dual64, W>,
+    {
+        let scheme = self.scheme(simulation);
+        let (before, now) = (simulation.previous(), simulation.state());
+        if let Some(viscous) = &mut self.viscous {
+            let eta = self.damping.stiffness;
+            for (i, shift) in self.shift.iter_mut().enumerate() {
+                let strain = Dual64::new(before.strain[i], self.strain[i]);
+                let rate = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
+                *shift = scheme.viscous_shift(eta, strain, rate);
+            }
+            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta), &self.shift);
+        }
+        let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+        R::gradient_rate(rod, &now.q, simulation.derivatives(), &mut self.direct);
+        self.start.copy_from_slice(&self.q);
+        let mass = self.rod.mass();
+        for i in simulation.free() {
+            let change = Dual64::new(now.q[i] - before.q[i], -self.q[i]);
+            let v0 = Dual64::new(before.v[i], self.v[i]);
+            let drag = self.damping.mass * mass[i] * scheme.rate(change, v0);
+            self.direct[i] += drag.eps;
+            let n1 = Dual64::new(now.unbalanced[i], self.direct[i]);
+            let n0 = Dual64::new(before.unbalanced[i], self.unbalanced[i]);
+            self.q[i] = -scheme.residual(mass[i], change, v0, n1, n0).eps;
+        }
+    }
+
+    /// Takes the solution `dq1` and derives the rest of the state from it.
+    fn finish<R, const W: usize>(&mut self, simulation: &Simulation<f64, R, W>, solution: &[f64])
+    where
+        R: Rod<f64, W, Seeded = S>,
+        S: Rod<Dual64, W>,
+    {
+        let scheme = self.scheme(simulation);
+        let (before, now) = (simulation.previous(), simulation.state());
+        let (end, mass) = (scheme.end.re, self.rod.mass());
+        for i in simulation.free() {
+            // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
+            self.unbalanced[i] = self.direct[i] + (self.q[i] - mass[i].re * solution[i]) / end;
+            let change = Dual64::new(now.q[i] - before.q[i], solution[i] - self.start[i]);
+            self.v[i] = scheme.rate(change, Dual64::new(before.v[i], self.v[i])).eps;
+            self.q[i] = solution[i];
+        }
+        if self.viscous.is_some() {
+            self.lifted.clear();
+            self.lifted.extend(now.q.iter().zip(&self.q).map(|(q, dq)| Dual64::new(*q, *dq)));
+            self.rod.strains(&self.lifted, &mut self.lifted_strain);
+            for i in 0..self.strain.len() {
+                let change = Dual64::new(
+                    now.strain[i] - before.strain[i],
+                    self.lifted_strain[i].eps - self.strain[i],
+                );
+                let rate0 = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
+                self.strain_rate[i] = scheme.rate(change, rate0).eps;
+                self.strain[i] = self.lifted_strain[i].eps;
+            }
+        }
+    }
+}
+
+/// Advances several sensitivities over the step `simulation` has just made; it must
+/// [keep its tangent](Simulation::keep_tangent).
+pub fn advance<R, S, const W: usize>(
+    simulation: &Simulation<f64, R, W>,
+    sensitivities: &mut [Sensitivity<S>],
+    room: &mut Vec<f64>,
+) -> Result<(), Error>
+where
+    R: Rod<f64, W, Seeded = S>,
+    S: Rod<Dual64, W>,
+{
+    for sensitivity in sensitivities.iter_mut() {
+        sensitivity.prepare(simulation);
+    }
+    let mut rest = sensitivities;
+    while !rest.is_empty() {
+        let (group, others) = rest.split_at_mut(match rest.len() {
+            0..4 => rest.len(),
+            _ => 4,
+        });
+        match group.len() {
+            1 => solve::<R, S, W, 1>(simulation, group, room),
+            2 => solve::<R, S, W, 2>(simulation, group, room),
+            3 => solve::<R, S, W, 3>(simulation, group, room),
+            _ => solve::<R, S, W, 4>(simulation, group, room),
+        }
+        rest = others;
+    }
+    Ok(())
+}
+
+/// Solves for `G` sensitivities at once: side by side, the solves share their memory traffic and
+/// fill each other's waiting times.
+fn solve<R, S, const W: usize, const G: usize>(
+    simulation: &Simulation<f64, R, W>,
+    group: &mut [Sensitivity<S>],
+    room: &mut Vec<f64>,
+) where
+    R: Rod<f64, W, Seeded = S>,
+    S: Rod<Dual64, W>,
+{
+    let n = simulation.state().q.len();
+    room.resize(2 * G * n, 0.0);
+    let (side_by_side, single) = room.split_at_mut(G * n);
+    let (side_by_side, _) = side_by_side.as_chunks_mut::<G>();
+    for (i, row) in side_by_side.iter_mut().enumerate() {
+        *row = std::array::from_fn(|g| group[g].q[i]);
+    }
+    let factors: &Ldlt<f64, W> = simulation.factors();
+    factors.solve_many(side_by_side);
+    for (g, sensitivity) in group.iter_mut().enumerate() {
+        for (to, from) in single[..n].iter_mut().zip(side_by_side.iter()) {
+            *to = from[g];
+        }
+        sensitivity.finish(simulation, &single[..n]);
+    }
+}

@@ -1,0 +1,340 @@
+//! Stepping a rod through time.
+
+use crate::banded::{BandMatrix, Ldlt};
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::newmark::NewmarkBeta;
+use crate::rod::{Energies, Rod};
+use crate::scalar::Scalar;
+use crate::state::State;
+use serde::Serialize;
+use std::ops::Range;
+
+/// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
+/// stored to `eps/2`, and forming strains from them costs a few roundings more.
+const ROUNDING: f64 = 8.0;
+/// A Newton step below this part of the rod's length ends the iteration.
+const SMALLEST_STEP: f64 = 1e-12;
+/// After a Newton step below this part of the rod's length the next iterate is expected to be the
+/// solution, so its tangent is formed only when that turns out wrong.
+const LAST_STEP: f64 = 1e-6;
+/// Quadratic convergence needs 2 to 5; a simulation that needs more than this has lost the branch.
+const MAX_ITERATIONS: usize = 40;
+
+/// What the work of a simulation consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Work {
+    /// Time steps.
+    pub steps: usize,
+    /// Newton iterations: linear solves for a correction of the step.
+    pub newton_iterations: usize,
+    /// Band factorisations.
+    pub factorizations: usize,
+    /// Evaluations of gradient and tangent.
+    pub tangents: usize,
+    /// Evaluations of the gradient alone.
+    pub gradients: usize,
+}
+
+impl std::ops::AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.steps += other.steps;
+        self.newton_iterations += other.newton_iterations;
+        self.factorizations += other.factorizations;
+        self.tangents += other.tangents;
+        self.gradients += other.gradients;
+    }
+}
+
+/// Mass-proportional and Kelvin-Voigt damping.
+#[derive(Clone, Copy, Debug)]
+pub struct Damping<D> {
+    /// Force `-mass M v`, 1/s.
+    pub mass: D,
+    /// Stress `stiffness K ds/dt`, s.
+    pub stiffness: D,
+}
+
+/// A rod, its state, and the room a step needs. Generic over the scalar: with dual numbers the
+/// whole simulation carries derivatives.
+#[derive(Clone, Debug)]
+pub struct Simulation<D: Scalar, R, const W: usize> {
+    rod: R,
+    /// The rod with Kelvin-Voigt stress over the current step; only when damped.
+    viscous: Option<R>,
+    free: Range<usize>,
+    damping: Damping<D>,
+    beta: D,
+    length: f64,
+    derivatives: Derivatives,
+    keep_tangent: bool,
+    state: State<D>,
+    previous: State<D>,
+    work: Work,
+    gradient: Vec<D>,
+    tangent: BandMatrix<D, W>,
+    factors: Ldlt<D, W>,
+    correction: Vec<D>,
+    rounding: Vec<f64>,
+    shift: Vec<D>,
+}
+
+impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
+    /// A rod at rest at `q`. Only the unknowns in `free` move. `length`, m, is the scale of the
+    /// stopping rule.
+    pub fn new(
+        rod: R,
+        q: Vec<D>,
+        free: Range<usize>,
+        damping: Damping<D>,
+        beta: D,
+        length: f64,
+        derivatives: Derivatives,
+    ) -> Self {
+        let n = q.len();
+        let mut state = State::at_rest(q);
+        rod.gradient(&state.q, derivatives, &mut state.unbalanced);
+        let viscous = (damping.stiffness.value() > 0.0).then(|| {
+            rod.strains(&state.q, &mut state.strain);
+            state.strain_rate = vec![D::from(0.0); state.strain.len()];
+            rod.clone()
+        });
+        Self {
+            rod,
+            viscous,
+            free,
+            damping,
+            beta,
+            length,
+            derivatives,
+            keep_tangent: false,
+            previous: state.clone(),
+            shift: state.strain.clone(),
+            state,
+            work: Work::default(),
+            gradient: vec![D::from(0.0); n],
+            tangent: BandMatrix::zeros(n),
+            factors: Ldlt::with_order(n),
+            correction: vec![D::from(0.0); n],
+            rounding: vec![0.0; n],
+        }
+    }
+
+    /// Leaves the factors of the step's tangent at its solution behind, as sensitivities need it.
+    pub fn keep_tangent(&mut self) {
+        self.keep_tangent = true;
+    }
+
+    /// The rod.
+    pub fn rod(&self) -> &R {
+        &self.rod
+    }
+    /// The state now.
+    pub fn state(&self) -> &State<D> {
+        &self.state
+    }
+    /// The state before the last step.
+    pub fn previous(&self) -> &State<D> {
+        &self.previous
+    }
+    /// The unknowns that move.
+    pub fn free(&self) -> Range<usize> {
+        self.free.clone()
+    }
+    /// The work so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+    /// Which derivatives are used.
+    pub fn derivatives(&self) -> Derivatives {
+        self.derivatives
+    }
+    /// Factors of the last step's tangent `M + h^2 beta^2 dn1/dq1`; at its solution after
+    /// [`keep_tangent`](Self::keep_tangent).
+    pub fn factors(&self) -> &Ldlt<D, W> {
+        &self.factors
+    }
+
+    /// Gives the rod a velocity, m/s; entries outside the free unknowns are ignored.
+    pub fn set_velocity(&mut self, v: &[D]) {
+        for i in self.free.clone() {
+            self.state.v[i] = v[i];
+            self.state.unbalanced[i] += self.damping.mass * self.rod.mass()[i] * v[i];
+        }
+    }
+
+    /// All energies now, J.
+    pub fn energies(&self) -> Energies {
+        let moving = self.free.clone();
+        let kinetic = moving.map(|i| {
+            let v = self.state.v[i].value();
+            0.5 * self.rod.mass()[i].value() * v * v
+        });
+        Energies { kinetic: kinetic.sum(), ..self.rod.energies(&self.state.q) }
+    }
+
+    /// Advances to `time`, s. On an error the state is what it was before the step.
+    pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
+        std::mem::swap(&mut self.state, &mut self.previous);
+        let scheme = NewmarkBeta::new(self.beta, time - self.previous.time);
+        self.predict(&scheme, time);
+        if let Err(error) = self.solve(&scheme) {
+            self.state.restore(&self.previous);
+            return Err(error);
+        }
+        self.finish(&scheme);
+        self.work.steps += 1;
+        Ok(())
+    }
+
+    /// The guess q0 + h v0, and the viscous rod of this step.
+    fn predict(&mut self, scheme: &NewmarkBeta<D>, time: f64) {
+        self.state.time = time;
+        for (q, (q0, v0)) in
+            self.state.q.iter_mut().zip(self.previous.q.iter().zip(&self.previous.v))
+        {
+            *q = *q0 + *v0 * scheme.h;
+        }
+        if let Some(viscous) = &mut self.viscous {
+            let eta = self.damping.stiffness;
+            let before = self.previous.strain.iter().zip(&self.previous.strain_rate);
+            for (shift, (strain, rate)) in self.shift.iter_mut().zip(before) {
+                *shift = scheme.viscous_shift(eta, *strain, *rate);
+            }
+            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta), &self.shift);
+        }
+    }
+
+    /// Newton's method. Stops when the residual is rounding error or the correction vanishes;
+    /// numbers that carry derivatives get one more correction per order.
+    fn solve(&mut self, scheme: &NewmarkBeta<D>) -> Result<(), Error> {
+        let mut expect_solution = false;
+        let mut last = false;
+        let mut polish = D::ORDER;
+        for iteration in 0..=MAX_ITERATIONS {
+            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+            let with_tangent = !expect_solution;
+            if with_tangent {
+                let Self { state, gradient, tangent, .. } = self;
+                rod.tangent(&state.q, self.derivatives, gradient, tangent);
+                self.work.tangents += 1;
+            } else {
+                rod.gradient(&self.state.q, self.derivatives, &mut self.gradient);
+                self.work.gradients += 1;
+            }
+            if iteration == 0 {
+                self.set_rounding(scheme);
+            }
+            let (residual, tolerance, at_rounding) = self.residual(scheme);
+            if !residual.is_finite() || (iteration == MAX_ITERATIONS && !last && !at_rounding) {
+                return Err(Error::Newton {
+                    time: self.state.time,
+                    iterations: iteration,
+                    residual,
+                    tolerance,
+                });
+            }
+            let done = last || at_rounding;
+            if done && polish == 0 {
+                if self.keep_tangent {
+                    self.ensure_tangent(with_tangent);
+                    self.factor(scheme)?;
+                }
+                return Ok(());
+            }
+            polish -= usize::from(done);
+
+            self.ensure_tangent(with_tangent);
+            self.factor(scheme)?;
+            self.factors.solve(&mut self.correction);
+            let mut largest = 0.0_f64;
+            for i in self.free.clone() {
+                self.state.q[i] += self.correction[i];
+                largest = largest.max(self.correction[i].value().abs());
+            }
+            self.work.newton_iterations += 1;
+            last = done || largest <= SMALLEST_STEP * self.length;
+            expect_solution = !self.keep_tangent && largest <= LAST_STEP * self.length;
+        }
+        unreachable!("the last iteration returns")
+    }
+
+    fn ensure_tangent(&mut self, there: bool) {
+        if !there {
+            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+            rod.tangent(&self.state.q, self.derivatives, &mut self.gradient, &mut self.tangent);
+            self.work.tangents += 1;
+        }
+    }
+
+    /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.
+    fn factor(&mut self, scheme: &NewmarkBeta<D>) -> Result<(), Error> {
+        self.work.factorizations += 1;
+        self.factors
+            .factor_sum(
+                self.rod.mass(),
+                self.mass_factor(scheme),
+                &self.tangent,
+                scheme.end,
+                self.free.clone(),
+            )
+            .map_err(|singular| Error::SingularTangent {
+                time: self.state.time,
+                row: singular.row,
+            })
+    }
+
+    fn mass_factor(&self, scheme: &NewmarkBeta<D>) -> D {
+        scheme.end * scheme.rate * self.damping.mass + 1.0
+    }
+
+    /// Rounding level of each residual.
+    fn set_rounding(&mut self, scheme: &NewmarkBeta<D>) {
+        self.tangent.absolute_product(&self.state.q, &mut self.rounding);
+        let end = scheme.end.value();
+        let masses = self.rod.mass().iter().zip(&self.state.q);
+        for (level, (mass, q)) in self.rounding.iter_mut().zip(masses) {
+            *level = ROUNDING
+                * f64::EPSILON
+                * (end * *level + mass.value() * q.value().abs());
+        }
+    }
+
+    /// Leaves minus the residual in `correction`; returns its largest entry, that entry's
+    /// rounding level, and whether all entries are at theirs.
+    fn residual(&mut self, scheme: &NewmarkBeta<D>) -> (f64, f64, bool) {
+        let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
+        let mass = self.rod.mass();
+        for i in self.free.clone() {
+            let change = self.state.q[i] - self.previous.q[i];
+            let v0 = self.previous.v[i];
+            let drag = self.damping.mass * mass[i] * scheme.rate(change, v0);
+            let unbalanced = self.gradient[i] + drag;
+            self.state.unbalanced[i] = unbalanced;
+            let residual =
+                scheme.residual(mass[i], change, v0, unbalanced, self.previous.unbalanced[i]);
+            self.correction[i] = -residual;
+            let size = residual.value().abs();
+            at_rounding &= size <= self.rounding[i];
+            if !(size <= largest) {
+                (largest, level) = (size, self.rounding[i]);
+            }
+        }
+        (largest, level, at_rounding)
+    }
+
+    /// Velocities and strain rates at the solution.
+    fn finish(&mut self, scheme: &NewmarkBeta<D>) {
+        let Self { state, previous, .. } = self;
+        for i in self.free.clone() {
+            state.v[i] = scheme.rate(state.q[i] - previous.q[i], previous.v[i]);
+        }
+        if self.viscous.is_some() {
+            self.rod.strains(&state.q, &mut state.strain);
+            state.strain_rate.clear();
+            state.strain_rate.extend((0..state.strain.len()).map(|i| {
+                scheme.rate(state.strain[i] - previous.strain[i], previous.strain_rate[i])
+            }));
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! Where the rod is and how it moves.
+
+use crate::scalar::Scalar;
+
+/// The state of a rod at one time. Lengths: the rod's degrees of freedom, or its strains.
+#[derive(Clone, Debug)]
+pub struct State<D> {
+    /// Time, s.
+    pub time: f64,
+    /// Unknowns, m.
+    pub q: Vec<D>,
+    /// Velocities, m/s.
+    pub v: Vec<D>,
+    /// Elastic gradient less loads plus damping: minus the force that accelerates, N.
+    pub unbalanced: Vec<D>,
+    /// Strains; empty without Kelvin-Voigt damping.
+    pub strain: Vec<D>,
+    /// Strain rates, 1/s; empty without Kelvin-Voigt damping.
+    pub strain_rate: Vec<D>,
+}
+
+impl<D: Scalar> State<D> {
+    /// At rest at `q`, time zero.
+    pub fn at_rest(q: Vec<D>) -> Self {
+        let zero = vec![D::from(0.0); q.len()];
+        Self {
+            time: 0.0,
+            v: zero.clone(),
+            unbalanced: zero,
+            q,
+            strain: Vec::new(),
+            strain_rate: Vec::new(),
+        }
+    }
+
+    /// Copies `other` without allocating.
+    pub fn restore(&mut self, other: &Self) {
+        self.time = other.time;
+        self.q.clone_from(&other.q);
+        self.v.clone_from(&other.v);
+        self.unbalanced.clone_from(&other.unbalanced);
+        self.strain.clone_from(&other.strain);
+        self.strain_rate.clone_from(&other.strain_rate);
+    }
+}

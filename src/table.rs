@@ -1,0 +1,100 @@
+//! CSV files with a header of names and units, as motion trackers write them.
+
+use crate::error::Error;
+use std::path::{Path, PathBuf};
+
+/// A table of numbers; blanks and NaN are missing.
+#[derive(Clone, Debug)]
+pub struct Table {
+    path: PathBuf,
+    /// Name and unit of every column: `("x", Some("mm"))` for `x[mm]`.
+    pub columns: Vec<(String, Option<String>)>,
+    /// The rows below the header.
+    pub rows: Vec<Row>,
+}
+
+/// A row of a table.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Line in the file.
+    pub line: u64,
+    /// One value per column.
+    pub values: Vec<Option<f64>>,
+}
+
+impl Table {
+    /// Reads a file; every field is a number, blank or NaN. Lines that start with `#` are comments.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .from_path(path)
+            .map_err(|error| csv_error(path, error))?;
+        let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
+        let columns = header.iter().map(split_unit).collect();
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|error| csv_error(path, error))?;
+            let line = record.position().map_or(0, |position| position.line());
+            let values = record
+                .iter()
+                .zip(header.iter())
+                .map(|(field, column)| number(field, column, path, line))
+                .collect::<Result<_, _>>()?;
+            rows.push(Row { line, values });
+        }
+        Ok(Self { path: path.into(), columns, rows })
+    }
+
+    /// Index of a column.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|(column, _)| column == name)
+    }
+
+    /// Index of a column that must be there.
+    pub fn require(&self, name: &str) -> Result<usize, Error> {
+        self.find(name).ok_or_else(|| {
+            let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
+            self.error(1, &format!("no column `{name}`; found {}", found.join(", ")))
+        })
+    }
+
+    /// An error at a line of this file.
+    pub fn error(&self, line: u64, message: &str) -> Error {
+        Error::Data { path: self.path.clone(), line, message: message.into() }
+    }
+}
+
+fn split_unit(header: &str) -> (String, Option<String>) {
+    match header.strip_suffix(']').and_then(|h| h.split_once('[')) {
+        Some((name, unit)) => (name.trim().into(), Some(unit.trim().into())),
+        None => (header.into(), None),
+    }
+}
+
+fn number(field: &str, column: &str, path: &Path, line: u64) -> Result<Option<f64>, Error> {
+    if field.is_empty() || field.eq_ignore_ascii_case("nan") {
+        return Ok(None);
+    }
+    match field.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(Some(value)),
+        _ => Err(Error::Data {
+            path: path.into(),
+            line,
+            message: format!("column `{column}`: found `{field}`, allowed: a finite number, blank or NaN"),
+        }),
+    }
+}
+
+fn csv_error(path: &Path, error: csv::Error) -> Error {
+    let line = error.position().map_or(1, |position| position.line());
+    match error.into_kind() {
+        csv::ErrorKind::Io(source) => Error::io(path, source),
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => Error::Data {
+            path: path.into(),
+            line,
+            message: format!("found {len} fields, allowed: {expected_len} as in the header"),
+        },
+        kind => Error::Data { path: path.into(), line, message: format!("{kind:?}") },
+    }
+}

@@ -1,0 +1,365 @@
+//! What a simulation leaves behind: positions and velocities of the tracked nodes at every step,
+//! and their derivatives where asked for.
+
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::problem::{PlanarSimulation, Problem};
+use crate::scene::Plane;
+use crate::sensitivity::{self, Sensitivity};
+use crate::simulation::Work;
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+
+/// A point of the rod.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
+    from = "PointForm",
+    into = "PointForm"
+)]
+pub enum Point {
+    /// The last node.
+    #[default]
+    Tip,
+    /// A node by its index.
+    Node(usize),
+    /// Arc length from the wall, m.
+    ArcLength(f64),
+}
+
+/// How a point is written in files.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }"
+)]
+enum PointForm {
+    Name(crate::scene::NamedNode),
+    Node(usize),
+    ArcLength(ArcLength),
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ArcLength {
+    arc_length: f64,
+}
+
+impl From<PointForm> for Point {
+    fn from(form: PointForm) -> Self {
+        match form {
+            PointForm::Name(_) => Self::Tip,
+            PointForm::Node(i) => Self::Node(i),
+            PointForm::ArcLength(ArcLength { arc_length }) => Self::ArcLength(arc_length),
+        }
+    }
+}
+
+impl From<Point> for PointForm {
+    fn from(point: Point) -> Self {
+        match point {
+            Point::Tip => Self::Name(crate::scene::NamedNode::Tip),
+            Point::Node(i) => Self::Node(i),
+            Point::ArcLength(arc_length) => Self::ArcLength(ArcLength { arc_length }),
+        }
+    }
+}
+
+/// A point as a weighted sum of nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stencil {
+    /// Node and weight; the weights sum to one.
+    pub nodes: Vec<(usize, f64)>,
+}
+
+impl Stencil {
+    /// One node.
+    pub fn node(i: usize) -> Self {
+        Self { nodes: vec![(i, 1.0)] }
+    }
+
+    /// Interpolates between nodes of the given arc lengths: a cubic through the four nearest, so
+    /// that the error is of a higher order than the mesh's own.
+    pub fn between(arc_length: &[f64], s: f64) -> Self {
+        let n = arc_length.len();
+        let right = arc_length.partition_point(|a| *a < s).clamp(1, n - 1);
+        let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]);
+        if let Some(i) = [right - 1, right].into_iter().find(|i| (arc_length[*i] - s).abs() <= tolerance)
+        {
+            return Self::node(i);
+        }
+        let first = right.saturating_sub(2).min(n.saturating_sub(4));
+        let nodes = first..(first + 4).min(n);
+        let weight = |i: usize| {
+            let others = nodes.clone().filter(|j| *j != i);
+            others.map(|j| (s - arc_length[j]) / (arc_length[i] - arc_length[j])).product()
+        };
+        Self { nodes: nodes.clone().map(|i| (i, weight(i))).collect() }
+    }
+}
+
+/// Positions and velocities of some nodes at some times, node by node in the plane.
+#[derive(Clone, Debug, Default)]
+struct Track {
+    /// `[x, y, vx, vy]` of every tracked node, step after step.
+    rows: Vec<[f64; 4]>,
+}
+
+impl Track {
+    fn push(&mut self, tracked: &[usize], q: &[f64], v: &[f64]) {
+        self.rows.extend(tracked.iter().map(|i| [q[2 * i], q[2 * i + 1], v[2 * i], v[2 * i + 1]]));
+    }
+}
+
+/// The recorded motion. World coordinates outside, plane coordinates inside.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    plane: Plane,
+    tip: usize,
+    nodes: usize,
+    stencils: Problem,
+    parameters: Vec<Parameter>,
+    tracked: Vec<usize>,
+    times: Vec<f64>,
+    motion: Track,
+    derivatives: Vec<Track>,
+    work: Work,
+    stepping: Duration,
+}
+
+impl Trajectory {
+    /// An empty record of the nodes `tracked` (ascending), with derivatives by `parameters`.
+    pub fn new(
+        problem: &Problem,
+        tracked: &[usize],
+        parameters: &[Parameter],
+    ) -> Result<Self, Error> {
+        for parameter in parameters {
+            parameter.of(problem.scene()).ok_or_else(|| parameter.absent())?;
+        }
+        Ok(Self {
+            plane: problem.plane().clone(),
+            tip: problem.dof() / 2 - 1,
+            nodes: problem.dof() / 2,
+            stencils: problem.clone(),
+            parameters: parameters.to_vec(),
+            tracked: tracked.to_vec(),
+            times: Vec::new(),
+            motion: Track::default(),
+            derivatives: vec![Track::default(); parameters.len()],
+            work: Work::default(),
+            stepping: Duration::ZERO,
+        })
+    }
+
+    /// Simulates `steps` steps of the scene from its start and records them; `after` sees the
+    /// simulation at the start and after every step. What was recorded stays when a step fails.
+    pub fn run(
+        &mut self,
+        problem: &Problem,
+        steps: usize,
+        mut after: impl FnMut(&PlanarSimulation<f64>),
+    ) -> Result<(), Error> {
+        let time = problem.time()?;
+        let mut simulation = problem.simulation();
+        let mut sensitivities: Vec<Sensitivity<_>> =
+            self.parameters.iter().map(|p| problem.sensitivity(*p)).collect();
+        if !sensitivities.is_empty() {
+            simulation.keep_tangent();
+        }
+        let mut room = Vec::new();
+        self.record(&simulation, &sensitivities);
+        after(&simulation);
+        for k in 1..=steps {
+            let start = std::time::Instant::now();
+            let result = simulation
+                .step_to(time.at(k))
+                .and_then(|()| sensitivity::advance(&simulation, &mut sensitivities, &mut room));
+            self.stepping += start.elapsed();
+            self.work = simulation.work();
+            result?;
+            self.record(&simulation, &sensitivities);
+            after(&simulation);
+        }
+        Ok(())
+    }
+
+    fn record<S>(&mut self, simulation: &PlanarSimulation<f64>, sensitivities: &[Sensitivity<S>]) {
+        let state = simulation.state();
+        self.times.push(state.time);
+        self.motion.push(&self.tracked, &state.q, &state.v);
+        for (track, sensitivity) in self.derivatives.iter_mut().zip(sensitivities) {
+            track.push(&self.tracked, &sensitivity.q, &sensitivity.v);
+        }
+    }
+
+    /// Times of the records, s: the start and the end of every step.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+    /// The parameters of the derivatives.
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+    /// The work it took.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+    /// Wall time of the stepping alone.
+    pub fn stepping(&self) -> Duration {
+        self.stepping
+    }
+    /// Number of nodes of the rod.
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// Position of the tip after `k` steps in world coordinates, m. Panics if `k` was not recorded
+    /// or the tip not tracked.
+    pub fn tip(&self, k: usize) -> [f64; 3] {
+        self.node(self.tip, k)
+    }
+
+    /// Position of a tracked node after `k` steps in world coordinates, m. Panics if `k` was not
+    /// recorded or the node not tracked.
+    pub fn node(&self, node: usize, k: usize) -> [f64; 3] {
+        let column = self.tracked.binary_search(&node).expect("the node is tracked");
+        let [x, y, ..] = self.motion.rows[k * self.tracked.len() + column];
+        self.plane.to_world([x, y])
+    }
+
+    /// Position of a point at a time, m, and its derivative by each of
+    /// [`parameters`](Self::parameters), in world axes. Between steps the cubic Hermite
+    /// interpolant of positions and velocities.
+    pub fn at(&self, point: Point, time: f64) -> Result<([f64; 3], Vec<[f64; 3]>), Error> {
+        let stencil = self.stencils.stencil(point)?;
+        let mut derivatives = vec![[0.0; 3]; self.parameters.len()];
+        let position = self.sample(&stencil, time, &mut derivatives)?;
+        Ok((position, derivatives))
+    }
+
+    /// As [`at`](Self::at) for a stencil, without allocating.
+    pub fn sample(
+        &self,
+        stencil: &Stencil,
+        time: f64,
+        derivatives: &mut [[f64; 3]],
+    ) -> Result<[f64; 3], Error> {
+        let last = self.times[self.times.len() - 1];
+        if !(time >= 0.0 && time <= last * (1.0 + 1e-9)) {
+            return Err(Error::OutOfRange { what: "time", found: time, low: 0.0, high: last });
+        }
+        let k = self.times.partition_point(|t| *t <= time).clamp(1, self.times.len().max(2) - 1);
+        let hermite = match self.times.get(k) {
+            Some(end) => Hermite::new(self.times[k - 1], *end, time.min(last)),
+            None => Hermite::new(0.0, 1.0, 0.0),
+        };
+        for (out, track) in derivatives.iter_mut().zip(&self.derivatives) {
+            let value = self.interpolate(track, stencil, k, &hermite)?;
+            *out = self.plane.direction_to_world(value).into();
+        }
+        Ok(self.plane.to_world(self.interpolate(&self.motion, stencil, k, &hermite)?))
+    }
+
+    fn interpolate(
+        &self,
+        track: &Track,
+        stencil: &Stencil,
+        k: usize,
+        hermite: &Hermite,
+    ) -> Result<[f64; 2], Error> {
+        let width = self.tracked.len();
+        let mut sum = [0.0; 2];
+        for (node, weight) in &stencil.nodes {
+            let column = self.tracked.binary_search(node).map_err(|_| Error::OutOfRange {
+                what: "a node that was not tracked",
+                found: *node as f64,
+                low: self.tracked.first().map_or(0.0, |i| *i as f64),
+                high: self.tracked.last().map_or(0.0, |i| *i as f64),
+            })?;
+            let before = &track.rows[(k - 1) * width + column];
+            let after = track.rows.get(k * width + column).unwrap_or(before);
+            for (c, sum) in sum.iter_mut().enumerate() {
+                *sum += weight
+                    * (hermite.x0 * before[c]
+                        + hermite.x1 * after[c]
+                        + hermite.v0 * before[c + 2]
+                        + hermite.v1 * after[c + 2]);
+            }
+        }
+        Ok(sum)
+    }
+}
+
+/// Largest distance between nodes of two trajectories of the same mesh and times.
+impl approx::AbsDiffEq for Trajectory {
+    type Epsilon = f64;
+
+    /// A picometre.
+    fn default_epsilon() -> f64 {
+        1e-12
+    }
+
+    fn abs_diff_eq(&self, other: &Self, epsilon: f64) -> bool {
+        self.times == other.times
+            && self.tracked == other.tracked
+            && self.motion.rows.iter().zip(&other.motion.rows).all(|(a, b)| {
+                (a[0] - b[0]).hypot(a[1] - b[1]) <= epsilon
+            })
+    }
+}
+
+impl PartialEq for Trajectory {
+    fn eq(&self, other: &Self) -> bool {
+        self.times == other.times
+            && self.tracked == other.tracked
+            && self.motion.rows == other.motion.rows
+    }
+}
+
+/// Weights of the cubic Hermite interpolant.
+struct Hermite {
+    x0: f64,
+    x1: f64,
+    v0: f64,
+    v1: f64,
+}
+
+impl Hermite {
+    fn new(t0: f64, t1: f64, t: f64) -> Self {
+        let h = t1 - t0;
+        let u = ((t - t0) / h).clamp(0.0, 1.0);
+        let (w, u2) = (1.0 - u, u * u);
+        let x1 = u2 * (3.0 - 2.0 * u);
+        Self { x0: 1.0 - x1, x1, v0: h * u * w * w, v1: -h * u2 * w }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hermite_reproduces_a_cubic() {
+        let (x, v) = (|t: f64| t * t * t - 2.0 * t, |t: f64| 3.0 * t * t - 2.0);
+        let (t0, t1) = (0.3, 0.7);
+        for t in [0.3, 0.41, 0.55, 0.7] {
+            let w = Hermite::new(t0, t1, t);
+            let value = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
+            assert!((value - x(t)).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn stencils_reproduce_a_cubic_and_hit_nodes() {
+        let s: Vec<f64> = (0..8).map(|i| (i as f64 - 0.5) * 0.1).collect();
+        let f = |s: f64| 1.0 + s * (2.0 + s * (3.0 + 4.0 * s));
+        for at in [0.0, 0.02, 0.05, 0.33, 0.61, 0.649] {
+            let sum: f64 = Stencil::between(&s, at).nodes.iter().map(|(i, w)| w * f(s[*i])).sum();
+            assert!((sum - f(at)).abs() < 1e-13, "{at}");
+        }
+        assert_eq!(Stencil::between(&s, s[7]), Stencil::node(7));
+        assert_eq!(Stencil::between(&s[..3], 0.05), Stencil::node(1));
+    }
+}
