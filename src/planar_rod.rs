@@ -35,7 +35,8 @@ fn unknowns<D: Copy, const N: usize>(q: &[D], i: usize) -> &[D; N] {
 
 #[inline]
 fn scatter<D: Scalar, const N: usize>(from: &[D; N], to: &mut [D], i: usize) {
-    for (to, from) in to[2 * i..2 * i + N].iter_mut().zip(from) {
+    let to: &mut [D; N] = to[2 * i..].first_chunk_mut().expect("an element's nodes are the rod's");
+    for (to, from) in to.iter_mut().zip(from) {
         *to += *from;
     }
 }

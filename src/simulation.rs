@@ -17,7 +17,7 @@ const ROUNDING: f64 = 8.0;
 const SMALLEST_STEP: f64 = 1e-12;
 /// After a Newton step below this part of the rod's length the next iterate is expected to be the
 /// solution, so its tangent is formed only when that turns out wrong.
-const LAST_STEP: f64 = 1e-6;
+const LAST_STEP: f64 = 1e-8;
 /// Quadratic convergence needs 2 to 5; a simulation that needs more than this has lost the branch.
 const MAX_ITERATIONS: usize = 40;
 
@@ -303,21 +303,31 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// Leaves minus the residual in `correction`; returns its largest entry, that entry's
     /// rounding level, and whether all entries are at theirs.
     fn residual(&mut self, scheme: &NewmarkBeta<D>) -> (f64, f64, bool) {
+        let free = self.free.clone();
+        let (now, before) = (&mut self.state, &self.previous);
+        let (q1, n1) = (&now.q[free.clone()], &mut now.unbalanced[free.clone()]);
+        let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
+        let n0 = &before.unbalanced[free.clone()];
+        let mass = &self.rod.mass()[free.clone()];
+        let gradient = &self.gradient[free.clone()];
+        let rounding = &self.rounding[free.clone()];
+        let correction = &mut self.correction[free.clone()];
+        let drag = self.damping.mass;
+        let dragged = drag.value() != 0.0 || D::ORDER > 0;
+
         let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
-        let mass = self.rod.mass();
-        for i in self.free.clone() {
-            let change = self.state.q[i] - self.previous.q[i];
-            let v0 = self.previous.v[i];
-            let drag = self.damping.mass * mass[i] * scheme.rate(change, v0);
-            let unbalanced = self.gradient[i] + drag;
-            self.state.unbalanced[i] = unbalanced;
-            let residual =
-                scheme.residual(mass[i], change, v0, unbalanced, self.previous.unbalanced[i]);
-            self.correction[i] = -residual;
+        for i in 0..free.len() {
+            let change = q1[i] - q0[i];
+            n1[i] = gradient[i];
+            if dragged {
+                n1[i] += drag * mass[i] * scheme.rate(change, v0[i]);
+            }
+            let residual = scheme.residual(mass[i], change, v0[i], n1[i], n0[i]);
+            correction[i] = -residual;
             let size = residual.value().abs();
-            at_rounding &= size <= self.rounding[i];
-            if !(size <= largest) {
-                (largest, level) = (size, self.rounding[i]);
+            at_rounding &= size <= rounding[i];
+            if size > largest || size.is_nan() {
+                (largest, level) = (size, rounding[i]);
             }
         }
         (largest, level, at_rounding)
