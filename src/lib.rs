@@ -2,6 +2,7 @@
 pub mod banded;
 pub mod energy;
 mod error;
+pub mod fit;
 pub mod newmark;
 pub mod parameter;
 pub mod planar_rod;
@@ -17,6 +18,7 @@ pub mod trajectory;
 
 pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;
+pub use fit::{Fit, FitReport, Observation, Unknown};
 pub use parameter::Parameter;
 pub use problem::{PlanarSimulation, Problem};
 pub use scalar::Scalar;

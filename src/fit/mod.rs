@@ -1,0 +1,440 @@
+//! Identification of parameters from recorded motion.
+//!
+//! [`Fit`] minimises the distance between the simulated and the recorded points by
+//! [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a start of its own
+//! making ([`search`](self)), and says how well the data determine each parameter.
+
+mod file;
+pub mod levenberg_marquardt;
+mod observation;
+mod residuals;
+mod search;
+mod uncertainty;
+mod unknown;
+
+pub use file::FitFile;
+pub use levenberg_marquardt::LevenbergMarquardt;
+pub use observation::{Observation, Sample};
+pub use residuals::Residuals;
+pub use search::Progress;
+pub use unknown::Unknown;
+
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::problem::Problem;
+use search::{Optimum, Search};
+use serde::Serialize;
+use std::cell::Cell;
+use std::fmt;
+use std::rc::Rc;
+use uncertainty::{Uncertainty, quantile95};
+
+/// Part of the observed motion that a model may leave unexplained before the search is repeated
+/// on a finer grid, and before the report warns.
+const UNEXPLAINED: f64 = 0.1;
+
+/// An identification in the making.
+///
+/// ```no_run
+/// use rodfit::{Fit, Observation, Parameter, Scene};
+/// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+/// let fit = Fit::new(&problem)
+///     .observe(Observation::read("data/cantilever-tip.csv")?)
+///     .identify(Parameter::YoungsModulus)
+///     .solve()?;
+/// println!("{fit}");
+/// # Ok::<(), rodfit::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Fit {
+    problem: Problem,
+    observations: Vec<Observation>,
+    unknowns: Vec<Unknown>,
+    progress: Option<Progress>,
+}
+
+impl Fit {
+    /// A fit of the parameters of `problem`.
+    pub fn new(problem: &Problem) -> Self {
+        Self {
+            problem: problem.clone(),
+            observations: Vec::new(),
+            unknowns: Vec::new(),
+            progress: None,
+        }
+    }
+
+    /// Adds recorded motion.
+    pub fn observe(mut self, observation: Observation) -> Self {
+        self.observations.push(observation);
+        self
+    }
+
+    /// Adds a parameter to identify.
+    pub fn identify(mut self, unknown: impl Into<Unknown>) -> Self {
+        self.unknowns.push(unknown.into());
+        self
+    }
+
+    /// Calls `progress` with the stage and the work done so far, in full simulations.
+    pub fn on_progress(mut self, progress: impl Fn(&str, f64) + 'static) -> Self {
+        self.progress = Some(Rc::new(progress));
+        self
+    }
+
+    /// The residuals and their derivatives, for any solver of argmin.
+    pub fn residuals(&self) -> Result<Residuals, Error> {
+        self.check()?;
+        let sigmas = self.first_sigmas();
+        Residuals::new(
+            &self.problem,
+            &self.observations,
+            &sigmas,
+            &self.unknowns,
+            f64::MAX,
+            self.full_work()?,
+        )
+    }
+
+    /// Finds the parameters. An error means that there is nothing to report; a report may still
+    /// say that the fit did not converge or that a parameter is not identifiable.
+    pub fn solve(&self) -> Result<FitReport, Error> {
+        let clock = std::time::Instant::now();
+        self.check()?;
+        let full_work = self.full_work()?;
+        let work = Rc::new(Cell::new(0.0));
+        let mut sigmas = self.first_sigmas();
+        let search = |sigmas: &[f64]| Search {
+            problem: &self.problem,
+            observations: &self.observations,
+            sigmas: sigmas.to_vec(),
+            unknowns: &self.unknowns,
+            full_work,
+            work: work.clone(),
+            progress: self.progress.clone(),
+        };
+        let mut optimum = self.globally(&search(&sigmas))?;
+        // Weights of several observations of unknown noise depend on the fit, and it on them.
+        let unknown_noise = self.observations.iter().filter(|o| o.sigma.is_none()).count();
+        if unknown_noise > 0 && self.observations.len() > 1 {
+            for _ in 0..20 {
+                let before = sigmas.clone();
+                self.estimate_sigmas(&optimum, &mut sigmas);
+                optimum = search(&sigmas).polish(&optimum.x)?;
+                let settled = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-3;
+                if sigmas.iter().zip(&before).all(settled) {
+                    break;
+                }
+            }
+        }
+        let simulations = work.get() / full_work;
+        self.report(&optimum, &sigmas, simulations, clock.elapsed().as_secs_f64())
+    }
+
+    /// The best of all starts; searches again, more finely, when much of the motion is left
+    /// unexplained.
+    fn globally(&self, search: &Search) -> Result<Optimum, Error> {
+        let mut best: Option<Optimum> = None;
+        let mut failure = None;
+        for effort in &search::EFFORTS {
+            for start in search.starts(effort)? {
+                match search.refine(&start, effort) {
+                    Ok(optimum) => {
+                        if best.as_ref().is_none_or(|b| optimum.cost < b.cost) {
+                            best = Some(optimum);
+                        }
+                    }
+                    Err(error) => failure = Some(error),
+                }
+                // The first start is nearly always it; the second is for when it was not.
+                if best.as_ref().is_some_and(|b| b.converged && self.explained(b, &search.sigmas)) {
+                    break;
+                }
+            }
+            if best.as_ref().is_some_and(|b| self.explained(b, &search.sigmas)) {
+                break;
+            }
+        }
+        best.ok_or_else(|| {
+            failure.unwrap_or_else(|| Error::Fit("no start for the fit was found".into()))
+        })
+    }
+
+    /// Whether every observation is explained but for a tenth of its motion or three sigma.
+    fn explained(&self, optimum: &Optimum, sigmas: &[f64]) -> bool {
+        let rms = rms_per_observation(optimum, sigmas);
+        self.observations.iter().zip(rms).all(|(observation, rms)| {
+            let spread = observation.spread();
+            rms <= (UNEXPLAINED * spread).max(3.0 * observation.sigma.unwrap_or(0.0)) || spread == 0.0
+        })
+    }
+
+    /// Sigmas given, and for the others the rod's length: a common scale.
+    fn first_sigmas(&self) -> Vec<f64> {
+        self.observations.iter().map(|o| o.sigma.unwrap_or(self.problem.length())).collect()
+    }
+
+    /// Replaces the sigmas that are not given by the spread of the residuals.
+    fn estimate_sigmas(&self, optimum: &Optimum, sigmas: &mut [f64]) {
+        let total: usize = optimum.counts.iter().sum();
+        let freedom = 1.0 - self.unknowns.len() as f64 / total as f64;
+        let rms = rms_per_observation(optimum, sigmas);
+        for ((sigma, observation), rms) in sigmas.iter_mut().zip(&self.observations).zip(rms) {
+            if observation.sigma.is_none() && rms > 0.0 {
+                *sigma = rms / freedom.sqrt();
+            }
+        }
+    }
+
+    fn full_work(&self) -> Result<f64, Error> {
+        let time = self.problem.time()?;
+        Ok((time.steps() * self.problem.segments()) as f64)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        if self.observations.is_empty() {
+            return Err(Error::invalid("observation", "none", "at least one"));
+        }
+        if self.unknowns.is_empty() {
+            return Err(Error::invalid("parameter", "none", "at least one"));
+        }
+        for (i, unknown) in self.unknowns.iter().enumerate() {
+            let key = format!("parameter[{i}]");
+            if self.unknowns[..i].iter().any(|u| u.parameter == unknown.parameter) {
+                return Err(Error::invalid(format!("{key}.name"), unknown.parameter, "each name once"));
+            }
+            unknown.check(&self.problem, &key)?;
+        }
+        let end = self.problem.time()?.end;
+        let mut values = 0;
+        for (i, observation) in self.observations.iter().enumerate() {
+            self.problem.stencil(observation.point).map_err(|error| {
+                Error::invalid(format!("observation[{i}].point"), error, "a point of the rod")
+            })?;
+            if let Some(sigma) = observation.sigma {
+                crate::scene::positive(&format!("observation[{i}].sigma"), sigma)?;
+            }
+            if let Some(late) = observation.samples.iter().find(|s| s.time > end * (1.0 + 1e-9)) {
+                return Err(Error::invalid(
+                    observation.label(),
+                    format!("t = {} s", late.time),
+                    format!("up to the scene's time.end = {end} s"),
+                ));
+            }
+            let sane = |s: &Sample| {
+                s.time.is_finite() && s.time >= 0.0 && s.position.iter().flatten().all(|x| x.is_finite())
+            };
+            if !observation.samples.iter().all(sane)
+                || observation.samples.windows(2).any(|w| w[0].time >= w[1].time)
+            {
+                let allowed = "finite positions at increasing times from 0 on";
+                return Err(Error::invalid(observation.label(), "other samples", allowed));
+            }
+            values += observation.values();
+        }
+        let needed = self.unknowns.len() + 1;
+        if values < needed {
+            let allowed = format!("at least {needed}, one more than parameters");
+            return Err(Error::invalid("observation", format!("{values} values"), allowed));
+        }
+        Ok(())
+    }
+
+    fn report(
+        &self,
+        optimum: &Optimum,
+        sigmas: &[f64],
+        simulations: f64,
+        wall_seconds: f64,
+    ) -> Result<FitReport, Error> {
+        let n = optimum.residuals.len() as f64;
+        let freedom = n - self.unknowns.len() as f64;
+        let known_noise = self.observations.iter().all(|o| o.sigma.is_some());
+        let variance = if known_noise { 1.0 } else { 2.0 * optimum.cost / freedom };
+        // The size of the observed motion in units of the noise.
+        let motions = self.observations.iter().zip(sigmas).zip(&optimum.counts);
+        let effect: f64 = motions
+            .map(|((o, sigma), count)| (self.problem.length().max(o.spread()) / sigma).powi(2) * *count as f64)
+            .sum::<f64>()
+            .sqrt();
+        let local = Uncertainty::new(&self.unknowns, &optimum.jacobian, variance, effect)?;
+        let reach = quantile95((!known_noise).then_some(freedom));
+        let mut warnings = Vec::new();
+        let mut estimates = Vec::new();
+        for (i, unknown) in self.unknowns.iter().enumerate() {
+            let x = optimum.x[i];
+            let value = unknown.from_scale(x);
+            let deviation = local.deviation[i].filter(|_| optimum.converged);
+            let known = local.deviation[i].is_some();
+            let ends = |sd: f64| {
+                let [low, high] = unknown.parameter.limits();
+                [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high))
+            };
+            let [low, high] = unknown.scaled_bounds();
+            if known && (x <= low || x >= high) {
+                let bound = unknown.from_scale(if x <= low { low } else { high });
+                warnings.push(format!(
+                    "{} ended at its bound {bound}: its interval does not account for that",
+                    unknown.parameter
+                ));
+            }
+            estimates.push(Estimate {
+                name: unknown.parameter,
+                value: known.then_some(value),
+                std_error: deviation.map(|sd| sd * unknown.slope(value)),
+                interval95: deviation.map(ends),
+                identifiable: known,
+            });
+        }
+        let rms = rms_per_observation(optimum, sigmas);
+        for (observation, rms) in self.observations.iter().zip(&rms) {
+            let spread = observation.spread();
+            if *rms > UNEXPLAINED * spread {
+                warnings.push(format!(
+                    "{}: the model leaves {:.0} % of the observed motion unexplained ({rms:.3e} m of {spread:.3e} m)",
+                    observation.label(),
+                    100.0 * rms / spread.max(f64::MIN_POSITIVE)
+                ));
+            }
+            if let Some(sigma) = observation.sigma.filter(|sigma| *rms > 1.5 * sigma) {
+                warnings.push(format!(
+                    "{}: the residuals are {:.1} times the stated sigma; the intervals are too narrow",
+                    observation.label(),
+                    rms / sigma
+                ));
+            }
+        }
+        let identified = estimates.iter().all(|e| e.identifiable);
+        let status = match (optimum.converged, identified) {
+            (true, true) => "converged".to_string(),
+            (true, false) => format!("not identifiable: {}", local.findings.join("; ")),
+            (false, _) => format!("not converged: {}", optimum.status),
+        };
+        if !optimum.converged {
+            warnings.extend(local.findings);
+        }
+        let squares: f64 = rms.iter().zip(&optimum.counts).map(|(r, c)| r * r * *c as f64).sum();
+        let mut noise = sigmas.to_vec();
+        self.estimate_sigmas(optimum, &mut noise);
+        Ok(FitReport {
+            converged: optimum.converged,
+            parameters: estimates,
+            correlation: local.correlation,
+            residual_rms: (squares / n).sqrt(),
+            sigma: noise,
+            simulations,
+            wall_seconds,
+            status,
+            warnings,
+        })
+    }
+}
+
+/// Root mean square residual of each observation, m.
+fn rms_per_observation(optimum: &Optimum, sigmas: &[f64]) -> Vec<f64> {
+    let mut rest = &optimum.residuals[..];
+    let mut rms = Vec::new();
+    for (count, sigma) in optimum.counts.iter().zip(sigmas) {
+        let (own, others) = rest.split_at(*count);
+        let mean = own.iter().map(|r| r * r).sum::<f64>() / (*count).max(1) as f64;
+        rms.push(mean.sqrt() * sigma);
+        rest = others;
+    }
+    rms
+}
+
+/// An identified parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimate {
+    /// Which.
+    pub name: Parameter,
+    /// In the parameter's SI unit; none when not identifiable.
+    pub value: Option<f64>,
+    /// Standard error in the same unit; none without convergence.
+    pub std_error: Option<f64>,
+    /// 95 % interval in the same unit; none without convergence.
+    pub interval95: Option<[f64; 2]>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+}
+
+/// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct FitReport {
+    /// Whether a minimum of the misfit was reached.
+    pub converged: bool,
+    /// In the order they were asked for.
+    pub parameters: Vec<Estimate>,
+    /// Between the parameters; none where one is not identifiable.
+    pub correlation: Vec<Vec<Option<f64>>>,
+    /// Root mean square residual per coordinate, m.
+    pub residual_rms: f64,
+    /// Standard deviation of the noise of each observation, m: given or estimated.
+    pub sigma: Vec<f64>,
+    /// Work in full simulations.
+    pub simulations: f64,
+    /// Wall time of the fit, s.
+    pub wall_seconds: f64,
+    /// In one line how the fit ended.
+    pub status: String,
+    /// What the user should know before believing the numbers.
+    pub warnings: Vec<String>,
+}
+
+impl FitReport {
+    /// The identified values, as [`Problem::with`] takes them.
+    pub fn parameters(&self) -> Vec<(Parameter, f64)> {
+        self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
+    }
+
+    /// The estimate of a parameter, if it was asked for.
+    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
+        self.parameters.iter().find(|e| e.name == parameter)
+    }
+
+    /// Whether the fit converged and every parameter is identified.
+    pub fn is_success(&self) -> bool {
+        self.converged && self.parameters.iter().all(|e| e.identifiable)
+    }
+}
+
+impl fmt::Display for FitReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        writeln!(f, "{}", self.status)?;
+        for e in &self.parameters {
+            let unit = e.name.unit();
+            match (e.value, e.std_error, e.interval95) {
+                (Some(value), Some(error), Some([low, high])) => writeln!(
+                    f,
+                    "  {:<18} {} +- {} {unit}   95 % [{}, {}]",
+                    e.name.name(),
+                    digits(value, error),
+                    digits(error, error),
+                    digits(low, error),
+                    digits(high, error)
+                )?,
+                (Some(value), ..) => writeln!(f, "  {:<18} {value:e} {unit}   no error", e.name.name())?,
+                _ => writeln!(f, "  {:<18} not identifiable", e.name.name())?,
+            }
+        }
+        let sigma: Vec<String> = self.sigma.iter().map(|s| format!("{s:.3e}")).collect();
+        write!(
+            f,
+            "  residual rms {:.3e} m, sigma {} m, {:.1} simulations, {:.3} s",
+            self.residual_rms,
+            sigma.join(", "),
+            self.simulations,
+            self.wall_seconds
+        )
+    }
+}
+
+/// A value with two digits more than its error is large, at most what a double holds.
+fn digits(value: f64, error: f64) -> String {
+    let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
+    let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };
+    format!("{value:.after_point$e}")
+}

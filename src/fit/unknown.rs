@@ -1,0 +1,122 @@
+//! A parameter to be identified, and the scale it is identified on.
+
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::problem::Problem;
+
+/// A parameter to be identified.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unknown {
+    /// Which.
+    pub parameter: Parameter,
+    /// Where to look first; the program finds a start without one.
+    pub start: Option<f64>,
+    /// Smallest and largest value allowed.
+    pub bounds: Option<[f64; 2]>,
+}
+
+impl From<Parameter> for Unknown {
+    fn from(parameter: Parameter) -> Self {
+        Self { parameter, start: None, bounds: None }
+    }
+}
+
+impl Unknown {
+    /// An unknown without start and bounds.
+    pub fn new(parameter: Parameter) -> Self {
+        parameter.into()
+    }
+
+    /// With a first guess, in the parameter's unit.
+    pub fn start(self, start: f64) -> Self {
+        Self { start: Some(start), ..self }
+    }
+
+    /// With bounds, in the parameter's unit.
+    pub fn bounds(self, low: f64, high: f64) -> Self {
+        Self { bounds: Some([low, high]), ..self }
+    }
+
+    /// From the parameter to the scale of the fit: logarithmic for positive parameters.
+    pub fn to_scale(&self, value: f64) -> f64 {
+        if self.parameter.is_positive() { value.ln() } else { value }
+    }
+
+    /// Back from the scale of the fit.
+    pub fn from_scale(&self, x: f64) -> f64 {
+        if self.parameter.is_positive() { x.exp() } else { x }
+    }
+
+    /// d(parameter)/d(scale) at a value.
+    pub fn slope(&self, value: f64) -> f64 {
+        if self.parameter.is_positive() { value } else { 1.0 }
+    }
+
+    /// Bounds on the scale of the fit.
+    pub fn scaled_bounds(&self) -> [f64; 2] {
+        let [low, high] = self.parameter.limits();
+        let [low, high] = self.bounds.map_or([low, high], |[l, h]| [l.max(low), h.min(high)]);
+        [self.to_scale(low), self.to_scale(high)]
+    }
+
+    /// Values worth trying before anything is known. A start is a hint: it may be far off.
+    /// `duration` and `rise` are the record's length and the time of its first swing, s.
+    pub(crate) fn candidates(&self, problem: &Problem, duration: f64, rise: f64) -> Vec<f64> {
+        let log_range = |low: f64, high: f64, per_decade: f64| -> Vec<f64> {
+            let n = ((high / low).log10() * per_decade).round().max(0.0) as i32;
+            (0..=n).map(|i| low * (high / low).powf(f64::from(i) / f64::from(n.max(1)))).collect()
+        };
+        let length = problem.length();
+        let values = match (self.parameter, self.start) {
+            (Parameter::YoungsModulus, None) => log_range(1e3, 1e13, 4.0),
+            (Parameter::YoungsModulus, Some(e)) => log_range(e * 1e-3, e * 1e3, 4.0),
+            (Parameter::Beta, None) => vec![0.55, 0.75, 0.95],
+            (Parameter::PoissonRatio, None) => vec![0.3],
+            (Parameter::Beta | Parameter::PoissonRatio, Some(value)) => vec![value],
+            (_, Some(value)) => log_range(value / 30.0, value * 30.0, 1.4),
+            (Parameter::ShearModulus, None) => vec![1e8],
+            (Parameter::Density, None) => log_range(100.0, 2e4, 2.0),
+            (Parameter::Radius, None) => log_range(1e-4 * length, 0.1 * length, 2.0),
+            (Parameter::DampingMass, None) => log_range(0.03 / duration, 10.0 / rise, 1.5),
+            (Parameter::DampingStiffness, None) => log_range(1e-5 * rise, 0.1 * rise, 1.0),
+        };
+        let [low, high] = self.scaled_bounds().map(|x| self.from_scale(x));
+        let mut inside: Vec<f64> = values.iter().copied().filter(|v| *v > low && *v < high).collect();
+        if inside.is_empty() {
+            inside = values.iter().map(|v| v.clamp(low, high)).collect();
+            inside.dedup();
+        }
+        inside
+    }
+
+    /// Checks start and bounds; `key` names them in messages.
+    pub(crate) fn check(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+        let parameter = self.parameter;
+        parameter.of(problem.scene()).ok_or_else(|| parameter.absent())?;
+        let [least, most] = parameter.limits();
+        let allowed = || match parameter.is_positive() {
+            true => "finite and above 0".to_string(),
+            false => format!("{least} .. {most}"),
+        };
+        let fits = |value: f64| value.is_finite() && value >= least && value <= most;
+        let [mut low, mut high] = [least, most];
+        if let Some(bounds) = self.bounds {
+            [low, high] = bounds;
+            if !(fits(low) && fits(high) && low < high) {
+                let allowed = format!("two ascending numbers, each {}", allowed());
+                return Err(Error::invalid(format!("{key}.bounds"), format!("{bounds:?}"), allowed));
+            }
+        }
+        match self.start {
+            Some(start) if !fits(start) => {
+                Err(Error::invalid(format!("{key}.start"), start, allowed()))
+            }
+            Some(start) if start < low || start > high => Err(Error::invalid(
+                format!("{key}.start"),
+                start,
+                format!("within the bounds {low} .. {high}"),
+            )),
+            _ => Ok(()),
+        }
+    }
+}
