@@ -4,7 +4,7 @@
 
 use crate::banded::BandMatrix;
 use crate::energy::{
-    DeadLoad, Derivatives, Element, PlanarBend, Stretch, dual_gradient, dual_gradient_rate,
+    DeadLoad, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient, dual_gradient_rate,
     dual_tangent,
 };
 use crate::rod::{Energies, Rod};
@@ -53,31 +53,68 @@ fn add_gradients<D: Scalar, E: Element<D, N>, const N: usize>(
 }
 
 impl<D: Nestable> PlanarRod<D> {
-    /// Loads first, then every element; `stretch` and `bend` differentiate one element each.
+    /// Gradient and tangent in one sweep along the rod; `stretch` and `bend` differentiate one
+    /// element each.
+    ///
+    /// A window holds the sums for the three nodes that the current edge and bend touch. Once they
+    /// are added, the window's first node is complete: its columns are written, once, and the
+    /// window moves on.
     #[inline]
-    fn add_tangents(
+    fn sweep(
         &self,
         q: &[D],
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-        stretch: impl Fn(&Stretch<D>, &[D; 4]) -> crate::energy::Local<D, 4>,
-        bend: impl Fn(&PlanarBend<D>, &[D; 6]) -> crate::energy::Local<D, 6>,
+        stretch: impl Fn(&Stretch<D>, &[D; 4]) -> Local<D, 4>,
+        bend: impl Fn(&PlanarBend<D>, &[D; 6]) -> Local<D, 6>,
     ) {
-        for (i, element) in self.stretch.iter().enumerate() {
-            let local = stretch(element, unknowns(q, i));
-            scatter(&local.gradient, gradient, i);
-            tangent.add_block(2 * i, &local.hessian);
+        let zero = D::from(0.0);
+        let mut g = [zero; 6];
+        // The lower triangle.
+        let mut h = [[zero; 6]; 6];
+        for (i, edge) in self.stretch.iter().enumerate() {
+            add_lower(&mut g, &mut h, &stretch(edge, unknowns(q, i)));
+            if let Some(node) = self.bend.get(i) {
+                add_lower(&mut g, &mut h, &bend(node, unknowns(q, i)));
+            }
+            self.complete(i, &g, gradient);
+            tangent.set_columns::<2, 6>(2 * i, &h);
+            for r in 0..4 {
+                g[r] = g[r + 2];
+                for c in 0..=r {
+                    h[r][c] = h[r + 2][c + 2];
+                }
+            }
+            g[4..].fill(zero);
+            h[4..].fill([zero; 6]);
         }
-        for (i, element) in self.bend.iter().enumerate() {
-            let local = bend(element, unknowns(q, i));
-            scatter(&local.gradient, gradient, i);
-            tangent.add_block(2 * i, &local.hessian);
-        }
+        self.complete(self.stretch.len(), &g, gradient);
+        tangent.set_columns::<2, 6>(2 * self.stretch.len(), &h);
+    }
+
+    /// Writes the gradient of node `i`: its elastic part, first in `g`, less its load.
+    #[inline]
+    fn complete(&self, i: usize, g: &[D; 6], gradient: &mut [D]) {
+        let load = &self.load[i].force;
+        gradient[2 * i] = g[0] - load[0];
+        gradient[2 * i + 1] = g[1] - load[1];
     }
 
     fn set_loads(&self, q: &[D], gradient: &mut [D]) {
-        gradient.fill(D::from(0.0));
-        add_gradients(&self.load, q, gradient, |load, q| load.gradient(q));
+        for (i, load) in self.load.iter().enumerate() {
+            gradient[2 * i..2 * i + 2].copy_from_slice(&load.gradient(unknowns(q, i)));
+        }
+    }
+}
+
+/// Adds an element's gradient and the lower triangle of its Hessian.
+#[inline]
+fn add_lower<D: Scalar, const N: usize>(g: &mut [D; 6], h: &mut [[D; 6]; 6], local: &Local<D, N>) {
+    for r in 0..N {
+        g[r] += local.gradient[r];
+        for c in 0..=r {
+            h[r][c] += local.hessian[r][c];
+        }
     }
 }
 
@@ -109,15 +146,11 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
-        tangent.clear();
-        self.set_loads(q, gradient);
         match derivatives {
             Derivatives::Hand => {
-                self.add_tangents(q, gradient, tangent, |e, q| e.tangent(q), |e, q| e.tangent(q));
+                self.sweep(q, gradient, tangent, |e, q| e.tangent(q), |e, q| e.tangent(q));
             }
-            Derivatives::Dual => {
-                self.add_tangents(q, gradient, tangent, dual_tangent, dual_tangent);
-            }
+            Derivatives::Dual => self.sweep(q, gradient, tangent, dual_tangent, dual_tangent),
         }
     }
 

@@ -99,15 +99,24 @@ impl<S> Sensitivity<S> {
         let rod = self.viscous.as_ref().unwrap_or(&self.rod);
         R::gradient_rate(rod, &now.q, simulation.derivatives(), &mut self.direct);
         self.start.copy_from_slice(&self.q);
-        let mass = self.rod.mass();
-        for i in simulation.free() {
-            let change = Dual64::new(now.q[i] - before.q[i], -self.q[i]);
-            let v0 = Dual64::new(before.v[i], self.v[i]);
-            let drag = self.damping.mass * mass[i] * scheme.rate(change, v0);
-            self.direct[i] += drag.eps;
-            let n1 = Dual64::new(now.unbalanced[i], self.direct[i]);
-            let n0 = Dual64::new(before.unbalanced[i], self.unbalanced[i]);
-            self.q[i] = -scheme.residual(mass[i], change, v0, n1, n0).eps;
+        let free = simulation.free();
+        let (q1, n1) = (&now.q[free.clone()], &now.unbalanced[free.clone()]);
+        let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
+        let n0 = &before.unbalanced[free.clone()];
+        let (dq, dv) = (&mut self.q[free.clone()], &self.v[free.clone()]);
+        let (dn, direct) = (&self.unbalanced[free.clone()], &mut self.direct[free.clone()]);
+        let mass = &self.rod.mass()[free.clone()];
+        let drag = self.damping.mass;
+        let dragged = drag.re != 0.0 || drag.eps != 0.0;
+        for i in 0..free.len() {
+            let change = Dual64::new(q1[i] - q0[i], -dq[i]);
+            let v0 = Dual64::new(v0[i], dv[i]);
+            if dragged {
+                direct[i] += (drag * mass[i] * scheme.rate(change, v0)).eps;
+            }
+            let n1 = Dual64::new(n1[i], direct[i]);
+            let n0 = Dual64::new(n0[i], dn[i]);
+            dq[i] = -scheme.residual(mass[i], change, v0, n1, n0).eps;
         }
     }
 
@@ -119,13 +128,20 @@ impl<S> Sensitivity<S> {
     {
         let scheme = self.scheme(simulation);
         let (before, now) = (simulation.previous(), simulation.state());
-        let (end, mass) = (scheme.end.re, self.rod.mass());
-        for i in simulation.free() {
+        let free = simulation.free();
+        let by_end = scheme.end.re.recip();
+        let mass = &self.rod.mass()[free.clone()];
+        let (q1, q0) = (&now.q[free.clone()], &before.q[free.clone()]);
+        let v0 = &before.v[free.clone()];
+        let (dq, start) = (&mut self.q[free.clone()], &self.start[free.clone()]);
+        let (dv, dn) = (&mut self.v[free.clone()], &mut self.unbalanced[free.clone()]);
+        let (direct, solution) = (&self.direct[free.clone()], &solution[free.clone()]);
+        for i in 0..free.len() {
             // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
-            self.unbalanced[i] = self.direct[i] + (self.q[i] - mass[i].re * solution[i]) / end;
-            let change = Dual64::new(now.q[i] - before.q[i], solution[i] - self.start[i]);
-            self.v[i] = scheme.rate(change, Dual64::new(before.v[i], self.v[i])).eps;
-            self.q[i] = solution[i];
+            dn[i] = direct[i] + (dq[i] - mass[i].re * solution[i]) * by_end;
+            let change = Dual64::new(q1[i] - q0[i], solution[i] - start[i]);
+            dv[i] = scheme.rate(change, Dual64::new(v0[i], dv[i])).eps;
+            dq[i] = solution[i];
         }
         if self.viscous.is_some() {
             self.lifted.clear();
