@@ -1,9 +1,11 @@
 //! rodfit
 pub mod banded;
+pub mod check;
 pub mod energy;
 mod error;
 pub mod fit;
 pub mod newmark;
+pub mod output;
 pub mod parameter;
 pub mod planar_rod;
 mod problem;

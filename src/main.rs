@@ -1,1 +1,226 @@
-fn main(){}
+//! The `rodfit` command: simulate, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
+//! computed, did not converge, or not identifiable.
+
+use clap::{Parser, Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use rodfit::check::{Tolerance, check_problem};
+use rodfit::fit::FitFile;
+use rodfit::output::{NodeTable, SimulationReport};
+use rodfit::{Derivatives, Error, Problem, Scene, Trajectory};
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Simulates slender elastic rods and identifies their parameters from recorded motion.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    /// No progress and no summary; errors are still printed.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate a scene.
+    Simulate {
+        /// Scene file (TOML).
+        scene: PathBuf,
+        /// Write the position of every node at every step here (CSV).
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+        /// Write the report here (JSON); `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+        /// Which derivatives to step with.
+        #[arg(long, value_enum, default_value = "hand")]
+        derivatives: Route,
+    },
+    /// Compare hand-derived derivatives with num-dual's and with finite differences.
+    Check {
+        /// Scene file (TOML).
+        scene: PathBuf,
+        /// Write the report here (JSON); `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// Identify parameters from recorded motion.
+    Fit {
+        /// Fit file (TOML).
+        fit: PathBuf,
+        /// Write the result here (JSON); `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+        /// Write the scene with the fitted values here (TOML).
+        #[arg(long, value_name = "FILE")]
+        save: Option<PathBuf>,
+        /// Which derivatives to step with.
+        #[arg(long, value_enum, default_value = "hand")]
+        derivatives: Route,
+    },
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Route {
+    /// The hand-derived formulas.
+    Hand,
+    /// num-dual's derivatives of the energies.
+    Dual,
+}
+
+impl From<Route> for Derivatives {
+    fn from(route: Route) -> Self {
+        match route {
+            Route::Hand => Self::Hand,
+            Route::Dual => Self::Dual,
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let quiet = arguments.quiet;
+    let outcome = match arguments.command {
+        Command::Simulate { scene, out, json, derivatives } => {
+            simulate(&scene, out.as_deref(), json.as_deref(), derivatives.into(), quiet)
+        }
+        Command::Check { scene, json } => check(&scene, json.as_deref(), quiet),
+        Command::Fit { fit, json, save, derivatives } => {
+            identify(&fit, json.as_deref(), save.as_deref(), derivatives.into(), quiet)
+        }
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(if error.is_input() { 2 } else { 3 })
+        }
+    }
+}
+
+fn simulate(
+    scene: &Path,
+    out: Option<&Path>,
+    json: Option<&Path>,
+    derivatives: Derivatives,
+    quiet: bool,
+) -> Result<ExitCode, Error> {
+    let problem = Scene::load(scene)?.problem()?.with_derivatives(derivatives);
+    let steps = problem.time()?.steps();
+    let mut table = out.map(|path| NodeTable::create(path, problem.dof() / 2)).transpose()?;
+    let mut report = SimulationReport::new(&problem);
+    let mut trajectory = Trajectory::new(&problem, &[problem.dof() / 2 - 1], &[])?;
+    let bar = progress_bar(quiet, steps as u64);
+    let mut write = Ok(());
+    let outcome = trajectory.run(&problem, steps, |simulation| {
+        report.push(&problem, simulation);
+        if let (Some(table), Ok(())) = (&mut table, &write) {
+            write = table.push(&problem, simulation);
+        }
+        bar.set_position(simulation.work().steps as u64);
+    });
+    bar.finish_and_clear();
+    report.finish(&trajectory, &outcome);
+    if let (Some(table), Ok(())) = (&mut table, &write) {
+        write = table.finish();
+    }
+    write_json(json, &report)?;
+    write?;
+    if !quiet && !is_stdout(json) {
+        summarize(&problem, &report);
+    }
+    outcome.map(|()| ExitCode::SUCCESS)
+}
+
+fn summarize(problem: &Problem, report: &SimulationReport) {
+    println!("{} model, {} unknowns: {}", report.model, report.dof, report.model_reason);
+    if let Some([t, x, y, z]) = report.tip.last() {
+        println!("tip at t = {t} s: ({x:.6}, {y:.6}, {z:.6}) m");
+    }
+    println!(
+        "energy changed by {:.1e} of the largest kinetic energy; length {} m",
+        report.energy_drift(),
+        problem.length()
+    );
+    println!(
+        "{} steps, {} Newton iterations, {:.3} s: {}",
+        report.steps, report.newton_iterations, report.wall_seconds, report.status
+    );
+}
+
+fn check(scene: &Path, json: Option<&Path>, quiet: bool) -> Result<ExitCode, Error> {
+    let problem = Scene::load(scene)?.problem()?;
+    let report = check_problem(&problem, Tolerance::default())?;
+    write_json(json, &report)?;
+    if !quiet && !is_stdout(json) {
+        println!("{report}");
+    }
+    Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(3) })
+}
+
+fn identify(
+    path: &Path,
+    json: Option<&Path>,
+    save: Option<&Path>,
+    derivatives: Derivatives,
+    quiet: bool,
+) -> Result<ExitCode, Error> {
+    let mut file = FitFile::load(path)?;
+    file.problem = file.problem.with_derivatives(derivatives);
+    let bar = spinner(quiet);
+    let shown = bar.clone();
+    let report = file
+        .fit()
+        .on_progress(move |stage, simulations| {
+            shown.set_message(format!("{stage} ({simulations:.1} simulations)"));
+            shown.tick();
+        })
+        .solve();
+    bar.finish_and_clear();
+    let report = report?;
+    write_json(json, &report)?;
+    if !quiet && !is_stdout(json) {
+        println!("{report}");
+    }
+    if let Some(path) = save {
+        let mut scene = file.problem.with(report.parameters())?.scene().clone();
+        scene.make_paths_absolute()?;
+        std::fs::write(path, scene.to_toml()?)
+            .map_err(|source| Error::Io { path: path.into(), source })?;
+    }
+    if report.is_success() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    eprintln!("error: {}", report.status);
+    Ok(ExitCode::from(3))
+}
+
+fn is_stdout(json: Option<&Path>) -> bool {
+    json == Some(Path::new("-"))
+}
+
+fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result<(), Error> {
+    let Some(path) = path else { return Ok(()) };
+    let io = |source| Error::Io { path: path.into(), source };
+    let mut text = serde_json::to_string(report).map_err(|error| io(error.into()))?;
+    text.push('\n');
+    if is_stdout(Some(path)) {
+        return std::io::stdout().write_all(text.as_bytes()).map_err(io);
+    }
+    std::fs::write(path, text).map_err(io)
+}
+
+fn progress_bar(quiet: bool, steps: u64) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {eta} left");
+    ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn spinner(quiet: bool) -> ProgressBar {
+    if quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() }
+}

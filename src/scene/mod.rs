@@ -298,6 +298,16 @@ impl Scene {
             .map_err(|error| Error::Parse { file: None, message: error.to_string() })
     }
 
+    /// Makes the paths in the scene independent of the folder it is saved in.
+    pub fn make_paths_absolute(&mut self) -> Result<(), Error> {
+        let folder = self.folder();
+        if let Shape::Polyline { file } = &mut self.rod.shape {
+            let path = folder.join(&*file);
+            *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
+        }
+        Ok(())
+    }
+
     /// The folder other paths are relative to.
     pub fn folder(&self) -> PathBuf {
         self.path.as_deref().and_then(Path::parent).map(Into::into).unwrap_or_default()

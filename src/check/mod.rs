@@ -1,0 +1,280 @@
+//! Hand-derived derivatives against num-dual against finite differences.
+//!
+//! An entry's error is relative to the sum of the absolute terms that make it ([`Terms`]), so that
+//! rounding errors of a cancellation are not mistaken for a wrong formula, nor a wrong formula for
+//! rounding. [`check`] takes any energy with hand-derived derivatives, [`check_hessian`] a Hessian
+//! from elsewhere, and [`check_problem`] all elements of a scene.
+
+mod finite_difference;
+mod scene;
+mod terms;
+
+pub use scene::check_problem;
+pub use terms::Terms;
+
+use crate::energy::{Analytic, Energy};
+use finite_difference::{STEPS, difference};
+use nalgebra::SVector;
+use num_dual::{Dual2SVec64, DualSVec64};
+use serde::Serialize;
+use std::fmt;
+
+/// Largest errors that pass.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Tolerance {
+    /// Of gradients, hand against dual.
+    pub gradient: f64,
+    /// Of Hessians, hand against dual.
+    pub hessian: f64,
+    /// Of both, hand against finite differences at the best step.
+    pub finite_difference: f64,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { gradient: 1e-12, hessian: 1e-12, finite_difference: 1e-7 }
+    }
+}
+
+/// Largest relative errors found.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Errors {
+    /// Of gradients, hand against dual.
+    pub gradient: f64,
+    /// Of Hessians, hand against dual.
+    pub hessian: f64,
+    /// Of both, hand against finite differences at the best step.
+    pub finite_difference: f64,
+}
+
+/// The entry where hand and dual differ most.
+#[derive(Clone, Debug, Serialize)]
+pub struct Worst {
+    /// Name of the element.
+    pub element: String,
+    /// `gradient` or `hessian`.
+    pub quantity: &'static str,
+    /// Name of the unknown, or of the two of a Hessian's entry.
+    pub dof: String,
+    /// By hand.
+    pub hand: f64,
+    /// By num-dual.
+    pub dual: f64,
+    /// Difference over the sum of absolute terms.
+    pub relative_error: f64,
+}
+
+/// Errors of finite differences at one step size: large steps truncate, small ones round.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ValleyPoint {
+    /// Step over the size of the unknowns.
+    pub step: f64,
+    /// Largest error of a gradient.
+    pub gradient: f64,
+    /// Largest error of a Hessian.
+    pub hessian: f64,
+}
+
+/// The result of a check.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckReport {
+    /// Over all states.
+    pub max_relative_error: Errors,
+    /// Absent when hand and dual agree to the last bit everywhere.
+    pub worst: Option<Worst>,
+    /// Over all states, by step size.
+    pub valley: Vec<ValleyPoint>,
+    /// How many states were compared.
+    pub states: usize,
+    /// What passes.
+    pub tolerance: Tolerance,
+}
+
+impl CheckReport {
+    /// A report of nothing yet.
+    pub fn new(tolerance: Tolerance) -> Self {
+        let valley = STEPS.map(|step| ValleyPoint { step, gradient: 0.0, hessian: 0.0 });
+        Self {
+            max_relative_error: Errors::default(),
+            worst: None,
+            valley: valley.to_vec(),
+            states: 0,
+            tolerance,
+        }
+    }
+
+    /// Whether every error is within its tolerance.
+    pub fn passed(&self) -> bool {
+        let (found, allowed) = (&self.max_relative_error, &self.tolerance);
+        self.states > 0
+            && found.gradient <= allowed.gradient
+            && found.hessian <= allowed.hessian
+            && found.finite_difference <= allowed.finite_difference
+    }
+
+    /// Compares one state; `element` and `dof` name it and its unknowns.
+    pub fn compare<const N: usize>(
+        &mut self,
+        energy: &impl Analytic<N>,
+        q: &[f64; N],
+        element: &str,
+        dof: impl Fn(usize) -> String,
+    ) {
+        let size = Terms::unknowns(q);
+        let terms = energy.energy(&size);
+        let (hand_gradient, hand_hessian) = (energy.gradient(q), energy.hessian(q));
+        let (gradient, hessian) = dual(energy, q);
+        for i in 0..N {
+            let name = || dof(i);
+            let pair = [hand_gradient[i], gradient[i]];
+            self.entry("gradient", pair, terms.first[i], element, name);
+            for j in 0..N {
+                let name = || format!("{} {}", dof(i), dof(j));
+                let pair = [hand_hessian[i][j], hessian[i][j]];
+                self.entry("hessian", pair, terms.second[i][j], element, name);
+            }
+        }
+        // A difference sees the values around the state too, so where a derivative vanishes its
+        // error is measured by what it grows to within a step.
+        let stiffest = (0..N).map(|i| terms.second[i][i]).fold(0.0, f64::max);
+        let by_energy = difference(q, |q| [energy.energy(q)], |[j, _], h| {
+            (hand_gradient[j], terms.first[j] + h * stiffest)
+        });
+        let by_gradient = difference(q, |q| energy.gradient(q), |[j, i], h| {
+            (hand_hessian[i][j], terms.second[i][j] + h / scale_of(q) * stiffest)
+        });
+        let mut best = [f64::INFINITY; 2];
+        for (k, point) in self.valley.iter_mut().enumerate() {
+            point.gradient = point.gradient.max(by_energy[k]);
+            point.hessian = point.hessian.max(by_gradient[k]);
+            best = [best[0].min(by_energy[k]), best[1].min(by_gradient[k])];
+        }
+        let worst = &mut self.max_relative_error.finite_difference;
+        *worst = worst.max(best[0]).max(best[1]);
+        self.states += 1;
+    }
+
+    fn entry(
+        &mut self,
+        quantity: &'static str,
+        [hand, dual]: [f64; 2],
+        terms: f64,
+        element: &str,
+        dof: impl Fn() -> String,
+    ) {
+        let relative_error = relative(hand - dual, terms);
+        let largest = match quantity {
+            "gradient" => &mut self.max_relative_error.gradient,
+            _ => &mut self.max_relative_error.hessian,
+        };
+        *largest = largest.max(relative_error);
+        let before = self.worst.as_ref().map_or(0.0, |worst| worst.relative_error);
+        if relative_error > before {
+            let (element, dof) = (element.to_string(), dof());
+            self.worst = Some(Worst { element, quantity, dof, hand, dual, relative_error });
+        }
+    }
+}
+
+/// The size of the unknowns, the unit of finite-difference steps.
+fn scale_of<const N: usize>(q: &[f64; N]) -> f64 {
+    let largest = q.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if largest > 0.0 { largest } else { 1.0 }
+}
+
+/// An error over its scale; infinite where it should be zero, and for NaN.
+fn relative(error: f64, terms: f64) -> f64 {
+    match error.abs() {
+        0.0 => 0.0,
+        // Below the normal numbers every result carries absolute rounding errors.
+        e if e <= f64::MIN_POSITIVE => 0.0,
+        e if (e / terms).is_finite() => e / terms,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Gradient and Hessian by num-dual.
+fn dual<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> ([f64; N], [[f64; N]; N]) {
+    let of = |q: SVector<Dual2SVec64<N>, N>| energy.energy(&q.data.0[0]);
+    let (_, gradient, hessian) = num_dual::hessian(of, &SVector::from(*q));
+    (gradient.data.0[0], hessian.data.0)
+}
+
+/// Checks the hand-derived gradient and Hessian of an energy at `states`.
+///
+/// ```
+/// use rodfit::{Analytic, Energy, Scalar, check::{Tolerance, check}};
+/// struct Spring;
+/// impl Energy<2> for Spring {
+///     fn energy<D: Scalar>(&self, q: &[D; 2]) -> D { (q[1] - q[0]).powi(2) * 0.5 }
+/// }
+/// impl Analytic<2> for Spring {
+///     fn gradient(&self, q: &[f64; 2]) -> [f64; 2] { [q[0] - q[1], q[1] - q[0]] }
+///     fn hessian(&self, _: &[f64; 2]) -> [[f64; 2]; 2] { [[1.0, -1.0], [-1.0, 1.0]] }
+/// }
+/// assert!(check(&Spring, &[[0.1, 0.5], [2.0, -1.0]], Tolerance::default()).passed());
+/// ```
+pub fn check<const N: usize>(
+    energy: &impl Analytic<N>,
+    states: &[[f64; N]],
+    tolerance: Tolerance,
+) -> CheckReport {
+    let mut report = CheckReport::new(tolerance);
+    for (k, q) in states.iter().enumerate() {
+        report.compare(energy, q, &format!("state {k}"), |i| format!("q[{i}]"));
+    }
+    report
+}
+
+/// Checks a Hessian from elsewhere at one state, against num-dual and finite differences of
+/// num-dual's gradient.
+pub fn check_hessian<const N: usize>(
+    energy: &impl Energy<N>,
+    q: &[f64; N],
+    hessian: &[[f64; N]; N],
+) -> CheckReport {
+    struct Foreign<'a, E, const N: usize>(&'a E, &'a [[f64; N]; N]);
+    impl<E: Energy<N>, const N: usize> Energy<N> for Foreign<'_, E, N> {
+        fn energy<D: crate::Scalar>(&self, q: &[D; N]) -> D {
+            self.0.energy(q)
+        }
+    }
+    impl<E: Energy<N>, const N: usize> Analytic<N> for Foreign<'_, E, N> {
+        fn gradient(&self, q: &[f64; N]) -> [f64; N] {
+            let of = |q: SVector<DualSVec64<N>, N>| self.0.energy(&q.data.0[0]);
+            num_dual::gradient(of, &SVector::from(*q)).1.data.0[0]
+        }
+        fn hessian(&self, _: &[f64; N]) -> [[f64; N]; N] {
+            *self.1
+        }
+    }
+    check(&Foreign(energy, hessian), &[*q], Tolerance::default())
+}
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (found, allowed) = (&self.max_relative_error, &self.tolerance);
+        let verdict = if self.passed() { "agree" } else { "DISAGREE" };
+        writeln!(f, "hand-derived and automatic derivatives {verdict} at {} states", self.states)?;
+        writeln!(f, "  largest error over the sum of absolute terms")?;
+        writeln!(f, "    gradient           {:9.2e}   allowed {:.0e}", found.gradient, allowed.gradient)?;
+        writeln!(f, "    Hessian            {:9.2e}   allowed {:.0e}", found.hessian, allowed.hessian)?;
+        writeln!(
+            f,
+            "    finite differences {:9.2e}   allowed {:.0e}",
+            found.finite_difference, allowed.finite_difference
+        )?;
+        if let Some(w) = &self.worst {
+            writeln!(
+                f,
+                "  worst: {} of {}, {}: by hand {:e}, by num-dual {:e}",
+                w.quantity, w.element, w.dof, w.hand, w.dual
+            )?;
+        }
+        write!(f, "  finite-difference step      gradient   Hessian")?;
+        for p in &self.valley {
+            write!(f, "\n    {:9.0e}               {:9.2e} {:9.2e}", p.step, p.gradient, p.hessian)?;
+        }
+        Ok(())
+    }
+}

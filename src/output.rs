@@ -1,0 +1,131 @@
+//! What `rodfit simulate` writes: a CSV of all nodes while it runs, a JSON report at the end.
+
+use crate::error::Error;
+use crate::problem::{PlanarSimulation, Problem};
+use crate::scene::Scene;
+use crate::simulation::Work;
+use crate::trajectory::Trajectory;
+use serde::Serialize;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// A CSV file with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m.
+#[derive(Debug)]
+pub struct NodeTable {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+    row: Vec<String>,
+}
+
+impl NodeTable {
+    /// Creates the file and writes its header for `nodes` nodes.
+    pub fn create(path: &Path, nodes: usize) -> Result<Self, Error> {
+        let file = File::create(path).map_err(|source| Error::io(path, source))?;
+        let mut table = Self { path: path.into(), writer: csv::Writer::from_writer(file), row: Vec::new() };
+        let names = (0..nodes).flat_map(|i| ["x", "y", "z"].map(|axis| format!("{axis}_{i}")));
+        table.row = std::iter::once("t".to_string()).chain(names).collect();
+        table.write()?;
+        Ok(table)
+    }
+
+    /// Appends the state of a simulation.
+    pub fn push(&mut self, problem: &Problem, simulation: &PlanarSimulation<f64>) -> Result<(), Error> {
+        let state = simulation.state();
+        let plane = problem.plane();
+        let coordinates = state.q.as_chunks::<2>().0.iter().flat_map(|x| plane.to_world(*x));
+        self.row.clear();
+        self.row.extend(std::iter::once(state.time).chain(coordinates).map(|x| x.to_string()));
+        self.write()
+    }
+
+    fn write(&mut self) -> Result<(), Error> {
+        self.writer.write_record(&self.row).map_err(|error| self.error(error.into()))
+    }
+
+    /// Writes what is still in memory.
+    pub fn finish(&mut self) -> Result<(), Error> {
+        self.writer.flush().map_err(|source| self.error(source))
+    }
+
+    fn error(&self, source: std::io::Error) -> Error {
+        Error::io(&self.path, source)
+    }
+}
+
+/// The JSON of `rodfit simulate`.
+#[derive(Clone, Debug, Serialize)]
+pub struct SimulationReport {
+    /// `planar` or `spatial`.
+    pub model: &'static str,
+    /// Why this model.
+    pub model_reason: String,
+    /// Number of unknowns, supported ones included.
+    pub dof: usize,
+    /// Steps made.
+    pub steps: usize,
+    /// Newton iterations of all steps.
+    pub newton_iterations: usize,
+    /// All work counts.
+    pub work: Work,
+    /// Wall time of the stepping alone, s.
+    pub wall_seconds: f64,
+    /// `[t, x, y, z]` of the tip, s and m in world axes, from t = 0 on.
+    pub tip: Vec<[f64; 4]>,
+    /// `[t, kinetic, stretch, bend, twist, potential]`, s and J.
+    pub energy: Vec<[f64; 6]>,
+    /// `completed`, or what stopped it.
+    pub status: String,
+    /// The scene with its defaults.
+    pub scene: Scene,
+}
+
+impl SimulationReport {
+    /// A report of nothing yet.
+    pub fn new(problem: &Problem) -> Self {
+        let (model, model_reason) = problem.model();
+        Self {
+            model,
+            model_reason,
+            dof: problem.dof(),
+            steps: 0,
+            newton_iterations: 0,
+            work: Work::default(),
+            wall_seconds: 0.0,
+            tip: Vec::new(),
+            energy: Vec::new(),
+            status: "started".into(),
+            scene: problem.scene().clone(),
+        }
+    }
+
+    /// Appends the state of a simulation.
+    pub fn push(&mut self, problem: &Problem, simulation: &PlanarSimulation<f64>) {
+        let state = simulation.state();
+        let e = simulation.energies();
+        if let Some(tip) = state.q.last_chunk::<2>() {
+            let [x, y, z] = problem.plane().to_world(*tip);
+            self.tip.push([state.time, x, y, z]);
+        }
+        self.energy.push([state.time, e.kinetic, e.stretch, e.bend, e.twist, e.potential]);
+    }
+
+    /// Takes the totals of a run and how it ended.
+    pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
+        self.work = trajectory.work();
+        self.steps = self.work.steps;
+        self.newton_iterations = self.work.newton_iterations;
+        self.wall_seconds = trajectory.stepping().as_secs_f64();
+        self.status = match outcome {
+            Ok(()) => "completed".into(),
+            Err(error) => format!("stopped: {error}"),
+        };
+    }
+
+    /// Largest change of the total energy over the largest kinetic energy.
+    pub fn energy_drift(&self) -> f64 {
+        let total = |e: &[f64; 6]| e[1..].iter().sum::<f64>();
+        let start = self.energy.first().map_or(0.0, total);
+        let change = self.energy.iter().map(|e| (total(e) - start).abs()).fold(0.0, f64::max);
+        change / self.energy.iter().map(|e| e[1]).fold(f64::MIN_POSITIVE, f64::max)
+    }
+}
