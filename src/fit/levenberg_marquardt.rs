@@ -37,7 +37,7 @@ impl LevenbergMarquardt {
         Self {
             bounds,
             step_tolerance: 1e-10,
-            noise_tolerance: 1e-4,
+            noise_tolerance: 1e-3,
             damping: FIRST_DAMPING,
             growth: 4.0,
         }
@@ -48,7 +48,7 @@ impl LevenbergMarquardt {
         Self { step_tolerance, ..self }
     }
 
-    /// Sets the part of a standard deviation that counts as none; default 1e-4.
+    /// Sets the part of a standard deviation that counts as none; default 1e-3.
     pub fn noise_tolerance(self, noise_tolerance: f64) -> Self {
         Self { noise_tolerance, ..self }
     }

@@ -20,7 +20,7 @@ use std::rc::Rc;
 /// Edges of the coarse model.
 const COARSE_SEGMENTS: usize = 12;
 /// Steps of the coarse model per first period.
-const COARSE_STEPS: f64 = 80.0;
+const COARSE_STEPS: f64 = 48.0;
 /// Candidates of the scan that are refined.
 const CANDIDATES: usize = 4;
 
@@ -190,7 +190,7 @@ impl Search<'_> {
 
     /// Fits the full model to the whole record.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
-        self.optimize(self.residuals(self.duration())?, start, 1e-10, 1e-4, 60)
+        self.optimize(self.residuals(self.duration())?, start, 1e-10, 1e-3, 60)
     }
 
     fn residuals(&self, horizon: f64) -> Result<Residuals, Error> {

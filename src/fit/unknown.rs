@@ -68,8 +68,8 @@ impl Unknown {
         };
         let length = problem.length();
         let values = match (self.parameter, self.start) {
-            (Parameter::YoungsModulus, None) => log_range(1e3, 1e13, 4.0),
-            (Parameter::YoungsModulus, Some(e)) => log_range(e * 1e-3, e * 1e3, 4.0),
+            (Parameter::YoungsModulus, None) => log_range(1e3, 1e13, 3.0),
+            (Parameter::YoungsModulus, Some(e)) => log_range(e * 1e-3, e * 1e3, 3.0),
             (Parameter::Beta, None) => vec![0.55, 0.75, 0.95],
             (Parameter::PoissonRatio, None) => vec![0.3],
             (Parameter::Beta | Parameter::PoissonRatio, Some(value)) => vec![value],

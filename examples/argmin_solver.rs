@@ -1,0 +1,50 @@
+//! The residuals of a fit in argmin's own solvers: Brent's method and Nelder-Mead.
+//!
+//! They find a minimum near where they start; the search for that start is what `Fit::solve` adds.
+//! `cargo run --release --example argmin_solver`
+
+use argmin::core::{CostFunction, Error, Executor, State};
+use argmin::solver::brent::BrentOpt;
+use argmin::solver::neldermead::NelderMead;
+use rodfit::fit::Residuals;
+use rodfit::{Fit, Observation, Parameter, Scene};
+
+/// BrentOpt wants a number where Nelder-Mead wants a vector.
+struct Scalar(Residuals);
+
+impl CostFunction for Scalar {
+    type Param = f64;
+    type Output = f64;
+    fn cost(&self, x: &f64) -> Result<f64, Error> {
+        self.0.cost(&vec![*x])
+    }
+}
+
+fn main() -> Result<(), Error> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data");
+    let problem = Scene::load(format!("{folder}/cantilever.toml"))?.problem()?;
+    let fit = Fit::new(&problem)
+        .observe(Observation::read(format!("{folder}/cantilever-tip.csv"))?)
+        .identify(Parameter::YoungsModulus);
+
+    // The solvers work on the logarithm of E.
+    let brent = BrentOpt::new(5e7_f64.ln(), 2e8_f64.ln()).set_tolerance(1e-8, 1e-10);
+    let result = Executor::new(Scalar(fit.residuals()?), brent)
+        .configure(|state| state.max_iters(100))
+        .run()?;
+    let e = result.state().get_best_param().map_or(f64::NAN, |x| x.exp());
+    println!("BrentOpt            E = {e:.6e} Pa, {} iterations", result.state().get_iter());
+
+    let simplex = vec![vec![5e7_f64.ln()], vec![6e7_f64.ln()]];
+    let nelder_mead = NelderMead::new(simplex).with_sd_tolerance(1e-12)?;
+    let result = Executor::new(fit.residuals()?, nelder_mead)
+        .configure(|state| state.max_iters(100))
+        .run()?;
+    let e = result.state().get_best_param().map_or(f64::NAN, |x| x[0].exp());
+    println!("NelderMead          E = {e:.6e} Pa, {} iterations", result.state().get_iter());
+
+    let report = fit.solve()?;
+    let e = report.parameters[0].value.unwrap_or(f64::NAN);
+    println!("Levenberg-Marquardt E = {e:.6e} Pa, {:.1} simulations", report.simulations);
+    Ok(())
+}
