@@ -1,0 +1,163 @@
+//! Sensitivities against the whole simulation run in dual numbers.
+
+use num_dual::{Dual64, DualSVec64};
+use rodfit::scene::{Clamp, PointForce, Scene, Section, Shape, Support, Time};
+use rodfit::{Derivatives, Parameter, Point};
+
+mod common;
+use common::{cantilever, cantilever_with};
+
+use Parameter::*;
+
+/// Largest relative difference between the derivatives of all nodes at all steps and those of the
+/// simulation in dual numbers, relative to the largest derivative up to then.
+fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f64 {
+    let problem = scene.problem().unwrap().with_derivatives(derivatives);
+    let run = problem.simulate_with(&[parameter]).unwrap();
+    let mut oracle = problem.simulation_over(|p, value| {
+        Dual64::new(value, if p == parameter { 1.0 } else { 0.0 })
+    });
+    let time = problem.time().unwrap();
+    let (mut worst, mut size) = (0.0_f64, 0.0_f64);
+    for k in 1..=time.steps() {
+        oracle.step_to(time.at(k)).unwrap();
+        let nodes = oracle.state().q.as_chunks::<2>().0;
+        let exact: Vec<[f64; 2]> = nodes.iter().map(|x| [x[0].eps, x[1].eps]).collect();
+        size = exact.iter().flatten().fold(size, |m, x| m.max(x.abs()));
+        for (node, exact) in exact.iter().enumerate() {
+            let (_, derivative) = run.at(Point::Node(node), time.at(k)).unwrap();
+            let error = (derivative[0][0] - exact[0]).hypot(derivative[0][1] - exact[1]);
+            worst = worst.max(error / size);
+        }
+    }
+    assert!(size > 0.0, "{parameter} has no effect");
+    worst
+}
+
+#[test]
+fn undamped_cantilever() {
+    for (beta, step) in [(0.5, 1e-3), (0.8, 5e-3), (1.0, 1e-3)] {
+        for clamp in [Clamp::MidEdge, Clamp::Nodes] {
+            let scene = cantilever_with(beta, step, 0.5, clamp);
+            for parameter in [YoungsModulus, Density, Radius, Beta] {
+                let error = mismatch(&scene, parameter, Derivatives::Hand);
+                println!("beta {beta}, step {step}, {clamp:?}, {parameter}: {error:.1e}");
+                assert!(error < 1e-9, "beta {beta}, {clamp:?}, {parameter}: {error:e}");
+            }
+        }
+    }
+}
+
+/// A curved rod with an end force and both dampings, at a step that does not divide the duration.
+fn rich_scene() -> Scene {
+    let mut scene = cantilever();
+    scene.rod.shape = Shape::Arc { length: 0.6, angle: 1.2 };
+    scene.rod.segments = Some(30);
+    scene.loads.damping.mass = 0.7;
+    scene.loads.damping.stiffness = 3e-3;
+    scene.loads.point =
+        vec![PointForce { node: rodfit::scene::Node::TIP, force: [0.1, -0.2, 0.0] }];
+    scene.time = Some(Time { beta: 0.6, ..Time::new(0.4013, 2e-3) });
+    scene
+}
+
+#[test]
+fn damped_and_curved_rod_with_an_end_force() {
+    for parameter in [YoungsModulus, Density, Radius, Beta, DampingMass, DampingStiffness] {
+        for derivatives in [Derivatives::Hand, Derivatives::Dual] {
+            let error = mismatch(&rich_scene(), parameter, derivatives);
+            println!("{parameter}, {derivatives:?}: {error:.1e}");
+            assert!(error < 1e-9, "{parameter}, {derivatives:?}: {error:e}");
+        }
+    }
+}
+
+/// Damping that is zero still has a derivative by the mass-proportional part.
+#[test]
+fn damping_from_zero() {
+    let mut scene = rich_scene();
+    scene.loads.damping = Default::default();
+    let error = mismatch(&scene, DampingMass, Derivatives::Hand);
+    assert!(error < 1e-9, "{error:e}");
+}
+
+#[test]
+fn every_support() {
+    for (start, end) in [
+        (Support::Pinned, Support::Free),
+        (Support::Free, Support::Pinned),
+        (Support::Clamped, Support::Clamped),
+        (Support::Pinned, Support::Clamped),
+    ] {
+        let mut scene = rich_scene();
+        scene.supports.start = start;
+        scene.supports.end = end;
+        scene.loads.point[0].node = rodfit::scene::Node::Index(9);
+        let error = mismatch(&scene, YoungsModulus, Derivatives::Hand);
+        assert!(error < 1e-9, "{start:?} {end:?}: {error:e}");
+    }
+}
+
+#[test]
+fn rectangular_section() {
+    let mut scene = rich_scene();
+    scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [0.0, 1.0, 0.0] };
+    let error = mismatch(&scene, YoungsModulus, Derivatives::Hand);
+    assert!(error < 1e-9, "{error:e}");
+    assert!(scene.problem().unwrap().simulate_with(&[Radius]).is_err(), "no radius to vary");
+}
+
+/// E and beta together: the same numbers as one at a time, and as a simulation with both seeded.
+#[test]
+fn together_as_one_at_a_time() {
+    let scene = cantilever_with(0.7, 2e-3, 0.4, Clamp::MidEdge);
+    let problem = scene.problem().unwrap();
+    let all = [YoungsModulus, Beta, Density, Radius, DampingMass];
+    let together = problem.simulate_with(&all).unwrap();
+    let mut oracle = problem.simulation_over(|p, value| {
+        let seeded = DualSVec64::<2>::from_re(value);
+        match p {
+            YoungsModulus => seeded.derivative(0),
+            Beta => seeded.derivative(1),
+            _ => seeded,
+        }
+    });
+    let time = problem.time().unwrap();
+    for k in 1..=time.steps() {
+        oracle.step_to(time.at(k)).unwrap();
+    }
+    let (_, at_end) = together.at(Point::Tip, time.end).unwrap();
+    for (i, parameter) in all.into_iter().enumerate() {
+        let alone = problem.simulate_with(&[parameter]).unwrap();
+        let (_, alone) = alone.at(Point::Tip, time.end).unwrap();
+        assert_eq!(alone[0], at_end[i], "{parameter}");
+    }
+    let tip: &[_; 2] = oracle.state().q.last_chunk().unwrap();
+    for (c, tip) in tip.iter().enumerate() {
+        let eps = tip.eps.unwrap_generic(nalgebra::U2, nalgebra::U1);
+        for i in 0..2 {
+            assert!((eps[i] / at_end[i][c] - 1.0).abs() < 1e-9, "{i} {c}: {} {}", eps[i], at_end[i][c]);
+        }
+    }
+}
+
+/// Between the steps, the derivative of the interpolant.
+#[test]
+fn between_steps_against_a_difference() {
+    let scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
+    let problem = scene.problem().unwrap();
+    let (point, time) = (Point::ArcLength(0.317), 0.2117);
+    let (_, exact) =
+        problem.simulate_with(&[YoungsModulus]).unwrap().at(point, time).unwrap();
+    let e = scene.material.youngs_modulus;
+    let at = |factor: f64| {
+        let other = problem.with([(YoungsModulus, e * factor)]).unwrap();
+        other.simulate().unwrap().at(point, time).unwrap().0
+    };
+    let h = 1e-5;
+    let (ahead, behind) = (at(1.0 + h), at(1.0 - h));
+    for c in 0..2 {
+        let difference = (ahead[c] - behind[c]) / (2.0 * h * e);
+        assert!((difference / exact[0][c] - 1.0).abs() < 1e-7, "{c}: {difference} {}", exact[0][c]);
+    }
+}
