@@ -9,8 +9,12 @@ use common::{cantilever, cantilever_with};
 
 use Parameter::*;
 
-/// Largest relative difference between the derivatives of all nodes at all steps and those of the
-/// simulation in dual numbers, relative to the largest derivative up to then.
+/// Both routes solve the same equations to rounding. What remains are the rounding errors of the
+/// two trajectories, which beta = 0.5 does not damp.
+const LARGEST: f64 = 1e-9;
+
+/// Largest difference between the derivatives of all nodes at all steps and those of the
+/// simulation in dual numbers, over the largest derivative of the run.
 fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f64 {
     let problem = scene.problem().unwrap().with_derivatives(derivatives);
     let run = problem.simulate_with(&[parameter]).unwrap();
@@ -21,17 +25,15 @@ fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f6
     let (mut worst, mut size) = (0.0_f64, 0.0_f64);
     for k in 1..=time.steps() {
         oracle.step_to(time.at(k)).unwrap();
-        let nodes = oracle.state().q.as_chunks::<2>().0;
-        let exact: Vec<[f64; 2]> = nodes.iter().map(|x| [x[0].eps, x[1].eps]).collect();
-        size = exact.iter().flatten().fold(size, |m, x| m.max(x.abs()));
-        for (node, exact) in exact.iter().enumerate() {
+        for (node, x) in oracle.state().q.as_chunks::<2>().0.iter().enumerate() {
             let (_, derivative) = run.at(Point::Node(node), time.at(k)).unwrap();
-            let error = (derivative[0][0] - exact[0]).hypot(derivative[0][1] - exact[1]);
-            worst = worst.max(error / size);
+            let [dx, dy, _] = derivative[0];
+            worst = worst.max((dx - x[0].eps).hypot(dy - x[1].eps));
+            size = size.max(x[0].eps.hypot(x[1].eps));
         }
     }
     assert!(size > 0.0, "{parameter} has no effect");
-    worst
+    worst / size
 }
 
 #[test]
@@ -42,7 +44,7 @@ fn undamped_cantilever() {
             for parameter in [YoungsModulus, Density, Radius, Beta] {
                 let error = mismatch(&scene, parameter, Derivatives::Hand);
                 println!("beta {beta}, step {step}, {clamp:?}, {parameter}: {error:.1e}");
-                assert!(error < 1e-9, "beta {beta}, {clamp:?}, {parameter}: {error:e}");
+                assert!(error < LARGEST, "beta {beta}, {clamp:?}, {parameter}: {error:e}");
             }
         }
     }
@@ -67,7 +69,7 @@ fn damped_and_curved_rod_with_an_end_force() {
         for derivatives in [Derivatives::Hand, Derivatives::Dual] {
             let error = mismatch(&rich_scene(), parameter, derivatives);
             println!("{parameter}, {derivatives:?}: {error:.1e}");
-            assert!(error < 1e-9, "{parameter}, {derivatives:?}: {error:e}");
+            assert!(error < LARGEST, "{parameter}, {derivatives:?}: {error:e}");
         }
     }
 }
@@ -78,7 +80,7 @@ fn damping_from_zero() {
     let mut scene = rich_scene();
     scene.loads.damping = Default::default();
     let error = mismatch(&scene, DampingMass, Derivatives::Hand);
-    assert!(error < 1e-9, "{error:e}");
+    assert!(error < LARGEST, "{error:e}");
 }
 
 #[test]
@@ -94,7 +96,7 @@ fn every_support() {
         scene.supports.end = end;
         scene.loads.point[0].node = rodfit::scene::Node::Index(9);
         let error = mismatch(&scene, YoungsModulus, Derivatives::Hand);
-        assert!(error < 1e-9, "{start:?} {end:?}: {error:e}");
+        assert!(error < LARGEST, "{start:?} {end:?}: {error:e}");
     }
 }
 
@@ -103,7 +105,7 @@ fn rectangular_section() {
     let mut scene = rich_scene();
     scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [0.0, 1.0, 0.0] };
     let error = mismatch(&scene, YoungsModulus, Derivatives::Hand);
-    assert!(error < 1e-9, "{error:e}");
+    assert!(error < LARGEST, "{error:e}");
     assert!(scene.problem().unwrap().simulate_with(&[Radius]).is_err(), "no radius to vary");
 }
 

@@ -84,7 +84,9 @@ impl Linearized {
         let m = rows.len().max(n);
         let jacobian =
             DMatrix::from_fn(m, n, |i, j| rows.get(i).map_or(0.0, |row| row[free[j]]));
-        let scale = jacobian.column_iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
+        // An unknown without effect gets a scale too, so that damping keeps it where it is.
+        let norms = jacobian.column_iter().map(|c| c.norm());
+        let scale = norms.map(|norm| if norm > 0.0 { norm } else { 1.0 }).collect();
         let mut qtr =
             DVector::from_fn(m, |i, _| residuals.get(i).copied().unwrap_or(0.0));
         let qr = jacobian.qr();

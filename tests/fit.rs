@@ -1,0 +1,295 @@
+//! Identification: exact answers from exact data, honest errors from noisy ones, refusals by name.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rodfit::fit::{FitReport, Sample};
+use rodfit::scene::{Clamp, PointForce, Scene, Section, Time};
+use rodfit::{Fit, Observation, Parameter, Point, Unknown};
+
+mod common;
+use common::{cantilever_with, record};
+
+use Parameter::{Beta, DampingMass, DampingStiffness, Density, PoissonRatio, Radius, YoungsModulus};
+
+/// 25 edges for `end` seconds.
+fn small(end: f64) -> Scene {
+    let mut scene = cantilever_with(0.5, 2e-3, end, Clamp::MidEdge);
+    scene.rod.segments = Some(25);
+    scene
+}
+
+fn observe(scene: &Scene, count: usize) -> Observation {
+    record(&scene.problem().unwrap().simulate().unwrap(), count)
+}
+
+fn fit(scene: &Scene, observation: &Observation, unknowns: &[Unknown]) -> FitReport {
+    let fit = Fit::new(&scene.problem().unwrap()).observe(observation.clone());
+    unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown)).solve().unwrap()
+}
+
+fn value(report: &FitReport, parameter: Parameter) -> f64 {
+    report.estimate(parameter).unwrap().value.unwrap_or_else(|| panic!("{report}"))
+}
+
+/// 20 moduli over three decades, records of 1 s and 5 s, from no start and from a start anywhere
+/// between a hundredth and a hundred times the truth.
+#[test]
+fn exact_modulus_from_anywhere() {
+    let mut random = ChaCha8Rng::seed_from_u64(30);
+    let (mut worst, mut work) = (0.0_f64, Vec::new());
+    for k in 0..20 {
+        let truth = 10f64.powf(7.0 + 3.0 * k as f64 / 19.0);
+        for end in [1.0, 5.0] {
+            let mut scene = small(end);
+            scene.material.youngs_modulus = truth;
+            let data = observe(&scene, (100.0 * end) as usize);
+            scene.material.youngs_modulus = 1.0;
+            let start = truth * 100f64.powf(random.random_range(-1.0..1.0));
+            let starts = [truth / 100.0, truth * 100.0, start];
+            let unknown = Unknown::new(YoungsModulus);
+            for unknown in [unknown, unknown.start(starts[k % 3])] {
+                let report = fit(&scene, &data, &[unknown]);
+                let error = (value(&report, YoungsModulus) / truth - 1.0).abs();
+                worst = worst.max(error);
+                work.push(report.simulations);
+                assert!(report.is_success() && error < 1e-8, "{truth:e}, {end} s, {unknown:?}: {report}");
+            }
+        }
+    }
+    work.sort_by(f64::total_cmp);
+    println!("worst error {worst:.1e}; simulations: median {:.1}, most {:.1}", work[work.len() / 2], work[work.len() - 1]);
+}
+
+/// The paper's own walls: the coarse model of the search is much too short there.
+#[test]
+fn exact_modulus_with_walls_at_nodes() {
+    let mut scene = small(3.0);
+    scene.supports.clamp = Clamp::Nodes;
+    let data = observe(&scene, 300);
+    let report = fit(&scene, &data, &[YoungsModulus.into()]);
+    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
+}
+
+#[test]
+fn exact_beta_alone_and_with_the_modulus() {
+    for truth in [0.5, 0.55, 0.7, 0.9, 1.0] {
+        let mut scene = small(2.0);
+        scene.time = Some(Time { beta: truth, ..Time::new(2.0, 5e-3) });
+        let data = observe(&scene, 200);
+        Beta.set(&mut scene, 0.62).unwrap();
+        let report = fit(&scene, &data, &[Beta.into()]);
+        assert!((value(&report, Beta) - truth).abs() < 1e-6, "{truth}: {report}");
+        let report = fit(&scene, &data, &[YoungsModulus.into(), Beta.into()]);
+        assert!((value(&report, Beta) - truth).abs() < 1e-6, "{truth}: {report}");
+        assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{truth}: {report}");
+    }
+}
+
+#[test]
+fn exact_dampings_with_the_modulus() {
+    let mut scene = small(2.0);
+    scene.loads.damping.mass = 0.8;
+    scene.loads.damping.stiffness = 2e-3;
+    let data = observe(&scene, 200);
+    let unknowns = [YoungsModulus.into(), DampingMass.into(), DampingStiffness.into()];
+    let report = fit(&scene, &data, &unknowns);
+    for (parameter, truth) in [(YoungsModulus, 1e8), (DampingMass, 0.8), (DampingStiffness, 2e-3)] {
+        assert!((value(&report, parameter) / truth - 1.0).abs() < 1e-6, "{report}");
+    }
+}
+
+/// A known force separates what gravity cannot.
+#[test]
+fn modulus_and_density_with_a_known_force() {
+    let mut scene = small(1.0);
+    scene.loads.point = vec![PointForce { node: rodfit::scene::Node::TIP, force: [0.0, -0.3, 0.0] }];
+    let data = observe(&scene, 100);
+    let report = fit(&scene, &data, &[YoungsModulus.into(), Density.into()]);
+    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{report}");
+    assert!((value(&report, Density) / 1273.52 - 1.0).abs() < 1e-6, "{report}");
+}
+
+/// Points inside the rod, missing coordinates and samples, two observations of unknown noise.
+#[test]
+fn partial_observations_of_several_points() {
+    let scene = small(1.0);
+    let run = scene.problem().unwrap().simulate().unwrap();
+    let see = |point: Point, keep: fn(usize, usize) -> bool| {
+        let sample = |k: usize| {
+            let time = k as f64 * 0.013;
+            let (x, _) = run.at(point, time).unwrap();
+            let position = std::array::from_fn(|c| keep(k, c).then_some(x[c]));
+            Sample { time, position }
+        };
+        Observation::new((1..70).map(sample).collect()).at(point)
+    };
+    let middle = see(Point::ArcLength(0.31), |k, c| c == 1 && k % 5 != 0);
+    let node = see(Point::Node(20), |k, c| c < 2 && k % 3 != 0);
+    let report = Fit::new(&scene.problem().unwrap())
+        .observe(middle)
+        .observe(node)
+        .identify(YoungsModulus)
+        .solve()
+        .unwrap();
+    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
+    assert_eq!(report.sigma.len(), 2);
+}
+
+/// 200 seeds of 1 % noise: the reported standard error is the spread of the estimates, and the
+/// intervals cover.
+#[test]
+fn standard_error_is_the_spread() {
+    let mut scene = small(1.0);
+    scene.rod.segments = Some(16);
+    scene.time = Some(Time::new(1.0, 4e-3));
+    let exact = observe(&scene, 100);
+    let problem = scene.problem().unwrap();
+    // 1 % of the tip's largest excursion.
+    let noise = Normal::new(0.0, 0.01 * 0.27).unwrap();
+    let (mut estimates, mut errors, mut covered) = (Vec::new(), Vec::new(), 0);
+    for seed in 0..200 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut data = exact.clone();
+        for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
+            *x += noise.sample(&mut random);
+        }
+        let report =
+            Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap();
+        let estimate = report.estimate(YoungsModulus).unwrap();
+        estimates.push((estimate.value.unwrap() / 1e8).ln());
+        errors.push(estimate.std_error.unwrap() / estimate.value.unwrap());
+        let [low, high] = estimate.interval95.unwrap();
+        covered += usize::from(low <= 1e8 && 1e8 <= high);
+    }
+    let n = estimates.len() as f64;
+    let mean = estimates.iter().sum::<f64>() / n;
+    let spread = (estimates.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    let error = errors.iter().sum::<f64>() / n;
+    println!("standard error {error:.3e}, spread {spread:.3e}, ratio {:.3}; {covered} of 200 intervals cover", error / spread);
+    assert!((error / spread - 1.0).abs() < 0.15);
+    assert!(mean.abs() < 4.0 * spread / n.sqrt(), "bias {mean:e}");
+    // 190 expected; three standard deviations of a binomial count are 9.
+    assert!((181..=199).contains(&covered));
+}
+
+fn refusal(report: &FitReport, words: &[&str]) {
+    assert!(!report.is_success());
+    for word in words {
+        assert!(report.status.contains(word), "`{word}` in: {}", report.status);
+    }
+    for estimate in report.parameters.iter().filter(|e| !e.identifiable) {
+        assert!(estimate.value.is_none() && estimate.std_error.is_none() && estimate.interval95.is_none());
+    }
+}
+
+#[test]
+fn modulus_and_density_under_gravity_are_refused_by_name() {
+    let scene = small(1.0);
+    let data = observe(&scene, 100);
+    let report = fit(&scene, &data, &[YoungsModulus.into(), Density.into()]);
+    refusal(&report, &["not identifiable", "youngs_modulus/density"]);
+    assert!(report.parameters.iter().all(|e| !e.identifiable));
+    // With damping, whose rate is identified all the same.
+    let mut scene = scene;
+    scene.loads.damping.mass = 0.8;
+    let data = observe(&scene, 100);
+    let report = fit(&scene, &data, &[YoungsModulus.into(), DampingMass.into(), Density.into()]);
+    refusal(&report, &["youngs_modulus/density"]);
+    let damping = report.estimate(DampingMass).unwrap();
+    assert!((damping.value.unwrap() / 0.8 - 1.0).abs() < 1e-6, "{report}");
+}
+
+#[test]
+fn what_has_no_effect_is_refused_by_name() {
+    // Poisson's ratio does not enter a planar scene.
+    let mut scene = small(1.0);
+    scene.material.poisson_ratio = Some(0.4);
+    let data = observe(&scene, 50);
+    refusal(&fit(&scene, &data, &[PoissonRatio.into()]), &["poisson_ratio has no effect"]);
+    // Nor does anything in a rod at rest without load.
+    scene.loads.gravity = [0.0; 3];
+    let data = observe(&scene, 50);
+    refusal(&fit(&scene, &data, &[YoungsModulus.into()]), &["youngs_modulus has no effect"]);
+}
+
+/// A wrong model never looks fine.
+#[test]
+fn an_unexplained_motion_is_a_warning() {
+    let scene = small(1.0);
+    let mut data = observe(&scene, 100);
+    for sample in &mut data.samples {
+        sample.position[1] = sample.position[1].map(|y| -y);
+    }
+    let report = fit(&scene, &data, &[YoungsModulus.into()]);
+    assert!(report.warnings.iter().any(|w| w.contains("unexplained")), "{report}");
+    let mut data = observe(&scene, 100).sigma(1e-5);
+    for (k, sample) in data.samples.iter_mut().enumerate() {
+        sample.position[1] = sample.position[1].map(|y| y + 1e-3 * (k as f64).sin());
+    }
+    let report = fit(&scene, &data, &[YoungsModulus.into()]);
+    assert!(report.warnings.iter().any(|w| w.contains("times the stated sigma")), "{report}");
+}
+
+#[test]
+fn bounds_hold_and_are_mentioned() {
+    let scene = small(1.0);
+    let data = observe(&scene, 100);
+    let bounded = Unknown::new(YoungsModulus).bounds(1.2e8, 1e10);
+    let report = fit(&scene, &data, &[bounded]);
+    assert!((value(&report, YoungsModulus) / 1.2e8 - 1.0).abs() < 1e-12, "{report}");
+    assert!(report.warnings.iter().any(|w| w.contains("bound")), "{report}");
+}
+
+/// Both routes of derivatives find the same.
+#[test]
+fn either_route_identifies_the_same() {
+    let mut scene = small(0.5);
+    scene.rod.segments = Some(10);
+    let data = observe(&scene, 50);
+    let problem = scene.problem().unwrap().with_derivatives(rodfit::Derivatives::Dual);
+    let report = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap();
+    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
+}
+
+/// Inputs no fit can start from are errors that name what is wrong.
+#[test]
+fn impossible_requests_are_input_errors() {
+    let scene = small(1.0);
+    let problem = scene.problem().unwrap();
+    let data = observe(&scene, 100);
+    let base = || Fit::new(&problem).observe(data.clone());
+    let late = Observation::new(vec![Sample { time: 1.1, position: [Some(0.0); 3] }; 1]);
+    let cases: Vec<(Fit, &str)> = vec![
+        (base(), "parameter: found none"),
+        (Fit::new(&problem).identify(YoungsModulus), "observation: found none"),
+        (base().identify(YoungsModulus).identify(YoungsModulus), "each name once"),
+        (base().identify(Unknown::new(YoungsModulus).start(-1.0)), "parameter[0].start"),
+        (base().identify(Unknown::new(Beta).start(0.4)), "parameter[0].start"),
+        (base().identify(Unknown::new(YoungsModulus).bounds(2.0, 1.0)), "parameter[0].bounds"),
+        (base().identify(Unknown::new(YoungsModulus).start(5.0).bounds(1.0, 2.0)), "within the bounds"),
+        (Fit::new(&problem).observe(late).identify(YoungsModulus), "time.end"),
+        (base().observe(data.clone().sigma(0.0)).identify(YoungsModulus), "observation[1].sigma"),
+        (base().observe(data.clone().at(Point::ArcLength(0.6))).identify(YoungsModulus), "observation[1].point"),
+        (base().identify(Parameter::ShearModulus), "parameter"),
+    ];
+    for (fit, words) in cases {
+        let error = fit.solve().unwrap_err();
+        assert!(error.is_input() && error.to_string().contains(words), "`{words}` in: {error}");
+    }
+    let mut scene = scene;
+    scene.rod.section = Section::Custom { area: 1e-4, i1: 1e-9, i2: 1e-9, j: 2e-9, up: [0.0, 1.0, 0.0] };
+    let error = Fit::new(&scene.problem().unwrap()).observe(data).identify(Radius).solve();
+    assert!(error.unwrap_err().to_string().contains("radius needs a circle"));
+}
+
+/// Where every simulation fails there is an error of the computation, not a number.
+#[test]
+fn failing_simulations_are_not_a_cost() {
+    let mut scene = small(1.0);
+    let data = observe(&scene, 40);
+    scene.loads.gravity = [0.0, -1e200, 0.0];
+    let problem = scene.problem().unwrap();
+    let error = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap_err();
+    assert!(!error.is_input() && error.to_string().contains("every trial simulation failed"), "{error}");
+}
