@@ -1,1 +1,37 @@
-fn main(){}
+//! One planar element: value, gradient and Hessian, by hand and by num-dual.
+//!
+//! `cargo bench --bench element`
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use rodfit::energy::{Element, PlanarBend, Stretch, dual_gradient, dual_tangent};
+use std::hint::black_box;
+
+fn elements(c: &mut Criterion) {
+    let bend = PlanarBend { stiffness: 4.9, natural_curvature: 0.02 };
+    let q = [0.0, 0.0, 0.01, 0.0012, 0.0198, 0.0031];
+    let mut group = c.benchmark_group("planar bend");
+    group.bench_function("energy", |b| b.iter(|| bend.energy(black_box(&q))));
+    group.bench_function("gradient, hand", |b| b.iter(|| bend.gradient(black_box(&q))));
+    group.bench_function("gradient, num-dual", |b| b.iter(|| dual_gradient(&bend, black_box(&q))));
+    group.bench_function("energy, gradient and Hessian, hand", |b| {
+        b.iter(|| (bend.energy(black_box(&q)), bend.tangent(black_box(&q))))
+    });
+    group.bench_function("energy, gradient and Hessian, num-dual", |b| {
+        b.iter(|| dual_tangent(&bend, black_box(&q)))
+    });
+    group.finish();
+
+    let stretch = Stretch { stiffness: 7854.0, rest_length: 0.0101, natural_strain: 0.0 };
+    let q = [0.0, 0.0, 0.01, 0.0012];
+    let mut group = c.benchmark_group("planar stretch");
+    group.bench_function("gradient and Hessian, hand", |b| {
+        b.iter(|| stretch.tangent(black_box(&q)))
+    });
+    group.bench_function("gradient and Hessian, num-dual", |b| {
+        b.iter(|| dual_tangent(&stretch, black_box(&q)))
+    });
+    group.finish();
+}
+
+criterion_group!(benches, elements);
+criterion_main!(benches);

@@ -1,1 +1,21 @@
-fn main(){}
+//! The shipped fits, from no start.
+//!
+//! `cargo bench --bench fit`
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use rodfit::fit::FitFile;
+
+fn shipped(c: &mut Criterion) {
+    let mut group = c.benchmark_group("shipped fit");
+    group.sample_size(20);
+    for file in ["cantilever-fit.toml", "beta-fit.toml"] {
+        let fit = FitFile::load(format!("data/{file}")).expect("shipped").fit();
+        let report = fit.solve().expect("a fit");
+        println!("{file}: {:.2} simulations", report.simulations);
+        group.bench_function(file, |b| b.iter(|| fit.solve()));
+    }
+    group.finish();
+}
+
+criterion_group!(benches, shipped);
+criterion_main!(benches);

@@ -1,1 +1,180 @@
-fn main(){}
+//! The parts of a Newton iteration, the band solver against faer's sparse LDL^T, and the time per
+//! step over the number of nodes.
+//!
+//! `cargo bench --bench step`; `cargo bench --bench step -- scaling` prints the exponent as well.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Conj, Mat, Par, Side};
+use rodfit::banded::{BandMatrix, Ldlt};
+use rodfit::rod::Rod;
+use rodfit::{Derivatives, Parameter, Problem, Scene, Trajectory};
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+fn cantilever(segments: usize, steps: usize) -> Problem {
+    let mut scene = Scene::load("data/cantilever.toml").expect("shipped scene");
+    scene.rod.segments = Some(segments);
+    if let Some(time) = &mut scene.time {
+        time.end = steps as f64 * time.step;
+    }
+    scene.problem().expect("a valid scene")
+}
+
+/// The rod in motion, its gradient and its tangent.
+fn moving(problem: &Problem) -> (Vec<f64>, Vec<f64>, BandMatrix<f64, 5>) {
+    let mut simulation = problem.simulation();
+    for k in 1..=200 {
+        simulation.step_to(f64::from(k) * 1e-3).expect("a step");
+    }
+    let q = simulation.state().q.clone();
+    let (mut gradient, mut tangent) = (vec![0.0; q.len()], BandMatrix::zeros(q.len()));
+    problem.rod().tangent(&q, Derivatives::Hand, &mut gradient, &mut tangent);
+    (q, gradient, tangent)
+}
+
+fn iteration(c: &mut Criterion) {
+    let problem = cantilever(50, 1000);
+    let rod = problem.rod();
+    let (q, mut gradient, mut tangent) = moving(&problem);
+    let free = problem.free();
+    let end = 1e-6 / 4.0;
+    let mut factors = Ldlt::with_order(q.len());
+    let mut group = c.benchmark_group("50 segments");
+    for route in [Derivatives::Hand, Derivatives::Dual] {
+        group.bench_function(format!("gradient, {route:?}"), |b| {
+            b.iter(|| rod.gradient(black_box(&q), route, &mut gradient))
+        });
+        group.bench_function(format!("gradient and tangent, {route:?}"), |b| {
+            b.iter(|| rod.tangent(black_box(&q), route, &mut gradient, &mut tangent))
+        });
+    }
+    group.bench_function("factor", |b| {
+        b.iter(|| factors.factor_sum(&rod.mass, 1.0, black_box(&tangent), end, free.clone()))
+    });
+    let mut x = gradient.clone();
+    group.bench_function("solve", |b| {
+        b.iter(|| {
+            x.copy_from_slice(&gradient);
+            factors.solve(black_box(&mut x));
+        })
+    });
+    group.bench_function("Newton iteration", |b| {
+        b.iter(|| {
+            rod.tangent(black_box(&q), Derivatives::Hand, &mut gradient, &mut tangent);
+            factors.factor_sum(&rod.mass, 1.0, &tangent, end, free.clone()).expect("regular");
+            x.copy_from_slice(&gradient);
+            factors.solve(&mut x);
+        })
+    });
+
+    // The same matrix in faer: symbolic work done before, numeric factor and solve measured.
+    let n = free.len();
+    let entry = |i: usize, j: usize| {
+        let mass = if i == j { rod.mass[i] } else { 0.0 };
+        mass + end * tangent.get(i, j)
+    };
+    let lower: Vec<Triplet<usize, usize, f64>> = free
+        .clone()
+        .flat_map(|j| (j..free.end.min(j + 6)).map(move |i| (i, j)))
+        .map(|(i, j)| Triplet::new(i - free.start, j - free.start, entry(i, j)))
+        .collect();
+    let sparse = SparseColMat::try_new_from_triplets(n, n, &lower).expect("a matrix");
+    let symbolic = factorize_symbolic_cholesky(
+        sparse.symbolic(),
+        Side::Lower,
+        SymmetricOrdering::Identity,
+        Default::default(),
+    )
+    .expect("symbolic factors");
+    let mut values = vec![0.0; symbolic.len_val()];
+    let room = symbolic
+        .factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default())
+        .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+    let mut memory = MemBuffer::new(room);
+    let rhs = Mat::from_fn(n, 1, |i, _| gradient[free.start + i]);
+    let mut solution = rhs.clone();
+    group.bench_function("faer sparse LDL^T factor and solve", |b| {
+        b.iter(|| {
+            let stack = MemStack::new(&mut memory);
+            let factors = symbolic
+                .factorize_numeric_ldlt(
+                    &mut values,
+                    black_box(sparse.as_ref()),
+                    Side::Lower,
+                    Default::default(),
+                    Par::Seq,
+                    stack,
+                    Default::default(),
+                )
+                .expect("regular");
+            solution.copy_from(&rhs);
+            factors.solve_in_place_with_conj(Conj::No, solution.as_mut(), Par::Seq, stack);
+        })
+    });
+    group.bench_function("band LDL^T factor and solve", |b| {
+        b.iter(|| {
+            factors.factor_sum(&rod.mass, 1.0, &tangent, end, free.clone()).expect("regular");
+            x.copy_from_slice(&gradient);
+            factors.solve(black_box(&mut x));
+        })
+    });
+    group.finish();
+}
+
+/// A run of `steps` steps with `parameters`, stepping alone.
+fn stepping(problem: &Problem, steps: usize, parameters: &[Parameter]) -> Duration {
+    let tip = problem.dof() / 2 - 1;
+    let mut trajectory = Trajectory::new(problem, &[tip], parameters).expect("a record");
+    trajectory.run(problem, steps, |_| {}).expect("a run");
+    trajectory.stepping()
+}
+
+fn runs(c: &mut Criterion) {
+    let problem = cantilever(50, 1000);
+    let all = [Parameter::YoungsModulus, Parameter::Density, Parameter::Radius, Parameter::Beta];
+    let mut group = c.benchmark_group("1000 steps of 1 ms");
+    group.sample_size(20);
+    for count in [0, 1, 2, 4] {
+        group.bench_function(BenchmarkId::new("sensitivities", count), |b| {
+            b.iter(|| stepping(&problem, 1000, &all[..count]))
+        });
+    }
+    group.finish();
+    // Pairs in turn, so that a slow spell of the machine hits both.
+    let mut ratios: Vec<f64> = (0..31)
+        .map(|_| {
+            let plain = stepping(&problem, 1000, &[]);
+            stepping(&problem, 1000, &all[..1]).as_secs_f64() / plain.as_secs_f64()
+        })
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    println!("one sensitivity over the plain run, median of 31 pairs: {:.2}", ratios[15]);
+}
+
+fn scaling(_: &mut Criterion) {
+    let mut points = Vec::new();
+    for segments in [10, 100, 1000, 10_000, 100_000] {
+        let steps = (200_000 / segments).clamp(20, 2000);
+        let problem = cantilever(segments, steps);
+        let mut times: Vec<f64> = (0..5)
+            .map(|_| {
+                let start = Instant::now();
+                let mut trajectory = Trajectory::new(&problem, &[], &[]).expect("a record");
+                trajectory.run(&problem, steps, |_| {}).expect("a run");
+                let work = trajectory.work();
+                start.elapsed().as_secs_f64() / work.newton_iterations as f64
+            })
+            .collect();
+        times.sort_by(f64::total_cmp);
+        println!("{segments:7} segments: {:9.3} us per Newton iteration", 1e6 * times[2]);
+        points.push(((segments as f64).ln(), times[2].ln()));
+    }
+    let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
+    println!("exponent from 10 to 100000 segments: {:.3}", slope(points[0], points[4]));
+}
+
+criterion_group!(benches, iteration, runs, scaling);
+criterion_main!(benches);

@@ -44,8 +44,10 @@ fn main() {
     let q = states[0];
     let r2 = q[0] * q[0] + q[1] * q[1];
     let material = |a: f64, b: f64| pendulum.k * a * b / r2;
-    let incomplete =
-        [[material(q[0], q[0]), material(q[0], q[1])], [material(q[1], q[0]), material(q[1], q[1])]];
+    let incomplete = [
+        [material(q[0], q[0]), material(q[0], q[1])],
+        [material(q[1], q[0]), material(q[1], q[1])],
+    ];
     let report = check_hessian(&pendulum, &q, &incomplete);
     println!("{report}");
     assert!(!report.passed());

@@ -294,12 +294,15 @@ mod tests {
         let mut a = BandMatrix::zeros(n);
         for j in 0..n - 3 {
             let v = |k: usize| ((j * 7 + k * 3) % 11) as f64 / 11.0 - 0.4;
-            a.add_block(j, &[
-                [3.0 + shift, v(0), v(1), v(2)],
-                [v(0), 2.0, v(3), v(4)],
-                [v(1), v(3), 1.0, v(5)],
-                [v(2), v(4), v(5), 1.0],
-            ]);
+            a.add_block(
+                j,
+                &[
+                    [3.0 + shift, v(0), v(1), v(2)],
+                    [v(0), 2.0, v(3), v(4)],
+                    [v(1), v(3), 1.0, v(5)],
+                    [v(2), v(4), v(5), 1.0],
+                ],
+            );
         }
         a
     }
@@ -339,6 +342,36 @@ mod tests {
             let mut ldlt = Ldlt::with_order(12);
             ldlt.factor(&a, 0..12).unwrap();
             assert_eq!(ldlt.negative_pivots(), negative);
+        }
+    }
+
+    #[test]
+    fn solves_as_faer_does() {
+        use faer::linalg::solvers::Solve;
+        for shift in [0.0, -2.9, -20.0] {
+            let a = matrix(40, shift);
+            let mut ldlt = Ldlt::with_order(40);
+            ldlt.factor(&a, 0..40).unwrap();
+            let b: Vec<f64> = (0..40).map(|i| 1.0 / (1.0 + i as f64)).collect();
+            let mut x = b.clone();
+            ldlt.solve(&mut x);
+            let dense = faer::Mat::from_fn(40, 40, |i, j| a.get(i, j));
+            let oracle = dense.partial_piv_lu().solve(faer::Mat::from_fn(40, 1, |i, _| b[i]));
+            for i in 0..40 {
+                assert!((x[i] - oracle[(i, 0)]).abs() < 1e-12 * oracle.norm_max(), "{shift} {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn absolute_product_takes_every_entry() {
+        let a = matrix(12, -6.1);
+        let x: Vec<f64> = (0..12).map(|i| (i as f64).cos()).collect();
+        let mut found = vec![0.0; 12];
+        a.absolute_product(&x, &mut found);
+        for i in 0..12 {
+            let sum: f64 = (0..12).map(|j| (a.get(i, j) * x[j]).abs()).sum();
+            assert!((found[i] - sum).abs() < 1e-14);
         }
     }
 

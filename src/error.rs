@@ -70,7 +70,9 @@ pub enum Error {
         tolerance: f64,
     },
     /// The tangent of a step has no inverse.
-    #[error("the tangent is singular at t = {time} s, degree of freedom {row}; a smaller time.step may help")]
+    #[error(
+        "the tangent is singular at t = {time} s, degree of freedom {row}; a smaller time.step may help"
+    )]
     SingularTangent {
         /// End of the step that failed, s.
         time: f64,
@@ -122,8 +124,9 @@ impl Error {
 
     /// Names the file an error comes from, where it does not say so itself.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
-        if let Self::Parse { file, .. } | Self::Invalid { file, .. } | Self::Unavailable { file, .. } =
-            &mut self
+        if let Self::Parse { file, .. }
+        | Self::Invalid { file, .. }
+        | Self::Unavailable { file, .. } = &mut self
         {
             *file = file.take().or_else(|| path.map(Into::into));
         }

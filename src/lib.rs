@@ -1,4 +1,63 @@
-//! rodfit
+//! Simulation of slender elastic rods, and identification of their parameters from recorded
+//! motion.
+//!
+//! A rod of `N` nodes `x_0 .. x_(N-1)` in the plane has the energy (Discrete Elastic Rods; Bergou
+//! et al. 2008, 2010; Huang & Jawed 2019, Eq. 1)
+//!
+//! ```text
+//! E(q) = sum_j 1/2 EA eps_j^2 l_j + sum_i 1/2 (EI/dl_i) (kappa_i - kappa_natural_i)^2 - f.q
+//! ```
+//!
+//! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme
+//! ([`newmark`]) steps through time with Newton's method on an exact banded tangent. Given where a
+//! point of the rod was seen, [`Fit`] finds the parameters that explain it:
+//!
+//! ```text
+//! minimise over p   1/2 sum_k |x(s, t_k; p) - x_seen_k|^2 / sigma^2
+//! ```
+//!
+//! with exact derivatives of the trajectory ([`sensitivity`]), a start of its own making, and an
+//! error bar that says what the data can tell.
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `q` | unknowns `[x_0, y_0, x_1, ..]` in the plane of the scene | m |
+//! | `l_j` | rest length of edge `j` | m |
+//! | `dl_i` | Voronoi length of inner node `i`, half the adjacent rest lengths | m |
+//! | `eps_j` | stretching strain `abs(e_j)/l_j - 1` | 1 |
+//! | `kappa_i` | integrated curvature `2 tan(phi_i/2)` of the turning angle `phi_i` | 1 |
+//! | `E`, `A`, `I` | Young's modulus, area and second moment of area | Pa, m^2, m^4 |
+//! | `M` | lumped masses, half of each adjacent edge | kg |
+//! | `beta` | of the scheme: 1 is implicit Euler, 1/2 keeps energy | 1 |
+//!
+//! # A simulation and a fit
+//!
+//! ```
+//! use rodfit::{Fit, Observation, Parameter, Point, Scene};
+//!
+//! let problem = Scene::load("data/cantilever.toml")?.problem()?;
+//! let fit = Fit::new(&problem)
+//!     .observe(Observation::read("data/cantilever-tip.csv")?.at(Point::Tip))
+//!     .identify(Parameter::YoungsModulus)
+//!     .solve()?;
+//! println!("{fit}");
+//! let best = problem.with(fit.parameters())?;
+//! let run = best.simulate_with(&[Parameter::YoungsModulus])?;
+//! let (x, dx_dp) = run.at(Point::Tip, 0.3)?; // m, and m/Pa
+//! # assert!((fit.parameters()[0].1 / 1e8 - 1.0).abs() < 2e-3 && x[1] < 0.0 && dx_dp[0][1] > 0.0);
+//! # Ok::<(), rodfit::Error>(())
+//! ```
+//!
+//! # How the data go
+//!
+//! [`Scene`] (a file, validated) becomes a [`Problem`] (mesh, plane, supports, loads), which makes
+//! a [`PlanarRod`](planar_rod::PlanarRod) of [elements](energy) and a
+//! [`Simulation`](simulation::Simulation): elements, band matrix ([`banded`]), Newton step,
+//! [`State`](state::State), [`Trajectory`]. [`fit`] compares trajectories with [`Observation`]s.
+//! Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.
+//!
+//! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
+
 pub mod banded;
 pub mod check;
 pub mod energy;
@@ -15,7 +74,7 @@ pub mod scene;
 pub mod sensitivity;
 pub mod simulation;
 pub mod state;
-pub mod table;
+mod table;
 pub mod trajectory;
 
 pub use energy::{Analytic, Derivatives, Energy};
@@ -26,3 +85,8 @@ pub use problem::{PlanarSimulation, Problem};
 pub use scalar::Scalar;
 pub use scene::Scene;
 pub use trajectory::{Point, Trajectory};
+
+/// The README's code, compiled and run with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

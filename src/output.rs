@@ -21,7 +21,8 @@ impl NodeTable {
     /// Creates the file and writes its header for `nodes` nodes.
     pub fn create(path: &Path, nodes: usize) -> Result<Self, Error> {
         let file = File::create(path).map_err(|source| Error::io(path, source))?;
-        let mut table = Self { path: path.into(), writer: csv::Writer::from_writer(file), row: Vec::new() };
+        let mut table =
+            Self { path: path.into(), writer: csv::Writer::from_writer(file), row: Vec::new() };
         let names = (0..nodes).flat_map(|i| ["x", "y", "z"].map(|axis| format!("{axis}_{i}")));
         table.row = std::iter::once("t".to_string()).chain(names).collect();
         table.write()?;
@@ -29,7 +30,11 @@ impl NodeTable {
     }
 
     /// Appends the state of a simulation.
-    pub fn push(&mut self, problem: &Problem, simulation: &PlanarSimulation<f64>) -> Result<(), Error> {
+    pub fn push(
+        &mut self,
+        problem: &Problem,
+        simulation: &PlanarSimulation<f64>,
+    ) -> Result<(), Error> {
         let state = simulation.state();
         let plane = problem.plane();
         let coordinates = state.q.as_chunks::<2>().0.iter().flat_map(|x| plane.to_world(*x));

@@ -201,7 +201,8 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
 
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
         let (stretch_shift, bend_shift) = shift.split_at(elastic.stretch.len());
-        for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift) {
+        for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift)
+        {
             *to = from.viscous(factor, *shift);
         }
         for ((to, from), shift) in self.bend.iter_mut().zip(&elastic.bend).zip(bend_shift) {

@@ -88,7 +88,8 @@ impl Problem {
     fn check_sizes(&self) -> Result<(), Error> {
         let rod = self.rod();
         let numbers = rod.stretch.iter().map(|s| s.stiffness);
-        let numbers = numbers.chain(rod.bend.iter().map(|b| b.stiffness)).chain(rod.mass.iter().copied());
+        let numbers =
+            numbers.chain(rod.bend.iter().map(|b| b.stiffness)).chain(rod.mass.iter().copied());
         match numbers.into_iter().find(|x| !(x.is_normal() && *x > 0.0)) {
             Some(x) => Err(Error::invalid(
                 "rod.section, material",
@@ -142,10 +143,7 @@ impl Problem {
     }
 
     /// The problem with other values of some parameters.
-    pub fn with(
-        &self,
-        values: impl IntoIterator<Item = (Parameter, f64)>,
-    ) -> Result<Self, Error> {
+    pub fn with(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Self, Error> {
         let mut scene = self.scene.clone();
         for (parameter, value) in values {
             parameter.set(&mut scene, value)?;
@@ -208,10 +206,8 @@ impl Problem {
             0.5 * (edge(i.checked_sub(1)) + edge(Some(i)))
         };
         let node_mass: Vec<D> = (0..self.nodes.len()).map(|i| line_density * share(i)).collect();
-        let mut load: Vec<DeadLoad<D>> = node_mass
-            .iter()
-            .map(|m| DeadLoad { force: self.gravity.map(|g| *m * g) })
-            .collect();
+        let mut load: Vec<DeadLoad<D>> =
+            node_mass.iter().map(|m| DeadLoad { force: self.gravity.map(|g| *m * g) }).collect();
         for (i, force) in &self.forces {
             load[*i].force[0] += D::from(force[0]);
             load[*i].force[1] += D::from(force[1]);
@@ -342,7 +338,8 @@ fn plane_of(scene: &Scene, nodes: &[[f64; 3]]) -> Result<Plane, Error> {
         vectors.push((format!("loads.point[{i}].force"), load.force.into()));
     }
     let up = scene.rod.section.up().map(Vector3::from);
-    Plane::through(nodes, &vectors, up).map_err(|what| spatial(&format!("{what} leaves the plane of the rest")))
+    Plane::through(nodes, &vectors, up)
+        .map_err(|what| spatial(&format!("{what} leaves the plane of the rest")))
 }
 
 fn spatial(why: &str) -> Error {

@@ -278,10 +278,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
                 scheme.end,
                 self.free.clone(),
             )
-            .map_err(|singular| Error::SingularTangent {
-                time: self.state.time,
-                row: singular.row,
-            })
+            .map_err(|singular| Error::SingularTangent { time: self.state.time, row: singular.row })
     }
 
     fn mass_factor(&self, scheme: &NewmarkBeta<D>) -> D {
@@ -294,9 +291,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         let end = scheme.end.value();
         let masses = self.rod.mass().iter().zip(&self.state.q);
         for (level, (mass, q)) in self.rounding.iter_mut().zip(masses) {
-            *level = ROUNDING
-                * f64::EPSILON
-                * (end * *level + mass.value() * q.value().abs());
+            *level = ROUNDING * f64::EPSILON * (end * *level + mass.value() * q.value().abs());
         }
     }
 

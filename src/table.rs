@@ -81,7 +81,9 @@ fn number(field: &str, column: &str, path: &Path, line: u64) -> Result<Option<f6
         _ => Err(Error::Data {
             path: path.into(),
             line,
-            message: format!("column `{column}`: found `{field}`, allowed: a finite number, blank or NaN"),
+            message: format!(
+                "column `{column}`: found `{field}`, allowed: a finite number, blank or NaN"
+            ),
         }),
     }
 }

@@ -85,7 +85,8 @@ impl Stencil {
         let n = arc_length.len();
         let right = arc_length.partition_point(|a| *a < s).clamp(1, n - 1);
         let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]);
-        if let Some(i) = [right - 1, right].into_iter().find(|i| (arc_length[*i] - s).abs() <= tolerance)
+        if let Some(i) =
+            [right - 1, right].into_iter().find(|i| (arc_length[*i] - s).abs() <= tolerance)
         {
             return Self::node(i);
         }
@@ -304,9 +305,12 @@ impl approx::AbsDiffEq for Trajectory {
     fn abs_diff_eq(&self, other: &Self, epsilon: f64) -> bool {
         self.times == other.times
             && self.tracked == other.tracked
-            && self.motion.rows.iter().zip(&other.motion.rows).all(|(a, b)| {
-                (a[0] - b[0]).hypot(a[1] - b[1]) <= epsilon
-            })
+            && self
+                .motion
+                .rows
+                .iter()
+                .zip(&other.motion.rows)
+                .all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) <= epsilon)
     }
 }
 

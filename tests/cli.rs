@@ -45,7 +45,9 @@ impl Folder {
         folder.write("scene.toml", SCENE);
         folder.write("fit.toml", FIT);
         // Free fall for a while, then whatever: a fit need not be good to be possible.
-        let rows = (0..30).map(|k| f64::from(k) * 0.01).map(|t| format!("{t},{},{}\n", 0.5 - 2.0 * t * t * t, -2.0 * t * t));
+        let rows = (0..30)
+            .map(|k| f64::from(k) * 0.01)
+            .map(|t| format!("{t},{},{}\n", 0.5 - 2.0 * t * t * t, -2.0 * t * t));
         folder.write("tip.csv", &format!("t,x,y\n{}", rows.collect::<String>()));
         folder
     }
@@ -84,10 +86,14 @@ fn refused(output: &Output, words: &[&str]) {
 #[test]
 fn simulate_writes_what_it_promises() {
     let folder = Folder::new();
-    let output = folder.run(&["simulate", "scene.toml", "--out", "nodes.csv", "--json", "run.json"]);
+    let output =
+        folder.run(&["simulate", "scene.toml", "--out", "nodes.csv", "--json", "run.json"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let run = folder.json("run.json");
-    assert_eq!((&run["model"], &run["dof"], &run["steps"]), (&"planar".into(), &42.into(), &150.into()));
+    assert_eq!(
+        (&run["model"], &run["dof"], &run["steps"]),
+        (&"planar".into(), &42.into(), &150.into())
+    );
     assert_eq!(run["status"], "completed");
     assert_eq!(run["scene"]["supports"]["clamp"], "mid-edge");
     assert!(run["newton_iterations"].as_u64().unwrap() >= 150);
@@ -99,10 +105,8 @@ fn simulate_writes_what_it_promises() {
     let header: Vec<String> = reader.headers().unwrap().iter().map(Into::into).collect();
     assert_eq!(header[..4], ["t", "x_0", "y_0", "z_0"]);
     assert_eq!(header.len(), 1 + 3 * 21);
-    let rows: Vec<Vec<f64>> = reader
-        .records()
-        .map(|r| r.unwrap().iter().map(|f| f.parse().unwrap()).collect())
-        .collect();
+    let rows: Vec<Vec<f64>> =
+        reader.records().map(|r| r.unwrap().iter().map(|f| f.parse().unwrap()).collect()).collect();
     assert_eq!(rows.len(), 151);
     for c in 1..4 {
         assert_eq!(tip[150][c].as_f64().unwrap(), rows[150][60 + c]);
@@ -113,7 +117,10 @@ fn simulate_writes_what_it_promises() {
 #[test]
 fn any_plane_is_planar() {
     let folder = Folder::new();
-    folder.write("turned.toml", &SCENE.replace("[1, 0, 0]", "[0, 0.6, 0.8]").replace("[0, -9.8, 0]", "[9.8, 0, 0]"));
+    folder.write(
+        "turned.toml",
+        &SCENE.replace("[1, 0, 0]", "[0, 0.6, 0.8]").replace("[0, -9.8, 0]", "[9.8, 0, 0]"),
+    );
     for (scene, json) in [("scene.toml", "a.json"), ("turned.toml", "b.json")] {
         assert!(folder.run(&["simulate", scene, "--json", json]).status.success());
     }
@@ -128,7 +135,9 @@ fn any_plane_is_planar() {
 #[test]
 fn json_on_stdout_is_only_json() {
     let folder = Folder::new();
-    for arguments in [&["simulate", "scene.toml", "--json", "-"][..], &["check", "scene.toml", "--json", "-"]] {
+    for arguments in
+        [&["simulate", "scene.toml", "--json", "-"][..], &["check", "scene.toml", "--json", "-"]]
+    {
         let output = folder.run(arguments);
         assert!(output.status.success(), "{}", stderr(&output));
         serde_json::from_slice::<Value>(&output.stdout).unwrap();
@@ -140,7 +149,8 @@ fn both_routes_of_derivatives_simulate_the_same() {
     let folder = Folder::new();
     for route in ["hand", "dual"] {
         let json = format!("{route}.json");
-        let output = folder.run(&["simulate", "scene.toml", "--derivatives", route, "--json", &json]);
+        let output =
+            folder.run(&["simulate", "scene.toml", "--derivatives", route, "--json", &json]);
         assert!(output.status.success(), "{}", stderr(&output));
     }
     let (hand, dual) = (folder.json("hand.json"), folder.json("dual.json"));
@@ -173,7 +183,14 @@ fn shipped_fits_find_the_truth() {
     let folder = Folder::new();
     for (file, truth) in [("cantilever-fit.toml", 1e8), ("beta-fit.toml", 0.75)] {
         let path = data.join(file);
-        let output = folder.run(&["fit", path.to_str().unwrap(), "--json", "fit.json", "--save", "fitted.toml"]);
+        let output = folder.run(&[
+            "fit",
+            path.to_str().unwrap(),
+            "--json",
+            "fit.json",
+            "--save",
+            "fitted.toml",
+        ]);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         let fit = folder.json("fit.json");
         assert_eq!(fit["converged"], true);
@@ -190,14 +207,21 @@ fn shipped_fits_find_the_truth() {
 #[test]
 fn what_is_not_identifiable_exits_with_three_and_still_writes() {
     let folder = Folder::new();
-    let fit = FIT.replace("name = \"youngs_modulus\"", "name = \"youngs_modulus\"\n[[parameter]]\nname = \"density\"");
+    let fit = FIT.replace(
+        "name = \"youngs_modulus\"",
+        "name = \"youngs_modulus\"\n[[parameter]]\nname = \"density\"",
+    );
     folder.write("fit.toml", &fit);
     let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     let fit = folder.json("fit.json");
     for parameter in fit["parameters"].as_array().unwrap() {
         assert_eq!(parameter["identifiable"], false);
-        assert!(parameter["value"].is_null() && parameter["std_error"].is_null() && parameter["interval95"].is_null());
+        assert!(
+            parameter["value"].is_null()
+                && parameter["std_error"].is_null()
+                && parameter["interval95"].is_null()
+        );
     }
     assert!(fit["status"].as_str().unwrap().contains("youngs_modulus/density"));
 }
@@ -207,16 +231,25 @@ fn what_is_not_identifiable_exits_with_three_and_still_writes() {
 fn a_failed_step_exits_with_three_and_keeps_the_rest() {
     let folder = Folder::new();
     // Strong enough to fold an edge flat.
-    let scene = SCENE.replace("gravity = [0, -9.8, 0]", "gravity = [-3e5, -40.0, 0]").replace("1e8", "1e5");
+    let scene =
+        SCENE.replace("gravity = [0, -9.8, 0]", "gravity = [-3e5, -40.0, 0]").replace("1e8", "1e5");
     folder.write("scene.toml", &scene.replace("step = 2e-3", "step = 5e-3"));
-    let output = folder.run(&["simulate", "scene.toml", "--out", "nodes.csv", "--json", "run.json"]);
+    let output =
+        folder.run(&["simulate", "scene.toml", "--out", "nodes.csv", "--json", "run.json"]);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     assert!(stderr(&output).contains("at t ="), "{}", stderr(&output));
     let run = folder.json("run.json");
     let steps = run["steps"].as_u64().unwrap() as usize;
     assert!(run["status"].as_str().unwrap().contains("stopped"));
     assert_eq!(run["tip"].as_array().unwrap().len(), steps + 1);
-    assert!(run["tip"].as_array().unwrap().iter().flat_map(|t| t.as_array().unwrap()).all(|x| x.is_f64()));
+    assert!(
+        run["tip"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|t| t.as_array().unwrap())
+            .all(|x| x.is_f64())
+    );
     let rows = std::fs::read_to_string(folder.path("nodes.csv")).unwrap().lines().count();
     assert_eq!(rows, steps + 2);
 }
@@ -246,12 +279,21 @@ fn bad_scenes_are_refused() {
         (change("\"circle\"", "\"oval\""), &["oval", "circle"]),
         (change("density = 1273.52", "density = inf"), &["material.density", "inf"]),
         (change("youngs_modulus = 1e8", "youngs_modulus = 0.0"), &["material.youngs_modulus"]),
-        (change("poisson_ratio = 0.5", "poisson_ratio = 0.6"), &["material.poisson_ratio", "0.6", "(-1, 0.5]"]),
+        (
+            change("poisson_ratio = 0.5", "poisson_ratio = 0.6"),
+            &["material.poisson_ratio", "0.6", "(-1, 0.5]"],
+        ),
         (change("poisson_ratio = 0.5", "poisson_ratio = -1.0"), &["material.poisson_ratio", "-1"]),
-        (change("poisson_ratio = 0.5", "poisson_ratio = 0.5\nshear_modulus = 1e7"), &["shear_modulus", "one of the two"]),
+        (
+            change("poisson_ratio = 0.5", "poisson_ratio = 0.5\nshear_modulus = 1e7"),
+            &["shear_modulus", "one of the two"],
+        ),
         (change("beta = 0.5", "beta = 0.49"), &["time.beta", "0.49", "[0.5, 1]"]),
         (change("beta = 0.5", "beta = 1.01"), &["time.beta", "1.01"]),
-        (change("direction = [1, 0, 0]", "direction = [0, 0, 0]"), &["rod.shape.direction", "non-zero"]),
+        (
+            change("direction = [1, 0, 0]", "direction = [0, 0, 0]"),
+            &["rod.shape.direction", "non-zero"],
+        ),
         (change("length = 0.5", "length = -1.0"), &["rod.shape.length", "-1"]),
         (change("step = 2e-3", "step = 0"), &["time.step", "found 0"]),
         (change("step = 2e-3", "step = 1e-10"), &["time.step", "1e9 steps"]),
@@ -261,15 +303,45 @@ fn bad_scenes_are_refused() {
         (change("[0, -9.8, 0]", "[0, -9.8]"), &["gravity"]),
         (change("[0, -9.8, 0]", "[0, nan, 0]"), &["loads.gravity", "NaN"]),
         (change("gravity", "damping = { mass = -1.0 }\ngravity"), &["loads.damping.mass", "-1"]),
-        (change("[time]", "[[loads.point]]\nnode = 21\nforce = [0, 1, 0]\n[time]"), &["loads.point[0].node", "21", "0 .. 20"]),
+        (
+            change("[time]", "[[loads.point]]\nnode = 21\nforce = [0, 1, 0]\n[time]"),
+            &["loads.point[0].node", "21", "0 .. 20"],
+        ),
         (change("[time]", "[[loads.point]]\nnode = \"top\"\nforce = [0, 1, 0]\n[time]"), &["tip"]),
         (change("[time]", "[supports]\nend = \"roller\"\n[time]"), &["roller", "clamped"]),
-        (change("[time]", "[[loads.point]]\nnode = \"tip\"\nforce = [0, 0, 1]\n[time]"), &["spatial", "loads.point[0].force"]),
-        (change("segments = 20", "segments = 20\ndimension = \"spatial\""), &["rod.dimension", "not available"]),
-        (change("segments = 20", "segments = 20\ndiscretization = \"corrected\""), &["corrected", "paper"]),
-        (change("kind = \"straight\", length = 0.5, direction = [1, 0, 0]", "kind = \"helix\", length = 0.5, radius = 0.02, pitch = 0.05, axis = [0, 0, -1], handedness = \"left\""), &["spatial", "not available"]),
-        (change("kind = \"straight\", length = 0.5, direction = [1, 0, 0]", "kind = \"polyline\", file = \"rest.csv\""), &["rod.segments", "polyline"]),
-        (change("segments = 20", "").replace("kind = \"straight\", length = 0.5, direction = [1, 0, 0]", "kind = \"polyline\", file = \"rest.csv\""), &["rest.csv", "No such file"]),
+        (
+            change("[time]", "[[loads.point]]\nnode = \"tip\"\nforce = [0, 0, 1]\n[time]"),
+            &["spatial", "loads.point[0].force"],
+        ),
+        (
+            change("segments = 20", "segments = 20\ndimension = \"spatial\""),
+            &["rod.dimension", "not available"],
+        ),
+        (
+            change("segments = 20", "segments = 20\ndiscretization = \"corrected\""),
+            &["corrected", "paper"],
+        ),
+        (
+            change(
+                "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",
+                "kind = \"helix\", length = 0.5, radius = 0.02, pitch = 0.05, axis = [0, 0, -1], handedness = \"left\"",
+            ),
+            &["spatial", "not available"],
+        ),
+        (
+            change(
+                "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",
+                "kind = \"polyline\", file = \"rest.csv\"",
+            ),
+            &["rod.segments", "polyline"],
+        ),
+        (
+            change("segments = 20", "").replace(
+                "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",
+                "kind = \"polyline\", file = \"rest.csv\"",
+            ),
+            &["rest.csv", "No such file"],
+        ),
         ("[rod".to_string(), &["line 1"]),
     ];
     let folder = Folder::new();
@@ -277,12 +349,19 @@ fn bad_scenes_are_refused() {
         folder.write("scene.toml", &text);
         let output = folder.run(&["simulate", "scene.toml"]);
         refused(&output, words);
-        assert!(stderr(&output).contains("scene.toml") || stderr(&output).contains("rest.csv"), "{}", stderr(&output));
+        assert!(
+            stderr(&output).contains("scene.toml") || stderr(&output).contains("rest.csv"),
+            "{}",
+            stderr(&output)
+        );
     }
     refused(&folder.run(&["simulate", "absent.toml"]), &["absent.toml", "No such file"]);
     refused(&folder.run(&["simulate", "scene.toml", "--out", "no/such/folder.csv"]), &["line 1"]);
     folder.write("scene.toml", SCENE);
-    refused(&folder.run(&["simulate", "scene.toml", "--out", "no/such/folder.csv"]), &["no/such/folder.csv"]);
+    refused(
+        &folder.run(&["simulate", "scene.toml", "--out", "no/such/folder.csv"]),
+        &["no/such/folder.csv"],
+    );
 }
 
 #[test]
@@ -317,9 +396,21 @@ fn bad_fits_and_data_are_refused() {
         ("fit.toml", FIT.replace("scene.toml", "none.toml"), &["none.toml", "No such file"]),
         ("fit.toml", FIT.replace("youngs_modulus", "stiffness"), &["stiffness", "youngs_modulus"]),
         ("fit.toml", FIT.replace("point = \"tip\"", "point = \"nose\""), &["tip", "arc_length"]),
-        ("fit.toml", FIT.replace("point = \"tip\"", "point = 400"), &["observation[0].point", "400"]),
-        ("fit.toml", FIT.replace("point = \"tip\"", "point = { arc_length = 0.7 }"), &["observation[0].point", "0.7"]),
-        ("fit.toml", FIT.replace("point = \"tip\"", "sigma = -1.0"), &["observation[0].sigma", "-1"]),
+        (
+            "fit.toml",
+            FIT.replace("point = \"tip\"", "point = 400"),
+            &["observation[0].point", "400"],
+        ),
+        (
+            "fit.toml",
+            FIT.replace("point = \"tip\"", "point = { arc_length = 0.7 }"),
+            &["observation[0].point", "0.7"],
+        ),
+        (
+            "fit.toml",
+            FIT.replace("point = \"tip\"", "sigma = -1.0"),
+            &["observation[0].sigma", "-1"],
+        ),
         ("fit.toml", FIT.replace("point = \"tip\"", "colour = 1"), &["colour"]),
         ("fit.toml", format!("{FIT}start = 0.0\n"), &["parameter[0].start", "found 0"]),
         ("fit.toml", format!("{FIT}bounds = [2.0, 1.0]\n"), &["parameter[0].bounds"]),
@@ -360,6 +451,9 @@ fn data_in_other_units_and_with_gaps_are_the_same_data() {
         let v: Vec<f64> = line.split(',').map(|f| f.parse().unwrap()).collect();
         format!("{}, {}, {}\n", 1e3 * v[1], 1e2 * v[2], 1e3 * v[0])
     });
-    folder.write("tip.csv", &format!("# a tracker's comment\nx[mm], y [cm], t[ms]\n{}", rows.collect::<String>()));
+    folder.write(
+        "tip.csv",
+        &format!("# a tracker's comment\nx[mm], y [cm], t[ms]\n{}", rows.collect::<String>()),
+    );
     assert!((value() / metres - 1.0).abs() < 1e-9);
 }

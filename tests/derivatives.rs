@@ -62,7 +62,10 @@ fn bend_agrees_on_random_states() {
             worst[2] = worst[2].max(errors.finite_difference);
         }
     }
-    println!("worst: to 170 degrees {:.1e}, beyond (scaled) {:.1e}, differences {:.1e}", worst[0], worst[1], worst[2]);
+    println!(
+        "worst: to 170 degrees {:.1e}, beyond (scaled) {:.1e}, differences {:.1e}",
+        worst[0], worst[1], worst[2]
+    );
 }
 
 #[test]
@@ -131,12 +134,20 @@ fn nearly_straight_rods_stay_finite_in_every_scalar() {
             assert!(errors.gradient <= 1e-12 && errors.hessian <= 1e-12, "{off}: {report}");
 
             let local = bend.tangent(&q);
-            assert!(local.gradient.iter().chain(local.hessian.iter().flatten()).all(|x| x.is_finite()));
+            assert!(
+                local.gradient.iter().chain(local.hessian.iter().flatten()).all(|x| x.is_finite())
+            );
             assert!(second_order(&q, |_, x| x).is_finite());
             let dual = second_order(&q, |i, x| Dual64::new(x, i as f64));
             assert!(dual.eps.is_finite());
             let vector = second_order(&q, |i, x| DualSVec64::<6>::from_re(x).derivative(i));
-            assert!(vector.eps.unwrap_generic(nalgebra::Const::<6>, nalgebra::U1).iter().all(|x| x.is_finite()));
+            assert!(
+                vector
+                    .eps
+                    .unwrap_generic(nalgebra::Const::<6>, nalgebra::U1)
+                    .iter()
+                    .all(|x| x.is_finite())
+            );
             let second = second_order(&q, |i, x| Dual2SVec64::<6>::from_re(x).derivative(i));
             let n = nalgebra::Const::<6>;
             assert!(second.v2.unwrap_generic(n, n).iter().all(|x| x.is_finite()));
@@ -145,7 +156,13 @@ fn nearly_straight_rods_stay_finite_in_every_scalar() {
             let nested = second_order(&q, |i, x| {
                 Dual2SVec::<Dual64, 6>::from_re(Dual64::new(x, 1.0 + i as f64)).derivative(i)
             });
-            assert!(nested.v2.unwrap_generic(n, n).iter().all(|x| x.re.is_finite() && x.eps.is_finite()));
+            assert!(
+                nested
+                    .v2
+                    .unwrap_generic(n, n)
+                    .iter()
+                    .all(|x| x.re.is_finite() && x.eps.is_finite())
+            );
             let terms = second_order(&q, |i, _| Terms::<6>::unknowns(&q)[i]);
             assert!(terms.second.iter().flatten().all(|x| x.is_finite()));
         }
@@ -218,7 +235,8 @@ fn assembly_adds_every_element_once() {
     let direction: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
     let shifted = |s: f64| q.iter().zip(&direction).map(|(q, d)| q + s * d).collect::<Vec<f64>>();
     let h = 1e-8;
-    let slope = (rod.energies(&shifted(h)).total() - rod.energies(&shifted(-h)).total()) / (2.0 * h);
+    let slope =
+        (rod.energies(&shifted(h)).total() - rod.energies(&shifted(-h)).total()) / (2.0 * h);
     let exact: f64 = hand.iter().zip(&direction).map(|(g, d)| g * d).sum();
     assert!((slope / exact - 1.0).abs() < 1e-6, "{slope} {exact}");
     let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);

@@ -123,9 +123,8 @@ fn second_order_in_the_step_at_beta_half_first_above() {
 /// Kelvin-Voigt damping; their frequency is the beam's.
 #[test]
 fn damping_and_frequency_are_those_of_a_beam() {
-    let w = 1.875104068711961_f64.powi(2)
-        * (1e8 * 0.005_f64.powi(2) / (4.0 * 1273.52)).sqrt()
-        / 0.25;
+    let w =
+        1.875104068711961_f64.powi(2) * (1e8 * 0.005_f64.powi(2) / (4.0 * 1273.52)).sqrt() / 0.25;
     let period = std::f64::consts::TAU / w;
     let decay = |mass: f64, stiffness: f64| {
         let mut scene = cantilever();
@@ -134,9 +133,8 @@ fn damping_and_frequency_are_those_of_a_beam() {
         let (_, y) = swing(&scene, 1e-3, 5e-4, 3.3 * period);
         // Maxima a quarter, and two more periods after the start.
         let times: Vec<f64> = (1..=y.len()).map(|k| k as f64 * 5e-4).collect();
-        let peak = |n: f64| {
-            common::extremum(&times, &y, [(n - 0.25) * period, (n + 0.25) * period], 1.0)
-        };
+        let peak =
+            |n: f64| common::extremum(&times, &y, [(n - 0.25) * period, (n + 0.25) * period], 1.0);
         (peak(0.25) / peak(2.25)).ln() / (2.0 * period)
     };
     let none = decay(0.0, 0.0);
@@ -189,7 +187,9 @@ fn every_support_holds_what_it_says() {
                 let q = &simulation.state().q;
                 let still = (0..n).filter(|i| q[*i] == rest[*i]).count();
                 assert!(still >= n - problem.free().len());
-                assert!((0..problem.free().start).chain(problem.free().end..n).all(|i| q[i] == rest[i]));
+                assert!(
+                    (0..problem.free().start).chain(problem.free().end..n).all(|i| q[i] == rest[i])
+                );
                 assert!(q[2 * (n / 4) + 1] < 0.0, "the middle falls");
             }
         }

@@ -10,7 +10,9 @@ use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 mod common;
 use common::{cantilever_with, record};
 
-use Parameter::{Beta, DampingMass, DampingStiffness, Density, PoissonRatio, Radius, YoungsModulus};
+use Parameter::{
+    Beta, DampingMass, DampingStiffness, Density, PoissonRatio, Radius, YoungsModulus,
+};
 
 /// 25 edges for `end` seconds.
 fn small(end: f64) -> Scene {
@@ -53,12 +55,19 @@ fn exact_modulus_from_anywhere() {
                 let error = (value(&report, YoungsModulus) / truth - 1.0).abs();
                 worst = worst.max(error);
                 work.push(report.simulations);
-                assert!(report.is_success() && error < 1e-8, "{truth:e}, {end} s, {unknown:?}: {report}");
+                assert!(
+                    report.is_success() && error < 1e-8,
+                    "{truth:e}, {end} s, {unknown:?}: {report}"
+                );
             }
         }
     }
     work.sort_by(f64::total_cmp);
-    println!("worst error {worst:.1e}; simulations: median {:.1}, most {:.1}", work[work.len() / 2], work[work.len() - 1]);
+    println!(
+        "worst error {worst:.1e}; simulations: median {:.1}, most {:.1}",
+        work[work.len() / 2],
+        work[work.len() - 1]
+    );
 }
 
 /// The paper's own walls: the coarse model of the search is much too short there.
@@ -103,7 +112,8 @@ fn exact_dampings_with_the_modulus() {
 #[test]
 fn modulus_and_density_with_a_known_force() {
     let mut scene = small(1.0);
-    scene.loads.point = vec![PointForce { node: rodfit::scene::Node::TIP, force: [0.0, -0.3, 0.0] }];
+    scene.loads.point =
+        vec![PointForce { node: rodfit::scene::Node::TIP, force: [0.0, -0.3, 0.0] }];
     let data = observe(&scene, 100);
     let report = fit(&scene, &data, &[YoungsModulus.into(), Density.into()]);
     assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{report}");
@@ -154,8 +164,7 @@ fn standard_error_is_the_spread() {
         for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
             *x += noise.sample(&mut random);
         }
-        let report =
-            Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap();
+        let report = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap();
         let estimate = report.estimate(YoungsModulus).unwrap();
         estimates.push((estimate.value.unwrap() / 1e8).ln());
         errors.push(estimate.std_error.unwrap() / estimate.value.unwrap());
@@ -166,7 +175,10 @@ fn standard_error_is_the_spread() {
     let mean = estimates.iter().sum::<f64>() / n;
     let spread = (estimates.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
     let error = errors.iter().sum::<f64>() / n;
-    println!("standard error {error:.3e}, spread {spread:.3e}, ratio {:.3}; {covered} of 200 intervals cover", error / spread);
+    println!(
+        "standard error {error:.3e}, spread {spread:.3e}, ratio {:.3}; {covered} of 200 intervals cover",
+        error / spread
+    );
     assert!((error / spread - 1.0).abs() < 0.15);
     assert!(mean.abs() < 4.0 * spread / n.sqrt(), "bias {mean:e}");
     // 190 expected; three standard deviations of a binomial count are 9.
@@ -179,7 +191,11 @@ fn refusal(report: &FitReport, words: &[&str]) {
         assert!(report.status.contains(word), "`{word}` in: {}", report.status);
     }
     for estimate in report.parameters.iter().filter(|e| !e.identifiable) {
-        assert!(estimate.value.is_none() && estimate.std_error.is_none() && estimate.interval95.is_none());
+        assert!(
+            estimate.value.is_none()
+                && estimate.std_error.is_none()
+                && estimate.interval95.is_none()
+        );
     }
 }
 
@@ -267,10 +283,16 @@ fn impossible_requests_are_input_errors() {
         (base().identify(Unknown::new(YoungsModulus).start(-1.0)), "parameter[0].start"),
         (base().identify(Unknown::new(Beta).start(0.4)), "parameter[0].start"),
         (base().identify(Unknown::new(YoungsModulus).bounds(2.0, 1.0)), "parameter[0].bounds"),
-        (base().identify(Unknown::new(YoungsModulus).start(5.0).bounds(1.0, 2.0)), "within the bounds"),
+        (
+            base().identify(Unknown::new(YoungsModulus).start(5.0).bounds(1.0, 2.0)),
+            "within the bounds",
+        ),
         (Fit::new(&problem).observe(late).identify(YoungsModulus), "time.end"),
         (base().observe(data.clone().sigma(0.0)).identify(YoungsModulus), "observation[1].sigma"),
-        (base().observe(data.clone().at(Point::ArcLength(0.6))).identify(YoungsModulus), "observation[1].point"),
+        (
+            base().observe(data.clone().at(Point::ArcLength(0.6))).identify(YoungsModulus),
+            "observation[1].point",
+        ),
         (base().identify(Parameter::ShearModulus), "parameter"),
     ];
     for (fit, words) in cases {
@@ -278,7 +300,8 @@ fn impossible_requests_are_input_errors() {
         assert!(error.is_input() && error.to_string().contains(words), "`{words}` in: {error}");
     }
     let mut scene = scene;
-    scene.rod.section = Section::Custom { area: 1e-4, i1: 1e-9, i2: 1e-9, j: 2e-9, up: [0.0, 1.0, 0.0] };
+    scene.rod.section =
+        Section::Custom { area: 1e-4, i1: 1e-9, i2: 1e-9, j: 2e-9, up: [0.0, 1.0, 0.0] };
     let error = Fit::new(&scene.problem().unwrap()).observe(data).identify(Radius).solve();
     assert!(error.unwrap_err().to_string().contains("radius needs a circle"));
 }
@@ -291,5 +314,8 @@ fn failing_simulations_are_not_a_cost() {
     scene.loads.gravity = [0.0, -1e200, 0.0];
     let problem = scene.problem().unwrap();
     let error = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap_err();
-    assert!(!error.is_input() && error.to_string().contains("every trial simulation failed"), "{error}");
+    assert!(
+        !error.is_input() && error.to_string().contains("every trial simulation failed"),
+        "{error}"
+    );
 }

@@ -172,7 +172,8 @@ fn beta_one_is_implicit_euler() {
         euler.step().unwrap();
         simulation.step_to(k as f64 * h).unwrap();
         let state = simulation.state();
-        let difference = state.q.iter().zip(&euler.q).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+        let difference =
+            state.q.iter().zip(&euler.q).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
         assert!(difference < 1e-12, "step {k}: {difference:e}");
     }
 }

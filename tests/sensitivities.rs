@@ -18,9 +18,8 @@ const LARGEST: f64 = 1e-9;
 fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f64 {
     let problem = scene.problem().unwrap().with_derivatives(derivatives);
     let run = problem.simulate_with(&[parameter]).unwrap();
-    let mut oracle = problem.simulation_over(|p, value| {
-        Dual64::new(value, if p == parameter { 1.0 } else { 0.0 })
-    });
+    let mut oracle = problem
+        .simulation_over(|p, value| Dual64::new(value, if p == parameter { 1.0 } else { 0.0 }));
     let time = problem.time().unwrap();
     let (mut worst, mut size) = (0.0_f64, 0.0_f64);
     for k in 1..=time.steps() {
@@ -138,7 +137,12 @@ fn together_as_one_at_a_time() {
     for (c, tip) in tip.iter().enumerate() {
         let eps = tip.eps.unwrap_generic(nalgebra::U2, nalgebra::U1);
         for i in 0..2 {
-            assert!((eps[i] / at_end[i][c] - 1.0).abs() < 1e-9, "{i} {c}: {} {}", eps[i], at_end[i][c]);
+            assert!(
+                (eps[i] / at_end[i][c] - 1.0).abs() < 1e-9,
+                "{i} {c}: {} {}",
+                eps[i],
+                at_end[i][c]
+            );
         }
     }
 }
@@ -149,8 +153,7 @@ fn between_steps_against_a_difference() {
     let scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
     let problem = scene.problem().unwrap();
     let (point, time) = (Point::ArcLength(0.317), 0.2117);
-    let (_, exact) =
-        problem.simulate_with(&[YoungsModulus]).unwrap().at(point, time).unwrap();
+    let (_, exact) = problem.simulate_with(&[YoungsModulus]).unwrap().at(point, time).unwrap();
     let e = scene.material.youngs_modulus;
     let at = |factor: f64| {
         let other = problem.with([(YoungsModulus, e * factor)]).unwrap();

@@ -137,12 +137,16 @@ impl CheckReport {
         // A difference sees the values around the state too, so where a derivative vanishes its
         // error is measured by what it grows to within a step.
         let stiffest = (0..N).map(|i| terms.second[i][i]).fold(0.0, f64::max);
-        let by_energy = difference(q, |q| [energy.energy(q)], |[j, _], h| {
-            (hand_gradient[j], terms.first[j] + h * stiffest)
-        });
-        let by_gradient = difference(q, |q| energy.gradient(q), |[j, i], h| {
-            (hand_hessian[i][j], terms.second[i][j] + h / scale_of(q) * stiffest)
-        });
+        let by_energy = difference(
+            q,
+            |q| [energy.energy(q)],
+            |[j, _], h| (hand_gradient[j], terms.first[j] + h * stiffest),
+        );
+        let by_gradient = difference(
+            q,
+            |q| energy.gradient(q),
+            |[j, i], h| (hand_hessian[i][j], terms.second[i][j] + h / scale_of(q) * stiffest),
+        );
         let mut best = [f64::INFINITY; 2];
         for (k, point) in self.valley.iter_mut().enumerate() {
             point.gradient = point.gradient.max(by_energy[k]);
@@ -257,8 +261,16 @@ impl fmt::Display for CheckReport {
         let verdict = if self.passed() { "agree" } else { "DISAGREE" };
         writeln!(f, "hand-derived and automatic derivatives {verdict} at {} states", self.states)?;
         writeln!(f, "  largest error over the sum of absolute terms")?;
-        writeln!(f, "    gradient           {:9.2e}   allowed {:.0e}", found.gradient, allowed.gradient)?;
-        writeln!(f, "    Hessian            {:9.2e}   allowed {:.0e}", found.hessian, allowed.hessian)?;
+        writeln!(
+            f,
+            "    gradient           {:9.2e}   allowed {:.0e}",
+            found.gradient, allowed.gradient
+        )?;
+        writeln!(
+            f,
+            "    Hessian            {:9.2e}   allowed {:.0e}",
+            found.hessian, allowed.hessian
+        )?;
         writeln!(
             f,
             "    finite differences {:9.2e}   allowed {:.0e}",
@@ -273,7 +285,11 @@ impl fmt::Display for CheckReport {
         }
         write!(f, "  finite-difference step      gradient   Hessian")?;
         for p in &self.valley {
-            write!(f, "\n    {:9.0e}               {:9.2e} {:9.2e}", p.step, p.gradient, p.hessian)?;
+            write!(
+                f,
+                "\n    {:9.0e}               {:9.2e} {:9.2e}",
+                p.step, p.gradient, p.hessian
+            )?;
         }
         Ok(())
     }

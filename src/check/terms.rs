@@ -205,7 +205,11 @@ mod tests {
         for i in 0..2 {
             approx::assert_relative_eq!(terms.first[i], first[i], max_relative = 1e-13);
             for j in 0..2 {
-                approx::assert_relative_eq!(terms.second[i][j], second[(i, j)], max_relative = 1e-13);
+                approx::assert_relative_eq!(
+                    terms.second[i][j],
+                    second[(i, j)],
+                    max_relative = 1e-13
+                );
             }
         }
     }
@@ -221,9 +225,26 @@ mod tests {
     fn every_function_bounds_its_own_derivatives() {
         fn all<D: Scalar>(x: D, y: D) -> Vec<D> {
             vec![
-                x + y, x - y, x * y, x / y, -x, x + 2.0, x - 2.0, x * 2.0, x.recip(), x.sqrt(),
-                x.powi(0), x.powi(1), x.powi(-2), x.exp(), x.ln(), x.sin(), x.cos(), x.tan(),
-                x.atan2(y), y.atan2(x),
+                x + y,
+                x - y,
+                x * y,
+                x / y,
+                -x,
+                x + 2.0,
+                x - 2.0,
+                x * 2.0,
+                x.recip(),
+                x.sqrt(),
+                x.powi(0),
+                x.powi(1),
+                x.powi(-2),
+                x.exp(),
+                x.ln(),
+                x.sin(),
+                x.cos(),
+                x.tan(),
+                x.atan2(y),
+                y.atan2(x),
             ]
         }
         let q = [0.7, 1.3];

@@ -44,11 +44,8 @@ fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
     let cross = e[0] * f[1] - e[1] * f[0];
     let dot = e[0] * f[0] + e[1] * f[1];
     let lengths = (ee * ff).sqrt();
-    let tan_half = if dot.value() >= 0.0 {
-        cross / (lengths + dot)
-    } else {
-        (lengths - dot) / cross
-    };
+    let tan_half =
+        if dot.value() >= 0.0 { cross / (lengths + dot) } else { (lengths - dot) / cross };
     Bent { e, f, ee, ff, curvature: tan_half * 2.0 }
 }
 
@@ -150,11 +147,8 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         // rows of node 1 against node 0, node 2 against node 1, node 1 against itself
         let (a00, a01, a10, a11) = (fe00 - ee00, fe01 - ee01, fe10 - ee01, fe11 - ee11);
         let (b00, b01, b10, b11) = (fe00 - ff00, fe01 - ff01, fe10 - ff01, fe11 - ff11);
-        let (c00, c01, c11) = (
-            ee00 + ff00 - fe00 - fe00,
-            ee01 + ff01 - fe01 - fe10,
-            ee11 + ff11 - fe11 - fe11,
-        );
+        let (c00, c01, c11) =
+            (ee00 + ff00 - fe00 - fe00, ee01 + ff01 - fe01 - fe10, ee11 + ff11 - fe11 - fe11);
         Local {
             gradient: to_nodes(
                 [-(moment * n_e[0]), -(moment * n_e[1])],

@@ -72,7 +72,8 @@ struct Linearized {
 impl Linearized {
     /// Unknowns at a bound that the gradient pushes outward stay there.
     fn new(rows: &[Vec<f64>], residuals: &[f64], x: &[f64], bounds: &[[f64; 2]]) -> Self {
-        let gradient = |j: usize| rows.iter().zip(residuals).map(|(row, r)| row[j] * r).sum::<f64>();
+        let gradient =
+            |j: usize| rows.iter().zip(residuals).map(|(row, r)| row[j] * r).sum::<f64>();
         let free: Vec<usize> = (0..x.len())
             .filter(|j| {
                 let g = gradient(*j);
@@ -82,13 +83,11 @@ impl Linearized {
         let n = free.len();
         // At least as many rows as columns, so that R is square.
         let m = rows.len().max(n);
-        let jacobian =
-            DMatrix::from_fn(m, n, |i, j| rows.get(i).map_or(0.0, |row| row[free[j]]));
+        let jacobian = DMatrix::from_fn(m, n, |i, j| rows.get(i).map_or(0.0, |row| row[free[j]]));
         // An unknown without effect gets a scale too, so that damping keeps it where it is.
         let norms = jacobian.column_iter().map(|c| c.norm());
         let scale = norms.map(|norm| if norm > 0.0 { norm } else { 1.0 }).collect();
-        let mut qtr =
-            DVector::from_fn(m, |i, _| residuals.get(i).copied().unwrap_or(0.0));
+        let mut qtr = DVector::from_fn(m, |i, _| residuals.get(i).copied().unwrap_or(0.0));
         let qr = jacobian.qr();
         qr.q_tr_mul(&mut qtr);
         Self { free, r: qr.r(), qtr: qtr.rows(0, n).into_owned(), scale }
@@ -183,7 +182,11 @@ where
         let n = x.len();
         let linear = Linearized::new(&jacobian, &residuals, &x, &self.bounds);
         let here = |state: LeastSquaresState| {
-            state.param(x.clone()).cost(cost).jacobian(jacobian.clone()).residuals(residuals.clone())
+            state
+                .param(x.clone())
+                .cost(cost)
+                .jacobian(jacobian.clone())
+                .residuals(residuals.clone())
         };
         let end = |state: LeastSquaresState, reason| Ok((here(state).terminate_with(reason), None));
 
@@ -225,7 +228,8 @@ where
                 }
                 self.growth = 4.0;
                 let (jacobian, residuals) = outcome?;
-                let next = state.param(trial).cost(trial_cost).jacobian(jacobian).residuals(residuals);
+                let next =
+                    state.param(trial).cost(trial_cost).jacobian(jacobian).residuals(residuals);
                 return Ok((next, Some(argmin::kv!("damping" => self.damping;))));
             }
             // At the rounding level of the cost, nothing more can be gained.
@@ -285,8 +289,7 @@ mod tests {
             .run()
             .unwrap();
         let state = result.state();
-        let converged =
-            state.get_termination_reason() == Some(&TerminationReason::SolverConverged);
+        let converged = state.get_termination_reason() == Some(&TerminationReason::SolverConverged);
         (state.get_best_param().unwrap().clone(), converged)
     }
 

@@ -165,7 +165,8 @@ impl Fit {
         let rms = rms_per_observation(optimum, sigmas);
         self.observations.iter().zip(rms).all(|(observation, rms)| {
             let spread = observation.spread();
-            rms <= (UNEXPLAINED * spread).max(3.0 * observation.sigma.unwrap_or(0.0)) || spread == 0.0
+            rms <= (UNEXPLAINED * spread).max(3.0 * observation.sigma.unwrap_or(0.0))
+                || spread == 0.0
         })
     }
 
@@ -201,7 +202,11 @@ impl Fit {
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let key = format!("parameter[{i}]");
             if self.unknowns[..i].iter().any(|u| u.parameter == unknown.parameter) {
-                return Err(Error::invalid(format!("{key}.name"), unknown.parameter, "each name once"));
+                return Err(Error::invalid(
+                    format!("{key}.name"),
+                    unknown.parameter,
+                    "each name once",
+                ));
             }
             unknown.check(&self.problem, &key)?;
         }
@@ -222,7 +227,9 @@ impl Fit {
                 ));
             }
             let sane = |s: &Sample| {
-                s.time.is_finite() && s.time >= 0.0 && s.position.iter().flatten().all(|x| x.is_finite())
+                s.time.is_finite()
+                    && s.time >= 0.0
+                    && s.position.iter().flatten().all(|x| x.is_finite())
             };
             if !observation.samples.iter().all(sane)
                 || observation.samples.windows(2).any(|w| w[0].time >= w[1].time)
@@ -254,7 +261,9 @@ impl Fit {
         // The size of the observed motion in units of the noise.
         let motions = self.observations.iter().zip(sigmas).zip(&optimum.counts);
         let effect: f64 = motions
-            .map(|((o, sigma), count)| (self.problem.length().max(o.spread()) / sigma).powi(2) * *count as f64)
+            .map(|((o, sigma), count)| {
+                (self.problem.length().max(o.spread()) / sigma).powi(2) * *count as f64
+            })
             .sum::<f64>()
             .sqrt();
         let local = Uncertainty::new(&self.unknowns, &optimum.jacobian, variance, effect)?;
@@ -416,7 +425,9 @@ impl fmt::Display for FitReport {
                     digits(low, error),
                     digits(high, error)
                 )?,
-                (Some(value), ..) => writeln!(f, "  {:<18} {value:e} {unit}   no error", e.name.name())?,
+                (Some(value), ..) => {
+                    writeln!(f, "  {:<18} {value:e} {unit}   no error", e.name.name())?
+                }
                 _ => writeln!(f, "  {:<18} not identifiable", e.name.name())?,
             }
         }

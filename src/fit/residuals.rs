@@ -165,8 +165,7 @@ impl Residuals {
         let mut derivatives = vec![[0.0; 3]; wanted.len()];
         for series in &self.series {
             for sample in &series.samples {
-                let position =
-                    trajectory.sample(&series.stencil, sample.time, &mut derivatives)?;
+                let position = trajectory.sample(&series.stencil, sample.time, &mut derivatives)?;
                 for c in 0..3 {
                     let Some(seen) = sample.position[c] else { continue };
                     residuals.push((position[c] - seen) * series.weight);

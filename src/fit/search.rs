@@ -122,9 +122,7 @@ impl Search<'_> {
             candidates.sort_by(|a, b| a.1.total_cmp(&b.1));
             let best = candidates[0].1;
             candidates.retain(|(_, cost)| *cost <= 4.0 * best);
-            candidates.dedup_by(|a, b| {
-                a.0.iter().zip(&b.0).all(|(a, b)| (a - b).abs() < 1e-2)
-            });
+            candidates.dedup_by(|a, b| a.0.iter().zip(&b.0).all(|(a, b)| (a - b).abs() < 1e-2));
             self.report("coarse model");
             if horizon >= self.duration().min(effort.trusted_periods * first) {
                 break;
@@ -135,7 +133,12 @@ impl Search<'_> {
     }
 
     /// Misfit of every combination of candidate values over the first period.
-    fn scan(&self, coarse: &Coarse, first: f64, grid: usize) -> Result<Vec<(Vec<f64>, f64)>, Error> {
+    fn scan(
+        &self,
+        coarse: &Coarse,
+        first: f64,
+        grid: usize,
+    ) -> Result<Vec<(Vec<f64>, f64)>, Error> {
         let mut points = vec![Vec::new()];
         for unknown in self.unknowns {
             let mut values = unknown.candidates(self.problem, self.duration(), 0.5 * first);
@@ -302,8 +305,7 @@ impl Coarse {
             };
             Ok(Observation { point, ..observation.clone() })
         };
-        let observations =
-            search.observations.iter().map(moved).collect::<Result<_, Error>>()?;
+        let observations = search.observations.iter().map(moved).collect::<Result<_, Error>>()?;
         let problem = scene.problem()?.with_derivatives(search.problem.derivatives());
         Ok(Self { problem, observations })
     }
@@ -327,10 +329,9 @@ impl Coarse {
         if supports.clamp != Clamp::Nodes {
             return x;
         }
-        let walls = [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
-        let free = |problem: &Problem| {
-            1.0 - 0.5 * walls as f64 / problem.segments() as f64
-        };
+        let walls =
+            [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
+        let free = |problem: &Problem| 1.0 - 0.5 * walls as f64 / problem.segments() as f64;
         let ratio = free(search.problem) / free(&self.problem);
         let modulus = search.unknowns.iter().position(|u| u.parameter == Parameter::YoungsModulus);
         if let Some(i) = modulus {

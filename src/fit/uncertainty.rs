@@ -30,7 +30,12 @@ pub(super) struct Uncertainty {
 impl Uncertainty {
     /// From the rows of the Jacobian on the unknowns' scales, residuals in units of the noise, and
     /// the variance of that noise (1 when sigma is known).
-    pub fn new(unknowns: &[Unknown], rows: &[Vec<f64>], variance: f64, effect: f64) -> Result<Self, Error> {
+    pub fn new(
+        unknowns: &[Unknown],
+        rows: &[Vec<f64>],
+        variance: f64,
+        effect: f64,
+    ) -> Result<Self, Error> {
         let n = unknowns.len();
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
@@ -38,7 +43,8 @@ impl Uncertainty {
         // A parameter without effect is out before the columns are scaled.
         let active: Vec<usize> = (0..n).filter(|j| norms[*j] > 1e-9 * effect).collect();
         for j in (0..n).filter(|j| !active.contains(j)) {
-            findings.push(format!("{} has no effect on the observed motion", unknowns[j].parameter));
+            findings
+                .push(format!("{} has no effect on the observed motion", unknowns[j].parameter));
         }
         let mut deviation = vec![None; n];
         let mut correlation = vec![vec![None; n]; n];
@@ -124,7 +130,10 @@ fn in_words(combination: &[(&Unknown, f64)]) -> String {
         many => {
             let parts: Vec<String> =
                 many.iter().map(|(u, a)| format!("{a:+.3} {}", u.parameter)).collect();
-            format!("the data do not change along the combination {} (logarithms of positive parameters)", parts.join(" "))
+            format!(
+                "the data do not change along the combination {} (logarithms of positive parameters)",
+                parts.join(" ")
+            )
         }
     }
 }
@@ -151,8 +160,9 @@ pub(super) fn quantile95(freedom: Option<f64>) -> f64 {
     let normal = || Normal::standard().inverse_cdf(0.975);
     match freedom {
         None => normal(),
-        Some(freedom) => StudentsT::new(0.0, 1.0, freedom)
-            .map_or_else(|_| normal(), |t| t.inverse_cdf(0.975)),
+        Some(freedom) => {
+            StudentsT::new(0.0, 1.0, freedom).map_or_else(|_| normal(), |t| t.inverse_cdf(0.975))
+        }
     }
 }
 
@@ -175,7 +185,11 @@ mod tests {
         let j = nalgebra::DMatrix::from_fn(20, 3, |i, k| rows[i][k]);
         let covariance = (j.transpose() * &j).try_inverse().unwrap() * 0.01;
         for k in 0..3 {
-            assert_relative_eq!(found.deviation[k].unwrap().powi(2), covariance[(k, k)], max_relative = 1e-12);
+            assert_relative_eq!(
+                found.deviation[k].unwrap().powi(2),
+                covariance[(k, k)],
+                max_relative = 1e-12
+            );
         }
         let expected = covariance[(0, 2)] / (covariance[(0, 0)] * covariance[(2, 2)]).sqrt();
         assert_relative_eq!(found.correlation[0][2].unwrap(), expected, max_relative = 1e-10);

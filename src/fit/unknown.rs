@@ -81,7 +81,8 @@ impl Unknown {
             (Parameter::DampingStiffness, None) => log_range(1e-5 * rise, 0.1 * rise, 1.0),
         };
         let [low, high] = self.scaled_bounds().map(|x| self.from_scale(x));
-        let mut inside: Vec<f64> = values.iter().copied().filter(|v| *v > low && *v < high).collect();
+        let mut inside: Vec<f64> =
+            values.iter().copied().filter(|v| *v > low && *v < high).collect();
         if inside.is_empty() {
             inside = values.iter().map(|v| v.clamp(low, high)).collect();
             inside.dedup();
@@ -104,7 +105,11 @@ impl Unknown {
             [low, high] = bounds;
             if !(fits(low) && fits(high) && low < high) {
                 let allowed = format!("two ascending numbers, each {}", allowed());
-                return Err(Error::invalid(format!("{key}.bounds"), format!("{bounds:?}"), allowed));
+                return Err(Error::invalid(
+                    format!("{key}.bounds"),
+                    format!("{bounds:?}"),
+                    allowed,
+                ));
             }
         }
         match self.start {

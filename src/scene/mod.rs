@@ -366,7 +366,8 @@ impl Scene {
                 return Err(Error::invalid("time.beta", time.beta, "in [0.5, 1]"));
             }
             if time.end / time.step > MOST_STEPS {
-                let found = format!("{:e}, which needs {:.3e} steps", time.step, time.end / time.step);
+                let found =
+                    format!("{:e}, which needs {:.3e} steps", time.step, time.end / time.step);
                 return Err(Error::invalid("time.step", found, "at most 1e9 steps"));
             }
         }

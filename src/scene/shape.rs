@@ -124,7 +124,9 @@ impl Shape {
                 // Seen along the axis -z, y(p) = +R sin p winds left-handed.
                 let axis = Unit::new_normalize(Vector3::from(axis));
                 let to_axis = UnitQuaternion::rotation_between_axis(&-Vector3::z_axis(), &axis)
-                    .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), TAU / 2.0));
+                    .unwrap_or_else(|| {
+                        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), TAU / 2.0)
+                    });
                 Box::new(move |s| {
                     let p = s / speed;
                     to_axis * Vector3::new(radius * p.cos(), -turn * radius * p.sin(), -c * p)
@@ -152,7 +154,9 @@ fn polyline(path: &Path, cut: [f64; 2]) -> Result<Mesh, Error> {
             return Err(table.error(row.line, "a blank, where x, y and z in m are needed"));
         }
         if nodes.last() == Some(&node) {
-            return Err(table.error(row.line, "the same point as the line before; edges need a length"));
+            return Err(
+                table.error(row.line, "the same point as the line before; edges need a length")
+            );
         }
         nodes.push(node);
     }
