@@ -21,6 +21,28 @@ fn elements(c: &mut Criterion) {
     });
     group.finish();
 
+    // As a simulation uses it: one element after the other, the sums kept, nothing returned.
+    let elements: Vec<PlanarBend<f64>> = (0..50)
+        .map(|i| PlanarBend { stiffness: 4.9, natural_curvature: 1e-3 * f64::from(i) })
+        .collect();
+    c.bench_function("50 planar bends: energy, gradient and Hessian, hand", |b| {
+        b.iter(|| {
+            let (mut energy, mut gradient, mut hessian) = (0.0, [0.0; 6], [[0.0; 6]; 6]);
+            for element in black_box(&elements[..]) {
+                let q = black_box(&q);
+                let local = element.tangent(q);
+                energy += element.energy(q);
+                for r in 0..6 {
+                    gradient[r] += local.gradient[r];
+                    for c in 0..=r {
+                        hessian[r][c] += local.hessian[r][c];
+                    }
+                }
+            }
+            (energy, gradient, hessian)
+        })
+    });
+
     let stretch = Stretch { stiffness: 7854.0, rest_length: 0.0101, natural_strain: 0.0 };
     let q = [0.0, 0.0, 0.01, 0.0012];
     let mut group = c.benchmark_group("planar stretch");

@@ -12,7 +12,7 @@ use rodfit::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::{Derivatives, Parameter, Problem, Scene, Trajectory};
 use std::hint::black_box;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 fn cantilever(segments: usize, steps: usize) -> Problem {
     let mut scene = Scene::load("data/cantilever.toml").expect("shipped scene");
@@ -76,15 +76,15 @@ fn iteration(c: &mut Criterion) {
         let mass = if i == j { rod.mass[i] } else { 0.0 };
         mass + end * tangent.get(i, j)
     };
-    let lower: Vec<Triplet<usize, usize, f64>> = free
+    let upper: Vec<Triplet<usize, usize, f64>> = free
         .clone()
         .flat_map(|j| (j..free.end.min(j + 6)).map(move |i| (i, j)))
-        .map(|(i, j)| Triplet::new(i - free.start, j - free.start, entry(i, j)))
+        .map(|(i, j)| Triplet::new(j - free.start, i - free.start, entry(i, j)))
         .collect();
-    let sparse = SparseColMat::try_new_from_triplets(n, n, &lower).expect("a matrix");
+    let sparse = SparseColMat::try_new_from_triplets(n, n, &upper).expect("a matrix");
     let symbolic = factorize_symbolic_cholesky(
         sparse.symbolic(),
-        Side::Lower,
+        Side::Upper,
         SymmetricOrdering::Identity,
         Default::default(),
     )
@@ -103,7 +103,7 @@ fn iteration(c: &mut Criterion) {
                 .factorize_numeric_ldlt(
                     &mut values,
                     black_box(sparse.as_ref()),
-                    Side::Lower,
+                    Side::Upper,
                     Default::default(),
                     Par::Seq,
                     stack,
@@ -159,21 +159,28 @@ fn scaling(_: &mut Criterion) {
     for segments in [10, 100, 1000, 10_000, 100_000] {
         let steps = (200_000 / segments).clamp(20, 2000);
         let problem = cantilever(segments, steps);
-        let mut times: Vec<f64> = (0..5)
+        let mut runs: Vec<(f64, f64)> = (0..7)
             .map(|_| {
-                let start = Instant::now();
                 let mut trajectory = Trajectory::new(&problem, &[], &[]).expect("a record");
                 trajectory.run(&problem, steps, |_| {}).expect("a run");
-                let work = trajectory.work();
-                start.elapsed().as_secs_f64() / work.newton_iterations as f64
+                let time = trajectory.stepping().as_secs_f64() / steps as f64;
+                (time, trajectory.work().newton_iterations as f64 / steps as f64)
             })
             .collect();
-        times.sort_by(f64::total_cmp);
-        println!("{segments:7} segments: {:9.3} us per Newton iteration", 1e6 * times[2]);
-        points.push(((segments as f64).ln(), times[2].ln()));
+        runs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (time, iterations) = runs[3];
+        println!(
+            "{segments:7} segments: {:10.2} us a step, {iterations:.2} iterations",
+            1e6 * time
+        );
+        points.push(((segments as f64).ln(), time.ln()));
     }
-    let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
-    println!("exponent from 10 to 100000 segments: {:.3}", slope(points[0], points[4]));
+    // Least squares through all five.
+    let n = points.len() as f64;
+    let [x, y] = [0, 1].map(|c| points.iter().map(|p| [p.0, p.1][c]).sum::<f64>() / n);
+    let slope = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
+        / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>();
+    println!("time per step goes with segments^{slope:.3}");
 }
 
 criterion_group!(benches, iteration, runs, scaling);

@@ -53,7 +53,9 @@ impl<D: Scalar> Bent<D> {
     /// n(e) and n(f): gradients of the edges' angles, 1/m.
     #[inline]
     fn angle_gradients(&self) -> ([D; 2], [D; 2], D, D) {
-        let (by_ee, by_ff) = (self.ee.recip(), self.ff.recip());
+        // One division for both reciprocals.
+        let both = (self.ee * self.ff).recip();
+        let (by_ee, by_ff) = (self.ff * both, self.ee * both);
         let n_e = [-(self.e[1] * by_ee), self.e[0] * by_ee];
         let n_f = [-(self.f[1] * by_ff), self.f[0] * by_ff];
         (n_e, n_f, by_ee, by_ff)
