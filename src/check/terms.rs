@@ -190,7 +190,7 @@ mod tests {
     /// Uses every operation; all derivatives of every step are positive at positive arguments, so
     /// that the sums of absolute terms are the derivatives themselves.
     fn rising<D: Scalar>(x: D, y: D) -> D {
-        (x * y + x.exp() * 2.0 + y.powi(3)).tan() + (x + 0.1) * y * y
+        (x * y + x.exp() * 0.2 + y.powi(3)).tan() + (x + 0.1) * y * y
     }
 
     #[test]
