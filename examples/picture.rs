@@ -19,7 +19,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
          <rect width=\"760\" height=\"250\" fill=\"#fff\"/>\n\
          <rect x=\"22\" y=\"10\" width=\"8\" height=\"50\" fill=\"#888\"/>\n",
     );
-    // Shapes every 50 ms to the lowest point.
     for k in (0..=300).step_by(50) {
         let points = (0..run.nodes()).map(|i| run.node(i, k));
         let points: String = points
@@ -50,8 +49,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (e, error) = (estimate.value.unwrap_or(f64::NAN), estimate.std_error.unwrap_or(f64::NAN));
     writeln!(
         svg,
-        "<text x=\"345\" y=\"225\" fill=\"#333\">tip height over 1 s: recorded (dots), fitted (line): \
-         E = {:.2} &#177; {:.2} MPa</text>\n</svg>",
+        "<text x=\"370\" y=\"212\" fill=\"#333\">tip height over 1 s, recorded (dots) and fitted (line)</text>\n\
+         <text x=\"370\" y=\"232\" fill=\"#333\">E = {:.2} &#177; {:.2} MPa</text>\n</svg>",
         e / 1e6,
         error / 1e6
     )?;

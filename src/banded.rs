@@ -2,8 +2,8 @@
 //!
 //! The tangent of an open rod is a band: `W` entries below the diagonal, 5 in the plane. The
 //! factorisation takes no pivots. It is backward stable when the matrix is positive definite; when
-//! it is not, the number of negative pivots says so and [`Ldlt::solve`]'s caller can look at
-//! [`BandMatrix::residual`].
+//! it is not, the number of negative pivots says so and the solution is checked by its
+//! [residual](BandMatrix::residual).
 
 use crate::scalar::Scalar;
 use std::ops::Range;

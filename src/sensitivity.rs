@@ -185,7 +185,7 @@ where
             2 => solve::<R, S, W, 2>(simulation, group, room),
             3 => solve::<R, S, W, 3>(simulation, group, room),
             _ => solve::<R, S, W, 4>(simulation, group, room),
-        }
+        }?;
         rest = others;
     }
     Ok(())
@@ -197,7 +197,8 @@ fn solve<R, S, const W: usize, const G: usize>(
     simulation: &Simulation<f64, R, W>,
     group: &mut [Sensitivity<S>],
     room: &mut Vec<f64>,
-) where
+) -> Result<(), Error>
+where
     R: Rod<f64, W, Seeded = S>,
     S: Rod<Dual64, W>,
 {
@@ -214,6 +215,8 @@ fn solve<R, S, const W: usize, const G: usize>(
         for (to, from) in single[..n].iter_mut().zip(side_by_side.iter()) {
             *to = from[g];
         }
+        simulation.check_solution(&single[..n], &sensitivity.q)?;
         sensitivity.finish(simulation, &single[..n]);
     }
+    Ok(())
 }

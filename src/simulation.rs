@@ -73,6 +73,8 @@ pub struct Simulation<D: Scalar, R, const W: usize> {
     work: Work,
     gradient: Vec<D>,
     tangent: BandMatrix<D, W>,
+    /// Factors of masses and tangent in the factored matrix.
+    parts: [D; 2],
     factors: Ldlt<D, W>,
     correction: Vec<D>,
     rounding: Vec<f64>,
@@ -114,6 +116,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             work: Work::default(),
             gradient: vec![D::from(0.0); n],
             tangent: BandMatrix::zeros(n),
+            parts: [D::from(1.0), D::from(0.0)],
             factors: Ldlt::with_order(n),
             correction: vec![D::from(0.0); n],
             rounding: vec![0.0; n],
@@ -270,15 +273,35 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.
     fn factor(&mut self, scheme: &NewmarkBeta<D>) -> Result<(), Error> {
         self.work.factorizations += 1;
+        self.parts = [self.mass_factor(scheme), scheme.end];
+        let [masses, tangent] = self.parts;
         self.factors
-            .factor_sum(
-                self.rod.mass(),
-                self.mass_factor(scheme),
-                &self.tangent,
-                scheme.end,
-                self.free.clone(),
-            )
+            .factor_sum(self.rod.mass(), masses, &self.tangent, tangent, self.free.clone())
             .map_err(|singular| Error::SingularTangent { time: self.state.time, row: singular.row })
+    }
+
+    /// Refuses a solution `x` of the factored tangent and right-hand side `b` that is not one to
+    /// about half of all digits. A positive definite tangent is always solved well; one with
+    /// negative pivots may not be. (Newton's corrections need no such check: the next residual is
+    /// it.)
+    pub fn check_solution(&self, x: &[D], b: &[D]) -> Result<(), Error> {
+        if self.factors.negative_pivots() == 0 {
+            return Ok(());
+        }
+        let [masses, tangent] = self.parts;
+        let mass = self.rod.mass();
+        let rest: Vec<D> = (0..x.len()).map(|i| b[i] - mass[i] * masses * x[i]).collect();
+        let scaled: Vec<D> = rest.iter().map(|r| *r / tangent).collect();
+        let largest =
+            |v: &mut dyn Iterator<Item = D>| v.map(|r| r.value().abs()).fold(0.0_f64, f64::max);
+        let residual = self.tangent.residual(self.free.clone(), x, &scaled);
+        let error = largest(&mut residual.into_iter()) * tangent.value();
+        let size = largest(&mut rest[self.free.clone()].iter().copied())
+            + largest(&mut b[self.free.clone()].iter().copied());
+        match error <= 1e-8 * size {
+            true => Ok(()),
+            false => Err(Error::SingularTangent { time: self.state.time, row: self.free.start }),
+        }
     }
 
     fn mass_factor(&self, scheme: &NewmarkBeta<D>) -> D {

@@ -254,3 +254,22 @@ fn a_scene_passes_its_check() {
     let report = check_problem(&cantilever().problem().unwrap(), Tolerance::default()).unwrap();
     assert!(report.passed() && report.states > 1000, "{report}");
 }
+
+/// Two records of the same motion, by either route of derivatives.
+#[test]
+fn both_routes_move_the_same() {
+    let scene = common::cantilever_with(0.7, 2e-3, 0.3, rodfit::scene::Clamp::MidEdge);
+    let run = |route| scene.problem().unwrap().with_derivatives(route).simulate().unwrap();
+    let (hand, dual) = (run(Derivatives::Hand), run(Derivatives::Dual));
+    approx::assert_abs_diff_eq!(hand, dual);
+    approx::assert_abs_diff_ne!(
+        hand,
+        scene
+            .problem()
+            .unwrap()
+            .with([(rodfit::Parameter::Beta, 0.71)])
+            .unwrap()
+            .simulate()
+            .unwrap()
+    );
+}

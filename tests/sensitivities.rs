@@ -166,3 +166,24 @@ fn between_steps_against_a_difference() {
         assert!((difference / exact[0][c] - 1.0).abs() < 1e-7, "{c}: {difference} {}", exact[0][c]);
     }
 }
+
+/// Where the step's tangent is indefinite (a rod on its way to buckling, at a step that is large
+/// for it), the solutions are checked and still exact.
+#[test]
+fn through_an_indefinite_tangent() {
+    let mut scene = rich_scene();
+    scene.rod.shape = Shape::Arc { length: 0.6, angle: 0.02 };
+    scene.loads.damping = Default::default();
+    scene.loads.gravity = [0.0; 3];
+    scene.loads.point[0].force = [-5.0, 0.1, 0.0];
+    scene.time = Some(Time { beta: 1.0, ..Time::new(0.6, 3e-2) });
+    let problem = scene.problem().unwrap();
+    let mut simulation = problem.simulation();
+    let negative = (1..=20).filter(|k| {
+        simulation.step_to(f64::from(*k) * 3e-2).unwrap();
+        simulation.factors().negative_pivots() > 0
+    });
+    assert!(negative.count() > 0, "the scene is meant to pass through an indefinite tangent");
+    let error = mismatch(&scene, YoungsModulus, Derivatives::Hand);
+    assert!(error < LARGEST, "{error:e}");
+}
