@@ -67,6 +67,7 @@ pub mod newmark;
 pub mod output;
 pub mod parameter;
 pub mod planar_rod;
+pub mod point;
 mod problem;
 pub mod rod;
 pub mod scalar;
@@ -81,10 +82,11 @@ pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};
 pub use parameter::Parameter;
+pub use point::Point;
 pub use problem::{PlanarSimulation, Problem};
 pub use scalar::Scalar;
 pub use scene::Scene;
-pub use trajectory::{Point, Trajectory};
+pub use trajectory::Trajectory;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

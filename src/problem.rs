@@ -4,11 +4,11 @@ use crate::energy::{DeadLoad, Derivatives, PlanarBend, Stretch, planar_bend};
 use crate::error::Error;
 use crate::parameter::{Parameter, Properties};
 use crate::planar_rod::{HALF_BANDWIDTH, PlanarRod};
+use crate::point::{Point, Stencil};
 use crate::scalar::Nestable;
 use crate::scene::{Clamp, Dimension, NamedNode, Node, Plane, Scene, Support, Time};
 use crate::sensitivity::Sensitivity;
 use crate::simulation::Simulation;
-use crate::trajectory::{Point, Stencil, Trajectory};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 use std::ops::Range;
@@ -264,20 +264,6 @@ impl Problem {
             properties.beta,
             &self.simulation(),
         )
-    }
-
-    /// Simulates the whole scene and keeps every node.
-    pub fn simulate(&self) -> Result<Trajectory, Error> {
-        self.simulate_with(&[])
-    }
-
-    /// Simulates the whole scene with the derivatives of every node's motion with respect to
-    /// `parameters`.
-    pub fn simulate_with(&self, parameters: &[Parameter]) -> Result<Trajectory, Error> {
-        let all: Vec<usize> = (0..self.nodes.len()).collect();
-        let mut trajectory = Trajectory::new(self, &all, parameters)?;
-        trajectory.run(self, self.time()?.steps(), |_| {})?;
-        Ok(trajectory)
     }
 
     /// The nodes and weights whose sum is a point of the rod.

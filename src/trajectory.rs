@@ -3,102 +3,12 @@
 
 use crate::error::Error;
 use crate::parameter::Parameter;
+use crate::point::{Point, Stencil};
 use crate::problem::{PlanarSimulation, Problem};
 use crate::scene::Plane;
 use crate::sensitivity::{self, Sensitivity};
 use crate::simulation::Work;
-use serde::{Deserialize, Serialize};
 use std::time::Duration;
-
-/// A point of the rod.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
-    from = "PointForm",
-    into = "PointForm"
-)]
-pub enum Point {
-    /// The last node.
-    #[default]
-    Tip,
-    /// A node by its index.
-    Node(usize),
-    /// Arc length from the wall, m.
-    ArcLength(f64),
-}
-
-/// How a point is written in files.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }"
-)]
-enum PointForm {
-    Name(crate::scene::NamedNode),
-    Node(usize),
-    ArcLength(ArcLength),
-}
-
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ArcLength {
-    arc_length: f64,
-}
-
-impl From<PointForm> for Point {
-    fn from(form: PointForm) -> Self {
-        match form {
-            PointForm::Name(_) => Self::Tip,
-            PointForm::Node(i) => Self::Node(i),
-            PointForm::ArcLength(ArcLength { arc_length }) => Self::ArcLength(arc_length),
-        }
-    }
-}
-
-impl From<Point> for PointForm {
-    fn from(point: Point) -> Self {
-        match point {
-            Point::Tip => Self::Name(crate::scene::NamedNode::Tip),
-            Point::Node(i) => Self::Node(i),
-            Point::ArcLength(arc_length) => Self::ArcLength(ArcLength { arc_length }),
-        }
-    }
-}
-
-/// A point as a weighted sum of nodes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stencil {
-    /// Node and weight; the weights sum to one.
-    pub nodes: Vec<(usize, f64)>,
-}
-
-impl Stencil {
-    /// One node.
-    pub fn node(i: usize) -> Self {
-        Self { nodes: vec![(i, 1.0)] }
-    }
-
-    /// Interpolates between nodes of the given arc lengths: a cubic through the four nearest, so
-    /// that the error is of a higher order than the mesh's own.
-    pub fn between(arc_length: &[f64], s: f64) -> Self {
-        let n = arc_length.len();
-        let right = arc_length.partition_point(|a| *a < s).clamp(1, n - 1);
-        let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]);
-        if let Some(i) =
-            [right - 1, right].into_iter().find(|i| (arc_length[*i] - s).abs() <= tolerance)
-        {
-            return Self::node(i);
-        }
-        let first = right.saturating_sub(2).min(n.saturating_sub(4));
-        let nodes = first..(first + 4).min(n);
-        let weight = |i: usize| {
-            let others = nodes.clone().filter(|j| *j != i);
-            others.map(|j| (s - arc_length[j]) / (arc_length[i] - arc_length[j])).product()
-        };
-        Self { nodes: nodes.clone().map(|i| (i, weight(i))).collect() }
-    }
-}
 
 /// Positions and velocities of some nodes at some times, node by node in the plane.
 #[derive(Clone, Debug, Default)]
@@ -127,6 +37,22 @@ pub struct Trajectory {
     derivatives: Vec<Track>,
     work: Work,
     stepping: Duration,
+}
+
+impl Problem {
+    /// Simulates the whole scene and keeps every node.
+    pub fn simulate(&self) -> Result<Trajectory, Error> {
+        self.simulate_with(&[])
+    }
+
+    /// Simulates the whole scene with the derivatives of every node's motion with respect to
+    /// `parameters`.
+    pub fn simulate_with(&self, parameters: &[Parameter]) -> Result<Trajectory, Error> {
+        let all: Vec<usize> = (0..self.dof() / 2).collect();
+        let mut trajectory = Trajectory::new(self, &all, parameters)?;
+        trajectory.run(self, self.time()?.steps(), |_| {})?;
+        Ok(trajectory)
+    }
 }
 
 impl Trajectory {
@@ -353,17 +279,5 @@ mod tests {
             let value = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
             assert!((value - x(t)).abs() < 1e-15);
         }
-    }
-
-    #[test]
-    fn stencils_reproduce_a_cubic_and_hit_nodes() {
-        let s: Vec<f64> = (0..8).map(|i| (i as f64 - 0.5) * 0.1).collect();
-        let f = |s: f64| 1.0 + s * (2.0 + s * (3.0 + 4.0 * s));
-        for at in [0.0, 0.02, 0.05, 0.33, 0.61, 0.649] {
-            let sum: f64 = Stencil::between(&s, at).nodes.iter().map(|(i, w)| w * f(s[*i])).sum();
-            assert!((sum - f(at)).abs() < 1e-13, "{at}");
-        }
-        assert_eq!(Stencil::between(&s, s[7]), Stencil::node(7));
-        assert_eq!(Stencil::between(&s[..3], 0.05), Stencil::node(1));
     }
 }

@@ -3,9 +3,9 @@
 use super::{Fit, Observation, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
+use crate::point::Point;
 use crate::problem::Problem;
 use crate::scene::{Scene, parse};
-use crate::trajectory::Point;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

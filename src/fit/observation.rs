@@ -1,8 +1,8 @@
 //! Recorded motion: where a point of the rod was seen at which times.
 
 use crate::error::Error;
+use crate::point::Point;
 use crate::table::Table;
-use crate::trajectory::Point;
 use std::path::{Path, PathBuf};
 
 /// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.

@@ -3,8 +3,9 @@
 use super::{Observation, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
+use crate::point::Stencil;
 use crate::problem::Problem;
-use crate::trajectory::{Stencil, Trajectory};
+use crate::trajectory::Trajectory;
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
