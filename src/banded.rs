@@ -39,12 +39,6 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         self.diagonal.len() - W
     }
 
-    /// Sets every entry to zero.
-    pub fn clear(&mut self) {
-        self.diagonal.fill(D::from(0.0));
-        self.below.fill([D::from(0.0); W]);
-    }
-
     /// The entry of row `i`, column `j`; zero outside the band.
     pub fn get(&self, i: usize, j: usize) -> D {
         let (low, high) = (i.min(j), i.max(j));

@@ -214,7 +214,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         let mut expect_solution = false;
         let mut last = false;
         let mut polish = D::ORDER;
-        for iteration in 0..=MAX_ITERATIONS {
+        for iteration in 0..=MAX_ITERATIONS + D::ORDER {
             let rod = self.viscous.as_ref().unwrap_or(&self.rod);
             let with_tangent = !expect_solution;
             if with_tangent {
@@ -229,7 +229,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
                 self.set_rounding(scheme);
             }
             let (residual, tolerance, at_rounding) = self.residual(scheme);
-            if !residual.is_finite() || (iteration == MAX_ITERATIONS && !last && !at_rounding) {
+            if !residual.is_finite() || (iteration >= MAX_ITERATIONS && !last && !at_rounding) {
                 return Err(Error::Newton {
                     time: self.state.time,
                     iterations: iteration,

@@ -18,7 +18,6 @@ pub struct FitFile {
     pub observations: Vec<Observation>,
     /// What to identify.
     pub unknowns: Vec<Unknown>,
-    path: PathBuf,
 }
 
 #[derive(Deserialize)]
@@ -67,7 +66,7 @@ impl FitFile {
             .into_iter()
             .map(|p| Unknown { parameter: p.name, start: p.start, bounds: p.bounds })
             .collect();
-        let file = Self { problem, observations, unknowns, path: path.into() };
+        let file = Self { problem, observations, unknowns };
         file.fit().check().map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
     }
@@ -78,10 +77,5 @@ impl FitFile {
         fit.observations = self.observations.clone();
         fit.unknowns = self.unknowns.clone();
         fit
-    }
-
-    /// The file it was read from.
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 }
