@@ -28,7 +28,11 @@ impl<D: Scalar> Element<D, 2> for DeadLoad<D> {
     }
     #[inline]
     fn tangent(&self, q: &[D; 2]) -> Local<D, 2> {
-        Local { gradient: self.gradient(q), hessian: [[D::from(0.0); 2]; 2] }
+        Local {
+            energy: self.energy(q),
+            gradient: self.gradient(q),
+            hessian: [[D::from(0.0); 2]; 2],
+        }
     }
     #[inline]
     fn gradient_rate(element: &DeadLoad<Dual64>, _: &[f64; 2]) -> [f64; 2] {

@@ -46,9 +46,11 @@ pub enum Derivatives {
     Dual,
 }
 
-/// A gradient and a Hessian with respect to an element's own `N` unknowns.
+/// An element's energy with its derivatives with respect to its own `N` unknowns.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<D, const N: usize> {
+    /// E, J.
+    pub energy: D,
     /// dE/dq.
     pub gradient: [D; N],
     /// d2E/dq2, all of the symmetric matrix.
@@ -70,7 +72,7 @@ pub trait Element<D: Scalar, const N: usize>: Copy {
     fn energy(&self, q: &[D; N]) -> D;
     /// dE/dq, derived by hand.
     fn gradient(&self, q: &[D; N]) -> [D; N];
-    /// dE/dq and d2E/dq2, derived by hand.
+    /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
     fn tangent(&self, q: &[D; N]) -> Local<D, N>;
     /// Derivative of the gradient along a change of the parameters, at fixed unknowns. `element`
     /// carries the parameters and, in the dual part, their change.
@@ -87,15 +89,15 @@ pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
 }
 
-/// dE/dq and d2E/dq2 of an element by num-dual.
+/// E, dE/dq and d2E/dq2 of an element by num-dual.
 pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
 ) -> Local<D, N> {
     let lifted = element.map(Dual2SVec::<D, N>::from_re);
     let energy = |q: SVector<Dual2SVec<D, N>, N>| lifted.energy(&q.data.0[0]);
-    let (_, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
-    Local { gradient: gradient.data.0[0], hessian: hessian.data.0 }
+    let (energy, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
+    Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
 }
 
 /// [`Element::gradient_rate`] by num-dual.

@@ -52,13 +52,13 @@ fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
 impl<D: Scalar> Bent<D> {
     /// n(e) and n(f): gradients of the edges' angles, 1/m.
     #[inline]
-    fn angle_gradients(&self) -> ([D; 2], [D; 2], D, D) {
+    fn angle_gradients(&self) -> ([D; 2], [D; 2]) {
         // One division for both reciprocals.
         let both = (self.ee * self.ff).recip();
         let (by_ee, by_ff) = (self.ff * both, self.ee * both);
         let n_e = [-(self.e[1] * by_ee), self.e[0] * by_ee];
         let n_f = [-(self.f[1] * by_ff), self.f[0] * by_ff];
-        (n_e, n_f, by_ee, by_ff)
+        (n_e, n_f)
     }
 }
 
@@ -111,7 +111,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     #[inline]
     fn gradient(&self, q: &[D; 6]) -> [D; 6] {
         let bent = bent(q);
-        let (n_e, n_f, ..) = bent.angle_gradients();
+        let (n_e, n_f) = bent.angle_gradients();
         let k = bent.curvature;
         let moment = self.stiffness * (k - self.natural_curvature) * (k * k * 0.25 + 1.0);
         to_nodes([-(moment * n_e[0]), -(moment * n_e[1])], [moment * n_f[0], moment * n_f[1]])
@@ -122,26 +122,25 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     #[inline]
     fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
         let bent = bent(q);
-        let (n_e, n_f, by_ee, by_ff) = bent.angle_gradients();
+        let (n_e, n_f) = bent.angle_gradients();
         let k = bent.curvature;
         let slope = k * k * 0.25 + 1.0;
-        let stress = self.stiffness * (k - self.natural_curvature);
+        let strain = k - self.natural_curvature;
+        let stress = self.stiffness * strain;
         let moment = stress * slope;
         let stiffness = slope * (self.stiffness * slope + stress * k * 0.5);
 
-        // u n' + n u' = [[-2 u0 u1, u0^2 - u1^2], [.., 2 u0 u1]]
-        let turn = |x: [D; 2], by: D| {
-            let u = [x[0] * by, x[1] * by];
-            (moment * (u[0] * u[1]) * 2.0, moment * (u[0] * u[0] - u[1] * u[1]))
+        // With u = (p, q): s n n' + m (u n' + n u') =
+        // [[q (s q - 2 m p), p (m p - s q) - m q^2], [.., p (s p + 2 m q)]].
+        let edge_block = |n: [D; 2], moment: D| {
+            let (p, q) = (n[1], -n[0]);
+            let (mp, mq) = (moment * p, moment * q);
+            let (along, across) = (stiffness * p + mq, stiffness * q - mp);
+            (q * (across - mp), -(p * across + q * mq), p * (along + mq))
         };
-        let (e_off, e_diff) = turn(bent.e, by_ee);
-        let (f_off, f_diff) = turn(bent.f, by_ff);
+        let (ee00, ee01, ee11) = edge_block(n_e, moment);
+        let (ff00, ff01, ff11) = edge_block(n_f, -moment);
         let s_e = [stiffness * n_e[0], stiffness * n_e[1]];
-        let s_f = [stiffness * n_f[0], stiffness * n_f[1]];
-        let (ee00, ee01, ee11) =
-            (s_e[0] * n_e[0] - e_off, s_e[0] * n_e[1] + e_diff, s_e[1] * n_e[1] + e_off);
-        let (ff00, ff01, ff11) =
-            (s_f[0] * n_f[0] + f_off, s_f[0] * n_f[1] - f_diff, s_f[1] * n_f[1] - f_off);
         // rows f, columns e
         let (fe00, fe01) = (-(s_e[0] * n_f[0]), -(s_e[1] * n_f[0]));
         let (fe10, fe11) = (-(s_e[0] * n_f[1]), -(s_e[1] * n_f[1]));
@@ -152,6 +151,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         let (c00, c01, c11) =
             (ee00 + ff00 - fe00 - fe00, ee01 + ff01 - fe01 - fe10, ee11 + ff11 - fe11 - fe11);
         Local {
+            energy: stress * strain * 0.5,
             gradient: to_nodes(
                 [-(moment * n_e[0]), -(moment * n_e[1])],
                 [moment * n_f[0], moment * n_f[1]],
@@ -170,7 +170,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
     #[inline]
     fn gradient_rate(element: &PlanarBend<Dual64>, q: &[f64; 6]) -> [f64; 6] {
         let bent = bent(q);
-        let (n_e, n_f, ..) = bent.angle_gradients();
+        let (n_e, n_f) = bent.angle_gradients();
         let k = bent.curvature;
         let stress = (element.stiffness * (element.natural_curvature * -1.0 + k)).eps;
         let moment = stress * (1.0 + 0.25 * k * k);

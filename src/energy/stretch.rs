@@ -95,11 +95,13 @@ impl<D: Scalar> Element<D, 4> for Stretch<D> {
     #[inline]
     fn tangent(&self, q: &[D; 4]) -> Local<D, 4> {
         let Stretched { strain, inverse_length, tangent: [tx, ty] } = self.stretched(q);
-        let force = self.stiffness * (strain - self.natural_strain);
+        let strain = strain - self.natural_strain;
+        let force = self.stiffness * strain;
         let across = force * inverse_length;
         let along = self.stiffness / self.rest_length - across;
         let (xx, xy, yy) = (along * tx * tx + across, along * tx * ty, along * ty * ty + across);
         Local {
+            energy: force * strain * self.rest_length * 0.5,
             gradient: [-(force * tx), -(force * ty), force * tx, force * ty],
             hessian: [
                 [xx, xy, -xx, -xy],
