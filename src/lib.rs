@@ -63,6 +63,7 @@ pub mod check;
 pub mod energy;
 mod error;
 pub mod fit;
+pub mod frame;
 pub mod newmark;
 pub mod output;
 pub mod parameter;
@@ -77,6 +78,7 @@ pub mod simulation;
 pub mod state;
 mod table;
 pub mod trajectory;
+pub mod vector;
 
 pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;

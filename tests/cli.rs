@@ -109,7 +109,9 @@ fn simulate_writes_what_it_promises() {
         reader.records().map(|r| r.unwrap().iter().map(|f| f.parse().unwrap()).collect()).collect();
     assert_eq!(rows.len(), 151);
     for c in 1..4 {
-        assert_eq!(tip[150][c].as_f64().unwrap(), rows[150][60 + c]);
+        // The JSON reader of this test rounds the last bit on its own.
+        let (json, csv) = (tip[150][c].as_f64().unwrap(), rows[150][60 + c]);
+        assert!((json - csv).abs() <= 2.0 * f64::EPSILON * csv.abs(), "{json} {csv}");
     }
 }
 

@@ -6,9 +6,11 @@
 //! from elsewhere, and [`check_problem`] all elements of a scene.
 
 mod finite_difference;
+mod scaled;
 mod scene;
 mod terms;
 
+pub use scaled::Scaled;
 pub use scene::check_problem;
 pub use terms::Terms;
 

@@ -7,10 +7,12 @@
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 
+pub mod bend_twist;
 pub mod dead_load;
 pub mod planar_bend;
 pub mod stretch;
 
+pub use bend_twist::BendTwist;
 pub use dead_load::DeadLoad;
 pub use planar_bend::PlanarBend;
 pub use stretch::Stretch;

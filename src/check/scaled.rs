@@ -1,0 +1,44 @@
+//! Unknowns in units of their own.
+
+use crate::energy::{Analytic, Energy};
+use crate::scalar::Scalar;
+
+/// An energy as a function of `q / units`: lengths and angles side by side become comparable, as
+/// finite differences need them.
+#[derive(Clone, Copy, Debug)]
+pub struct Scaled<E, const N: usize> {
+    /// The energy.
+    pub energy: E,
+    /// The unit of each unknown.
+    pub units: [f64; N],
+}
+
+impl<E, const N: usize> Scaled<E, N> {
+    /// The unknowns in their units.
+    pub fn scaled(&self, q: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|i| q[i] / self.units[i])
+    }
+
+    fn unscaled(&self, x: &[f64; N]) -> [f64; N] {
+        std::array::from_fn(|i| x[i] * self.units[i])
+    }
+}
+
+impl<E: Energy<N>, const N: usize> Energy<N> for Scaled<E, N> {
+    fn energy<D: Scalar>(&self, x: &[D; N]) -> D {
+        self.energy.energy(&std::array::from_fn(|i| x[i] * self.units[i]))
+    }
+}
+
+impl<E: Analytic<N>, const N: usize> Analytic<N> for Scaled<E, N> {
+    fn gradient(&self, x: &[f64; N]) -> [f64; N] {
+        let gradient = self.energy.gradient(&self.unscaled(x));
+        std::array::from_fn(|i| gradient[i] * self.units[i])
+    }
+    fn hessian(&self, x: &[f64; N]) -> [[f64; N]; N] {
+        let hessian = self.energy.hessian(&self.unscaled(x));
+        std::array::from_fn(|i| {
+            std::array::from_fn(|j| hessian[i][j] * self.units[i] * self.units[j])
+        })
+    }
+}
