@@ -9,13 +9,16 @@ use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_chole
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Conj, Mat, Par, Side};
 use rodfit::banded::{BandMatrix, Ldlt};
+use rodfit::model::Model;
 use rodfit::rod::Rod;
-use rodfit::{Derivatives, Parameter, Problem, Scene, Trajectory};
+use rodfit::{AnyProblem, Derivatives, Parameter, Posed, Problem, Scene, Trajectory};
 use std::hint::black_box;
 use std::time::Duration;
 
-fn cantilever(segments: usize, steps: usize) -> Problem {
-    let mut scene = Scene::load("data/cantilever.toml").expect("shipped scene");
+const SCENES: [&str; 2] = ["cantilever", "helix"];
+
+fn scene(name: &str, segments: usize, steps: usize) -> Problem {
+    let mut scene = Scene::load(format!("data/{name}.toml")).expect("shipped scene");
     scene.rod.segments = Some(segments);
     if let Some(time) = &mut scene.time {
         time.end = steps as f64 * time.step;
@@ -23,36 +26,40 @@ fn cantilever(segments: usize, steps: usize) -> Problem {
     scene.problem().expect("a valid scene")
 }
 
-/// The rod in motion, its gradient and its tangent.
-fn moving(problem: &Problem) -> (Vec<f64>, Vec<f64>, BandMatrix<f64, 5>) {
-    let mut simulation = problem.simulation();
+fn iterations(c: &mut Criterion) {
+    for name in SCENES {
+        match scene(name, 50, 1000).posed() {
+            AnyProblem::Planar(posed) => iteration(c, name, &posed),
+            AnyProblem::Spatial(posed) => iteration(c, name, &posed),
+        }
+    }
+}
+
+/// The parts of an iteration on the rod in motion.
+fn iteration<M: Model<W>, const W: usize>(c: &mut Criterion, name: &str, posed: &Posed<'_, M, W>) {
+    let mut simulation = posed.simulation();
     for k in 1..=200 {
         simulation.step_to(f64::from(k) * 1e-3).expect("a step");
     }
-    let q = simulation.state().q.clone();
+    let (rod, free) = (posed.rod(), posed.free());
+    // The frames of the step before, as in the middle of an iteration.
+    let (q, frames) = (&simulation.state().q, &simulation.previous().frames);
     let (mut gradient, mut tangent) = (vec![0.0; q.len()], BandMatrix::zeros(q.len()));
-    problem.rod().tangent(&q, Derivatives::Hand, &mut gradient, &mut tangent);
-    (q, gradient, tangent)
-}
-
-fn iteration(c: &mut Criterion) {
-    let problem = cantilever(50, 1000);
-    let rod = problem.rod();
-    let (q, mut gradient, mut tangent) = moving(&problem);
-    let free = problem.free();
+    rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
     let end = 1e-6 / 4.0;
     let mut factors = Ldlt::with_order(q.len());
-    let mut group = c.benchmark_group("50 segments");
+    let mut group = c.benchmark_group(format!("{name}, 50 segments"));
     for route in [Derivatives::Hand, Derivatives::Dual] {
         group.bench_function(format!("gradient, {route:?}"), |b| {
-            b.iter(|| rod.gradient(black_box(&q), route, &mut gradient))
+            b.iter(|| rod.gradient(black_box(q), frames, route, &mut gradient))
         });
         group.bench_function(format!("gradient and tangent, {route:?}"), |b| {
-            b.iter(|| rod.tangent(black_box(&q), route, &mut gradient, &mut tangent))
+            b.iter(|| rod.tangent(black_box(q), frames, route, &mut gradient, &mut tangent))
         });
     }
+    let mass = rod.mass();
     group.bench_function("factor", |b| {
-        b.iter(|| factors.factor_sum(&rod.mass, 1.0, black_box(&tangent), end, free.clone()))
+        b.iter(|| factors.factor_sum(mass, 1.0, black_box(&tangent), end, free.clone()))
     });
     let mut x = gradient.clone();
     group.bench_function("solve", |b| {
@@ -63,8 +70,8 @@ fn iteration(c: &mut Criterion) {
     });
     group.bench_function("Newton iteration", |b| {
         b.iter(|| {
-            rod.tangent(black_box(&q), Derivatives::Hand, &mut gradient, &mut tangent);
-            factors.factor_sum(&rod.mass, 1.0, &tangent, end, free.clone()).expect("regular");
+            rod.tangent(black_box(q), frames, Derivatives::Hand, &mut gradient, &mut tangent);
+            factors.factor_sum(mass, 1.0, &tangent, end, free.clone()).expect("regular");
             x.copy_from_slice(&gradient);
             factors.solve(&mut x);
         })
@@ -73,12 +80,12 @@ fn iteration(c: &mut Criterion) {
     // The same matrix in faer: symbolic work done before, numeric factor and solve measured.
     let n = free.len();
     let entry = |i: usize, j: usize| {
-        let mass = if i == j { rod.mass[i] } else { 0.0 };
+        let mass = if i == j { mass[i] } else { 0.0 };
         mass + end * tangent.get(i, j)
     };
     let upper: Vec<Triplet<usize, usize, f64>> = free
         .clone()
-        .flat_map(|j| (j..free.end.min(j + 6)).map(move |i| (i, j)))
+        .flat_map(|j| (j..free.end.min(j + W + 1)).map(move |i| (i, j)))
         .map(|(i, j)| Triplet::new(j - free.start, i - free.start, entry(i, j)))
         .collect();
     let sparse = SparseColMat::try_new_from_triplets(n, n, &upper).expect("a matrix");
@@ -116,7 +123,7 @@ fn iteration(c: &mut Criterion) {
     });
     group.bench_function("band LDL^T factor and solve", |b| {
         b.iter(|| {
-            factors.factor_sum(&rod.mass, 1.0, &tangent, end, free.clone()).expect("regular");
+            factors.factor_sum(mass, 1.0, &tangent, end, free.clone()).expect("regular");
             x.copy_from_slice(&gradient);
             factors.solve(black_box(&mut x));
         })
@@ -126,62 +133,86 @@ fn iteration(c: &mut Criterion) {
 
 /// A run of `steps` steps with `parameters`, stepping alone.
 fn stepping(problem: &Problem, steps: usize, parameters: &[Parameter]) -> Duration {
-    let tip = problem.dof() / 2 - 1;
+    let tip = problem.nodes() - 1;
     let mut trajectory = Trajectory::new(problem, &[tip], parameters).expect("a record");
     trajectory.run(problem, steps, |_| {}).expect("a run");
     trajectory.stepping()
 }
 
 fn runs(c: &mut Criterion) {
-    let problem = cantilever(50, 1000);
     let all = [Parameter::YoungsModulus, Parameter::Density, Parameter::Radius, Parameter::Beta];
-    let mut group = c.benchmark_group("1000 steps of 1 ms");
-    group.sample_size(20);
-    for count in [0, 1, 2, 4] {
-        group.bench_function(BenchmarkId::new("sensitivities", count), |b| {
-            b.iter(|| stepping(&problem, 1000, &all[..count]))
-        });
+    for name in SCENES {
+        let problem = scene(name, 50, 1000);
+        let mut group = c.benchmark_group(format!("{name}, 1000 steps of 1 ms"));
+        group.sample_size(20);
+        for count in [0, 1, 2, 4] {
+            group.bench_function(BenchmarkId::new("sensitivities", count), |b| {
+                b.iter(|| stepping(&problem, 1000, &all[..count]))
+            });
+        }
+        group.finish();
+        // Pairs in turn, so that a slow spell of the machine hits both.
+        let mut ratios: Vec<f64> = (0..31)
+            .map(|_| {
+                let plain = stepping(&problem, 1000, &[]);
+                stepping(&problem, 1000, &all[..1]).as_secs_f64() / plain.as_secs_f64()
+            })
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        println!("{name}: one sensitivity over the plain run, median of 31: {:.2}", ratios[15]);
     }
-    group.finish();
-    // Pairs in turn, so that a slow spell of the machine hits both.
-    let mut ratios: Vec<f64> = (0..31)
-        .map(|_| {
-            let plain = stepping(&problem, 1000, &[]);
-            stepping(&problem, 1000, &all[..1]).as_secs_f64() / plain.as_secs_f64()
-        })
-        .collect();
-    ratios.sort_by(f64::total_cmp);
-    println!("one sensitivity over the plain run, median of 31 pairs: {:.2}", ratios[15]);
 }
 
 fn scaling(_: &mut Criterion) {
-    let mut points = Vec::new();
-    for segments in [10, 100, 1000, 10_000, 100_000] {
-        let steps = (200_000 / segments).clamp(20, 2000);
-        let problem = cantilever(segments, steps);
-        let mut runs: Vec<(f64, f64)> = (0..7)
-            .map(|_| {
-                let mut trajectory = Trajectory::new(&problem, &[], &[]).expect("a record");
-                trajectory.run(&problem, steps, |_| {}).expect("a run");
-                let time = trajectory.stepping().as_secs_f64() / steps as f64;
-                (time, trajectory.work().newton_iterations as f64 / steps as f64)
-            })
-            .collect();
-        runs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (time, iterations) = runs[3];
-        println!(
-            "{segments:7} segments: {:10.2} us a step, {iterations:.2} iterations",
-            1e6 * time
-        );
-        points.push(((segments as f64).ln(), time.ln()));
+    for name in SCENES {
+        let mut points = Vec::new();
+        for segments in [10, 100, 1000, 10_000, 100_000] {
+            // A coarse polygon of the helix is another rod: the same turn per edge at every size.
+            let steps = (200_000 / segments).clamp(20, 2000);
+            let problem = match name {
+                "helix" => long_helix(segments, steps),
+                _ => scene(name, segments, steps),
+            };
+            let mut runs: Vec<(f64, f64)> = (0..7)
+                .map(|_| {
+                    let mut trajectory = Trajectory::new(&problem, &[], &[]).expect("a record");
+                    trajectory.run(&problem, steps, |_| {}).expect("a run");
+                    let time = trajectory.stepping().as_secs_f64() / steps as f64;
+                    (time, trajectory.work().newton_iterations as f64 / steps as f64)
+                })
+                .collect();
+            runs.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let (time, iterations) = runs[3];
+            println!(
+                "{name}, {segments:7} segments: {:10.2} us a step, {iterations:.2} iterations",
+                1e6 * time
+            );
+            points.push(((segments as f64).ln(), time.ln()));
+        }
+        // Least squares through all five.
+        let n = points.len() as f64;
+        let [x, y] = [0, 1].map(|c| points.iter().map(|p| [p.0, p.1][c]).sum::<f64>() / n);
+        let slope = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
+            / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>();
+        println!("{name}: time per step goes with segments^{slope:.3}");
     }
-    // Least squares through all five.
-    let n = points.len() as f64;
-    let [x, y] = [0, 1].map(|c| points.iter().map(|p| [p.0, p.1][c]).sum::<f64>() / n);
-    let slope = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
-        / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>();
-    println!("time per step goes with segments^{slope:.3}");
 }
 
-criterion_group!(benches, iteration, runs, scaling);
+/// A helix whose length grows with its segments, weightless but for a pull at its tip.
+fn long_helix(segments: usize, steps: usize) -> Problem {
+    let mut scene = Scene::load("data/helix.toml").expect("shipped scene");
+    if let rodfit::scene::Shape::Helix { length, .. } = &mut scene.rod.shape {
+        *length = 0.01 * segments as f64;
+    }
+    scene.rod.segments = Some(segments);
+    scene.loads.gravity = [0.0; 3];
+    let force = [0.0, 0.0, -0.1];
+    scene.loads.point = vec![rodfit::scene::PointForce { node: rodfit::scene::Node::TIP, force }];
+    if let Some(time) = &mut scene.time {
+        time.end = steps as f64 * time.step;
+    }
+    scene.problem().expect("a valid scene")
+}
+
+criterion_group!(benches, iterations, runs, scaling);
 criterion_main!(benches);

@@ -110,6 +110,19 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
+    /// Adds column `j` times `x` to `out`.
+    #[inline]
+    pub fn add_column(&self, j: usize, x: D, out: &mut [D]) {
+        out[j] += self.diagonal[j] * x;
+        for (out, entry) in out[j + 1..].iter_mut().zip(&self.below[j]) {
+            *out += *entry * x;
+        }
+        // Row j, left of the diagonal.
+        for (p, i) in (j.saturating_sub(W)..j).rev().enumerate() {
+            out[i] += self.below[i][p] * x;
+        }
+    }
+
     /// `b - A x` over the rows and columns of `range`, other unknowns taken as zero.
     pub fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
         let mut r: Vec<D> = range.clone().map(|i| b[i]).collect();
@@ -366,6 +379,20 @@ mod tests {
         for i in 0..12 {
             let sum: f64 = (0..12).map(|j| (a.get(i, j) * x[j]).abs()).sum();
             assert!((found[i] - sum).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn columns_add_up_to_the_product() {
+        let a = matrix(12, -6.1);
+        let x: Vec<f64> = (0..12).map(|i| (i as f64).cos()).collect();
+        let mut found = vec![1.0; 12];
+        for j in 0..12 {
+            a.add_column(j, x[j], &mut found);
+        }
+        for i in 0..12 {
+            let sum: f64 = (0..12).map(|j| a.get(i, j) * x[j]).sum();
+            assert!((found[i] - 1.0 - sum).abs() < 1e-13);
         }
     }
 

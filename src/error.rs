@@ -44,16 +44,6 @@ pub enum Error {
         /// What was found and what is allowed.
         message: String,
     },
-    /// The scene needs something this version does not have.
-    #[error("{}{key}: {message}", prefix(file))]
-    Unavailable {
-        /// The file, where there is one.
-        file: Option<PathBuf>,
-        /// The key that asks for it.
-        key: String,
-        /// What is missing.
-        message: String,
-    },
     /// A time step found no solution.
     #[error(
         "no solution at t = {time} s: after {iterations} Newton iterations the residual is {residual:e} N s^2 \
@@ -118,16 +108,9 @@ impl Error {
         }
     }
 
-    pub(crate) fn unavailable(key: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Unavailable { file: None, key: key.into(), message: message.into() }
-    }
-
     /// Names the file an error comes from, where it does not say so itself.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
-        if let Self::Parse { file, .. }
-        | Self::Invalid { file, .. }
-        | Self::Unavailable { file, .. } = &mut self
-        {
+        if let Self::Parse { file, .. } | Self::Invalid { file, .. } = &mut self {
             *file = file.take().or_else(|| path.map(Into::into));
         }
         self

@@ -64,10 +64,10 @@ pub mod energy;
 mod error;
 pub mod fit;
 pub mod frame;
+pub mod model;
 pub mod newmark;
 pub mod output;
 pub mod parameter;
-pub mod planar_rod;
 pub mod point;
 mod problem;
 pub mod rod;
@@ -85,10 +85,10 @@ pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};
 pub use parameter::Parameter;
 pub use point::Point;
-pub use problem::{PlanarSimulation, Problem};
+pub use problem::{AnyProblem, PlanarProblem, Posed, Problem, SpatialProblem};
 pub use scalar::Scalar;
 pub use scene::Scene;
-pub use trajectory::Trajectory;
+pub use trajectory::{Snapshot, Trajectory};
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

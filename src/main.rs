@@ -110,15 +110,15 @@ fn simulate(
 ) -> Result<ExitCode, Error> {
     let problem = Scene::load(scene)?.problem()?.with_derivatives(derivatives);
     let steps = problem.time()?.steps();
-    let mut table = out.map(|path| NodeTable::create(path, problem.dof() / 2)).transpose()?;
+    let mut table = out.map(|path| NodeTable::create(path, problem.nodes())).transpose()?;
     let mut report = SimulationReport::new(&problem);
-    let mut trajectory = Trajectory::new(&problem, &[problem.dof() / 2 - 1], &[])?;
+    let mut trajectory = Trajectory::new(&problem, &[problem.nodes() - 1], &[])?;
     let bar = progress_bar(quiet, steps as u64);
     let mut write = Ok(());
     let outcome = trajectory.run(&problem, steps, |simulation| {
         report.push(&problem, simulation);
         if let (Some(table), Ok(())) = (&mut table, &write) {
-            write = table.push(&problem, simulation);
+            write = table.push(simulation);
         }
         bar.set_position(simulation.work().steps as u64);
     });

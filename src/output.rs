@@ -1,10 +1,10 @@
 //! What `rodfit simulate` writes: a CSV of all nodes while it runs, a JSON report at the end.
 
 use crate::error::Error;
-use crate::problem::{PlanarSimulation, Problem};
+use crate::problem::Problem;
 use crate::scene::Scene;
 use crate::simulation::Work;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Snapshot, Trajectory};
 use serde::Serialize;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub struct NodeTable {
     path: PathBuf,
+    nodes: usize,
     writer: csv::Writer<File>,
     row: Vec<String>,
 }
@@ -21,8 +22,12 @@ impl NodeTable {
     /// Creates the file and writes its header for `nodes` nodes.
     pub fn create(path: &Path, nodes: usize) -> Result<Self, Error> {
         let file = File::create(path).map_err(|source| Error::io(path, source))?;
-        let mut table =
-            Self { path: path.into(), writer: csv::Writer::from_writer(file), row: Vec::new() };
+        let mut table = Self {
+            path: path.into(),
+            nodes,
+            writer: csv::Writer::from_writer(file),
+            row: Vec::new(),
+        };
         let names = (0..nodes).flat_map(|i| ["x", "y", "z"].map(|axis| format!("{axis}_{i}")));
         table.row = std::iter::once("t".to_string()).chain(names).collect();
         table.write()?;
@@ -30,16 +35,11 @@ impl NodeTable {
     }
 
     /// Appends the state of a simulation.
-    pub fn push(
-        &mut self,
-        problem: &Problem,
-        simulation: &PlanarSimulation<f64>,
-    ) -> Result<(), Error> {
-        let state = simulation.state();
-        let plane = problem.plane();
-        let coordinates = state.q.as_chunks::<2>().0.iter().flat_map(|x| plane.to_world(*x));
+    pub fn push(&mut self, simulation: &dyn Snapshot) -> Result<(), Error> {
+        let coordinates = (0..self.nodes).flat_map(|i| simulation.position(i));
         self.row.clear();
-        self.row.extend(std::iter::once(state.time).chain(coordinates).map(|x| x.to_string()));
+        self.row
+            .extend(std::iter::once(simulation.time()).chain(coordinates).map(|x| x.to_string()));
         self.write()
     }
 
@@ -90,7 +90,7 @@ impl SimulationReport {
         let (model, model_reason) = problem.model();
         Self {
             model,
-            model_reason,
+            model_reason: model_reason.into(),
             dof: problem.dof(),
             steps: 0,
             newton_iterations: 0,
@@ -104,14 +104,11 @@ impl SimulationReport {
     }
 
     /// Appends the state of a simulation.
-    pub fn push(&mut self, problem: &Problem, simulation: &PlanarSimulation<f64>) {
-        let state = simulation.state();
-        let e = simulation.energies();
-        if let Some(tip) = state.q.last_chunk::<2>() {
-            let [x, y, z] = problem.plane().to_world(*tip);
-            self.tip.push([state.time, x, y, z]);
-        }
-        self.energy.push([state.time, e.kinetic, e.stretch, e.bend, e.twist, e.potential]);
+    pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
+        let (t, e) = (simulation.time(), simulation.energies());
+        let [x, y, z] = simulation.position(problem.nodes() - 1);
+        self.tip.push([t, x, y, z]);
+        self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential]);
     }
 
     /// Takes the totals of a run and how it ended.

@@ -23,6 +23,9 @@ pub enum Parameter {
     /// Of a circular section, m.
     #[serde(rename = "radius")]
     Radius,
+    /// Factor on the curvature of the rest shape.
+    #[serde(rename = "natural_curvature")]
+    NaturalCurvature,
     /// Of the Newmark-beta scheme.
     #[serde(rename = "beta")]
     Beta,
@@ -43,6 +46,7 @@ impl Parameter {
             Self::PoissonRatio => "poisson_ratio",
             Self::Density => "density",
             Self::Radius => "radius",
+            Self::NaturalCurvature => "natural_curvature",
             Self::Beta => "beta",
             Self::DampingMass => "damping.mass",
             Self::DampingStiffness => "damping.stiffness",
@@ -57,13 +61,13 @@ impl Parameter {
             Self::Radius => "m",
             Self::DampingMass => "1/s",
             Self::DampingStiffness => "s",
-            Self::PoissonRatio | Self::Beta => "",
+            Self::PoissonRatio | Self::NaturalCurvature | Self::Beta => "",
         }
     }
 
     /// Whether the parameter is positive and therefore identified in its logarithm.
     pub fn is_positive(self) -> bool {
-        !matches!(self, Self::PoissonRatio | Self::Beta)
+        !matches!(self, Self::PoissonRatio | Self::NaturalCurvature | Self::Beta)
     }
 
     /// Smallest and largest value the parameter may take at all.
@@ -71,6 +75,7 @@ impl Parameter {
         match self {
             Self::Beta => [0.5, 1.0],
             Self::PoissonRatio => [-1.0 + 1e-9, 0.5],
+            Self::NaturalCurvature => [-1e3, 1e3],
             _ => [f64::MIN_POSITIVE, f64::MAX],
         }
     }
@@ -86,6 +91,7 @@ impl Parameter {
                 Section::Circle { radius } => Some(radius),
                 _ => None,
             },
+            Self::NaturalCurvature => Some(scene.rod.natural_curvature),
             Self::Beta => scene.time.as_ref().map(|time| time.beta),
             Self::DampingMass => Some(scene.loads.damping.mass),
             Self::DampingStiffness => Some(scene.loads.damping.stiffness),
@@ -103,6 +109,7 @@ impl Parameter {
                 Section::Circle { radius } => Some(radius),
                 _ => None,
             },
+            Self::NaturalCurvature => Some(&mut scene.rod.natural_curvature),
             Self::Beta => scene.time.as_mut().map(|time| &mut time.beta),
             Self::DampingMass => Some(&mut scene.loads.damping.mass),
             Self::DampingStiffness => Some(&mut scene.loads.damping.stiffness),
@@ -127,17 +134,23 @@ impl std::fmt::Display for Parameter {
     }
 }
 
-/// The numbers of a scene that a planar simulation depends on differentiably.
+/// The numbers of a scene that a simulation depends on differentiably.
 #[derive(Clone, Copy, Debug)]
 pub struct Properties<D> {
     /// E, Pa.
     pub youngs_modulus: D,
+    /// G, Pa; zero when the scene gives neither it nor Poisson's ratio, as planar ones need not.
+    pub shear_modulus: D,
     /// kg/m^3.
     pub density: D,
     /// m^2.
     pub area: D,
     /// Second moments of area in the plane of `up` and across it, m^4.
     pub second_moments: [D; 2],
+    /// J, m^4.
+    pub torsion_constant: D,
+    /// Factor on the curvature of the rest shape.
+    pub natural_curvature: D,
     /// Both dampings.
     pub damping: Damping<D>,
     /// Of the scheme.
@@ -148,19 +161,34 @@ impl<D: crate::Scalar> Properties<D> {
     /// Reads the numbers, each as `seed` makes it of its parameter and value: `|_, v| v` for plain
     /// numbers, or a dual number with a derivative where the parameter is the one asked for.
     pub fn of(scene: &Scene, seed: impl Fn(Parameter, f64) -> D) -> Self {
-        let (area, second_moments) = match scene.rod.section {
+        let (area, second_moments, torsion_constant) = match scene.rod.section {
             Section::Circle { radius } => {
                 let r2 = seed(Parameter::Radius, radius).powi(2);
                 let second_moment = r2 * r2 * (std::f64::consts::PI / 4.0);
-                (r2 * std::f64::consts::PI, [second_moment; 2])
+                (r2 * std::f64::consts::PI, [second_moment; 2], second_moment * 2.0)
             }
-            ref section => (D::from(section.area()), section.second_moments().map(D::from)),
+            ref section => (
+                D::from(section.area()),
+                section.second_moments().map(D::from),
+                D::from(section.torsion_constant()),
+            ),
+        };
+        let youngs_modulus = seed(Parameter::YoungsModulus, scene.material.youngs_modulus);
+        let shear_modulus = match (scene.material.shear_modulus, scene.material.poisson_ratio) {
+            (Some(modulus), _) => seed(Parameter::ShearModulus, modulus),
+            (None, Some(ratio)) => {
+                youngs_modulus / ((seed(Parameter::PoissonRatio, ratio) + 1.0) * 2.0)
+            }
+            (None, None) => D::from(0.0),
         };
         Self {
-            youngs_modulus: seed(Parameter::YoungsModulus, scene.material.youngs_modulus),
+            youngs_modulus,
+            shear_modulus,
             density: seed(Parameter::Density, scene.material.density),
             area,
             second_moments,
+            torsion_constant,
+            natural_curvature: seed(Parameter::NaturalCurvature, scene.rod.natural_curvature),
             damping: Damping {
                 mass: seed(Parameter::DampingMass, scene.loads.damping.mass),
                 stiffness: seed(Parameter::DampingStiffness, scene.loads.damping.stiffness),

@@ -1,40 +1,57 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
-use crate::energy::{DeadLoad, Derivatives, PlanarBend, Stretch, planar_bend};
+use crate::energy::Derivatives;
 use crate::error::Error;
+use crate::model::{Model, PlanarModel, SpatialModel};
 use crate::parameter::{Parameter, Properties};
-use crate::planar_rod::{HALF_BANDWIDTH, PlanarRod};
 use crate::point::{Point, Stencil};
+use crate::rod::{planar, spatial};
 use crate::scalar::Nestable;
-use crate::scene::{Clamp, Dimension, NamedNode, Node, Plane, Scene, Support, Time};
+use crate::scene::{Clamp, Dimension, NamedNode, Node, Scene, Support, Time};
 use crate::sensitivity::Sensitivity;
 use crate::simulation::Simulation;
-use nalgebra::Vector3;
 use num_dual::Dual64;
 use std::ops::Range;
-
-/// The simulation of a planar scene over the scalar `D`.
-pub type PlanarSimulation<D> = Simulation<D, PlanarRod<D>, HALF_BANDWIDTH>;
 
 /// A scene with its mesh and model. Made by [`Scene::problem`].
 #[derive(Clone, Debug)]
 pub struct Problem {
     scene: Scene,
     derivatives: Derivatives,
-    plane: Plane,
-    /// Rest positions in the plane, m.
-    nodes: Vec<[f64; 2]>,
-    /// From the wall, m.
+    model: AnyModel,
+    /// Why this model.
+    reason: String,
+    /// Of every node from the wall, m.
     arc_length: Vec<f64>,
     length: f64,
-    rest_length: Vec<f64>,
-    natural_curvature: Vec<f64>,
-    /// Which of the section's two second moments resists bending in the plane.
-    second_moment: usize,
-    /// In the plane, m/s^2.
-    gravity: [f64; 2],
-    /// Node and force in the plane, N.
-    forces: Vec<(usize, [f64; 2])>,
+}
+
+#[derive(Clone, Debug)]
+enum AnyModel {
+    Planar(PlanarModel),
+    Spatial(SpatialModel),
+}
+
+/// A problem whose model is known: what makes rods, simulations and sensitivities.
+#[derive(Debug)]
+pub struct Posed<'a, M, const W: usize> {
+    problem: &'a Problem,
+    /// The model.
+    pub model: &'a M,
+}
+
+/// A planar problem.
+pub type PlanarProblem<'a> = Posed<'a, PlanarModel, { planar::HALF_BANDWIDTH }>;
+/// A spatial problem.
+pub type SpatialProblem<'a> = Posed<'a, SpatialModel, { spatial::HALF_BANDWIDTH }>;
+
+/// A problem by its model.
+#[derive(Debug)]
+pub enum AnyProblem<'a> {
+    /// In a plane.
+    Planar(PlanarProblem<'a>),
+    /// In space.
+    Spatial(SpatialProblem<'a>),
 }
 
 impl Scene {
@@ -51,50 +68,49 @@ impl Problem {
         let cuts = [cut(scene.supports.start), cut(scene.supports.end)];
         let mesh = scene.rod.shape.mesh(scene.rod.segments.unwrap_or(0), cuts, &scene.folder())?;
         let forces = point_forces(&scene, mesh.nodes.len())?;
-        let plane = plane_of(&scene, &mesh.nodes)?;
-        let second_moment = second_moment_in(&scene, &plane, &mesh.nodes)?;
-
-        let nodes: Vec<[f64; 2]> = mesh.nodes.iter().map(|x| plane.project((*x).into())).collect();
-        let rest_length: Vec<f64> =
-            nodes.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).collect();
-        let natural_curvature: Vec<f64> = nodes
-            .windows(3)
-            .map(|p| planar_bend::curvature(p.first_chunk().expect("windows of three")))
-            .collect();
-        if let Some(i) = natural_curvature.iter().position(|k| !k.is_finite()) {
-            let found = format!("a fold at node {}", i + 1);
-            return Err(Error::invalid("rod.shape", found, "turning angles below 180 degrees"));
-        }
-        let gravity = plane.project(scene.loads.gravity.into());
-        let forces = forces.into_iter().map(|(i, f)| (i, plane.project(f.into()))).collect();
+        let (model, reason) = choose(&scene, &mesh.nodes, &forces)?;
         let problem = Self {
             derivatives: Derivatives::default(),
-            plane,
-            nodes,
+            model,
+            reason,
             arc_length: mesh.arc_length,
             length: mesh.length,
-            rest_length,
-            natural_curvature,
-            second_moment,
-            gravity,
-            forces,
             scene,
         };
         problem.check_sizes()?;
         Ok(problem)
     }
 
-    /// Refuses stiffnesses and masses that overflow or vanish.
+    /// Refuses stiffnesses and masses that overflow or vanish, and folds.
     fn check_sizes(&self) -> Result<(), Error> {
-        let rod = self.rod();
-        let numbers = rod.stretch.iter().map(|s| s.stiffness);
-        let numbers =
-            numbers.chain(rod.bend.iter().map(|b| b.stiffness)).chain(rod.mass.iter().copied());
-        match numbers.into_iter().find(|x| !(x.is_normal() && *x > 0.0)) {
+        let (positive, natural): (Vec<f64>, Vec<f64>) = match self.posed() {
+            AnyProblem::Planar(posed) => {
+                let rod = posed.rod();
+                let stiffness = rod.stretch.iter().map(|s| s.stiffness);
+                (
+                    stiffness.chain(rod.bend.iter().map(|b| b.stiffness)).chain(rod.mass).collect(),
+                    rod.bend.iter().map(|b| b.natural_curvature).collect(),
+                )
+            }
+            AnyProblem::Spatial(posed) => {
+                let rod = posed.rod();
+                let stiffness = rod.stretch.iter().map(|s| s.stiffness);
+                let joints = rod.joint.iter().flat_map(|j| j.stiffness);
+                (
+                    stiffness.chain(joints).chain(rod.mass).collect(),
+                    rod.joint.iter().map(|j| j.natural[0] + j.natural[1]).collect(),
+                )
+            }
+        };
+        if let Some(i) = natural.iter().position(|k| !k.is_finite()) {
+            let found = format!("a fold at node {}", i + 1);
+            return Err(Error::invalid("rod.shape", found, "turning angles below 180 degrees"));
+        }
+        match positive.into_iter().find(|x| !(x.is_normal() && *x > 0.0)) {
             Some(x) => Err(Error::invalid(
                 "rod.section, material",
                 format!("a stiffness or nodal mass of {x:e}"),
-                "sizes, density and modulus that double precision can hold",
+                "sizes, density and moduli that double precision can hold",
             )),
             None => Ok(()),
         }
@@ -104,33 +120,53 @@ impl Problem {
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
-    /// The model chosen, and why.
-    pub fn model(&self) -> (&'static str, String) {
-        let why = match self.scene.rod.dimension {
-            Dimension::Planar => "asked for".to_string(),
-            _ => {
-                let n = self.plane.x.cross(&self.plane.y);
-                let n = [n.x, n.y, n.z].map(|c| (c * 1e6).round() / 1e6 + 0.0);
-                format!("rest shape, loads and section lie in the plane with normal {n:?}")
-            }
+    /// The name of the model chosen, `planar` or `spatial`, and why.
+    pub fn model(&self) -> (&'static str, &str) {
+        let name = match self.model {
+            AnyModel::Planar(_) => "planar",
+            AnyModel::Spatial(_) => "spatial",
         };
-        ("planar", why)
+        (name, &self.reason)
+    }
+    /// The problem with its model.
+    pub fn posed(&self) -> AnyProblem<'_> {
+        match &self.model {
+            AnyModel::Planar(model) => AnyProblem::Planar(Posed { problem: self, model }),
+            AnyModel::Spatial(model) => AnyProblem::Spatial(Posed { problem: self, model }),
+        }
+    }
+    /// The problem with its planar model, if it has one.
+    pub fn planar(&self) -> Option<PlanarProblem<'_>> {
+        match self.posed() {
+            AnyProblem::Planar(posed) => Some(posed),
+            AnyProblem::Spatial(_) => None,
+        }
+    }
+    /// The problem with its spatial model, if it has one.
+    pub fn spatial(&self) -> Option<SpatialProblem<'_>> {
+        match self.posed() {
+            AnyProblem::Spatial(posed) => Some(posed),
+            AnyProblem::Planar(_) => None,
+        }
     }
     /// Number of unknowns, the supported ones included.
     pub fn dof(&self) -> usize {
-        2 * self.nodes.len()
+        match &self.model {
+            AnyModel::Planar(model) => model.dof(),
+            AnyModel::Spatial(model) => model.dof(),
+        }
+    }
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.arc_length.len()
     }
     /// Number of edges.
     pub fn segments(&self) -> usize {
-        self.rest_length.len()
+        self.nodes() - 1
     }
     /// Length between wall and tip, m.
     pub fn length(&self) -> f64 {
         self.length
-    }
-    /// The plane of the scene.
-    pub fn plane(&self) -> &Plane {
-        &self.plane
     }
     /// Which derivatives simulations use.
     pub fn derivatives(&self) -> Derivatives {
@@ -162,120 +198,16 @@ impl Problem {
         })
     }
 
-    /// Rest positions `[x0, y0, x1, ..]` in the plane, m.
-    pub fn rest(&self) -> Vec<f64> {
-        self.nodes.iter().flatten().copied().collect()
-    }
-
-    /// The unknowns that the supports leave free.
-    pub fn free(&self) -> Range<usize> {
-        let held = |support| match support {
-            Support::Free => 0,
-            Support::Pinned => 2,
-            Support::Clamped => 4,
-        };
-        let start = held(self.scene.supports.start).min(self.dof());
-        start..(self.dof() - held(self.scene.supports.end)).max(start)
-    }
-
-    /// The rod with plain numbers.
-    pub fn rod(&self) -> PlanarRod<f64> {
-        self.rod_over(&Properties::of(&self.scene, |_, value| value))
-    }
-
-    /// The rod over any scalar.
-    pub fn rod_over<D: Nestable>(&self, properties: &Properties<D>) -> PlanarRod<D> {
-        let p = properties;
-        let (axial, bending) =
-            (p.youngs_modulus * p.area, p.youngs_modulus * p.second_moments[self.second_moment]);
-        let line_density = p.density * p.area;
-        let stretch = self.rest_length.iter().map(|l| Stretch {
-            stiffness: axial,
-            rest_length: D::from(*l),
-            natural_strain: D::from(0.0),
-        });
-        let bends = self.rest_length.windows(2).zip(&self.natural_curvature);
-        let bend = bends.map(|(l, k)| PlanarBend {
-            // EI over the Voronoi length.
-            stiffness: bending * (2.0 / (l[0] + l[1])),
-            natural_curvature: D::from(*k),
-        });
-        // Half of each adjacent edge.
-        let share = |i: usize| {
-            let edge = |j: Option<usize>| j.and_then(|j| self.rest_length.get(j)).unwrap_or(&0.0);
-            0.5 * (edge(i.checked_sub(1)) + edge(Some(i)))
-        };
-        let node_mass: Vec<D> = (0..self.nodes.len()).map(|i| line_density * share(i)).collect();
-        let mut load: Vec<DeadLoad<D>> =
-            node_mass.iter().map(|m| DeadLoad { force: self.gravity.map(|g| *m * g) }).collect();
-        for (i, force) in &self.forces {
-            load[*i].force[0] += D::from(force[0]);
-            load[*i].force[1] += D::from(force[1]);
-        }
-        PlanarRod {
-            stretch: stretch.collect(),
-            bend: bend.collect(),
-            mass: node_mass.iter().flat_map(|m| [*m, *m]).collect(),
-            load,
-        }
-    }
-
-    /// A simulation at the start, over plain numbers.
-    pub fn simulation(&self) -> PlanarSimulation<f64> {
-        self.simulation_over(|_, value| value)
-    }
-
-    /// A simulation at the start over any scalar; `seed` makes the numbers of the parameters.
-    ///
-    /// ```no_run
-    /// # use rodfit::{Scene, Parameter};
-    /// use num_dual::Dual64;
-    /// let problem = Scene::load("cantilever.toml")?.problem()?;
-    /// let mut simulation = problem.simulation_over(|parameter, value| {
-    ///     Dual64::new(value, if parameter == Parameter::YoungsModulus { 1.0 } else { 0.0 })
-    /// });
-    /// simulation.step_to(1e-3)?;
-    /// # Ok::<(), rodfit::Error>(())
-    /// ```
-    pub fn simulation_over<D: Nestable>(
-        &self,
-        seed: impl Fn(Parameter, f64) -> D,
-    ) -> PlanarSimulation<D> {
-        let properties = Properties::of(&self.scene, seed);
-        let rest = self.nodes.iter().flatten().map(|x| D::from(*x)).collect();
-        Simulation::new(
-            self.rod_over(&properties),
-            rest,
-            self.free(),
-            properties.damping,
-            properties.beta,
-            self.length,
-            self.derivatives,
-        )
-    }
-
-    /// The sensitivity of a simulation to one parameter, at the start.
-    pub fn sensitivity(&self, parameter: Parameter) -> Sensitivity<PlanarRod<Dual64>> {
-        let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
-        let properties = Properties::of(&self.scene, seed);
-        Sensitivity::new(
-            self.rod_over(&properties),
-            properties.damping,
-            properties.beta,
-            &self.simulation(),
-        )
-    }
-
     /// The nodes and weights whose sum is a point of the rod.
     pub fn stencil(&self, point: Point) -> Result<Stencil, Error> {
         match point {
-            Point::Tip => Ok(Stencil::node(self.nodes.len() - 1)),
-            Point::Node(i) if i < self.nodes.len() => Ok(Stencil::node(i)),
+            Point::Tip => Ok(Stencil::node(self.arc_length.len() - 1)),
+            Point::Node(i) if i < self.arc_length.len() => Ok(Stencil::node(i)),
             Point::Node(i) => Err(Error::OutOfRange {
                 what: "node",
                 found: i as f64,
                 low: 0.0,
-                high: (self.nodes.len() - 1) as f64,
+                high: (self.arc_length.len() - 1) as f64,
             }),
             Point::ArcLength(s) => {
                 if !(0.0..=self.length).contains(&s) {
@@ -295,11 +227,112 @@ impl Problem {
     pub fn arc_length(&self, point: Point) -> Result<f64, Error> {
         self.stencil(point)?;
         Ok(match point {
-            Point::Tip => self.arc_length[self.nodes.len() - 1],
+            Point::Tip => self.arc_length[self.arc_length.len() - 1],
             Point::Node(i) => self.arc_length[i],
             Point::ArcLength(s) => s,
         })
     }
+}
+
+impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+    /// The unknowns at rest, m (rad for angles).
+    pub fn rest(&self) -> Vec<f64> {
+        self.model.rest()
+    }
+
+    /// The unknowns that the supports leave free.
+    pub fn free(&self) -> Range<usize> {
+        let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
+        let start = self.model.held(supports.start).min(dof);
+        start..dof.saturating_sub(self.model.held(supports.end)).max(start)
+    }
+
+    /// The rod with plain numbers.
+    pub fn rod(&self) -> M::Rod<f64> {
+        self.model.rod(&Properties::of(&self.problem.scene, |_, value| value))
+    }
+
+    /// A simulation at the start, over plain numbers.
+    pub fn simulation(&self) -> Simulation<f64, M::Rod<f64>, W> {
+        self.simulation_over(|_, value| value)
+    }
+
+    /// A simulation at the start over any scalar; `seed` makes the numbers of the parameters.
+    ///
+    /// ```no_run
+    /// # use rodfit::{Scene, Parameter};
+    /// use num_dual::Dual64;
+    /// let problem = Scene::load("cantilever.toml")?.problem()?;
+    /// let planar = problem.planar().expect("the cantilever lies in a plane");
+    /// let mut simulation = planar.simulation_over(|parameter, value| {
+    ///     Dual64::new(value, if parameter == Parameter::YoungsModulus { 1.0 } else { 0.0 })
+    /// });
+    /// simulation.step_to(1e-3)?;
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    pub fn simulation_over<D: Nestable>(
+        &self,
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> Simulation<D, M::Rod<D>, W> {
+        let properties = Properties::of(&self.problem.scene, seed);
+        let rest = self.rest().into_iter().map(D::from).collect();
+        Simulation::new(
+            self.model.rod(&properties),
+            (rest, self.model.frames::<D>()),
+            self.free(),
+            properties.damping,
+            properties.beta,
+            self.problem.length,
+            self.problem.derivatives,
+        )
+    }
+
+    /// The sensitivity of a simulation to one parameter, at the start.
+    pub fn sensitivity(&self, parameter: Parameter) -> Sensitivity<M::Rod<Dual64>, W> {
+        let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
+        let properties = Properties::of(&self.problem.scene, seed);
+        Sensitivity::new(
+            self.model.rod(&properties),
+            self.model.frames::<Dual64>(),
+            properties.damping,
+            properties.beta,
+            &self.simulation(),
+        )
+    }
+}
+
+/// The smallest model that can hold the scene, or the one asked for; and why.
+fn choose(
+    scene: &Scene,
+    nodes: &[[f64; 3]],
+    forces: &[(usize, [f64; 3])],
+) -> Result<(AnyModel, String), Error> {
+    let asked = scene.rod.dimension;
+    let why = match asked {
+        Dimension::Spatial => "asked for".to_string(),
+        Dimension::Auto | Dimension::Planar => match PlanarModel::new(scene, nodes, forces)? {
+            Ok(model) if asked == Dimension::Planar => {
+                return Ok((AnyModel::Planar(model), "asked for".into()));
+            }
+            Ok(model) => {
+                let n = model.plane.x.cross(&model.plane.y);
+                let n = [n.x, n.y, n.z].map(|c| (c * 1e6).round() / 1e6 + 0.0);
+                let why =
+                    format!("rest shape, loads and section lie in the plane with normal {n:?}");
+                return Ok((AnyModel::Planar(model), why));
+            }
+            Err(why) if asked == Dimension::Planar => {
+                let allowed = format!("\"auto\" or \"spatial\", as {why}");
+                return Err(Error::invalid("rod.dimension", "\"planar\"", allowed));
+            }
+            Err(why) => why,
+        },
+    };
+    if scene.material.shear_modulus.is_none() && scene.material.poisson_ratio.is_none() {
+        let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
+        return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
+    }
+    Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, forces)?), why))
 }
 
 fn point_forces(scene: &Scene, nodes: usize) -> Result<Vec<(usize, [f64; 3])>, Error> {
@@ -316,40 +349,4 @@ fn point_forces(scene: &Scene, nodes: usize) -> Result<Vec<(usize, [f64; 3])>, E
         forces.push((node, load.force));
     }
     Ok(forces)
-}
-
-fn plane_of(scene: &Scene, nodes: &[[f64; 3]]) -> Result<Plane, Error> {
-    let mut vectors = vec![("loads.gravity".to_string(), Vector3::from(scene.loads.gravity))];
-    for (i, load) in scene.loads.point.iter().enumerate() {
-        vectors.push((format!("loads.point[{i}].force"), load.force.into()));
-    }
-    let up = scene.rod.section.up().map(Vector3::from);
-    Plane::through(nodes, &vectors, up)
-        .map_err(|what| spatial(&format!("{what} leaves the plane of the rest")))
-}
-
-fn spatial(why: &str) -> Error {
-    Error::unavailable(
-        "rod.dimension",
-        format!("this scene is spatial ({why}); spatial scenes are not available, planar ones are"),
-    )
-}
-
-/// Which second moment resists bending in the plane: 0 with `up` in the plane, 1 across it.
-fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[[f64; 3]]) -> Result<usize, Error> {
-    let Some(up) = scene.rod.section.up() else { return Ok(0) };
-    let [i1, i2] = scene.rod.section.second_moments();
-    let first_edge = (Vector3::from(nodes[1]) - Vector3::from(nodes[0])).normalize();
-    let up = Vector3::from(up);
-    let across_edge = up - first_edge * first_edge.dot(&up);
-    if across_edge.norm() <= 1e-9 * up.norm() {
-        let found = "a direction along the first edge";
-        return Err(Error::invalid("rod.section.up", found, "a direction with a part across it"));
-    }
-    let (in_plane, out) = plane.components(across_edge.normalize());
-    match () {
-        () if i1 == i2 || out.abs() <= 1e-9 => Ok(0),
-        () if in_plane.norm() <= 1e-9 => Ok(1),
-        () => Err(spatial("rod.section.up is neither in the plane of the rest nor across it")),
-    }
 }

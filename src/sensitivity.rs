@@ -16,7 +16,7 @@ use num_dual::Dual64;
 
 /// The derivative of a simulation's state with respect to one parameter.
 #[derive(Clone, Debug)]
-pub struct Sensitivity<S> {
+pub struct Sensitivity<S: Rod<Dual64, W>, const W: usize> {
     rod: S,
     viscous: Option<S>,
     damping: Damping<Dual64>,
@@ -25,6 +25,8 @@ pub struct Sensitivity<S> {
     pub q: Vec<f64>,
     /// dv/dp.
     pub v: Vec<f64>,
+    /// The frames with their derivatives.
+    frames: S::Frames,
     unbalanced: Vec<f64>,
     strain: Vec<f64>,
     strain_rate: Vec<f64>,
@@ -37,28 +39,27 @@ pub struct Sensitivity<S> {
     lifted_strain: Vec<Dual64>,
 }
 
-impl<S> Sensitivity<S> {
-    /// At the start of `simulation`, whose rest state does not depend on the parameter. `rod`,
-    /// `damping` and `beta` carry the parameter's derivative.
-    pub fn new<R: Rod<f64, W, Seeded = S>, const W: usize>(
+impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
+    /// At the start of `simulation`, whose rest state and `frames` do not depend on the parameter.
+    /// `rod`, `damping` and `beta` carry the parameter's derivative.
+    pub fn new<R: Rod<f64, W, Seeded = S>>(
         rod: S,
+        frames: S::Frames,
         damping: Damping<Dual64>,
         beta: Dual64,
         simulation: &Simulation<f64, R, W>,
-    ) -> Self
-    where
-        S: Rod<Dual64, W>,
-    {
+    ) -> Self {
         let state = simulation.state();
         let zero = vec![0.0; state.q.len()];
         let mut unbalanced = zero.clone();
-        R::gradient_rate(&rod, &state.q, simulation.derivatives(), &mut unbalanced);
+        R::gradient_rate(&rod, &state.q, &frames, simulation.derivatives(), &mut unbalanced);
         let strains = state.strain.len();
         Self {
             viscous: (strains > 0).then(|| rod.clone()),
             rod,
             damping,
             beta,
+            frames,
             q: zero.clone(),
             v: zero.clone(),
             unbalanced,
@@ -72,18 +73,14 @@ impl<S> Sensitivity<S> {
         }
     }
 
-    fn scheme<R, const W: usize>(&self, simulation: &Simulation<f64, R, W>) -> NewmarkBeta<Dual64>
-    where
-        R: Rod<f64, W>,
-    {
+    fn scheme<R: Rod<f64, W>>(&self, simulation: &Simulation<f64, R, W>) -> NewmarkBeta<Dual64> {
         NewmarkBeta::new(self.beta, simulation.state().time - simulation.previous().time)
     }
 
     /// The right-hand side `-dR|q1` of the step `simulation` has just made, left in `q`.
-    fn prepare<R, const W: usize>(&mut self, simulation: &Simulation<f64, R, W>)
+    fn prepare<R>(&mut self, simulation: &Simulation<f64, R, W>)
     where
         R: Rod<f64, W, Seeded = S>,
-        S: Rod<Dual64, W>,
     {
         let scheme = self.scheme(simulation);
         let (before, now) = (simulation.previous(), simulation.state());
@@ -97,7 +94,9 @@ impl<S> Sensitivity<S> {
             viscous.set_viscous(&self.rod, scheme.viscous_factor(eta), &self.shift);
         }
         let rod = self.viscous.as_ref().unwrap_or(&self.rod);
-        R::gradient_rate(rod, &now.q, simulation.derivatives(), &mut self.direct);
+        let (frames, direct) = (&self.frames, &mut self.direct);
+        R::gradient_rate(rod, &now.q, frames, simulation.derivatives(), direct);
+        R::frame_rate(frames, &now.q, simulation.gradient(), simulation.tangent(), direct);
         self.start.copy_from_slice(&self.q);
         let free = simulation.free();
         let (q1, n1) = (&now.q[free.clone()], &now.unbalanced[free.clone()]);
@@ -121,10 +120,9 @@ impl<S> Sensitivity<S> {
     }
 
     /// Takes the solution `dq1` and derives the rest of the state from it.
-    fn finish<R, const W: usize>(&mut self, simulation: &Simulation<f64, R, W>, solution: &[f64])
+    fn finish<R>(&mut self, simulation: &Simulation<f64, R, W>, solution: &[f64])
     where
         R: Rod<f64, W, Seeded = S>,
-        S: Rod<Dual64, W>,
     {
         let scheme = self.scheme(simulation);
         let (before, now) = (simulation.previous(), simulation.state());
@@ -143,10 +141,12 @@ impl<S> Sensitivity<S> {
             dv[i] = scheme.rate(change, Dual64::new(v0[i], dv[i])).eps;
             dq[i] = solution[i];
         }
-        if self.viscous.is_some() {
+        if self.viscous.is_some() || S::HAS_FRAMES {
             self.lifted.clear();
             self.lifted.extend(now.q.iter().zip(&self.q).map(|(q, dq)| Dual64::new(*q, *dq)));
-            self.rod.strains(&self.lifted, &mut self.lifted_strain);
+        }
+        if self.viscous.is_some() {
+            self.rod.strains(&self.lifted, &self.frames, &mut self.lifted_strain);
             for i in 0..self.strain.len() {
                 let change = Dual64::new(
                     now.strain[i] - before.strain[i],
@@ -157,6 +157,7 @@ impl<S> Sensitivity<S> {
                 self.strain[i] = self.lifted_strain[i].eps;
             }
         }
+        S::rebase(&mut self.frames, &self.lifted);
     }
 }
 
@@ -164,7 +165,7 @@ impl<S> Sensitivity<S> {
 /// [keep its tangent](Simulation::keep_tangent).
 pub fn advance<R, S, const W: usize>(
     simulation: &Simulation<f64, R, W>,
-    sensitivities: &mut [Sensitivity<S>],
+    sensitivities: &mut [Sensitivity<S, W>],
     room: &mut Vec<f64>,
 ) -> Result<(), Error>
 where
@@ -195,7 +196,7 @@ where
 /// fill each other's waiting times.
 fn solve<R, S, const W: usize, const G: usize>(
     simulation: &Simulation<f64, R, W>,
-    group: &mut [Sensitivity<S>],
+    group: &mut [Sensitivity<S, W>],
     room: &mut Vec<f64>,
 ) -> Result<(), Error>
 where

@@ -58,7 +58,7 @@ pub struct Damping<D> {
 /// A rod, its state, and the room a step needs. Generic over the scalar: with dual numbers the
 /// whole simulation carries derivatives.
 #[derive(Clone, Debug)]
-pub struct Simulation<D: Scalar, R, const W: usize> {
+pub struct Simulation<D: Scalar, R: Rod<D, W>, const W: usize> {
     rod: R,
     /// The rod with Kelvin-Voigt stress over the current step; only when damped.
     viscous: Option<R>,
@@ -68,8 +68,8 @@ pub struct Simulation<D: Scalar, R, const W: usize> {
     length: f64,
     derivatives: Derivatives,
     keep_tangent: bool,
-    state: State<D>,
-    previous: State<D>,
+    state: State<D, R::Frames>,
+    previous: State<D, R::Frames>,
     work: Work,
     gradient: Vec<D>,
     tangent: BandMatrix<D, W>,
@@ -82,11 +82,11 @@ pub struct Simulation<D: Scalar, R, const W: usize> {
 }
 
 impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
-    /// A rod at rest at `q`. Only the unknowns in `free` move. `length`, m, is the scale of the
-    /// stopping rule.
+    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. `length`, m,
+    /// is the scale of the stopping rule.
     pub fn new(
         rod: R,
-        q: Vec<D>,
+        (q, frames): (Vec<D>, R::Frames),
         free: Range<usize>,
         damping: Damping<D>,
         beta: D,
@@ -94,10 +94,10 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         derivatives: Derivatives,
     ) -> Self {
         let n = q.len();
-        let mut state = State::at_rest(q);
-        rod.gradient(&state.q, derivatives, &mut state.unbalanced);
+        let mut state = State::at_rest(q, frames);
+        rod.gradient(&state.q, &state.frames, derivatives, &mut state.unbalanced);
         let viscous = (damping.stiffness.value() > 0.0).then(|| {
-            rod.strains(&state.q, &mut state.strain);
+            rod.strains(&state.q, &state.frames, &mut state.strain);
             state.strain_rate = vec![D::from(0.0); state.strain.len()];
             rod.clone()
         });
@@ -133,11 +133,11 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         &self.rod
     }
     /// The state now.
-    pub fn state(&self) -> &State<D> {
+    pub fn state(&self) -> &State<D, R::Frames> {
         &self.state
     }
     /// The state before the last step.
-    pub fn previous(&self) -> &State<D> {
+    pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
     }
     /// The unknowns that move.
@@ -151,6 +151,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// Which derivatives are used.
     pub fn derivatives(&self) -> Derivatives {
         self.derivatives
+    }
+    /// Elastic gradient less loads at the last step's solution, in its frames, N.
+    pub fn gradient(&self) -> &[D] {
+        &self.gradient
+    }
+    /// The tangent of that gradient; at the solution after [`keep_tangent`](Self::keep_tangent).
+    pub fn tangent(&self) -> &BandMatrix<D, W> {
+        &self.tangent
     }
     /// Factors of the last step's tangent `M + h^2 beta^2 dn1/dq1`; at its solution after
     /// [`keep_tangent`](Self::keep_tangent).
@@ -173,7 +181,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             let v = self.state.v[i].value();
             0.5 * self.rod.mass()[i].value() * v * v
         });
-        Energies { kinetic: kinetic.sum(), ..self.rod.energies(&self.state.q) }
+        Energies { kinetic: kinetic.sum(), ..self.rod.energies(&self.state.q, &self.state.frames) }
     }
 
     /// Advances to `time`, s. On an error the state is what it was before the step.
@@ -193,6 +201,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// The guess q0 + h v0, and the viscous rod of this step.
     fn predict(&mut self, scheme: &NewmarkBeta<D>, time: f64) {
         self.state.time = time;
+        self.state.frames.clone_from(&self.previous.frames);
         for (q, (q0, v0)) in
             self.state.q.iter_mut().zip(self.previous.q.iter().zip(&self.previous.v))
         {
@@ -219,10 +228,11 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             let with_tangent = !expect_solution;
             if with_tangent {
                 let Self { state, gradient, tangent, .. } = self;
-                rod.tangent(&state.q, self.derivatives, gradient, tangent);
+                rod.tangent(&state.q, &state.frames, self.derivatives, gradient, tangent);
                 self.work.tangents += 1;
             } else {
-                rod.gradient(&self.state.q, self.derivatives, &mut self.gradient);
+                let Self { state, gradient, .. } = self;
+                rod.gradient(&state.q, &state.frames, self.derivatives, gradient);
                 self.work.gradients += 1;
             }
             if iteration == 0 {
@@ -253,7 +263,8 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             let mut largest = 0.0_f64;
             for i in self.free.clone() {
                 self.state.q[i] += self.correction[i];
-                largest = largest.max(self.correction[i].value().abs());
+                let unit = if R::is_angle(i) { self.length } else { 1.0 };
+                largest = largest.max(self.correction[i].value().abs() * unit);
             }
             self.work.newton_iterations += 1;
             last = done || largest <= SMALLEST_STEP * self.length;
@@ -265,7 +276,8 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     fn ensure_tangent(&mut self, there: bool) {
         if !there {
             let rod = self.viscous.as_ref().unwrap_or(&self.rod);
-            rod.tangent(&self.state.q, self.derivatives, &mut self.gradient, &mut self.tangent);
+            let Self { state, gradient, tangent, .. } = self;
+            rod.tangent(&state.q, &state.frames, self.derivatives, gradient, tangent);
             self.work.tangents += 1;
         }
     }
@@ -351,18 +363,19 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         (largest, level, at_rounding)
     }
 
-    /// Velocities and strain rates at the solution.
+    /// Velocities, strain rates and frames at the solution.
     fn finish(&mut self, scheme: &NewmarkBeta<D>) {
         let Self { state, previous, .. } = self;
         for i in self.free.clone() {
             state.v[i] = scheme.rate(state.q[i] - previous.q[i], previous.v[i]);
         }
         if self.viscous.is_some() {
-            self.rod.strains(&state.q, &mut state.strain);
+            self.rod.strains(&state.q, &state.frames, &mut state.strain);
             state.strain_rate.clear();
             state.strain_rate.extend((0..state.strain.len()).map(|i| {
                 scheme.rate(state.strain[i] - previous.strain[i], previous.strain_rate[i])
             }));
         }
+        R::rebase(&mut state.frames, &state.q);
     }
 }

@@ -4,12 +4,14 @@ use crate::scalar::Scalar;
 
 /// The state of a rod at one time. Lengths: the rod's degrees of freedom, or its strains.
 #[derive(Clone, Debug)]
-pub struct State<D> {
+pub struct State<D, F> {
     /// Time, s.
     pub time: f64,
-    /// Unknowns, m.
+    /// Unknowns, m (rad for angles).
     pub q: Vec<D>,
-    /// Velocities, m/s.
+    /// What the angles are measured from; `()` where there are none.
+    pub frames: F,
+    /// Velocities, m/s (rad/s).
     pub v: Vec<D>,
     /// Elastic gradient less loads plus damping: minus the force that accelerates, N.
     pub unbalanced: Vec<D>,
@@ -19,15 +21,16 @@ pub struct State<D> {
     pub strain_rate: Vec<D>,
 }
 
-impl<D: Scalar> State<D> {
+impl<D: Scalar, F: Clone> State<D, F> {
     /// At rest at `q`, time zero.
-    pub fn at_rest(q: Vec<D>) -> Self {
+    pub fn at_rest(q: Vec<D>, frames: F) -> Self {
         let zero = vec![D::from(0.0); q.len()];
         Self {
             time: 0.0,
             v: zero.clone(),
             unbalanced: zero,
             q,
+            frames,
             strain: Vec::new(),
             strain_rate: Vec::new(),
         }
@@ -37,6 +40,7 @@ impl<D: Scalar> State<D> {
     pub fn restore(&mut self, other: &Self) {
         self.time = other.time;
         self.q.clone_from(&other.q);
+        self.frames.clone_from(&other.frames);
         self.v.clone_from(&other.v);
         self.unbalanced.clone_from(&other.unbalanced);
         self.strain.clone_from(&other.strain);

@@ -2,39 +2,65 @@
 //! and their derivatives where asked for.
 
 use crate::error::Error;
+use crate::model::Model;
 use crate::parameter::Parameter;
 use crate::point::{Point, Stencil};
-use crate::problem::{PlanarSimulation, Problem};
-use crate::scene::Plane;
+use crate::problem::{AnyProblem, Posed, Problem};
+use crate::rod::Energies;
 use crate::sensitivity::{self, Sensitivity};
-use crate::simulation::Work;
+use crate::simulation::{Simulation, Work};
+use nalgebra::Vector3;
 use std::time::Duration;
 
-/// Positions and velocities of some nodes at some times, node by node in the plane.
-#[derive(Clone, Debug, Default)]
-struct Track {
-    /// `[x, y, vx, vy]` of every tracked node, step after step.
-    rows: Vec<[f64; 4]>,
+/// A running simulation as it looks from outside the model.
+pub trait Snapshot {
+    /// Time, s.
+    fn time(&self) -> f64;
+    /// Position of node `i` in world coordinates, m.
+    fn position(&self, i: usize) -> [f64; 3];
+    /// Energies by term, J.
+    fn energies(&self) -> Energies;
+    /// The work so far.
+    fn work(&self) -> Work;
 }
 
-impl Track {
-    fn push(&mut self, tracked: &[usize], q: &[f64], v: &[f64]) {
-        self.rows.extend(tracked.iter().map(|i| [q[2 * i], q[2 * i + 1], v[2 * i], v[2 * i + 1]]));
+/// A simulation with the model that knows where its nodes are.
+struct Running<'a, M: Model<W>, const W: usize> {
+    model: &'a M,
+    simulation: &'a Simulation<f64, M::Rod<f64>, W>,
+}
+
+impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
+    fn time(&self) -> f64 {
+        self.simulation.state().time
+    }
+    fn position(&self, i: usize) -> [f64; 3] {
+        self.model.position(&self.simulation.state().q, i)
+    }
+    fn energies(&self) -> Energies {
+        self.simulation.energies()
+    }
+    fn work(&self) -> Work {
+        self.simulation.work()
     }
 }
 
-/// The recorded motion. World coordinates outside, plane coordinates inside.
+/// Position and velocity of a node in world axes, m and m/s, or their derivatives.
+type Motion = [[f64; 3]; 2];
+
+/// The recorded motion, in world coordinates.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    plane: Plane,
     tip: usize,
     nodes: usize,
     stencils: Problem,
     parameters: Vec<Parameter>,
     tracked: Vec<usize>,
     times: Vec<f64>,
-    motion: Track,
-    derivatives: Vec<Track>,
+    /// Of every tracked node, step after step.
+    motion: Vec<Motion>,
+    /// The same for every parameter.
+    derivatives: Vec<Vec<Motion>>,
     work: Work,
     stepping: Duration,
 }
@@ -48,7 +74,7 @@ impl Problem {
     /// Simulates the whole scene with the derivatives of every node's motion with respect to
     /// `parameters`.
     pub fn simulate_with(&self, parameters: &[Parameter]) -> Result<Trajectory, Error> {
-        let all: Vec<usize> = (0..self.dof() / 2).collect();
+        let all: Vec<usize> = (0..self.nodes()).collect();
         let mut trajectory = Trajectory::new(self, &all, parameters)?;
         trajectory.run(self, self.time()?.steps(), |_| {})?;
         Ok(trajectory)
@@ -66,15 +92,14 @@ impl Trajectory {
             parameter.of(problem.scene()).ok_or_else(|| parameter.absent())?;
         }
         Ok(Self {
-            plane: problem.plane().clone(),
-            tip: problem.dof() / 2 - 1,
-            nodes: problem.dof() / 2,
+            tip: problem.nodes() - 1,
+            nodes: problem.nodes(),
             stencils: problem.clone(),
             parameters: parameters.to_vec(),
             tracked: tracked.to_vec(),
             times: Vec::new(),
-            motion: Track::default(),
-            derivatives: vec![Track::default(); parameters.len()],
+            motion: Vec::new(),
+            derivatives: vec![Vec::new(); parameters.len()],
             work: Work::default(),
             stepping: Duration::ZERO,
         })
@@ -86,18 +111,31 @@ impl Trajectory {
         &mut self,
         problem: &Problem,
         steps: usize,
-        mut after: impl FnMut(&PlanarSimulation<f64>),
+        mut after: impl FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
-        let time = problem.time()?;
-        let mut simulation = problem.simulation();
-        let mut sensitivities: Vec<Sensitivity<_>> =
-            self.parameters.iter().map(|p| problem.sensitivity(*p)).collect();
+        match problem.posed() {
+            AnyProblem::Planar(posed) => self.run_posed(problem, &posed, steps, &mut after),
+            AnyProblem::Spatial(posed) => self.run_posed(problem, &posed, steps, &mut after),
+        }
+    }
+
+    fn run_posed<M: Model<W>, const W: usize>(
+        &mut self,
+        problem: &Problem,
+        posed: &Posed<'_, M, W>,
+        steps: usize,
+        after: &mut dyn FnMut(&dyn Snapshot),
+    ) -> Result<(), Error> {
+        let (time, model) = (problem.time()?, posed.model);
+        let mut simulation = posed.simulation();
+        let mut sensitivities: Vec<Sensitivity<_, W>> =
+            self.parameters.iter().map(|p| posed.sensitivity(*p)).collect();
         if !sensitivities.is_empty() {
             simulation.keep_tangent();
         }
         let mut room = Vec::new();
-        self.record(&simulation, &sensitivities);
-        after(&simulation);
+        self.record(model, &simulation, &sensitivities);
+        after(&Running { model, simulation: &simulation });
         for k in 1..=steps {
             let start = std::time::Instant::now();
             let result = simulation
@@ -106,18 +144,25 @@ impl Trajectory {
             self.stepping += start.elapsed();
             self.work = simulation.work();
             result?;
-            self.record(&simulation, &sensitivities);
-            after(&simulation);
+            self.record(model, &simulation, &sensitivities);
+            after(&Running { model, simulation: &simulation });
         }
         Ok(())
     }
 
-    fn record<S>(&mut self, simulation: &PlanarSimulation<f64>, sensitivities: &[Sensitivity<S>]) {
+    fn record<M: Model<W>, const W: usize>(
+        &mut self,
+        model: &M,
+        simulation: &Simulation<f64, M::Rod<f64>, W>,
+        sensitivities: &[Sensitivity<M::Rod<num_dual::Dual64>, W>],
+    ) {
         let state = simulation.state();
         self.times.push(state.time);
-        self.motion.push(&self.tracked, &state.q, &state.v);
-        for (track, sensitivity) in self.derivatives.iter_mut().zip(sensitivities) {
-            track.push(&self.tracked, &sensitivity.q, &sensitivity.v);
+        let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
+        self.motion.extend(self.tracked.iter().map(motion));
+        for (track, s) in self.derivatives.iter_mut().zip(sensitivities) {
+            let rates = |i: &usize| [model.rate(&s.q, *i), model.rate(&s.v, *i)];
+            track.extend(self.tracked.iter().map(rates));
         }
     }
 
@@ -152,8 +197,7 @@ impl Trajectory {
     /// recorded or the node not tracked.
     pub fn node(&self, node: usize, k: usize) -> [f64; 3] {
         let column = self.tracked.binary_search(&node).expect("the node is tracked");
-        let [x, y, ..] = self.motion.rows[k * self.tracked.len() + column];
-        self.plane.to_world([x, y])
+        self.motion[k * self.tracked.len() + column][0]
     }
 
     /// Position of a point at a time, m, and its derivative by each of
@@ -183,21 +227,20 @@ impl Trajectory {
             None => Hermite::new(0.0, 1.0, 0.0),
         };
         for (out, track) in derivatives.iter_mut().zip(&self.derivatives) {
-            let value = self.interpolate(track, stencil, k, &hermite)?;
-            *out = self.plane.direction_to_world(value).into();
+            *out = self.interpolate(track, stencil, k, &hermite)?;
         }
-        Ok(self.plane.to_world(self.interpolate(&self.motion, stencil, k, &hermite)?))
+        self.interpolate(&self.motion, stencil, k, &hermite)
     }
 
     fn interpolate(
         &self,
-        track: &Track,
+        track: &[Motion],
         stencil: &Stencil,
         k: usize,
         hermite: &Hermite,
-    ) -> Result<[f64; 2], Error> {
+    ) -> Result<[f64; 3], Error> {
         let width = self.tracked.len();
-        let mut sum = [0.0; 2];
+        let mut sum = [0.0; 3];
         for (node, weight) in &stencil.nodes {
             let column = self.tracked.binary_search(node).map_err(|_| Error::OutOfRange {
                 what: "a node that was not tracked",
@@ -205,14 +248,14 @@ impl Trajectory {
                 low: self.tracked.first().map_or(0.0, |i| *i as f64),
                 high: self.tracked.last().map_or(0.0, |i| *i as f64),
             })?;
-            let before = &track.rows[(k - 1) * width + column];
-            let after = track.rows.get(k * width + column).unwrap_or(before);
+            let before = &track[(k - 1) * width + column];
+            let after = track.get(k * width + column).unwrap_or(before);
             for (c, sum) in sum.iter_mut().enumerate() {
                 *sum += weight
-                    * (hermite.x0 * before[c]
-                        + hermite.x1 * after[c]
-                        + hermite.v0 * before[c + 2]
-                        + hermite.v1 * after[c + 2]);
+                    * (hermite.x0 * before[0][c]
+                        + hermite.x1 * after[0][c]
+                        + hermite.v0 * before[1][c]
+                        + hermite.v1 * after[1][c]);
             }
         }
         Ok(sum)
@@ -233,18 +276,15 @@ impl approx::AbsDiffEq for Trajectory {
             && self.tracked == other.tracked
             && self
                 .motion
-                .rows
                 .iter()
-                .zip(&other.motion.rows)
-                .all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) <= epsilon)
+                .zip(&other.motion)
+                .all(|([a, _], [b, _])| (Vector3::from(*a) - Vector3::from(*b)).norm() <= epsilon)
     }
 }
 
 impl PartialEq for Trajectory {
     fn eq(&self, other: &Self) -> bool {
-        self.times == other.times
-            && self.tracked == other.tracked
-            && self.motion.rows == other.motion.rows
+        self.times == other.times && self.tracked == other.tracked && self.motion == other.motion
     }
 }
 

@@ -12,7 +12,7 @@ use rodfit::energy::{
 use rodfit::rod::Rod;
 
 mod common;
-use common::cantilever;
+use common::{cantilever, planar};
 
 /// A bend of turning angle `turn` (rad) with edges of the given lengths, anywhere.
 fn bent(random: &mut ChaCha8Rng, turn: f64, [e, f]: [f64; 2]) -> [f64; 6] {
@@ -84,7 +84,7 @@ fn stretch_and_load_agree_on_random_states() {
         let report = check(&AsEnergy(element), &[q], Tolerance::default());
         assert!(report.passed(), "state {k}: {q:?}\n{report}");
     }
-    let load = DeadLoad { force: [0.3, -2.0] };
+    let load = DeadLoad::<f64, 2> { force: [0.3, -2.0] };
     let report = check(&AsEnergy(load), &[[0.5, 0.1]], Tolerance::default());
     assert!(report.passed(), "{report}");
 }
@@ -190,7 +190,7 @@ fn gradient_rates_agree() {
             assert!((a - b).abs() <= 1e-13 * size, "{a} {b}");
         }
         let q: [f64; 4] = *q.first_chunk().expect("four of six");
-        let by_hand = <Stretch<f64> as Element<f64, 4>>::gradient_rate(&stretch, &q);
+        let by_hand = <Stretch<f64, 2> as Element<f64, 4>>::gradient_rate(&stretch, &q);
         let size = by_hand.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         for (a, b) in by_hand.iter().zip(dual_gradient_rate(&stretch, &q)) {
             assert!((a - b).abs() <= 1e-13 * size, "{a} {b}");
@@ -203,21 +203,21 @@ fn gradient_rates_agree() {
 #[test]
 fn assembly_adds_every_element_once() {
     let problem = cantilever().problem().unwrap();
-    let mut simulation = problem.simulation();
+    let mut simulation = planar(&problem).simulation();
     for k in 1..=100 {
         simulation.step_to(k as f64 * 1e-3).unwrap();
     }
-    let (rod, q) = (problem.rod(), simulation.state().q.clone());
+    let (rod, q) = (planar(&problem).rod(), simulation.state().q.clone());
     let n = q.len();
     let mut results = Vec::new();
     for route in [Derivatives::Hand, Derivatives::Dual] {
         let (mut alone, mut gradient) = (vec![0.0; n], vec![0.0; n]);
         let mut tangent = BandMatrix::zeros(n);
-        rod.gradient(&q, route, &mut alone);
+        rod.gradient(&q, &(), route, &mut alone);
         // A second assembly must not see the first.
         let elsewhere: Vec<f64> = (0..n).map(|i| 0.5 + i as f64).collect();
-        rod.tangent(&elsewhere, route, &mut gradient, &mut tangent);
-        rod.tangent(&q, route, &mut gradient, &mut tangent);
+        rod.tangent(&elsewhere, &(), route, &mut gradient, &mut tangent);
+        rod.tangent(&q, &(), route, &mut gradient, &mut tangent);
         for (a, b) in alone.iter().zip(&gradient) {
             assert!((a - b).abs() < 1e-11, "{a} {b}");
         }
@@ -235,13 +235,13 @@ fn assembly_adds_every_element_once() {
     let direction: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
     let shifted = |s: f64| q.iter().zip(&direction).map(|(q, d)| q + s * d).collect::<Vec<f64>>();
     let h = 1e-8;
-    let slope =
-        (rod.energies(&shifted(h)).total() - rod.energies(&shifted(-h)).total()) / (2.0 * h);
+    let slope = (rod.energies(&shifted(h), &()).total() - rod.energies(&shifted(-h), &()).total())
+        / (2.0 * h);
     let exact: f64 = hand.iter().zip(&direction).map(|(g, d)| g * d).sum();
     assert!((slope / exact - 1.0).abs() < 1e-6, "{slope} {exact}");
     let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);
-    rod.gradient(&shifted(h), Derivatives::Hand, &mut ahead);
-    rod.gradient(&shifted(-h), Derivatives::Hand, &mut behind);
+    rod.gradient(&shifted(h), &(), Derivatives::Hand, &mut ahead);
+    rod.gradient(&shifted(-h), &(), Derivatives::Hand, &mut behind);
     for i in 0..n {
         let exact: f64 = (0..n).map(|j| k_hand.get(i, j) * direction[j]).sum();
         let difference = (ahead[i] - behind[i]) / (2.0 * h);

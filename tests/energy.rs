@@ -4,13 +4,13 @@ use rodfit::Problem;
 use rodfit::scene::{Clamp, Scene, Time};
 
 mod common;
-use common::{cantilever, cantilever_with};
+use common::{cantilever, cantilever_with, planar};
 
 /// Largest change of the total energy over the largest kinetic energy.
 fn drift(scene: &Scene) -> f64 {
     let problem = scene.problem().unwrap();
     let time = problem.time().unwrap();
-    let mut simulation = problem.simulation();
+    let mut simulation = planar(&problem).simulation();
     let start = simulation.energies().total();
     let (mut change, mut kinetic) = (0.0_f64, 0.0_f64);
     for k in 1..=time.steps() {
@@ -38,12 +38,12 @@ fn a_free_rod_keeps_its_momentum() {
     scene.supports.start = rodfit::scene::Support::Free;
     scene.loads.gravity = [0.0; 3];
     let problem = scene.problem().unwrap();
-    let mut simulation = problem.simulation();
-    let n = problem.dof() / 2;
+    let mut simulation = planar(&problem).simulation();
+    let n = problem.nodes();
     let v: Vec<f64> = (0..n).flat_map(|i| [0.3, (3.0 * i as f64 / n as f64).sin()]).collect();
     simulation.set_velocity(&v);
     let momentum = |v: &[f64]| {
-        let rod = problem.rod();
+        let rod = planar(&problem).rod();
         [0, 1].map(|c| (0..n).map(|i| rod.mass[2 * i + c] * v[2 * i + c]).sum::<f64>())
     };
     let start = momentum(&simulation.state().v);
@@ -72,8 +72,8 @@ fn swing(scene: &Scene, speed: f64, h: f64, end: f64) -> ([f64; 2], Vec<f64>) {
     scene.time.as_mut().unwrap().step = h;
     scene.time.as_mut().unwrap().end = end;
     let problem: Problem = scene.problem().unwrap();
-    let mut simulation = problem.simulation();
-    let rest = problem.rest();
+    let mut simulation = planar(&problem).simulation();
+    let rest = planar(&problem).rest();
     let v: Vec<f64> = (0..rest.len() / 2)
         .flat_map(|i| [0.0, speed * first_mode((rest[2 * i] / 0.5).max(0.0))])
         .collect();
@@ -173,22 +173,24 @@ fn every_support_holds_what_it_says() {
                     Clamped => 4,
                 };
                 let n = problem.dof();
-                assert_eq!(problem.free(), held(start)..n - held(end));
+                assert_eq!(planar(&problem).free(), held(start)..n - held(end));
                 let cuts = [start, end].iter().filter(|s| **s == Clamped).count() as f64 * 0.5;
                 let cuts = if clamp == Clamp::MidEdge { cuts } else { 0.0 };
-                let rest = problem.rest();
+                let rest = planar(&problem).rest();
                 let edge = 0.5 / (50.0 - cuts);
                 assert!((rest[2] - rest[0] - edge).abs() < 1e-14);
                 assert!(drift(&scene) < 1e-3, "{start:?} {end:?} {clamp:?}");
-                let mut simulation = problem.simulation();
+                let mut simulation = planar(&problem).simulation();
                 for k in 1..=50 {
                     simulation.step_to(k as f64 * 5e-4).unwrap();
                 }
                 let q = &simulation.state().q;
                 let still = (0..n).filter(|i| q[*i] == rest[*i]).count();
-                assert!(still >= n - problem.free().len());
+                assert!(still >= n - planar(&problem).free().len());
                 assert!(
-                    (0..problem.free().start).chain(problem.free().end..n).all(|i| q[i] == rest[i])
+                    (0..planar(&problem).free().start)
+                        .chain(planar(&problem).free().end..n)
+                        .all(|i| q[i] == rest[i])
                 );
                 assert!(q[2 * (n / 4) + 1] < 0.0, "the middle falls");
             }

@@ -6,7 +6,7 @@ use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, Time};
 
 mod common;
-use common::{cantilever, cantilever_with, extremum, sag};
+use common::{cantilever, cantilever_with, extremum, planar, sag};
 
 /// First maximum and minimum of the sag, nodes clamped as in the paper: independent values to 1e-6.
 #[test]
@@ -121,20 +121,20 @@ struct ByHand {
 impl ByHand {
     fn new(beta: f64, h: f64, [end, start]: [f64; 2]) -> Self {
         let problem = cantilever_with(0.5, h, 1.0, Clamp::Nodes).problem().unwrap();
-        let q = problem.rest();
+        let q = planar(&problem).rest();
         Self { v: vec![0.0; q.len()], problem, q, h, beta, end, start }
     }
 
     fn step(&mut self) -> Option<()> {
-        let (rod, free) = (self.problem.rod(), self.problem.free());
+        let (rod, free) = (planar(&self.problem).rod(), planar(&self.problem).free());
         let n = self.q.len();
         let (mut n0, mut n1) = (vec![0.0; n], vec![0.0; n]);
         let mut tangent = BandMatrix::zeros(n);
         let mut factors = Ldlt::with_order(n);
-        rod.gradient(&self.q, Derivatives::Hand, &mut n0);
+        rod.gradient(&self.q, &(), Derivatives::Hand, &mut n0);
         let mut q1: Vec<f64> = self.q.iter().zip(&self.v).map(|(q, v)| q + self.h * v).collect();
         for iteration in 0.. {
-            rod.tangent(&q1, Derivatives::Hand, &mut n1, &mut tangent);
+            rod.tangent(&q1, &(), Derivatives::Hand, &mut n1, &mut tangent);
             let mut dx: Vec<f64> = (0..n)
                 .map(|i| {
                     let inertia = rod.mass[i] * (q1[i] - self.q[i] - self.h * self.v[i]);
@@ -167,7 +167,7 @@ fn beta_one_is_implicit_euler() {
     let h = 5e-3;
     let mut euler = ByHand::new(1.0, h, [h * h, 0.0]);
     let problem = cantilever_with(1.0, h, 1.0, Clamp::Nodes).problem().unwrap();
-    let mut simulation = problem.simulation();
+    let mut simulation = planar(&problem).simulation();
     for k in 1..=100 {
         euler.step().unwrap();
         simulation.step_to(k as f64 * h).unwrap();

@@ -5,7 +5,7 @@ use rodfit::scene::{Clamp, PointForce, Scene, Section, Shape, Support, Time};
 use rodfit::{Derivatives, Parameter, Point};
 
 mod common;
-use common::{cantilever, cantilever_with};
+use common::{cantilever, cantilever_with, planar};
 
 use Parameter::*;
 
@@ -18,7 +18,7 @@ const LARGEST: f64 = 1e-9;
 fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f64 {
     let problem = scene.problem().unwrap().with_derivatives(derivatives);
     let run = problem.simulate_with(&[parameter]).unwrap();
-    let mut oracle = problem
+    let mut oracle = planar(&problem)
         .simulation_over(|p, value| Dual64::new(value, if p == parameter { 1.0 } else { 0.0 }));
     let time = problem.time().unwrap();
     let (mut worst, mut size) = (0.0_f64, 0.0_f64);
@@ -115,7 +115,7 @@ fn together_as_one_at_a_time() {
     let problem = scene.problem().unwrap();
     let all = [YoungsModulus, Beta, Density, Radius, DampingMass];
     let together = problem.simulate_with(&all).unwrap();
-    let mut oracle = problem.simulation_over(|p, value| {
+    let mut oracle = planar(&problem).simulation_over(|p, value| {
         let seeded = DualSVec64::<2>::from_re(value);
         match p {
             YoungsModulus => seeded.derivative(0),
@@ -178,7 +178,7 @@ fn through_an_indefinite_tangent() {
     scene.loads.point[0].force = [-5.0, 0.1, 0.0];
     scene.time = Some(Time { beta: 1.0, ..Time::new(0.6, 3e-2) });
     let problem = scene.problem().unwrap();
-    let mut simulation = problem.simulation();
+    let mut simulation = planar(&problem).simulation();
     let negative = (1..=20).filter(|k| {
         simulation.step_to(f64::from(*k) * 3e-2).unwrap();
         simulation.factors().negative_pivots() > 0

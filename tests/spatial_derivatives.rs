@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::check::{CheckReport, Scaled, Tolerance, check};
 use rodfit::energy::bend_twist::{Published, UNKNOWNS, dual_gradient, dual_tangent};
-use rodfit::energy::{AsEnergy, BendTwist, Element};
+use rodfit::energy::{AsEnergy, BendTwist};
 use rodfit::frame::EdgeFrame;
 
 fn direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
@@ -78,7 +78,13 @@ fn bend_and_twist_agree_on_random_states() {
         let report = compare(&case, tolerance);
         if std::env::var("SHOW").is_ok() {
             let e = report.max_relative_error;
-            println!("{turn:.2} {rotation:.2} {:.1e} {:.1e} {:.1e} {}", e.gradient, e.hessian, e.finite_difference, report.passed());
+            println!(
+                "{turn:.2} {rotation:.2} {:.1e} {:.1e} {:.1e} {}",
+                e.gradient,
+                e.hessian,
+                e.finite_difference,
+                report.passed()
+            );
             continue;
         }
         assert!(report.passed(), "state {k}, turn {turn}, rotation {rotation}\n{report}");
@@ -124,7 +130,8 @@ fn published() {
         for _ in 0..500 {
             let case = case(&mut random, 40.0, rotation);
             let scaled = Scaled { energy: Published(case.element), units: case.units };
-            let e = check(&scaled, &[scaled.scaled(&case.q)], Tolerance::default()).max_relative_error;
+            let e =
+                check(&scaled, &[scaled.scaled(&case.q)], Tolerance::default()).max_relative_error;
             worst = [worst[0].max(e.gradient), worst[1].max(e.hessian)];
         }
         println!("{rotation} {worst:?}");

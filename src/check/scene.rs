@@ -1,10 +1,15 @@
 //! The check of a whole scene: every element, at the scene's own states and at random ones.
 
-use super::{CheckReport, Tolerance};
+use super::{CheckReport, Scaled, Tolerance};
+use crate::energy::bend_twist::UNKNOWNS;
 use crate::energy::{AsEnergy, Element};
 use crate::error::Error;
-use crate::planar_rod::PlanarRod;
-use crate::problem::Problem;
+use crate::frame::Frames;
+use crate::model::Model;
+use crate::problem::{AnyProblem, Posed, Problem};
+use crate::rod::{PlanarRod, Rod, SpatialRod};
+use crate::state::State;
+use crate::vector::{Vector, add, cross, dot, scale, unit};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -18,35 +23,64 @@ const OWN_STEPS: usize = 400;
 const RANDOM_STATES: usize = 20;
 /// Largest turning angle of random states, degrees: up to here finite differences reach 1e-7.
 const LARGEST_TURN: f64 = 150.0;
+/// Largest rotation of an edge since its reference in random states, degrees.
+const LARGEST_ROTATION: f64 = 120.0;
 
 /// Checks the derivatives of every kind of element of a scene: in its rest shape, along its
 /// motion when it has a `[time]` (without one, or when a step fails, as far as it goes), and in
-/// seeded random states with turning angles up to 150 degrees and strains up to 30 %.
+/// seeded random states with turning angles up to 150 degrees and strains up to 30 %; in space also
+/// with the edges rotated by up to 120 degrees since the reference of their frames.
 pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckReport, Error> {
     let mut report = CheckReport::new(tolerance);
-    let rod = problem.rod();
-    compare_all(&mut report, &rod, &problem.rest());
-    if let Ok(time) = problem.time() {
-        let mut simulation = problem.simulation();
-        let steps = time.steps().min(OWN_STEPS);
-        for k in 1..=steps {
-            if simulation.step_to(time.at(k)).is_err() {
-                break;
-            }
-            if k % steps.div_ceil(OWN_STATES) == 0 {
-                compare_all(&mut report, &rod, &simulation.state().q);
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    match problem.posed() {
+        AnyProblem::Planar(posed) => {
+            let rod = posed.rod();
+            own_states(problem, &posed, |state, _| compare_planar(&mut report, &rod, &state.q));
+            for _ in 0..RANDOM_STATES {
+                compare_planar(&mut report, &rod, &random_planar(&rod, &mut random));
             }
         }
-    }
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    for _ in 0..RANDOM_STATES {
-        compare_all(&mut report, &rod, &random_shape(&rod, &mut random));
+        AnyProblem::Spatial(posed) => {
+            let rod = posed.rod();
+            own_states(problem, &posed, |state, before| {
+                compare_spatial(&mut report, &rod, &state.q, &state.frames);
+                compare_spatial(&mut report, &rod, &state.q, &before.frames);
+            });
+            for _ in 0..RANDOM_STATES {
+                let (q, frames) = random_spatial(&rod, &mut random);
+                compare_spatial(&mut report, &rod, &q, &frames);
+            }
+        }
     }
     Ok(report)
 }
 
+/// Shows the state at rest and some along the motion, each with the one a step before.
+fn own_states<M: Model<W>, const W: usize>(
+    problem: &Problem,
+    posed: &Posed<'_, M, W>,
+    mut show: impl FnMut(&Frozen<M, W>, &Frozen<M, W>),
+) {
+    let mut simulation = posed.simulation();
+    show(simulation.state(), simulation.previous());
+    let Ok(time) = problem.time() else { return };
+    let steps = time.steps().min(OWN_STEPS);
+    for k in 1..=steps {
+        if simulation.step_to(time.at(k)).is_err() {
+            break;
+        }
+        if k % steps.div_ceil(OWN_STATES) == 0 {
+            show(simulation.state(), simulation.previous());
+        }
+    }
+}
+
+/// A state of a model's rod.
+type Frozen<M, const W: usize> = State<f64, <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames>;
+
 /// A rod of the same rest lengths with random turns and strains.
-fn random_shape(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {
+fn random_planar(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut angle: f64 = random.random_range(-3.1..3.1);
     let mut q = vec![0.0, 0.0];
     for edge in &rod.stretch {
@@ -58,25 +92,99 @@ fn random_shape(rod: &PlanarRod<f64>, random: &mut ChaCha8Rng) -> Vec<f64> {
     q
 }
 
-fn compare_all(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
+fn random_unit(random: &mut ChaCha8Rng) -> Vector<f64> {
+    loop {
+        let v = [0; 3].map(|_| random.random_range(-1.0..1.0));
+        if (0.01..1.0).contains(&dot(v, v)) {
+            return unit(v);
+        }
+    }
+}
+
+/// `t` turned by `angle` about a random axis across it.
+fn turned(t: Vector<f64>, angle: f64, random: &mut ChaCha8Rng) -> Vector<f64> {
+    let across = loop {
+        let across = cross(t, random_unit(random));
+        if dot(across, across) > 0.01 {
+            break unit(across);
+        }
+    };
+    unit(add(scale(t, angle.cos()), scale(across, angle.sin())))
+}
+
+/// A rod of the same rest lengths with random turns, strains, angles and references.
+fn random_spatial(rod: &SpatialRod<f64>, random: &mut ChaCha8Rng) -> (Vec<f64>, Frames<f64>) {
+    let mut t = random_unit(random);
+    let mut x = [0.0; 3];
+    let mut q = x.to_vec();
+    let mut references = Vec::new();
+    for edge in &rod.stretch {
+        let length = edge.rest_length * random.random_range(0.7..1.3);
+        x = add(x, scale(t, length));
+        q.push(random.random_range(-6.0..6.0));
+        q.extend(x);
+        let rotation = random.random_range(0.0..LARGEST_ROTATION).to_radians();
+        references.push(turned(t, rotation, random));
+        let turn = random.random_range(0.0..LARGEST_TURN).to_radians();
+        t = turned(t, turn, random);
+    }
+    let director = unit(cross(references[0], random_unit(random)));
+    let mut frames = Frames::bishop(&references, director);
+    for twist in &mut frames.twist {
+        *twist = random.random_range(-6.0..6.0);
+    }
+    (q, frames)
+}
+
+/// Every so manieth of `count` elements.
+fn some(count: usize) -> impl Iterator<Item = usize> {
+    (0..count).step_by(count.div_ceil(ELEMENTS).max(1))
+}
+
+fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
+    fn compare<E: Element<f64, N>, const N: usize>(
+        report: &mut CheckReport,
+        elements: &[E],
+        q: &[f64],
+        first: usize,
+    ) {
+        for i in some(elements.len()) {
+            let own: &[f64; N] = q[2 * i..].first_chunk().expect("the element's nodes");
+            // Energies do not change under translation; differences need small coordinates.
+            let local = std::array::from_fn(|k| own[k] - own[k % 2]);
+            let name = format!("{} {}", E::NAME, i + first);
+            report.compare(&AsEnergy(elements[i]), &local, &name, |k| {
+                format!("{}{}", ["x", "y"][k % 2], i + k / 2)
+            });
+        }
+    }
     compare(report, &rod.stretch, q, 0);
     compare(report, &rod.bend, q, 1);
 }
 
-/// Compares elements that start at node `i` and are numbered from `first`.
-fn compare<E: Element<f64, N>, const N: usize>(
+/// In units of the edge's length, so that differences treat lengths and angles alike.
+fn compare_spatial(
     report: &mut CheckReport,
-    elements: &[E],
+    rod: &SpatialRod<f64>,
     q: &[f64],
-    first: usize,
+    frames: &Frames<f64>,
 ) {
-    for (i, element) in elements.iter().enumerate().step_by(elements.len().div_ceil(ELEMENTS)) {
-        let own: &[f64; N] = q[2 * i..].first_chunk().expect("the element's nodes");
-        // Energies do not change under translation; finite differences need small coordinates.
-        let local = std::array::from_fn(|k| own[k] - own[k % 2]);
-        let name = format!("{} {}", E::NAME, i + first);
-        report.compare(&AsEnergy(*element), &local, &name, |k| {
-            format!("{}{}", ["x", "y"][k % 2], i + k / 2)
-        });
+    let dof = |i: usize, k: usize| format!("{}{}", ["x", "y", "z", "theta"][k % 4], i + k / 4);
+    for i in some(rod.stretch.len()) {
+        let own: &[f64; 7] = q[4 * i..].first_chunk().expect("the edge's nodes");
+        let local = std::array::from_fn(|k| if k < 3 { 0.0 } else { own[k + 1] - own[k - 3] });
+        let units = [rod.stretch[i].rest_length; 6];
+        let scaled = Scaled { energy: AsEnergy(rod.stretch[i]), units };
+        let name = format!("stretch {i}");
+        report.compare(&scaled, &scaled.scaled(&local), &name, |k| dof(i, k + k / 3));
+    }
+    for i in some(rod.joint.len()) {
+        let own: &[f64; UNKNOWNS] = q[4 * i..].first_chunk().expect("the joint's nodes");
+        let local = std::array::from_fn(|k| if k % 4 == 3 { own[k] } else { own[k] - own[k % 4] });
+        let length = rod.stretch[i].rest_length;
+        let units = std::array::from_fn(|k| if k % 4 == 3 { 1.0 } else { length });
+        let scaled = Scaled { energy: AsEnergy(rod.bend_twist(i, frames)), units };
+        let name = format!("bend and twist {}", i + 1);
+        report.compare(&scaled, &scaled.scaled(&local), &name, |k| dof(i, k));
     }
 }

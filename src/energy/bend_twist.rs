@@ -495,6 +495,19 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     }
 }
 
+impl BendTwist<Dual64> {
+    /// Without the derivatives of the reference.
+    pub(crate) fn with_still_reference(mut self) -> Self {
+        let still = |v: Vector<Dual64>| v.map(|x| Dual64::from(x.re));
+        self.frames = self.frames.map(|frame| EdgeFrame {
+            tangent: still(frame.tangent),
+            director: still(frame.director),
+        });
+        self.twist = Dual64::from(self.twist.re);
+        self
+    }
+}
+
 /// The gradient by num-dual, through the edges' unknowns.
 pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
     type Seeded<D> = DualSVec<D, EDGE_UNKNOWNS>;

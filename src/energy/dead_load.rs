@@ -4,38 +4,42 @@ use super::{Element, Local};
 use crate::scalar::Scalar;
 use num_dual::Dual64;
 
-/// A constant force on one node of the plane: `E = -f.x`. Unknowns: `[x, y]`, m.
+/// A constant force on one node: `E = -f.x`. Unknowns: its `M` coordinates, m.
 #[derive(Clone, Copy, Debug)]
-pub struct DeadLoad<D> {
+pub struct DeadLoad<D, const M: usize> {
     /// Force, N.
-    pub force: [D; 2],
+    pub force: [D; M],
 }
 
-impl<D: Scalar> Element<D, 2> for DeadLoad<D> {
+impl<D: Scalar, const M: usize> Element<D, M> for DeadLoad<D, M> {
     const NAME: &'static str = "dead load";
-    type Over<E: Scalar> = DeadLoad<E>;
+    type Over<E: Scalar> = DeadLoad<E, M>;
 
-    fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadLoad<E> {
+    fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadLoad<E, M> {
         DeadLoad { force: self.force.map(convert) }
     }
     #[inline]
-    fn energy(&self, q: &[D; 2]) -> D {
-        -(self.force[0] * q[0] + self.force[1] * q[1])
+    fn energy(&self, q: &[D; M]) -> D {
+        let mut energy = -(self.force[0] * q[0]);
+        for i in 1..M {
+            energy -= self.force[i] * q[i];
+        }
+        energy
     }
     #[inline]
-    fn gradient(&self, _: &[D; 2]) -> [D; 2] {
-        [-self.force[0], -self.force[1]]
+    fn gradient(&self, _: &[D; M]) -> [D; M] {
+        self.force.map(|f| -f)
     }
     #[inline]
-    fn tangent(&self, q: &[D; 2]) -> Local<D, 2> {
+    fn tangent(&self, q: &[D; M]) -> Local<D, M> {
         Local {
             energy: self.energy(q),
             gradient: self.gradient(q),
-            hessian: [[D::from(0.0); 2]; 2],
+            hessian: [[D::from(0.0); M]; M],
         }
     }
     #[inline]
-    fn gradient_rate(element: &DeadLoad<Dual64>, _: &[f64; 2]) -> [f64; 2] {
+    fn gradient_rate(element: &DeadLoad<Dual64, M>, _: &[f64; M]) -> [f64; M] {
         element.force.map(|f| -f.eps)
     }
 }

@@ -1,4 +1,5 @@
-//! Stretching of one edge in the plane: the simplest element, and the one to read first.
+//! Stretching of one edge, in the plane or in space: the simplest element, and the one to read
+//! first.
 //!
 //! Energy (Eq. 1a): `E = 1/2 EA (eps - eps_natural)^2 l`, with rest length `l` and strain
 //! `eps = |e|/l - 1`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no
@@ -8,9 +9,9 @@ use super::{Element, Local};
 use crate::scalar::Scalar;
 use num_dual::Dual64;
 
-/// One edge. Unknowns: `[x0, y0, x1, y1]`, m.
+/// One edge of `M` components. Unknowns, m: `[x0, y0, x1, y1]` in the plane, `[x0, y0, z0, x1, y1, z1]` in space.
 #[derive(Clone, Copy, Debug)]
-pub struct Stretch<D> {
+pub struct Stretch<D, const M: usize> {
     /// Axial stiffness EA, N.
     pub stiffness: D,
     /// Rest length, m.
@@ -20,18 +21,29 @@ pub struct Stretch<D> {
 }
 
 /// What force and Hessian share: strain, 1/|e| and the unit tangent.
-struct Stretched<D> {
+struct Stretched<D, const M: usize> {
     strain: D,
     inverse_length: D,
-    tangent: [D; 2],
+    tangent: [D; M],
 }
 
-impl<D: Scalar> Stretch<D> {
-    /// Strain, dimensionless.
+/// The edge from one node to the other; `N = 2 M`.
+#[inline]
+fn edge<D: Scalar, const N: usize, const M: usize>(q: &[D; N]) -> [D; M] {
+    std::array::from_fn(|i| q[M + i] - q[i])
+}
+
+/// Spreads a gradient with respect to the edge over its nodes.
+#[inline]
+fn to_nodes<D: Scalar, const N: usize, const M: usize>(g: [D; M]) -> [D; N] {
+    std::array::from_fn(|i| if i < M { -g[i] } else { g[i - M] })
+}
+
+impl<D: Scalar, const M: usize> Stretch<D, M> {
+    /// Strain, dimensionless, of the edge vector `e`, m.
     #[inline]
-    pub fn strain(&self, q: &[D; 4]) -> D {
-        let [ex, ey] = [q[2] - q[0], q[3] - q[1]];
-        let squared = ex * ex + ey * ey;
+    pub fn strain(&self, e: &[D; M]) -> D {
+        let squared = squared(e);
         self.strain_of(squared, squared.sqrt())
     }
 
@@ -52,76 +64,109 @@ impl<D: Scalar> Stretch<D> {
     }
 
     #[inline]
-    fn stretched(&self, q: &[D; 4]) -> Stretched<D> {
-        let [ex, ey] = [q[2] - q[0], q[3] - q[1]];
-        let squared = ex * ex + ey * ey;
+    fn stretched(&self, e: [D; M]) -> Stretched<D, M> {
+        let squared = squared(&e);
         let length = squared.sqrt();
         let inverse_length = length.recip();
         Stretched {
             strain: self.strain_of(squared, length),
             inverse_length,
-            tangent: [ex * inverse_length, ey * inverse_length],
-        }
-    }
-}
-
-impl<D: Scalar> Element<D, 4> for Stretch<D> {
-    const NAME: &'static str = "stretch";
-    type Over<E: Scalar> = Stretch<E>;
-
-    fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Stretch<E> {
-        Stretch {
-            stiffness: convert(self.stiffness),
-            rest_length: convert(self.rest_length),
-            natural_strain: convert(self.natural_strain),
+            tangent: e.map(|x| x * inverse_length),
         }
     }
 
     #[inline]
-    fn energy(&self, q: &[D; 4]) -> D {
-        let strain = self.strain(q) - self.natural_strain;
+    fn energy_of(&self, e: [D; M]) -> D {
+        let strain = self.strain(&e) - self.natural_strain;
         self.stiffness * self.rest_length * strain * strain * 0.5
     }
 
     /// The force `F = EA (eps - eps_natural)` pulls along the tangent `t`: dE/de = F t.
     #[inline]
-    fn gradient(&self, q: &[D; 4]) -> [D; 4] {
-        let Stretched { strain, tangent: [tx, ty], .. } = self.stretched(q);
+    fn gradient_of(&self, e: [D; M]) -> [D; M] {
+        let Stretched { strain, tangent, .. } = self.stretched(e);
         let force = self.stiffness * (strain - self.natural_strain);
-        [-(force * tx), -(force * ty), force * tx, force * ty]
+        tangent.map(|t| force * t)
     }
 
     /// d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I.
     #[inline]
-    fn tangent(&self, q: &[D; 4]) -> Local<D, 4> {
-        let Stretched { strain, inverse_length, tangent: [tx, ty] } = self.stretched(q);
+    fn tangent_of<const N: usize>(&self, e: [D; M]) -> Local<D, N> {
+        let Stretched { strain, inverse_length, tangent } = self.stretched(e);
         let strain = strain - self.natural_strain;
         let force = self.stiffness * strain;
         let across = force * inverse_length;
         let along = self.stiffness / self.rest_length - across;
-        let (xx, xy, yy) = (along * tx * tx + across, along * tx * ty, along * ty * ty + across);
+        let block: [[D; M]; M] = std::array::from_fn(|r| {
+            std::array::from_fn(|c| {
+                let (r, c) = (r.max(c), r.min(c));
+                let entry = along * tangent[c] * tangent[r];
+                if r == c { entry + across } else { entry }
+            })
+        });
         Local {
             energy: force * strain * self.rest_length * 0.5,
-            gradient: [-(force * tx), -(force * ty), force * tx, force * ty],
-            hessian: [
-                [xx, xy, -xx, -xy],
-                [xy, yy, -xy, -yy],
-                [-xx, -xy, xx, xy],
-                [-xy, -yy, xy, yy],
-            ],
+            gradient: to_nodes(tangent.map(|t| force * t)),
+            hessian: std::array::from_fn(|r| {
+                std::array::from_fn(|c| {
+                    let entry = block[r % M][c % M];
+                    if (r < M) == (c < M) { entry } else { -entry }
+                })
+            }),
         }
     }
-
-    /// Only the force depends on stiffness and natural strain; the rest length is a given.
-    #[inline]
-    fn gradient_rate(element: &Stretch<Dual64>, q: &[f64; 4]) -> [f64; 4] {
-        let at_rest = Stretch {
-            stiffness: element.stiffness.re,
-            rest_length: element.rest_length.re,
-            natural_strain: element.natural_strain.re,
-        };
-        let Stretched { strain, tangent: [tx, ty], .. } = at_rest.stretched(q);
-        let rate = (element.stiffness * (element.natural_strain * -1.0 + strain)).eps;
-        [-rate * tx, -rate * ty, rate * tx, rate * ty]
-    }
 }
+
+#[inline]
+fn squared<D: Scalar, const M: usize>(e: &[D; M]) -> D {
+    let mut sum = e[0] * e[0];
+    for x in &e[1..] {
+        sum += *x * *x;
+    }
+    sum
+}
+
+/// The element in the plane and in space: the same formulas on edges of two and three components.
+macro_rules! element {
+    ($n:literal, $m:literal) => {
+        impl<D: Scalar> Element<D, $n> for Stretch<D, $m> {
+            const NAME: &'static str = "stretch";
+            type Over<E: Scalar> = Stretch<E, $m>;
+
+            fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> Stretch<E, $m> {
+                Stretch {
+                    stiffness: convert(self.stiffness),
+                    rest_length: convert(self.rest_length),
+                    natural_strain: convert(self.natural_strain),
+                }
+            }
+            #[inline]
+            fn energy(&self, q: &[D; $n]) -> D {
+                self.energy_of(edge(q))
+            }
+            #[inline]
+            fn gradient(&self, q: &[D; $n]) -> [D; $n] {
+                to_nodes(self.gradient_of(edge(q)))
+            }
+            #[inline]
+            fn tangent(&self, q: &[D; $n]) -> Local<D, $n> {
+                self.tangent_of(edge(q))
+            }
+            /// Only the force depends on stiffness and natural strain; the rest length is a given.
+            #[inline]
+            fn gradient_rate(element: &Stretch<Dual64, $m>, q: &[f64; $n]) -> [f64; $n] {
+                let at_rest = Stretch::<f64, $m> {
+                    stiffness: element.stiffness.re,
+                    rest_length: element.rest_length.re,
+                    natural_strain: element.natural_strain.re,
+                };
+                let Stretched { strain, tangent, .. } = at_rest.stretched(edge(q));
+                let rate = (element.stiffness * (element.natural_strain * -1.0 + strain)).eps;
+                to_nodes(tangent.map(|t| rate * t))
+            }
+        }
+    };
+}
+
+element!(4, 2);
+element!(6, 3);

@@ -72,7 +72,11 @@ impl Unknown {
             (Parameter::YoungsModulus, Some(e)) => log_range(e * 1e-3, e * 1e3, 3.0),
             (Parameter::Beta, None) => vec![0.55, 0.75, 0.95],
             (Parameter::PoissonRatio, None) => vec![0.3],
-            (Parameter::Beta | Parameter::PoissonRatio, Some(value)) => vec![value],
+            (Parameter::NaturalCurvature, None) => vec![0.5, 1.0, 1.5],
+            (
+                Parameter::Beta | Parameter::PoissonRatio | Parameter::NaturalCurvature,
+                Some(value),
+            ) => vec![value],
             (_, Some(value)) => log_range(value / 30.0, value * 30.0, 1.4),
             (Parameter::ShearModulus, None) => vec![1e8],
             (Parameter::Density, None) => log_range(100.0, 2e4, 2.0),

@@ -60,12 +60,20 @@ pub struct RodSpec {
     pub shape: Shape,
     /// Cross-section.
     pub section: Section,
+    /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
+    /// so many times as curved.
+    #[serde(default = "one")]
+    pub natural_curvature: f64,
     /// Which model to use.
     #[serde(default)]
     pub dimension: Dimension,
     /// Which constants the elements get.
     #[serde(default)]
     pub discretization: Discretization,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// Which model to use.
@@ -98,7 +106,7 @@ pub struct Material {
     pub density: f64,
     /// E, Pa.
     pub youngs_modulus: f64,
-    /// In (-1, 0.5]; a planar scene needs neither this nor the shear modulus.
+    /// In (-1, 0.5]; a spatial scene needs this or the shear modulus, a planar one neither.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson_ratio: Option<f64>,
     /// G, Pa.
@@ -275,6 +283,7 @@ impl Scene {
             segments: Some(segments),
             shape,
             section,
+            natural_curvature: 1.0,
             dimension: Dimension::Auto,
             discretization: Discretization::Paper,
         };
@@ -332,11 +341,9 @@ impl Scene {
             }
             _ => {}
         }
-        if self.rod.dimension == Dimension::Spatial {
-            return Err(Error::unavailable(
-                "rod.dimension",
-                "the spatial model is not available; planar scenes are (\"auto\" or \"planar\")",
-            ));
+        if !self.rod.natural_curvature.is_finite() {
+            let found = self.rod.natural_curvature;
+            return Err(Error::invalid("rod.natural_curvature", found, "a finite number"));
         }
         let material = &self.material;
         positive("material.density", material.density)?;

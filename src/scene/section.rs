@@ -2,6 +2,7 @@
 
 use super::{direction, positive};
 use crate::error::Error;
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -65,6 +66,19 @@ impl Section {
         }
     }
 
+    /// The unit part of `up` across the first edge; none for a circle.
+    pub(crate) fn up_across(&self, nodes: &[[f64; 3]]) -> Result<Option<Vector3<f64>>, Error> {
+        let Some(up) = self.up().map(Vector3::from) else { return Ok(None) };
+        let first_edge = (Vector3::from(nodes[1]) - Vector3::from(nodes[0])).normalize();
+        let across = up - first_edge * first_edge.dot(&up);
+        if across.norm() <= 1e-9 * up.norm() {
+            let found = "a direction along the first edge";
+            let allowed = "a direction with a part across it";
+            return Err(Error::invalid("rod.section.up", found, allowed));
+        }
+        Ok(Some(across.normalize()))
+    }
+
     /// Area, m^2.
     pub fn area(&self) -> f64 {
         match self {
@@ -84,6 +98,23 @@ impl Section {
             Self::Custom { i1, i2, .. } => [*i1, *i2],
         }
     }
+
+    /// Torsion constant J, m^4: the polar moment of a circle, Saint-Venant's of a rectangle.
+    pub fn torsion_constant(&self) -> f64 {
+        match self {
+            Self::Circle { radius } => PI * radius.powi(4) / 2.0,
+            Self::Rectangle { width, height, .. } => {
+                let (long, short) = (width.max(*height), width.min(*height));
+                // The terms fall like n^-5.
+                let series: f64 = (0..200)
+                    .map(|k| f64::from(2 * k + 1))
+                    .map(|n| (n * PI * long / (2.0 * short)).tanh() / n.powi(5))
+                    .sum();
+                long * short.powi(3) * (1.0 / 3.0 - 64.0 / PI.powi(5) * short / long * series)
+            }
+            Self::Custom { j, .. } => *j,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -97,5 +128,19 @@ mod tests {
         let [in_plane, across] = section.second_moments();
         assert_relative_eq!(in_plane, 0.01 * 0.002_f64.powi(3) / 12.0);
         assert_relative_eq!(across / in_plane, 25.0, max_relative = 1e-14);
+    }
+
+    /// Timoshenko & Goodier, Theory of Elasticity, table of section 109: J = k1 (long) (short)^3.
+    #[test]
+    fn torsion_of_a_rectangle_is_saint_venants() {
+        for (ratio, k1) in [(1.0, 0.1406), (1.5, 0.196), (2.0, 0.229), (5.0, 0.291), (10.0, 0.312)]
+        {
+            let up = [0.0, 1.0, 0.0];
+            let flat = Section::Rectangle { width: 0.01 * ratio, height: 0.01, up };
+            let tall = Section::Rectangle { width: 0.01, height: 0.01 * ratio, up };
+            let j = flat.torsion_constant();
+            assert!((j / (ratio * 1e-8) - k1).abs() < 6e-4, "{ratio}: {j}");
+            assert_eq!(j, tall.torsion_constant());
+        }
     }
 }

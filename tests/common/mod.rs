@@ -2,7 +2,7 @@
 #![allow(dead_code)]
 
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Time};
-use rodfit::{Point, Trajectory};
+use rodfit::{PlanarProblem, Point, Problem, Trajectory};
 
 /// The paper's cantilever, 50 edges, for 1 s in steps of 1 ms.
 pub fn cantilever() -> Scene {
@@ -20,6 +20,11 @@ pub fn cantilever_with(beta: f64, step: f64, end: f64, clamp: Clamp) -> Scene {
     scene.time = Some(Time { beta, ..Time::new(end, step) });
     scene.supports.clamp = clamp;
     scene
+}
+
+/// The problem with its planar model.
+pub fn planar(problem: &Problem) -> PlanarProblem<'_> {
+    problem.planar().expect("the scene lies in a plane")
 }
 
 /// Sag of the tip over the length at every step.
@@ -45,4 +50,21 @@ pub fn record(trajectory: &Trajectory, count: usize) -> rodfit::Observation {
         rodfit::fit::Sample { time, position: [Some(x), Some(y), None] }
     });
     rodfit::Observation::new(samples.collect())
+}
+
+/// The paper's helix, 50 edges, with the given times and walls.
+pub fn helix_with(beta: f64, step: f64, end: f64, clamp: Clamp) -> Scene {
+    let shape = Shape::Helix {
+        length: 0.5,
+        radius: 0.02,
+        pitch: 0.05,
+        axis: [0.0, 0.0, -1.0],
+        handedness: rodfit::scene::Handedness::Left,
+    };
+    let material = Material { poisson_ratio: Some(0.5), ..Material::new(1273.52, 1e7) };
+    let mut scene = Scene::new(50, shape, Section::Circle { radius: 0.005 }, material);
+    scene.loads.gravity = [0.0, 0.0, -9.8];
+    scene.supports.clamp = clamp;
+    scene.time = Some(Time { beta, ..Time::new(end, step) });
+    scene
 }

@@ -2,12 +2,12 @@
 //!
 //! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
 
+use super::{Energies, Rod};
 use crate::banded::BandMatrix;
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient, dual_gradient_rate,
     dual_tangent,
 };
-use crate::rod::{Energies, Rod};
 use crate::scalar::{Nestable, Scalar};
 use num_dual::Dual64;
 
@@ -18,13 +18,13 @@ pub const HALF_BANDWIDTH: usize = 5;
 #[derive(Clone, Debug)]
 pub struct PlanarRod<D> {
     /// One per edge.
-    pub stretch: Vec<Stretch<D>>,
+    pub stretch: Vec<Stretch<D, 2>>,
     /// One per inner node: `bend[i]` sits at node `i + 1`.
     pub bend: Vec<PlanarBend<D>>,
     /// Lumped mass of every degree of freedom, kg.
     pub mass: Vec<D>,
     /// Weight and point forces, one per node.
-    pub load: Vec<DeadLoad<D>>,
+    pub load: Vec<DeadLoad<D, 2>>,
 }
 
 /// The unknowns of element `i`: `N` of them from node `i` on.
@@ -65,7 +65,7 @@ impl<D: Nestable> PlanarRod<D> {
         q: &[D],
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-        stretch: impl Fn(&Stretch<D>, &[D; 4]) -> Local<D, 4>,
+        stretch: impl Fn(&Stretch<D, 2>, &[D; 4]) -> Local<D, 4>,
         bend: impl Fn(&PlanarBend<D>, &[D; 6]) -> Local<D, 6>,
     ) {
         let zero = D::from(0.0);
@@ -120,12 +120,19 @@ fn add_lower<D: Scalar, const N: usize>(g: &mut [D; 6], h: &mut [[D; 6]; 6], loc
 
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     type Seeded = PlanarRod<Dual64>;
+    type Frames = ();
+
+    const HAS_FRAMES: bool = false;
+
+    fn is_angle(_: usize) -> bool {
+        false
+    }
 
     fn mass(&self) -> &[D] {
         &self.mass
     }
 
-    fn gradient(&self, q: &[D], derivatives: Derivatives, gradient: &mut [D]) {
+    fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
         self.set_loads(q, gradient);
         match derivatives {
             Derivatives::Hand => {
@@ -142,6 +149,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     fn tangent(
         &self,
         q: &[D],
+        (): &(),
         derivatives: Derivatives,
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
@@ -157,6 +165,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     fn gradient_rate(
         seeded: &PlanarRod<Dual64>,
         q: &[f64],
+        (): &(),
         derivatives: Derivatives,
         rate: &mut [f64],
     ) {
@@ -168,10 +177,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
                 }
             };
         }
-        add!(seeded.load, <DeadLoad<f64> as Element<f64, 2>>::gradient_rate);
+        add!(seeded.load, <DeadLoad<f64, 2> as Element<f64, 2>>::gradient_rate);
         match derivatives {
             Derivatives::Hand => {
-                add!(seeded.stretch, <Stretch<f64> as Element<f64, 4>>::gradient_rate);
+                add!(seeded.stretch, <Stretch<f64, 2> as Element<f64, 4>>::gradient_rate);
                 add!(seeded.bend, <PlanarBend<f64> as Element<f64, 6>>::gradient_rate);
             }
             Derivatives::Dual => {
@@ -181,7 +190,18 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         }
     }
 
-    fn energies(&self, q: &[D]) -> Energies {
+    fn frame_rate(
+        (): &(),
+        _: &[f64],
+        _: &[f64],
+        _: &BandMatrix<f64, HALF_BANDWIDTH>,
+        _: &mut [f64],
+    ) {
+    }
+
+    fn rebase((): &mut (), _: &[D]) {}
+
+    fn energies(&self, q: &[D], (): &()) -> Energies {
         fn sum<D: Scalar, E: Element<D, N>, const N: usize>(elements: &[E], q: &[D]) -> f64 {
             elements.iter().enumerate().map(|(i, e)| e.energy(unknowns(q, i)).value()).sum()
         }
@@ -193,9 +213,12 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         }
     }
 
-    fn strains(&self, q: &[D], strains: &mut Vec<D>) {
+    fn strains(&self, q: &[D], (): &(), strains: &mut Vec<D>) {
         strains.clear();
-        strains.extend(self.stretch.iter().enumerate().map(|(i, e)| e.strain(unknowns(q, i))));
+        strains.extend(self.stretch.iter().enumerate().map(|(i, e)| {
+            let [x0, y0, x1, y1] = *unknowns(q, i);
+            e.strain(&[x1 - x0, y1 - y0])
+        }));
         strains.extend(self.bend.iter().enumerate().map(|(i, e)| e.strain(unknowns(q, i))));
     }
 

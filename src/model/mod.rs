@@ -1,0 +1,49 @@
+//! The model of a scene: the rod's geometry at rest, in the dimension the scene needs.
+//!
+//! A model makes rods over any scalar and knows where their nodes are in the world.
+//! [`PlanarModel`] drops the third coordinate, angles and frames; [`SpatialModel`] has them all.
+
+mod planar;
+mod spatial;
+
+pub use planar::PlanarModel;
+pub use spatial::SpatialModel;
+
+use crate::parameter::Properties;
+use crate::rod::Rod;
+use crate::scalar::Nestable;
+use crate::scene::Support;
+use num_dual::Dual64;
+
+/// What a [`Problem`](crate::Problem) asks of a model. `W` is the half-bandwidth of its tangent.
+pub trait Model<const W: usize> {
+    /// The rod over the scalar `D`.
+    type Rod<D: Nestable>: Rod<D, W, Seeded = Self::Rod<Dual64>>;
+
+    /// The rod with the given properties.
+    fn rod<D: Nestable>(&self, properties: &Properties<D>) -> Self::Rod<D>;
+
+    /// Number of unknowns, the supported ones included.
+    fn dof(&self) -> usize;
+
+    /// The unknowns at rest, m (rad for angles).
+    fn rest(&self) -> Vec<f64>;
+
+    /// The frames at rest.
+    fn frames<D: Nestable>(&self) -> <Self::Rod<D> as Rod<D, W>>::Frames;
+
+    /// How many unknowns a support holds, counted from the end of the rod inwards.
+    fn held(&self, support: Support) -> usize;
+
+    /// The position of node `i` in the world, m.
+    fn position(&self, q: &[f64], i: usize) -> [f64; 3];
+
+    /// A rate of the position of node `i` in world axes, from the rates of all unknowns.
+    fn rate(&self, v: &[f64], i: usize) -> [f64; 3];
+}
+
+/// Half of each adjacent edge.
+fn voronoi_share(rest_length: &[f64], node: usize) -> f64 {
+    let edge = |j: Option<usize>| j.and_then(|j| rest_length.get(j)).unwrap_or(&0.0);
+    0.5 * (edge(node.checked_sub(1)) + edge(Some(node)))
+}

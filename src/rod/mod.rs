@@ -1,0 +1,110 @@
+//! What the stepper asks of a rod, whatever its dimension.
+//!
+//! A rod is a list of [elements](crate::energy), a diagonal mass and dead loads. The stepper sees
+//! only this trait; [`PlanarRod`] is a rod of the plane, [`SpatialRod`] one of space.
+
+pub mod planar;
+pub mod spatial;
+
+pub use planar::PlanarRod;
+pub use spatial::SpatialRod;
+
+use crate::banded::BandMatrix;
+use crate::energy::Derivatives;
+use crate::scalar::Scalar;
+use num_dual::Dual64;
+use serde::Serialize;
+
+/// Energies by term, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Energies {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of stretching.
+    pub stretch: f64,
+    /// Of bending.
+    pub bend: f64,
+    /// Of twisting.
+    pub twist: f64,
+    /// Of the dead loads: weight and point forces.
+    pub potential: f64,
+}
+
+impl Energies {
+    /// The sum of all terms, J.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.stretch + self.bend + self.twist + self.potential
+    }
+}
+
+/// A discrete rod with unknowns `q` and a tangent of half-bandwidth `W`.
+pub trait Rod<D: Scalar, const W: usize>: Clone {
+    /// The same rod with a derivative along one parameter in every quantity.
+    type Seeded: Rod<Dual64, W>;
+    /// What angles are measured from: [`crate::frame::Frames`], or `()` where there are none.
+    type Frames: Clone + std::fmt::Debug;
+
+    /// Whether there are frames at all.
+    const HAS_FRAMES: bool;
+
+    /// Whether unknown `i` is an angle in rad, and not a length in m.
+    fn is_angle(i: usize) -> bool;
+
+    /// Lumped mass of every degree of freedom, kg (kg m^2 for angles).
+    fn mass(&self) -> &[D];
+
+    /// Writes the gradient of the elastic energy less the dead loads, N (N m for angles).
+    fn gradient(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+    );
+
+    /// Writes the gradient as [`gradient`](Rod::gradient) does, and its tangent, N/m.
+    fn tangent(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+        tangent: &mut BandMatrix<D, W>,
+    );
+
+    /// Writes the derivative of the gradient along the parameter `seeded` carries, at fixed `q` and
+    /// frames (their derivatives are ignored).
+    fn gradient_rate(
+        seeded: &Self::Seeded,
+        q: &[f64],
+        frames: &SeededFrames<Self, D, W>,
+        derivatives: Derivatives,
+        rate: &mut [f64],
+    );
+
+    /// Adds the derivative of the gradient along the derivatives of the frames, at fixed `q`, where
+    /// the gradient and its tangent are those given.
+    fn frame_rate(
+        frames: &SeededFrames<Self, D, W>,
+        q: &[f64],
+        gradient: &[f64],
+        tangent: &BandMatrix<f64, W>,
+        rate: &mut [f64],
+    );
+
+    /// Moves the frames to `q`, without changing any energy there.
+    fn rebase(frames: &mut Self::Frames, q: &[D]);
+
+    /// Elastic energies and the potential of the loads; kinetic energy zero.
+    fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
+
+    /// Writes the strains of all elements, in the order [`set_viscous`](Rod::set_viscous) expects.
+    fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>);
+
+    /// Becomes `elastic` with every stiffness times `factor` and every natural strain
+    /// `(natural + shift[i]) / factor`.
+    fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]);
+}
+
+/// The frames of a rod with derivatives along one parameter.
+pub type SeededFrames<R, D, const W: usize> = <<R as Rod<D, W>>::Seeded as Rod<Dual64, W>>::Frames;

@@ -1,0 +1,293 @@
+//! The rod in space: stretch, bend and twist, four unknowns a node.
+//!
+//! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
+
+use super::{Energies, Rod};
+use crate::banded::BandMatrix;
+use crate::energy::bend_twist::{self, BendTwist, JointLaw};
+use crate::energy::{
+    DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
+};
+use crate::frame::{Frames, one_plus_dot, transport};
+use crate::scalar::{Nestable, Scalar};
+use crate::vector::{Vector, cross, dot, scale, sub, unit};
+use num_dual::Dual64;
+
+/// Half-bandwidth of the spatial tangent.
+pub const HALF_BANDWIDTH: usize = 10;
+/// Unknowns from one node to the next.
+const STRIDE: usize = 4;
+/// Unknowns of a bend and twist.
+const WINDOW: usize = bend_twist::UNKNOWNS;
+/// Where the six unknowns of a stretch stand in the window.
+const ENDS: [usize; 6] = [0, 1, 2, 4, 5, 6];
+
+/// The elements, masses and loads of a spatial rod.
+#[derive(Clone, Debug)]
+pub struct SpatialRod<D> {
+    /// One per edge.
+    pub stretch: Vec<Stretch<D, 3>>,
+    /// One per inner node: `joint[i]` sits at node `i + 1`.
+    pub joint: Vec<JointLaw<D>>,
+    /// Lumped mass of every degree of freedom, kg, and rotational inertia of every edge, kg m^2.
+    pub mass: Vec<D>,
+    /// Weight and point forces, one per node.
+    pub load: Vec<DeadLoad<D, 3>>,
+}
+
+/// The unknowns of bend and twist `i`.
+#[inline]
+fn around<D: Copy>(q: &[D], i: usize) -> &[D; WINDOW] {
+    q[STRIDE * i..].first_chunk().expect("a joint's nodes are nodes of the rod")
+}
+
+/// The unknowns of stretch `i`.
+#[inline]
+fn ends<D: Copy>(q: &[D], i: usize) -> [D; 6] {
+    let own: &[D; 7] = q[STRIDE * i..].first_chunk().expect("an edge's nodes are nodes of the rod");
+    ENDS.map(|k| own[k])
+}
+
+/// The position of node `i`, m.
+#[inline]
+fn position<D: Copy>(q: &[D], i: usize) -> Vector<D> {
+    *q[STRIDE * i..].first_chunk().expect("a node of the rod")
+}
+
+/// The vector of edge `i`, m.
+#[inline]
+fn edge<D: Scalar>(q: &[D], i: usize) -> Vector<D> {
+    sub(position(q, i + 1), position(q, i))
+}
+
+#[inline]
+fn add_at<D: Scalar>(to: &mut [D], i: usize, from: &Vector<D>) {
+    for (to, from) in to[STRIDE * i..].iter_mut().zip(from) {
+        *to += *from;
+    }
+}
+
+impl<D: Nestable> SpatialRod<D> {
+    /// Bend and twist `i` with its reference.
+    #[inline]
+    pub fn bend_twist(&self, i: usize, frames: &Frames<D>) -> BendTwist<D> {
+        self.joint[i].at([frames.edges[i], frames.edges[i + 1]], frames.twist[i])
+    }
+
+    /// Gradient and tangent in one sweep along the rod; `stretch` and `joint` differentiate one
+    /// element each. The window is complete for its first node and edge once the bend and twist
+    /// after that edge is added; their columns are written and the window moves on.
+    #[inline]
+    fn sweep(
+        &self,
+        q: &[D],
+        frames: &Frames<D>,
+        gradient: &mut [D],
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+        stretch: impl Fn(&Stretch<D, 3>, &[D; 6]) -> Local<D, 6>,
+        joint: impl Fn(&BendTwist<D>, &[D; WINDOW]) -> Local<D, WINDOW>,
+    ) {
+        let zero = D::from(0.0);
+        let mut g = [zero; WINDOW];
+        // The lower triangle.
+        let mut h = [[zero; WINDOW]; WINDOW];
+        for (i, element) in self.stretch.iter().enumerate() {
+            let local = stretch(element, &ends(q, i));
+            for r in 0..6 {
+                g[ENDS[r]] += local.gradient[r];
+                for c in 0..=r {
+                    h[ENDS[r]][ENDS[c]] += local.hessian[r][c];
+                }
+            }
+            if i < self.joint.len() {
+                let local = joint(&self.bend_twist(i, frames), around(q, i));
+                for r in 0..WINDOW {
+                    g[r] += local.gradient[r];
+                    for c in 0..=r {
+                        h[r][c] += local.hessian[r][c];
+                    }
+                }
+            }
+            gradient[STRIDE * i..STRIDE * (i + 1)].copy_from_slice(&g[..STRIDE]);
+            tangent.set_columns::<STRIDE, WINDOW>(STRIDE * i, &h);
+            for r in 0..WINDOW - STRIDE {
+                g[r] = g[r + STRIDE];
+                for c in 0..=r {
+                    h[r][c] = h[r + STRIDE][c + STRIDE];
+                }
+            }
+            g[WINDOW - STRIDE..].fill(zero);
+            h[WINDOW - STRIDE..].fill([zero; WINDOW]);
+        }
+        let last = self.stretch.len();
+        gradient[STRIDE * last..].copy_from_slice(&g[..3]);
+        tangent.set_columns::<3, WINDOW>(STRIDE * last, &h);
+        self.subtract_loads(gradient);
+    }
+
+    fn subtract_loads(&self, gradient: &mut [D]) {
+        for (i, load) in self.load.iter().enumerate() {
+            add_at(gradient, i, &load.force.map(|f| -f));
+        }
+    }
+}
+
+impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
+    type Seeded = SpatialRod<Dual64>;
+    type Frames = Frames<D>;
+
+    const HAS_FRAMES: bool = true;
+
+    fn is_angle(i: usize) -> bool {
+        i % STRIDE == 3
+    }
+
+    fn mass(&self) -> &[D] {
+        &self.mass
+    }
+
+    fn gradient(&self, q: &[D], frames: &Frames<D>, derivatives: Derivatives, gradient: &mut [D]) {
+        gradient.fill(D::from(0.0));
+        self.subtract_loads(gradient);
+        let hand = derivatives == Derivatives::Hand;
+        for (i, element) in self.stretch.iter().enumerate() {
+            let own = ends(q, i);
+            let local = if hand { element.gradient(&own) } else { dual_gradient(element, &own) };
+            for r in 0..6 {
+                gradient[STRIDE * i + ENDS[r]] += local[r];
+            }
+        }
+        for i in 0..self.joint.len() {
+            let (element, own) = (self.bend_twist(i, frames), around(q, i));
+            let local =
+                if hand { element.gradient(own) } else { bend_twist::dual_gradient(&element, own) };
+            for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
+                *to += *from;
+            }
+        }
+    }
+
+    fn tangent(
+        &self,
+        q: &[D],
+        frames: &Frames<D>,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) {
+        match derivatives {
+            Derivatives::Hand => {
+                let (stretch, joint) = (Stretch::tangent, BendTwist::tangent);
+                self.sweep(q, frames, gradient, tangent, stretch, joint);
+            }
+            Derivatives::Dual => {
+                self.sweep(q, frames, gradient, tangent, dual_tangent, bend_twist::dual_tangent);
+            }
+        }
+    }
+
+    fn gradient_rate(
+        seeded: &SpatialRod<Dual64>,
+        q: &[f64],
+        frames: &Frames<Dual64>,
+        derivatives: Derivatives,
+        rate: &mut [f64],
+    ) {
+        rate.fill(0.0);
+        for (i, load) in seeded.load.iter().enumerate() {
+            add_at(rate, i, &load.force.map(|f| -f.eps));
+        }
+        let hand = derivatives == Derivatives::Hand;
+        for (i, element) in seeded.stretch.iter().enumerate() {
+            let own = ends(q, i);
+            let local = if hand {
+                <Stretch<f64, 3> as Element<f64, 6>>::gradient_rate(element, &own)
+            } else {
+                dual_gradient_rate(element, &own)
+            };
+            for r in 0..6 {
+                rate[STRIDE * i + ENDS[r]] += local[r];
+            }
+        }
+        for i in 0..seeded.joint.len() {
+            let own = around(q, i);
+            let element = seeded.bend_twist(i, frames);
+            let local = if hand {
+                <BendTwist<f64> as Element<f64, WINDOW>>::gradient_rate(&element, own)
+            } else {
+                bend_twist::dual_gradient(&element.with_still_reference(), &own.map(Dual64::from))
+                    .map(|g| g.eps)
+            };
+            for (to, from) in rate[STRIDE * i..].iter_mut().zip(&local) {
+                *to += *from;
+            }
+        }
+    }
+
+    /// A change of an edge's reference turns its material directors about the tangent, by `psi`, as
+    /// a change of its angle would; and it changes how the director follows the edge, `g` of
+    /// [`bend_twist`].
+    fn frame_rate(
+        frames: &Frames<Dual64>,
+        q: &[f64],
+        gradient: &[f64],
+        tangent: &BandMatrix<f64, HALF_BANDWIDTH>,
+        rate: &mut [f64],
+    ) {
+        for (j, frame) in frames.edges.iter().enumerate() {
+            let e = edge(q, j);
+            let inverse_length = dot(e, e).sqrt().recip();
+            let t = scale(e, inverse_length);
+            let lifted = t.map(Dual64::from);
+            let d1 = transport(frame.tangent, lifted, frame.director);
+            let d2 = cross(t, d1.map(|d| d.re));
+            let psi = dot(d1.map(|d| d.eps), d2);
+            let theta = STRIDE * j + 3;
+            tangent.add_column(theta, psi, rate);
+            let by = one_plus_dot(frame.tangent, lifted).recip() * -inverse_length;
+            let turn = scale(cross(frame.tangent, lifted), by).map(|g| g.eps * gradient[theta]);
+            add_at(rate, j + 1, &turn);
+            add_at(rate, j, &turn.map(|g| -g));
+        }
+    }
+
+    fn rebase(frames: &mut Frames<D>, q: &[D]) {
+        frames.rebase(|j| unit(edge(q, j)));
+    }
+
+    fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
+        let mut sum = Energies::default();
+        for (i, element) in self.stretch.iter().enumerate() {
+            sum.stretch += element.energy(&ends(q, i)).value();
+        }
+        for i in 0..self.joint.len() {
+            let [bend, twist] = self.bend_twist(i, frames).energies(around(q, i));
+            sum.bend += bend.value();
+            sum.twist += twist.value();
+        }
+        for (i, load) in self.load.iter().enumerate() {
+            sum.potential += load.energy(&position(q, i)).value();
+        }
+        sum
+    }
+
+    fn strains(&self, q: &[D], frames: &Frames<D>, strains: &mut Vec<D>) {
+        strains.clear();
+        strains.extend(self.stretch.iter().enumerate().map(|(i, e)| e.strain(&edge(q, i))));
+        strains.extend(
+            (0..self.joint.len()).flat_map(|i| self.bend_twist(i, frames).strains(around(q, i))),
+        );
+    }
+
+    fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
+        let (stretch_shift, joint_shift) = shift.split_at(elastic.stretch.len());
+        for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift)
+        {
+            *to = from.viscous(factor, *shift);
+        }
+        let (joint_shift, _) = joint_shift.as_chunks::<3>();
+        for ((to, from), shift) in self.joint.iter_mut().zip(&elastic.joint).zip(joint_shift) {
+            *to = from.viscous(factor, shift);
+        }
+    }
+}
