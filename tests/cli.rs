@@ -312,23 +312,22 @@ fn bad_scenes_are_refused() {
         (change("[time]", "[[loads.point]]\nnode = \"top\"\nforce = [0, 1, 0]\n[time]"), &["tip"]),
         (change("[time]", "[supports]\nend = \"roller\"\n[time]"), &["roller", "clamped"]),
         (
-            change("[time]", "[[loads.point]]\nnode = \"tip\"\nforce = [0, 0, 1]\n[time]"),
-            &["spatial", "loads.point[0].force"],
+            change("poisson_ratio = 0.5\n", "")
+                .replace("[time]", "[[loads.point]]\nnode = \"tip\"\nforce = [0, 0, 1]\n[time]"),
+            &["spatial", "loads.point[0].force", "poisson_ratio"],
         ),
         (
-            change("segments = 20", "segments = 20\ndimension = \"spatial\""),
-            &["rod.dimension", "not available"],
+            change("segments = 20", "segments = 20\ndimension = \"planar\"")
+                .replace("[time]", "[[loads.point]]\nnode = \"tip\"\nforce = [0, 0, 1]\n[time]"),
+            &["rod.dimension", "loads.point[0].force leaves the plane"],
+        ),
+        (
+            change("segments = 20", "segments = 20\nnatural_curvature = inf"),
+            &["rod.natural_curvature", "inf"],
         ),
         (
             change("segments = 20", "segments = 20\ndiscretization = \"corrected\""),
             &["corrected", "paper"],
-        ),
-        (
-            change(
-                "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",
-                "kind = \"helix\", length = 0.5, radius = 0.02, pitch = 0.05, axis = [0, 0, -1], handedness = \"left\"",
-            ),
-            &["spatial", "not available"],
         ),
         (
             change(
@@ -380,13 +379,19 @@ fn bad_polylines_are_refused() {
         ("x,y,z\n0,0,0\n1,,0\n2,0,0\n", &["rest.csv:3", "blank"]),
         ("x,y,z\n0,0,0\n1,0,0\n1,0,0\n2,0,0\n", &["rest.csv:4", "same point"]),
         ("x,y,z\n0,0,0\n1,0,0\n0.5,0,0\n2,0,0\n", &["fold at node 1", "180"]),
-        ("x,y,z\n0,0,0\n1,0,0\n2,1,0\n3,1,1\n", &["spatial", "edge 2"]),
+        ("x,y,z\n0,0,0\n1,0,0\n2,1,0\n2,1,1\n2,1,0\n", &["fold at node 3", "180"]),
     ] {
         folder.write("rest.csv", rest);
         refused(&folder.run(&["simulate", "scene.toml"]), words);
     }
-    folder.write("rest.csv", "x,y,z\n0,0,0\n0.1,0.01,0\n0.2,0,0\n0.3,0.02,0\n");
-    assert!(folder.run(&["simulate", "scene.toml"]).status.success());
+    for z in [0.0, 0.01] {
+        let rest = format!("x,y,z\n0,0,0\n0.1,0.01,0\n0.2,0,0\n0.3,0.02,{z}\n");
+        folder.write("rest.csv", &rest);
+        let output = folder.run(&["simulate", "scene.toml", "--json", "run.json"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let model = if z == 0.0 { "planar" } else { "spatial" };
+        assert_eq!(folder.json("run.json")["model"], model);
+    }
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! Sensitivities against the whole simulation run in dual numbers.
 
+use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
+use rodfit::model::Model;
 use rodfit::scene::{Clamp, PointForce, Scene, Section, Shape, Support, Time};
-use rodfit::{Derivatives, Parameter, Point};
+use rodfit::{AnyProblem, Derivatives, Parameter, Point, Posed, Problem};
 
 mod common;
-use common::{cantilever, cantilever_with, planar};
+use common::{cantilever, cantilever_with, helix_with, planar};
 
 use Parameter::*;
 
@@ -17,18 +19,30 @@ const LARGEST: f64 = 1e-9;
 /// simulation in dual numbers, over the largest derivative of the run.
 fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f64 {
     let problem = scene.problem().unwrap().with_derivatives(derivatives);
+    match problem.posed() {
+        AnyProblem::Planar(posed) => mismatch_of(&problem, &posed, parameter),
+        AnyProblem::Spatial(posed) => mismatch_of(&problem, &posed, parameter),
+    }
+}
+
+fn mismatch_of<M: Model<W>, const W: usize>(
+    problem: &Problem,
+    posed: &Posed<'_, M, W>,
+    parameter: Parameter,
+) -> f64 {
     let run = problem.simulate_with(&[parameter]).unwrap();
-    let mut oracle = planar(&problem)
+    let mut oracle = posed
         .simulation_over(|p, value| Dual64::new(value, if p == parameter { 1.0 } else { 0.0 }));
     let time = problem.time().unwrap();
     let (mut worst, mut size) = (0.0_f64, 0.0_f64);
     for k in 1..=time.steps() {
         oracle.step_to(time.at(k)).unwrap();
-        for (node, x) in oracle.state().q.as_chunks::<2>().0.iter().enumerate() {
+        let rates: Vec<f64> = oracle.state().q.iter().map(|q| q.eps).collect();
+        for node in 0..problem.nodes() {
             let (_, derivative) = run.at(Point::Node(node), time.at(k)).unwrap();
-            let [dx, dy, _] = derivative[0];
-            worst = worst.max((dx - x[0].eps).hypot(dy - x[1].eps));
-            size = size.max(x[0].eps.hypot(x[1].eps));
+            let exact = Vector3::from(posed.model.rate(&rates, node));
+            worst = worst.max((Vector3::from(derivative[0]) - exact).norm());
+            size = size.max(exact.norm());
         }
     }
     assert!(size > 0.0, "{parameter} has no effect");
@@ -186,4 +200,59 @@ fn through_an_indefinite_tangent() {
     assert!(negative.count() > 0, "the scene is meant to pass through an indefinite tangent");
     let error = mismatch(&scene, YoungsModulus, Derivatives::Hand);
     assert!(error < LARGEST, "{error:e}");
+}
+
+/// In space every derivative also travels through the frames. The rest shape is curved.
+#[test]
+fn helix() {
+    for (beta, step, clamp) in [(0.5, 1e-3, Clamp::Nodes), (0.9, 5e-3, Clamp::MidEdge)] {
+        let mut scene = helix_with(beta, step, 0.5, clamp);
+        for parameter in [YoungsModulus, PoissonRatio, Density, Radius, Beta, NaturalCurvature] {
+            let error = mismatch(&scene, parameter, Derivatives::Hand);
+            println!("beta {beta}, step {step}, {clamp:?}, {parameter}: {error:.1e}");
+            assert!(error < LARGEST, "beta {beta}, {clamp:?}, {parameter}: {error:e}");
+        }
+        (scene.material.poisson_ratio, scene.material.shear_modulus) = (None, Some(4e6));
+        let error = mismatch(&scene, ShearModulus, Derivatives::Hand);
+        println!("beta {beta}, step {step}, {clamp:?}, shear_modulus: {error:.1e}");
+        assert!(error < LARGEST, "{error:e}");
+    }
+}
+
+/// A flat helix with a rectangular section, pulled sideways and damped, held at both ends in turn.
+#[test]
+fn damped_and_twisted_in_space() {
+    for (start, end) in [
+        (Support::Clamped, Support::Free),
+        (Support::Clamped, Support::Clamped),
+        (Support::Pinned, Support::Pinned),
+        (Support::Free, Support::Free),
+    ] {
+        let mut scene = helix_with(0.6, 2e-3, 0.2, Clamp::MidEdge);
+        scene.rod.segments = Some(30);
+        scene.rod.natural_curvature = 0.8;
+        scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [1.0, 0.3, 0.0] };
+        scene.supports.start = start;
+        scene.supports.end = end;
+        scene.loads.damping.mass = 0.7;
+        scene.loads.damping.stiffness = 3e-3;
+        let force = [0.1, -0.05, 0.02];
+        scene.loads.point = vec![PointForce { node: rodfit::scene::Node::Index(20), force }];
+        for parameter in [
+            YoungsModulus,
+            PoissonRatio,
+            Density,
+            Beta,
+            NaturalCurvature,
+            DampingMass,
+            DampingStiffness,
+        ] {
+            let error = mismatch(&scene, parameter, Derivatives::Hand);
+            println!("{start:?} {end:?} {parameter}: {error:.1e}");
+            assert!(error < LARGEST, "{start:?} {end:?} {parameter}: {error:e}");
+        }
+        let error = mismatch(&scene, NaturalCurvature, Derivatives::Dual);
+        println!("{start:?} {end:?} natural_curvature by num-dual: {error:.1e}");
+        assert!(error < LARGEST, "{error:e}");
+    }
 }
