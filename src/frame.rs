@@ -11,6 +11,7 @@
 
 use crate::scalar::Scalar;
 use crate::vector::{Vector, add, combine, cross, dot, scale, sub, unit};
+use std::f64::consts::TAU;
 
 /// Tangent and first director of an edge, orthonormal.
 #[derive(Clone, Copy, Debug)]
@@ -78,6 +79,14 @@ impl<D: Scalar> EdgeFrame<D> {
         Self { tangent, director: unit(sub(director, scale(tangent, along))) }
     }
 
+    /// Angle from this frame's director, transported to the other's tangent, to the other's
+    /// director, rad, in (-pi, pi].
+    #[inline]
+    fn angle_to(&self, other: &Self) -> D {
+        let d = transport(self.tangent, other.tangent, self.director);
+        dot(other.tangent, cross(d, other.director)).atan2(dot(d, other.director))
+    }
+
     /// The directors after transport to `tangent` and a turn by `angle`, rad.
     #[inline]
     pub fn material(&self, tangent: Vector<D>, angle: D) -> [Vector<D>; 2] {
@@ -101,16 +110,22 @@ impl<D: Scalar> Frames<D> {
     }
 
     /// Moves the reference to other tangents, one per edge. Neither directors nor twists jump.
+    ///
+    /// The twist is read from the new directors, so that rounding errors do not add up over many
+    /// moves; the transported twist only tells which turn it is.
     pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
-        let mut before = None;
+        let mut before: Option<(Vector<D>, EdgeFrame<D>)> = None;
         for (j, edge) in self.edges.iter_mut().enumerate() {
             let (old, new) = (edge.tangent, tangent(j));
             *edge = edge.transported(new);
-            if let Some((old_left, new_left)) = before {
-                let turned = transported_twist([old_left, old], [new_left, new]);
-                self.twist[j - 1] -= turned;
+            if let Some((old_left, left)) = before {
+                let turned = transported_twist([old_left, old], [left.tangent, new]);
+                let expected = self.twist[j - 1].value() - turned.value();
+                let angle = left.angle_to(edge);
+                let turns = ((expected - angle.value()) / TAU).round();
+                self.twist[j - 1] = angle + turns * TAU;
             }
-            before = Some((old, new));
+            before = Some((old, *edge));
         }
     }
 }

@@ -43,3 +43,126 @@ fn the_helix_moves_as_published() {
         assert!((lowest - minimum).abs() < 3e-6, "{lowest}");
     }
 }
+
+/// At beta = 0.5 energy stays, and no step needs more than a few iterations.
+#[test]
+fn the_helix_keeps_its_energy() {
+    let problem = helix_with(0.5, 1e-3, 5.0, Clamp::Nodes).problem().unwrap();
+    let mut report = rodfit::output::SimulationReport::new(&problem);
+    let mut trajectory = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
+    trajectory.run(&problem, 5000, |now| report.push(&problem, now)).unwrap();
+    let work = trajectory.work();
+    println!(
+        "energy changes by {:.1e} of the largest kinetic energy; {:.2} iterations a step",
+        report.energy_drift(),
+        work.newton_iterations as f64 / work.steps as f64
+    );
+    assert!(report.energy_drift() < 1e-4);
+    assert!(work.newton_iterations <= 3 * work.steps);
+    // Twisting takes part.
+    let twist = report.energy.iter().map(|e| e[4]).fold(0.0, f64::max);
+    let bend = report.energy.iter().map(|e| e[3]).fold(0.0, f64::max);
+    assert!(twist > 0.3 * bend, "{twist} {bend}");
+}
+
+/// A spatial rod with the tangent of the literature, which takes every state for the reference.
+#[derive(Clone)]
+struct PublishedRod(SpatialRod<f64>);
+
+impl Rod<f64, 10> for PublishedRod {
+    type Seeded = SpatialRod<Dual64>;
+    type Frames = Frames<f64>;
+    const HAS_FRAMES: bool = true;
+
+    fn is_angle(i: usize) -> bool {
+        SpatialRod::<f64>::is_angle(i)
+    }
+    fn mass(&self) -> &[f64] {
+        &self.0.mass
+    }
+    fn gradient(&self, q: &[f64], frames: &Frames<f64>, d: Derivatives, gradient: &mut [f64]) {
+        self.0.gradient(q, frames, d, gradient);
+    }
+    fn tangent(
+        &self,
+        q: &[f64],
+        frames: &Frames<f64>,
+        derivatives: Derivatives,
+        gradient: &mut [f64],
+        tangent: &mut BandMatrix<f64, 10>,
+    ) {
+        self.0.gradient(q, frames, derivatives, gradient);
+        *tangent = BandMatrix::zeros(q.len());
+        for (i, element) in self.0.stretch.iter().enumerate() {
+            let local = element.tangent(&std::array::from_fn(|k| q[4 * i + k + k / 3])).hessian;
+            let with_angle = |k: usize| match k {
+                0..3 => Some(k),
+                3 => None,
+                _ => Some(k - 1),
+            };
+            let block: [[f64; 7]; 7] = std::array::from_fn(|r| {
+                std::array::from_fn(|c| match (with_angle(r), with_angle(c)) {
+                    (Some(r), Some(c)) => local[r][c],
+                    _ => 0.0,
+                })
+            });
+            tangent.add_block(4 * i, &block);
+        }
+        for i in 0..self.0.joint.len() {
+            let own = q[4 * i..].first_chunk().unwrap();
+            let local = Published(self.0.bend_twist(i, frames)).tangent(own);
+            tangent.add_block(4 * i, &local.hessian);
+        }
+    }
+    fn gradient_rate(
+        seeded: &SpatialRod<Dual64>,
+        q: &[f64],
+        frames: &Frames<Dual64>,
+        derivatives: Derivatives,
+        rate: &mut [f64],
+    ) {
+        <SpatialRod<f64> as Rod<f64, 10>>::gradient_rate(seeded, q, frames, derivatives, rate);
+    }
+    fn frame_rate(
+        frames: &Frames<Dual64>,
+        q: &[f64],
+        gradient: &[f64],
+        tangent: &BandMatrix<f64, 10>,
+        rate: &mut [f64],
+    ) {
+        <SpatialRod<f64> as Rod<f64, 10>>::frame_rate(frames, q, gradient, tangent, rate);
+    }
+    fn rebase(frames: &mut Frames<f64>, q: &[f64]) {
+        SpatialRod::<f64>::rebase(frames, q);
+    }
+    fn energies(&self, q: &[f64], frames: &Frames<f64>) -> Energies {
+        self.0.energies(q, frames)
+    }
+    fn strains(&self, q: &[f64], frames: &Frames<f64>, strains: &mut Vec<f64>) {
+        self.0.strains(q, frames, strains);
+    }
+    fn set_viscous(&mut self, elastic: &Self, factor: f64, shift: &[f64]) {
+        self.0.set_viscous(&elastic.0, factor, shift);
+    }
+}
+
+/// Newton's method with the exact tangent against the published one, for the same equations.
+#[test]
+fn the_exact_tangent_saves_iterations() {
+    let problem = helix_with(0.5, 5e-3, 1.0, Clamp::Nodes).problem().unwrap();
+    let posed = problem.spatial().unwrap();
+    let mut exact = posed.simulation();
+    let start = (posed.rest(), exact.state().frames.clone());
+    let undamped = rodfit::simulation::Damping { mass: 0.0, stiffness: 0.0 };
+    let (rod, hand) = (PublishedRod(posed.rod()), Derivatives::Hand);
+    let mut published = Simulation::new(rod, start, posed.free(), undamped, 0.5, 0.5, hand);
+    for k in 1..=200 {
+        exact.step_to(f64::from(k) * 5e-3).unwrap();
+        published.step_to(f64::from(k) * 5e-3).unwrap();
+    }
+    let per_step = [exact.work(), published.work()].map(|w| w.newton_iterations as f64 / 200.0);
+    println!("iterations a step: exact tangent {:.2}, published {:.2}", per_step[0], per_step[1]);
+    let apart = exact.state().q.iter().zip(&published.state().q).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-8);
+    assert!(per_step[0] < 4.0 && per_step[1] > 1.3 * per_step[0], "{per_step:?}");
+}
