@@ -26,13 +26,24 @@
 //!
 //! so the exact derivatives are those forms with `d theta -> d theta + g.dx`, and one more block
 //! per edge, `(dE/d theta) dg/dx`. Without them both are wrong at first order in the rotation since
-//! the reference. [`Published`] is the element with the forms of the literature; `check` measures,
-//! over random states (largest error of an entry over the sum of its absolute terms):
+//! the reference. [`Published`] is the element with the forms of the literature; [`crate::check`]
+//! finds, over 500 random states a row with a turning angle of 40 degrees (largest error of an
+//! entry over the sum of its absolute terms;
+//! `cargo test --release --test spatial_derivatives published -- --nocapture`):
 //!
-//! | rotation since the reference, degrees | gradient | Hessian |
-//! |---|---|---|
-//! | 0 | 1e-14 | 1e-14 |
+//! | rotation since the reference, degrees | published gradient | published Hessian | exact, both |
+//! |---|---|---|---|
+//! | 0 | 1.2e-15 | 3.5e-16 | 9.6e-16 |
+//! | 0.1 | 8.4e-3 | 2.0e-3 | 8.3e-16 |
+//! | 1 | 8.5e-2 | 1.6e-2 | 7.0e-16 |
+//! | 10 | 5.7e-1 | 2.0e-1 | 6.5e-16 |
+//! | 30 | 2.1 | 5.1e-1 | 8.1e-16 |
+//! | 60 | 2.0 | 8.2e-1 | 7.5e-16 |
+//! | 120 | 1.2 | 8.9e-1 | 1.4e-13 |
 //!
+//! A simulation that steps with the published Hessian needs about twice the Newton iterations: on
+//! the paper's helix at steps of 5 ms 6.4 instead of 3.3
+//! (`cargo test --release --test helix -- --nocapture`).
 //! In planar motion the missing terms vanish.
 
 use super::{Analytic, AsEnergy, Element, Energy, Local};

@@ -116,8 +116,10 @@ impl Observation {
         (sum / f64::max(count, 1.0)).sqrt()
     }
 
-    /// When the point has first gone nine tenths of the farthest it goes from where it was first
-    /// seen: about half a period of a free vibration.
+    /// When the point has first gone nine tenths of its first swing away from where it was first
+    /// seen: about half a period of a free vibration. The first swing ends where the distance has
+    /// fallen by a fifth from at least three tenths of the farthest it ever gets; in space the
+    /// farthest itself may come much later, when sideways motion has built up.
     pub(crate) fn rise_time(&self) -> f64 {
         let first: [Option<f64>; 3] =
             [0, 1, 2].map(|c| self.samples.iter().find_map(|s| s.position[c]));
@@ -125,8 +127,18 @@ impl Observation {
             let parts = (0..3).filter_map(|c| Some((s.position[c]? - first[c]?).powi(2)));
             parts.sum::<f64>().sqrt()
         };
+        // A sample that misses coordinates seems near.
+        let whole = |s: &&Sample| (0..3).all(|c| first[c].is_some() == s.position[c].is_some());
         let farthest = self.samples.iter().map(distance).fold(0.0, f64::max);
-        let risen = self.samples.iter().find(|s| distance(s) >= 0.9 * farthest);
+        let mut swing = 0.0_f64;
+        for sample in self.samples.iter().filter(whole) {
+            let d = distance(sample);
+            if swing >= 0.3 * farthest && d < 0.8 * swing {
+                break;
+            }
+            swing = swing.max(d);
+        }
+        let risen = self.samples.iter().find(|s| distance(s) >= 0.9 * swing);
         risen.map_or(0.0, |s| s.time)
     }
 }

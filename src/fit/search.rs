@@ -17,8 +17,13 @@ use argmin::core::{Executor, IterState, KV, State, TerminationReason};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// Edges of the coarse model.
+/// Edges of the coarse model of a straight rod.
 const COARSE_SEGMENTS: usize = 12;
+/// Largest turn per edge of the coarse model of a curved rod, rad: a coarser polygon is stiffer
+/// than the curve by more than the search forgives.
+const COARSE_TURN: f64 = 0.2;
+/// Shear modulus over Young's modulus in the scan, when neither is known: Poisson's ratio 0.3.
+const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
 /// Steps of the coarse model per first period.
 const COARSE_STEPS: f64 = 48.0;
 /// Candidates of the scan that are refined.
@@ -141,7 +146,12 @@ impl Search<'_> {
     ) -> Result<Vec<(Vec<f64>, f64)>, Error> {
         let mut points = vec![Vec::new()];
         for unknown in self.unknowns {
-            let mut values = unknown.candidates(self.problem, self.duration(), 0.5 * first);
+            let mut values = unknown.candidates(
+                self.problem,
+                self.duration(),
+                0.5 * first,
+                self.unknowns.iter().any(|u| u.parameter == Parameter::YoungsModulus),
+            );
             if grid > 1 {
                 let middles: Vec<f64> =
                     values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
@@ -157,6 +167,16 @@ impl Search<'_> {
                     })
                 })
                 .collect();
+        }
+        let place = |p| self.unknowns.iter().position(|u| u.parameter == p);
+        if let (Some(e), Some(g)) =
+            (place(Parameter::YoungsModulus), place(Parameter::ShearModulus))
+            && self.unknowns[g].start.is_none()
+        {
+            let [low, high] = self.unknowns[g].scaled_bounds();
+            for point in &mut points {
+                point[g] = (point[e] + SHEAR_OF_YOUNGS.ln()).clamp(low, high);
+            }
         }
         let residuals = coarse.residuals(self, first)?;
         let mut scanned = Vec::new();
@@ -283,7 +303,9 @@ impl Coarse {
         let fixed_mesh = matches!(scene.rod.shape, Shape::Polyline { .. })
             || scene.loads.point.iter().any(|load| indexed(&load.node));
         if !fixed_mesh {
-            scene.rod.segments = scene.rod.segments.map(|n| n.min(COARSE_SEGMENTS));
+            let turns = scene.rod.shape.turning() / COARSE_TURN;
+            let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize);
+            scene.rod.segments = scene.rod.segments.map(|n| n.min(coarse));
         }
         let beta_is_known = search.unknowns.iter().all(|u| u.parameter != Parameter::Beta);
         if let Some(time) = &mut scene.time

@@ -61,7 +61,13 @@ impl Unknown {
 
     /// Values worth trying before anything is known. A start is a hint: it may be far off.
     /// `duration` and `rise` are the record's length and the time of its first swing, s.
-    pub(crate) fn candidates(&self, problem: &Problem, duration: f64, rise: f64) -> Vec<f64> {
+    pub(crate) fn candidates(
+        &self,
+        problem: &Problem,
+        duration: f64,
+        rise: f64,
+        beside_youngs_modulus: bool,
+    ) -> Vec<f64> {
         let log_range = |low: f64, high: f64, per_decade: f64| -> Vec<f64> {
             let n = ((high / low).log10() * per_decade).round().max(0.0) as i32;
             (0..=n).map(|i| low * (high / low).powf(f64::from(i) / f64::from(n.max(1)))).collect()
@@ -78,7 +84,11 @@ impl Unknown {
                 Some(value),
             ) => vec![value],
             (_, Some(value)) => log_range(value / 30.0, value * 30.0, 1.4),
-            (Parameter::ShearModulus, None) => vec![1e8],
+            (Parameter::ShearModulus, None) => {
+                let e = problem.scene().material.youngs_modulus;
+                // Beside an unknown Young's modulus the scan ties it to that; one value will do.
+                if beside_youngs_modulus { vec![e] } else { log_range(0.01 * e, e, 3.0) }
+            }
             (Parameter::Density, None) => log_range(100.0, 2e4, 2.0),
             (Parameter::Radius, None) => log_range(1e-4 * length, 0.1 * length, 2.0),
             (Parameter::DampingMass, None) => log_range(0.03 / duration, 10.0 / rise, 1.5),

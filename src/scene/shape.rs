@@ -92,6 +92,17 @@ impl Shape {
         }
     }
 
+    /// How far the tangent turns from end to end, rad; zero for a polyline, whose mesh is given.
+    pub(crate) fn turning(&self) -> f64 {
+        match self {
+            Self::Straight { .. } | Self::Polyline { .. } => 0.0,
+            Self::Arc { angle, .. } => angle.abs(),
+            Self::Helix { length, radius, pitch, .. } => {
+                length * radius / (radius.powi(2) + (pitch / TAU).powi(2))
+            }
+        }
+    }
+
     /// The mesh of `segments` equal edges; a wall at the start or the end cuts the middle of the
     /// outermost edge where `cut` says so. A polyline brings its own nodes.
     pub fn mesh(&self, segments: usize, cut: [bool; 2], folder: &Path) -> Result<Mesh, Error> {
