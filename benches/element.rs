@@ -1,9 +1,11 @@
-//! One planar element: value, gradient and Hessian, by hand and by num-dual.
+//! One element: value, gradient and Hessian, by hand and by num-dual.
 //!
 //! `cargo bench --bench element`
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use rodfit::energy::bend_twist::{self, BendTwist};
 use rodfit::energy::{Element, PlanarBend, Stretch, dual_gradient, dual_tangent};
+use rodfit::frame::EdgeFrame;
 use std::hint::black_box;
 
 fn elements(c: &mut Criterion) {
@@ -45,7 +47,7 @@ fn elements(c: &mut Criterion) {
         })
     });
 
-    let stretch = Stretch { stiffness: 7854.0, rest_length: 0.0101, natural_strain: 0.0 };
+    let stretch = Stretch::<f64, 2> { stiffness: 7854.0, rest_length: 0.0101, natural_strain: 0.0 };
     let q = [0.0, 0.0, 0.01, 0.0012];
     let mut group = c.benchmark_group("planar stretch");
     group.bench_function("gradient and Hessian, hand", |b| {
@@ -57,5 +59,38 @@ fn elements(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, elements);
+fn spatial(c: &mut Criterion) {
+    let frame = |t: [f64; 3], d: [f64; 3]| EdgeFrame { tangent: t, director: d };
+    let element = BendTwist {
+        stiffness: [0.49, 0.3, 0.2],
+        natural: [0.3, -0.2, 0.05],
+        frames: [
+            frame([1.0, 0.0, 0.0], [0.0, 0.6, 0.8]),
+            frame([0.8, 0.6, 0.0], [-0.48, 0.64, 0.6]),
+        ],
+        twist: 0.1,
+    };
+    let q = [0.0, 0.0, 0.0, 0.2, 0.0101, 0.0004, 0.0003, 0.3, 0.0178, 0.0068, -0.0005];
+    let mut group = c.benchmark_group("spatial bend and twist");
+    group.bench_function("energy", |b| b.iter(|| element.energy(black_box(&q))));
+    group.bench_function("gradient, hand", |b| b.iter(|| element.gradient(black_box(&q))));
+    group.bench_function("gradient, num-dual", |b| {
+        b.iter(|| bend_twist::dual_gradient(&element, black_box(&q)))
+    });
+    group.bench_function("energy, gradient and Hessian, hand", |b| {
+        b.iter(|| element.tangent(black_box(&q)))
+    });
+    group.bench_function("energy, gradient and Hessian, published form", |b| {
+        b.iter(|| bend_twist::Published(element).tangent(black_box(&q)))
+    });
+    group.bench_function("energy, gradient and Hessian, num-dual on the edges", |b| {
+        b.iter(|| bend_twist::dual_tangent(&element, black_box(&q)))
+    });
+    group.bench_function("energy, gradient and Hessian, num-dual on all unknowns", |b| {
+        b.iter(|| dual_tangent(&element, black_box(&q)))
+    });
+    group.finish();
+}
+
+criterion_group!(benches, elements, spatial);
 criterion_main!(benches);

@@ -1,0 +1,27 @@
+//! Identifies Young's modulus from the tip of a helix, and then shear modulus beside it: bending
+//! and twisting both stretch a helix, and its swing tells them apart.
+//!
+//! `cargo run --release --example fit_helix`
+
+use rodfit::fit::FitFile;
+use rodfit::{Fit, Observation, Parameter, Scene};
+
+fn main() -> Result<(), rodfit::Error> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data");
+    println!("Young's modulus, truth 1e7 Pa, Poisson's ratio given:");
+    println!("{}\n", FitFile::load(format!("{folder}/helix-fit.toml"))?.fit().solve()?);
+
+    let mut scene = Scene::load(format!("{folder}/helix.toml"))?;
+    // The values do not matter: neither is given as a start.
+    (scene.material.poisson_ratio, scene.material.shear_modulus) = (None, Some(1.0));
+    let report = Fit::new(&scene.problem()?)
+        .observe(Observation::read(format!("{folder}/helix-tip.csv"))?)
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::ShearModulus)
+        .solve()?;
+    println!("Both moduli, truths 1e7 and 3.333e6 Pa:\n{report}");
+    if let [Some(correlation), ..] = report.correlation[1][..] {
+        println!("  correlation {correlation:.2}");
+    }
+    Ok(())
+}
