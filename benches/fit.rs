@@ -8,7 +8,7 @@ use rodfit::fit::FitFile;
 fn shipped(c: &mut Criterion) {
     let mut group = c.benchmark_group("shipped fit");
     group.sample_size(20);
-    for file in ["cantilever-fit.toml", "beta-fit.toml"] {
+    for file in ["cantilever-fit.toml", "beta-fit.toml", "helix-fit.toml"] {
         let fit = FitFile::load(format!("data/{file}")).expect("shipped").fit();
         let report = fit.solve().expect("a fit");
         println!("{file}: {:.2} simulations", report.simulations);

@@ -1,11 +1,14 @@
 //! Simulation of slender elastic rods, and identification of their parameters from recorded
 //! motion.
 //!
-//! A rod of `N` nodes `x_0 .. x_(N-1)` in the plane has the energy (Discrete Elastic Rods; Bergou
-//! et al. 2008, 2010; Huang & Jawed 2019, Eq. 1)
+//! A rod of `N` nodes `x_0 .. x_(N-1)` has the energy (Discrete Elastic Rods; Bergou et al. 2008,
+//! 2010; Huang & Jawed 2019, Eq. 1)
 //!
 //! ```text
-//! E(q) = sum_j 1/2 EA eps_j^2 l_j + sum_i 1/2 (EI/dl_i) (kappa_i - kappa_natural_i)^2 - f.q
+//! E(q) = sum_j 1/2 EA eps_j^2 l_j                              stretch, every edge
+//!      + sum_i 1/2 (EI/dl_i) |kappa_i - kappa_natural_i|^2     bend, every inner node
+//!      + sum_i 1/2 (GJ/dl_i) (tau_i - tau_natural_i)^2         twist, in space
+//!      - f.q
 //! ```
 //!
 //! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme
@@ -21,13 +24,16 @@
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
-//! | `q` | unknowns `[x_0, y_0, x_1, ..]` in the plane of the scene | m |
+//! | `q` | unknowns: `[x_0, y_0, x_1, ..]` in the plane of the scene; `[x_0 (3), theta_0, x_1 (3), ..]` in space | m, rad |
+//! | `theta_j` | angle of edge `j`'s material directors from its transported reference ([`frame`]) | rad |
 //! | `l_j` | rest length of edge `j` | m |
 //! | `dl_i` | Voronoi length of inner node `i`, half the adjacent rest lengths | m |
 //! | `eps_j` | stretching strain `abs(e_j)/l_j - 1` | 1 |
-//! | `kappa_i` | integrated curvature `2 tan(phi_i/2)` of the turning angle `phi_i` | 1 |
-//! | `E`, `A`, `I` | Young's modulus, area and second moment of area | Pa, m^2, m^4 |
-//! | `M` | lumped masses, half of each adjacent edge | kg |
+//! | `kappa_i` | integrated curvature `2 tan(phi_i/2)` of the turning angle `phi_i`; in space its two components in the material frame | 1 |
+//! | `tau_i` | twist: angle between neighbouring material directors, counted on past a turn | rad |
+//! | `E`, `G` | Young's and shear modulus | Pa |
+//! | `A`, `I`, `J` | area, second moment of area, torsion constant | m^2, m^4 |
+//! | `M` | lumped masses, half of each adjacent edge; rotational inertias of edges | kg, kg m^2 |
 //! | `beta` | of the scheme: 1 is implicit Euler, 1/2 keeps energy | 1 |
 //!
 //! # A simulation and a fit
@@ -50,8 +56,8 @@
 //!
 //! # How the data go
 //!
-//! [`Scene`] (a file, validated) becomes a [`Problem`] (mesh, plane, supports, loads), which makes
-//! a [`PlanarRod`](planar_rod::PlanarRod) of [elements](energy) and a
+//! [`Scene`] (a file, validated) becomes a [`Problem`]: mesh, supports, loads and a [`model`], the
+//! smallest that holds the scene. The model makes a [`rod`] of [elements](energy) and a
 //! [`Simulation`](simulation::Simulation): elements, band matrix ([`banded`]), Newton step,
 //! [`State`](state::State), [`Trajectory`]. [`fit`] compares trajectories with [`Observation`]s.
 //! Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.

@@ -1,13 +1,15 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
 use crate::energy::Derivatives;
+use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
 use crate::model::{Model, PlanarModel, SpatialModel};
 use crate::parameter::{Parameter, Properties};
 use crate::point::{Point, Stencil};
 use crate::rod::{planar, spatial};
 use crate::scalar::Nestable;
-use crate::scene::{Clamp, Dimension, NamedNode, Node, Scene, Support, Time};
+use crate::scene::shape::Mesh;
+use crate::scene::{Clamp, Dimension, Discretization, NamedNode, Node, Scene, Support, Time};
 use crate::sensitivity::Sensitivity;
 use crate::simulation::Simulation;
 use num_dual::Dual64;
@@ -63,12 +65,13 @@ impl Scene {
 }
 
 impl Problem {
-    fn new(scene: Scene) -> Result<Self, Error> {
+    fn new(mut scene: Scene) -> Result<Self, Error> {
+        scene.rod.discretization = Some(scene.discretization());
         let cut = |support| support == Support::Clamped && scene.supports.clamp == Clamp::MidEdge;
         let cuts = [cut(scene.supports.start), cut(scene.supports.end)];
         let mesh = scene.rod.shape.mesh(scene.rod.segments.unwrap_or(0), cuts, &scene.folder())?;
         let forces = point_forces(&scene, mesh.nodes.len())?;
-        let (model, reason) = choose(&scene, &mesh.nodes, &forces)?;
+        let (model, reason) = choose(&scene, &mesh, &forces)?;
         let problem = Self {
             derivatives: Derivatives::default(),
             model,
@@ -95,7 +98,11 @@ impl Problem {
             AnyProblem::Spatial(posed) => {
                 let rod = posed.rod();
                 let stiffness = rod.stretch.iter().map(|s| s.stiffness);
-                let joints = rod.joint.iter().flat_map(|j| j.stiffness);
+                let stiffness_of = |j: &JointLaw<f64>| {
+                    let [b11, _, b22] = j.stiffness.bend;
+                    [b11, b22, j.stiffness.twist]
+                };
+                let joints = rod.joint.iter().flat_map(stiffness_of);
                 (
                     stiffness.chain(joints).chain(rod.mass).collect(),
                     rod.joint.iter().map(|j| j.natural[0] + j.natural[1]).collect(),
@@ -304,35 +311,38 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 /// The smallest model that can hold the scene, or the one asked for; and why.
 fn choose(
     scene: &Scene,
-    nodes: &[[f64; 3]],
+    Mesh { nodes, arcs, .. }: &Mesh,
     forces: &[(usize, [f64; 3])],
 ) -> Result<(AnyModel, String), Error> {
+    let arcs = (scene.discretization() == Discretization::Corrected).then_some(&arcs[..]);
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),
-        Dimension::Auto | Dimension::Planar => match PlanarModel::new(scene, nodes, forces)? {
-            Ok(model) if asked == Dimension::Planar => {
-                return Ok((AnyModel::Planar(model), "asked for".into()));
+        Dimension::Auto | Dimension::Planar => {
+            match PlanarModel::new(scene, nodes, arcs, forces)? {
+                Ok(model) if asked == Dimension::Planar => {
+                    return Ok((AnyModel::Planar(model), "asked for".into()));
+                }
+                Ok(model) => {
+                    let n = model.plane.x.cross(&model.plane.y);
+                    let n = [n.x, n.y, n.z].map(|c| (c * 1e6).round() / 1e6 + 0.0);
+                    let why =
+                        format!("rest shape, loads and section lie in the plane with normal {n:?}");
+                    return Ok((AnyModel::Planar(model), why));
+                }
+                Err(why) if asked == Dimension::Planar => {
+                    let allowed = format!("\"auto\" or \"spatial\", as {why}");
+                    return Err(Error::invalid("rod.dimension", "\"planar\"", allowed));
+                }
+                Err(why) => why,
             }
-            Ok(model) => {
-                let n = model.plane.x.cross(&model.plane.y);
-                let n = [n.x, n.y, n.z].map(|c| (c * 1e6).round() / 1e6 + 0.0);
-                let why =
-                    format!("rest shape, loads and section lie in the plane with normal {n:?}");
-                return Ok((AnyModel::Planar(model), why));
-            }
-            Err(why) if asked == Dimension::Planar => {
-                let allowed = format!("\"auto\" or \"spatial\", as {why}");
-                return Err(Error::invalid("rod.dimension", "\"planar\"", allowed));
-            }
-            Err(why) => why,
-        },
+        }
     };
     if scene.material.shear_modulus.is_none() && scene.material.poisson_ratio.is_none() {
         let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
     }
-    Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, forces)?), why))
+    Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, arcs, forces)?), why))
 }
 
 fn point_forces(scene: &Scene, nodes: usize) -> Result<Vec<(usize, [f64; 3])>, Error> {

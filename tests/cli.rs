@@ -326,8 +326,8 @@ fn bad_scenes_are_refused() {
             &["rod.natural_curvature", "inf"],
         ),
         (
-            change("segments = 20", "segments = 20\ndiscretization = \"corrected\""),
-            &["corrected", "paper"],
+            change("segments = 20", "segments = 20\ndiscretization = \"exact\""),
+            &["exact", "corrected", "paper"],
         ),
         (
             change(

@@ -142,7 +142,7 @@ fn twist_counts_fifty_turns() {
         }
         <_ as Moves>::rebase(&rod, &mut frames, &q);
     }
-    let stiffness = rod.joint[0].stiffness[2];
+    let stiffness = rod.joint[0].stiffness.twist;
     let exact = 10.0 * 0.5 * stiffness * (turns / 10.0_f64).powi(2);
     let found = rod.energies(&q, &frames).twist;
     assert!((found / exact - 1.0).abs() < 1e-14, "{found} {exact}");

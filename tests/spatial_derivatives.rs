@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::Scalar;
 use rodfit::check::{CheckReport, Scaled, Tolerance, check};
-use rodfit::energy::bend_twist::{Published, UNKNOWNS, dual_gradient, dual_tangent};
+use rodfit::energy::bend_twist::{Published, Stiffness, UNKNOWNS, dual_gradient, dual_tangent};
 use rodfit::energy::{AsEnergy, BendTwist, Element, dual_gradient_rate};
 use rodfit::frame::{EdgeFrame, Frames, transport};
 
@@ -50,8 +50,12 @@ fn case(random: &mut ChaCha8Rng, turn: f64, rotation: f64) -> Case {
     let q = [x0.x, x0.y, x0.z, angle(), x1.x, x1.y, x1.z, angle(), x2.x, x2.y, x2.z];
     let stiffness = 10f64.powf(random.random_range(-6.0..6.0));
     let element = BendTwist {
-        stiffness: [1.0, 10f64.powf(random.random_range(-1.0..1.0)), random.random_range(0.1..2.0)]
-            .map(|k| stiffness * k),
+        stiffness: {
+            let across = 10f64.powf(random.random_range(-1.0..1.0));
+            let coupling = random.random_range(-0.9..0.9) * across.sqrt();
+            let twist = random.random_range(0.1..2.0);
+            Stiffness { bend: [1.0, coupling, across], twist }.map(|k| stiffness * k)
+        },
         natural: [0; 3].map(|_| random.random_range(-2.0..2.0)),
         frames: before.map(|t| frame(random, t)),
         twist: random.random_range(-20.0..20.0),
@@ -169,7 +173,7 @@ fn nearly_straight_rods_stay_finite_in_every_scalar() {
     for length in [1e-6, 0.01, 10.0] {
         for off in [0.0, 1e-300, 1e-160, 1e-12, -1e-300, -1e-12] {
             let element = BendTwist {
-                stiffness: [2.0, 1.0, 0.7],
+                stiffness: Stiffness { bend: [2.0, 0.3, 1.0], twist: 0.7 },
                 natural: [0.1, 0.0, -0.2],
                 frames: [frame; 2],
                 twist: 0.0,
@@ -205,7 +209,8 @@ fn gradient_rates_agree() {
         let case = case(&mut random, 70.0, 50.0);
         let mut seed = |x: f64| Dual64::new(x, random.random_range(-1.0..1.0));
         let mut element = case.element.map(Dual64::from);
-        element.stiffness = case.element.stiffness.map(|k| seed(k / case.element.stiffness[0]));
+        let first = case.element.stiffness.bend[0];
+        element.stiffness = case.element.stiffness.map(|k| seed(k / first));
         element.natural = case.element.natural.map(&mut seed);
         let by_hand = <BendTwist<f64> as Element<f64, UNKNOWNS>>::gradient_rate(&element, &case.q);
         let dual = dual_gradient_rate(&element, &case.q);

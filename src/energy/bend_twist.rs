@@ -9,7 +9,8 @@
 //! tau = theta_f - theta_e + reference twist      see [`crate::frame`]
 //! ```
 //!
-//! with `K = (EI1, EI2, GJ)/dl`, the edges `e` and `f` before and after the node, unit tangents
+//! with `K = (EI1, EI2, GJ)/dl` (or a symmetric 2x2 bending stiffness, see
+//! [`Stiffness`]), the edges `e` and `f` before and after the node, unit tangents
 //! `t` and material directors `m1`, `m2`. `1 + t_e.t_f` is `|t_e + t_f|^2/2`, which keeps its
 //! digits in a fold.
 //!
@@ -58,11 +59,35 @@ pub const UNKNOWNS: usize = 11;
 /// Unknowns in terms of edges: `[e, theta_e, f, theta_f]`, m and rad.
 const EDGE_UNKNOWNS: usize = 8;
 
+/// Stiffnesses of an inner node, all over the Voronoi length, N m.
+#[derive(Clone, Copy, Debug)]
+pub struct Stiffness<D> {
+    /// Of bending: `[b11, b12, b22]`, symmetric in the material frame; `[EI1, 0, EI2]/dl` where
+    /// nothing couples them.
+    pub bend: [D; 3],
+    /// Of twisting, GJ/dl.
+    pub twist: D,
+}
+
+impl<D: Scalar> Stiffness<D> {
+    /// Applied to three strains.
+    #[inline]
+    fn times(&self, s: &[D; 3]) -> [D; 3] {
+        let [b11, b12, b22] = self.bend;
+        [b11 * s[0] + b12 * s[1], b12 * s[0] + b22 * s[1], self.twist * s[2]]
+    }
+
+    /// Converts every number.
+    pub fn map<E>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
+        Stiffness { bend: self.bend.map(&mut convert), twist: convert(self.twist) }
+    }
+}
+
 /// One inner node, with the reference its frames are transported from.
 #[derive(Clone, Copy, Debug)]
 pub struct BendTwist<D> {
-    /// `(EI1, EI2, GJ)` over the Voronoi length, N m.
-    pub stiffness: [D; 3],
+    /// Over the Voronoi length, N m.
+    pub stiffness: Stiffness<D>,
     /// Integrated natural curvatures and natural twist (rad) in the material frame.
     pub natural: [D; 3],
     /// Reference of the two edges.
@@ -74,8 +99,8 @@ pub struct BendTwist<D> {
 /// Stiffnesses and natural strains of a node: what does not change as the rod moves.
 #[derive(Clone, Copy, Debug)]
 pub struct JointLaw<D> {
-    /// `(EI1, EI2, GJ)` over the Voronoi length, N m.
-    pub stiffness: [D; 3],
+    /// Over the Voronoi length, N m.
+    pub stiffness: Stiffness<D>,
     /// Integrated natural curvatures and natural twist (rad) in the material frame.
     pub natural: [D; 3],
 }
@@ -223,29 +248,22 @@ impl<D: Scalar> BendTwist<D> {
     /// Energies of bending and twisting, J.
     #[inline]
     pub fn energies(&self, q: &[D; UNKNOWNS]) -> [D; 2] {
-        let [k1, k2, tau] = self.by_strain(&self.strains(q));
-        [k1 + k2, tau]
-    }
-
-    #[inline]
-    fn by_strain(&self, strains: &[D; 3]) -> [D; 3] {
-        std::array::from_fn(|a| {
-            let strain = strains[a] - self.natural[a];
-            self.stiffness[a] * strain * strain * 0.5
-        })
+        let (stress, strain) = self.stress(&self.strains(q));
+        [(stress[0] * strain[0] + stress[1] * strain[1]) * 0.5, stress[2] * strain[2] * 0.5]
     }
 
     /// The energy as a function of the edges: eight unknowns instead of eleven.
     #[inline]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
-        let [k1, k2, tau] = self.by_strain(&self.joint(edges).strains);
-        k1 + k2 + tau
+        let (stress, strain) = self.stress(&self.joint(edges).strains);
+        dot(stress, strain) * 0.5
     }
 
-    /// dE/ds of every strain.
+    /// dE/ds of every strain, and the strains less the natural ones.
     #[inline]
-    fn stress(&self, strains: &[D; 3]) -> [D; 3] {
-        std::array::from_fn(|a| self.stiffness[a] * (strains[a] - self.natural[a]))
+    fn stress(&self, strains: &[D; 3]) -> ([D; 3], [D; 3]) {
+        let strain = sub(*strains, self.natural);
+        (self.stiffness.times(&strain), strain)
     }
 
     #[inline]
@@ -283,24 +301,26 @@ impl<D: Scalar> BendTwist<D> {
         joint: &Joint<D>,
         rotations: &[Rotation<D>; 2],
     ) -> Local<D, EDGE_UNKNOWNS> {
-        let w = self.stress(&joint.strains);
-        let [k1, k2, tau] = self.by_strain(&joint.strains);
+        let (w, strain) = self.stress(&joint.strains);
         let slopes = joint.slopes(rotations);
         let zero = D::from(0.0);
         let mut gradient = [zero; EDGE_UNKNOWNS];
         let mut h = joint.curvature(rotations, &w);
-        // (dE/dtheta) dg/dx, and the stiffness of every strain.
-        for a in 0..3 {
+        // The stiffness of every strain.
+        let row = |a: usize| {
             let Slope { e, f, theta } = &slopes[a];
-            let s = [e[0], e[1], e[2], theta[0], f[0], f[1], f[2], theta[1]];
-            for r in 0..EDGE_UNKNOWNS {
-                gradient[r] += w[a] * s[r];
-                let ks = self.stiffness[a] * s[r];
-                for c in 0..=r {
-                    h[r][c] += ks * s[c];
-                }
+            [e[0], e[1], e[2], theta[0], f[0], f[1], f[2], theta[1]]
+        };
+        let rows = [row(0), row(1), row(2)];
+        for r in 0..EDGE_UNKNOWNS {
+            let s = [rows[0][r], rows[1][r], rows[2][r]];
+            gradient[r] = dot(w, s);
+            let ks = self.stiffness.times(&s);
+            for c in 0..=r {
+                h[r][c] += ks[0] * rows[0][c] + ks[1] * rows[1][c] + ks[2] * rows[2][c];
             }
         }
+        // (dE/dtheta) dg/dx.
         for (edge, first, torque) in [(0, 0, gradient[3]), (1, 4, gradient[7])] {
             let Rotation { turn, bow } = &rotations[edge];
             let turn = scale(*turn, torque);
@@ -310,7 +330,7 @@ impl<D: Scalar> BendTwist<D> {
                 }
             }
         }
-        Local { energy: k1 + k2 + tau, gradient, hessian: h }
+        Local { energy: dot(w, strain) * 0.5, gradient, hessian: h }
     }
 }
 
@@ -482,7 +502,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     fn gradient(&self, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
         let joint = self.joint(&to_edges(q));
         let rotations = self.rotations(&joint);
-        to_nodes(&Self::gradient_of(&joint, &rotations, &self.stress(&joint.strains)))
+        to_nodes(&Self::gradient_of(&joint, &rotations, &self.stress(&joint.strains).0))
     }
 
     #[inline]
@@ -498,10 +518,8 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
         let real = element.map(|x| x.re);
         let joint = real.joint(&to_edges(q));
         let rotations = real.rotations(&joint);
-        let stress = std::array::from_fn(|a| {
-            let strain = element.natural[a] * -1.0 + joint.strains[a];
-            (element.stiffness[a] * strain).eps
-        });
+        let (stress, _) = element.stress(&joint.strains.map(Dual64::from));
+        let stress = stress.map(|w| w.eps);
         to_nodes(&BendTwist::gradient_of(&joint, &rotations, &stress))
     }
 }

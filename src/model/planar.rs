@@ -18,6 +18,10 @@ pub struct PlanarModel {
     /// Rest positions, m.
     nodes: Vec<[f64; 2]>,
     rest_length: Vec<f64>,
+    /// What dl, masses and weight count: chords, or arcs in the corrected form.
+    line_length: Vec<f64>,
+    /// The corrected form's.
+    corrected: bool,
     rest_curvature: Vec<f64>,
     /// Which of the section's two second moments resists bending in the plane.
     second_moment: usize,
@@ -32,6 +36,7 @@ impl PlanarModel {
     pub(crate) fn new(
         scene: &Scene,
         nodes: &[[f64; 3]],
+        arcs: Option<&[f64]>,
         forces: &[(usize, [f64; 3])],
     ) -> Result<Result<Self, String>, Error> {
         let mut vectors = vec![("loads.gravity".to_string(), Vector3::from(scene.loads.gravity))];
@@ -51,7 +56,7 @@ impl PlanarModel {
             }
         };
         let nodes: Vec<[f64; 2]> = nodes.iter().map(|x| plane.project((*x).into())).collect();
-        let rest_length =
+        let rest_length: Vec<f64> =
             nodes.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).collect();
         let rest_curvature: Vec<f64> = nodes
             .windows(3)
@@ -62,6 +67,8 @@ impl PlanarModel {
             forces: forces.iter().map(|(i, f)| (*i, plane.project((*f).into()))).collect(),
             plane,
             nodes,
+            line_length: arcs.map_or(rest_length.clone(), <[f64]>::to_vec),
+            corrected: arcs.is_some(),
             rest_length,
             rest_curvature,
             second_moment,
@@ -75,20 +82,22 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
     fn rod<D: Nestable>(&self, p: &Properties<D>) -> PlanarRod<D> {
         let axial = p.youngs_modulus * p.area;
         let bending = p.youngs_modulus * p.second_moments[self.second_moment];
-        let stretch = self.rest_length.iter().map(|l| Stretch {
-            stiffness: axial,
+        let stretch = self.rest_length.iter().zip(&self.line_length).map(|(l, arc)| Stretch {
+            stiffness: axial * (l / arc),
             rest_length: D::from(*l),
             natural_strain: D::from(0.0),
         });
-        let bends = self.rest_length.windows(2).zip(&self.rest_curvature);
+        let bends = self.line_length.windows(2).zip(&self.rest_curvature);
         let bend = bends.map(|(l, k)| PlanarBend {
-            // EI over the Voronoi length.
-            stiffness: bending * (2.0 / (l[0] + l[1])),
+            // EI over the Voronoi length, times cos^4(phi/2) in the corrected form.
+            stiffness: bending
+                * (2.0 / (l[0] + l[1]))
+                * if self.corrected { (1.0 + 0.25 * k * k).powi(-2) } else { 1.0 },
             natural_curvature: p.natural_curvature * *k,
         });
         let line_density = p.density * p.area;
         let node_mass: Vec<D> = (0..self.nodes.len())
-            .map(|i| line_density * voronoi_share(&self.rest_length, i))
+            .map(|i| line_density * voronoi_share(&self.line_length, i))
             .collect();
         let mut load: Vec<DeadLoad<D, 2>> =
             node_mass.iter().map(|m| DeadLoad { force: self.gravity.map(|g| *m * g) }).collect();

@@ -1,7 +1,7 @@
 //! The model of a scene in space.
 
 use super::{Model, voronoi_share};
-use crate::energy::bend_twist::JointLaw;
+use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::{DeadLoad, Stretch};
 use crate::error::Error;
 use crate::frame::{EdgeFrame, Frames};
@@ -18,6 +18,10 @@ pub struct SpatialModel {
     /// Rest positions, m.
     nodes: Vec<[f64; 3]>,
     rest_length: Vec<f64>,
+    /// What dl, masses and weight count: chords, or arcs in the corrected form.
+    line_length: Vec<f64>,
+    /// The corrected form's.
+    corrected: bool,
     /// Integrated curvatures of the rest shape in the material frame.
     rest_curvature: Vec<[f64; 2]>,
     /// Space-parallel at rest: no twist.
@@ -32,6 +36,7 @@ impl SpatialModel {
     pub(crate) fn new(
         scene: &Scene,
         nodes: &[[f64; 3]],
+        arcs: Option<&[f64]>,
         forces: &[(usize, [f64; 3])],
     ) -> Result<Self, Error> {
         let edges: Vec<Vector3<f64>> =
@@ -47,7 +52,8 @@ impl SpatialModel {
             }
         };
         let frames = Frames::bishop(&tangents, director.into());
-        let zero = JointLaw { stiffness: [0.0; 3], natural: [0.0; 3] };
+        let stiffness = Stiffness { bend: [0.0; 3], twist: 0.0 };
+        let zero = JointLaw { stiffness, natural: [0.0; 3] };
         let rest_curvature = (0..nodes.len() - 2)
             .map(|i| {
                 let joint = zero.at([frames.edges[i], frames.edges[i + 1]], 0.0);
@@ -57,9 +63,12 @@ impl SpatialModel {
                 [k1, k2]
             })
             .collect();
+        let rest_length: Vec<f64> = edges.iter().map(Vector3::norm).collect();
         Ok(Self {
             nodes: nodes.to_vec(),
-            rest_length: edges.iter().map(Vector3::norm).collect(),
+            line_length: arcs.map_or(rest_length.clone(), <[f64]>::to_vec),
+            corrected: arcs.is_some(),
+            rest_length,
             rest_curvature,
             frames,
             gravity: scene.loads.gravity,
@@ -75,16 +84,29 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let axial = p.youngs_modulus * p.area;
         let [ei1, ei2] = p.second_moments.map(|i| p.youngs_modulus * i);
         let gj = p.shear_modulus * p.torsion_constant;
-        let stretch = self.rest_length.iter().map(|l| Stretch {
-            stiffness: axial,
+        let stretch = self.rest_length.iter().zip(&self.line_length).map(|(l, arc)| Stretch {
+            stiffness: axial * (l / arc),
             rest_length: D::from(*l),
             natural_strain: D::from(0.0),
         });
-        let joints = self.rest_length.windows(2).zip(&self.rest_curvature);
+        let joints = self.line_length.windows(2).zip(&self.rest_curvature);
         let joint = joints.map(|(l, k)| {
             let per_length = 2.0 / (l[0] + l[1]);
+            let ([s11, s12, s22], twist) = match self.corrected {
+                true => polygon_factors(k),
+                false => ([1.0, 0.0, 1.0], 1.0),
+            };
+            // S diag(EI1, EI2) S.
+            let bend = [
+                ei1 * (s11 * s11) + ei2 * (s12 * s12),
+                ei1 * (s11 * s12) + ei2 * (s12 * s22),
+                ei1 * (s12 * s12) + ei2 * (s22 * s22),
+            ];
             JointLaw {
-                stiffness: [ei1 * per_length, ei2 * per_length, gj * per_length],
+                stiffness: Stiffness {
+                    bend: bend.map(|b| b * per_length),
+                    twist: gj * (twist * per_length),
+                },
                 natural: [p.natural_curvature * k[0], p.natural_curvature * k[1], D::from(0.0)],
             }
         });
@@ -94,9 +116,9 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let mut mass = Vec::with_capacity(self.dof());
         let mut load = Vec::with_capacity(count);
         for i in 0..count {
-            let node_mass = line_density * voronoi_share(&self.rest_length, i);
+            let node_mass = line_density * voronoi_share(&self.line_length, i);
             mass.extend([node_mass; 3]);
-            mass.extend(self.rest_length.get(i).map(|l| line_inertia * *l));
+            mass.extend(self.line_length.get(i).map(|l| line_inertia * *l));
             load.push(DeadLoad { force: self.gravity.map(|g| node_mass * g) });
         }
         for (i, force) in &self.forces {
@@ -145,4 +167,18 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
     fn rate(&self, v: &[f64], i: usize) -> [f64; 3] {
         self.position(v, i)
     }
+}
+
+/// How much softer than the curve's a joint with the rest curvature `k` must be: the symmetric
+/// matrix `S = [s11, s12, s22]` that takes strains to rotations of one edge against the other, and
+/// the factor of the torsional stiffness. See [`super`].
+fn polygon_factors(k: &[f64; 2]) -> ([f64; 3], f64) {
+    let squared = k[0] * k[0] + k[1] * k[1];
+    let c2 = 1.0 / (1.0 + 0.25 * squared);
+    let c = c2.sqrt();
+    if squared == 0.0 {
+        return ([1.0, 0.0, 1.0], 1.0);
+    }
+    let along = (c2 - c) / squared;
+    ([c + along * k[0] * k[0], along * k[0] * k[1], c + along * k[1] * k[1]], c2)
 }

@@ -67,9 +67,10 @@ pub struct RodSpec {
     /// Which model to use.
     #[serde(default)]
     pub dimension: Dimension,
-    /// Which constants the elements get.
-    #[serde(default)]
-    pub discretization: Discretization,
+    /// Which constants the elements get; by default the corrected ones, and the paper's with the
+    /// paper's walls at the nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub discretization: Option<Discretization>,
 }
 
 fn one() -> f64 {
@@ -89,13 +90,14 @@ pub enum Dimension {
     Spatial,
 }
 
-/// Which constants the elements get.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Which constants the elements of a curved rod get; those of a straight rod are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Discretization {
-    /// The paper's: chords and plain stiffnesses.
-    #[default]
+    /// The paper's: chords and plain stiffnesses. A curved rod comes out too stiff.
     Paper,
+    /// Arc lengths, and stiffnesses that make up for the polygon: see [`crate::model`].
+    Corrected,
 }
 
 /// `[material]`
@@ -285,7 +287,7 @@ impl Scene {
             section,
             natural_curvature: 1.0,
             dimension: Dimension::Auto,
-            discretization: Discretization::Paper,
+            discretization: None,
         };
         let (supports, loads) = (Supports::default(), Loads::default());
         Self { rod, material, supports, loads, time: None, path: None }
@@ -315,6 +317,14 @@ impl Scene {
             *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
         }
         Ok(())
+    }
+
+    /// The constants the elements get.
+    pub fn discretization(&self) -> Discretization {
+        self.rod.discretization.unwrap_or(match self.supports.clamp {
+            Clamp::MidEdge => Discretization::Corrected,
+            Clamp::Nodes => Discretization::Paper,
+        })
     }
 
     /// The folder other paths are relative to.

@@ -65,6 +65,8 @@ pub struct Mesh {
     pub arc_length: Vec<f64>,
     /// Length between the walls or ends, m.
     pub length: f64,
+    /// Length of the curve along every edge, m; estimated for a polyline.
+    pub arcs: Vec<f64>,
 }
 
 impl Shape {
@@ -118,7 +120,7 @@ impl Shape {
         let arc_length: Vec<f64> = (0..=segments).map(|i| (i as f64 - before) * edge).collect();
         let point = self.curve();
         let nodes = arc_length.iter().map(|s| point(*s).into()).collect();
-        Ok(Mesh { nodes, arc_length, length })
+        Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments] })
     }
 
     /// The curve by arc length.
@@ -185,7 +187,23 @@ fn polyline(path: &Path, cut: [f64; 2]) -> Result<Mesh, Error> {
         arc_length.push(arc_length[arc_length.len() - 1] + edge);
     }
     let length = arc_length[nodes.len() - 1] - cut[1] * edges[edges.len() - 1];
-    Ok(Mesh { nodes, arc_length, length })
+    let arcs = arcs_over(&nodes, &edges);
+    Ok(Mesh { nodes, arc_length, length, arcs })
+}
+
+/// The arc over every chord of a polygon inscribed in a smooth curve: it turns by the mean of the
+/// angles at its ends.
+fn arcs_over(nodes: &[[f64; 3]], chords: &[f64]) -> Vec<f64> {
+    let edges: Vec<Vector3<f64>> =
+        nodes.windows(2).map(|p| Vector3::from(p[1]) - Vector3::from(p[0])).collect();
+    let turns: Vec<f64> = edges.windows(2).map(|e| e[0].angle(&e[1])).collect();
+    let arc = |(j, chord): (usize, &f64)| {
+        let before = j.checked_sub(1).and_then(|i| turns.get(i));
+        let sides = [before, turns.get(j)].into_iter().flatten();
+        let half = 0.5 * sides.clone().sum::<f64>() / sides.count().max(1) as f64;
+        if half < 1e-9 { *chord } else { chord * half / half.sin() }
+    };
+    chords.iter().enumerate().map(arc).collect()
 }
 
 #[cfg(test)]
@@ -222,5 +240,20 @@ mod tests {
         assert_relative_eq!(mesh.arc_length[10], 1.0, epsilon = 1e-15);
         assert_relative_eq!(mesh.nodes[10][0], 1.0_f64.sin(), epsilon = 1e-15);
         assert_relative_eq!(mesh.nodes[10][1], 1.0 - 1.0_f64.cos(), epsilon = 1e-15);
+    }
+
+    #[test]
+    fn arcs_over_a_polygon_are_the_curves() {
+        let shape = Shape::Arc { length: 1.0, angle: 2.0 };
+        let mesh = shape.mesh(10, [false, false], Path::new("")).unwrap();
+        let chords: Vec<f64> = mesh
+            .nodes
+            .windows(2)
+            .map(|p| (Vector3::from(p[1]) - Vector3::from(p[0])).norm())
+            .collect();
+        for (estimate, exact) in arcs_over(&mesh.nodes, &chords).iter().zip(&mesh.arcs) {
+            assert_relative_eq!(estimate, exact, max_relative = 1e-14);
+        }
+        assert!(chords[0] < 0.999 * mesh.arcs[0]);
     }
 }
