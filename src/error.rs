@@ -69,6 +69,17 @@ pub enum Error {
         /// Degree of freedom of the zero pivot.
         row: usize,
     },
+    /// No equilibrium was found.
+    #[error(
+        "no equilibrium found: after {iterations} Newton iterations a force of {residual:e} N is out of balance; \
+         a rod that nothing holds has none, and a mesh too coarse for its bends may have none"
+    )]
+    Equilibrium {
+        /// Newton iterations.
+        iterations: usize,
+        /// Largest force out of balance, N.
+        residual: f64,
+    },
     /// A query outside the simulated time or the rod.
     #[error("{what} = {found} is outside {low} .. {high}")]
     OutOfRange {
@@ -118,6 +129,12 @@ impl Error {
 
     /// Whether the input is at fault, and not the computation.
     pub fn is_input(&self) -> bool {
-        !matches!(self, Self::Newton { .. } | Self::SingularTangent { .. } | Self::Fit(_))
+        !matches!(
+            self,
+            Self::Newton { .. }
+                | Self::SingularTangent { .. }
+                | Self::Equilibrium { .. }
+                | Self::Fit(_)
+        )
     }
 }

@@ -67,6 +67,7 @@
 pub mod banded;
 pub mod check;
 pub mod energy;
+pub mod equilibrium;
 mod error;
 pub mod fit;
 pub mod frame;
@@ -87,6 +88,7 @@ pub mod trajectory;
 pub mod vector;
 
 pub use energy::{Analytic, Derivatives, Energy};
+pub use equilibrium::Equilibrium;
 pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};
 pub use parameter::Parameter;

@@ -1,11 +1,11 @@
-//! The `rodfit` command: simulate, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
+//! The `rodfit` command: simulate, static, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
 //! computed, did not converge, or not identifiable.
 
 use clap::{Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use rodfit::check::{Tolerance, check_problem};
 use rodfit::fit::FitFile;
-use rodfit::output::{NodeTable, SimulationReport};
+use rodfit::output::{NodeTable, SimulationReport, write_shape};
 use rodfit::{Derivatives, Error, Problem, Scene, Trajectory};
 use serde::Serialize;
 use std::io::Write;
@@ -38,6 +38,17 @@ enum Command {
         /// Which derivatives to step with.
         #[arg(long, value_enum, default_value = "hand")]
         derivatives: Route,
+    },
+    /// Find where a rod comes to rest under its loads, and whether it stays there.
+    Static {
+        /// Scene file (TOML); `[time]` is not needed.
+        scene: PathBuf,
+        /// Write the position of every node here (CSV).
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+        /// Write the report here (JSON); `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
     },
     /// Compare hand-derived derivatives with num-dual's and with finite differences.
     Check {
@@ -86,6 +97,9 @@ fn main() -> ExitCode {
     let outcome = match arguments.command {
         Command::Simulate { scene, out, json, derivatives } => {
             simulate(&scene, out.as_deref(), json.as_deref(), derivatives.into(), quiet)
+        }
+        Command::Static { scene, out, json } => {
+            rest(&scene, out.as_deref(), json.as_deref(), quiet)
         }
         Command::Check { scene, json } => check(&scene, json.as_deref(), quiet),
         Command::Fit { fit, json, save, derivatives } => {
@@ -149,6 +163,24 @@ fn summarize(problem: &Problem, report: &SimulationReport) {
         "{} steps, {} Newton iterations, {:.3} s: {}",
         report.steps, report.newton_iterations, report.wall_seconds, report.status
     );
+}
+
+fn rest(
+    scene: &Path,
+    out: Option<&Path>,
+    json: Option<&Path>,
+    quiet: bool,
+) -> Result<ExitCode, Error> {
+    let problem = Scene::load(scene)?.problem()?;
+    let found = problem.equilibrium()?;
+    write_json(json, &found)?;
+    if let Some(path) = out {
+        write_shape(path, &found.nodes)?;
+    }
+    if !quiet && !is_stdout(json) {
+        println!("{found}");
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 fn check(scene: &Path, json: Option<&Path>, quiet: bool) -> Result<ExitCode, Error> {

@@ -57,6 +57,18 @@ impl NodeTable {
     }
 }
 
+/// Writes a shape as a CSV file with the columns x, y, z, m, and a row per node: what a polyline is
+/// read from.
+pub fn write_shape(path: &Path, nodes: &[[f64; 3]]) -> Result<(), Error> {
+    let io = |source| Error::io(path, source);
+    let mut writer = csv::Writer::from_path(path).map_err(|error| io(error.into()))?;
+    writer.write_record(["x", "y", "z"]).map_err(|error| io(error.into()))?;
+    for node in nodes {
+        writer.serialize(node).map_err(|error| io(error.into()))?;
+    }
+    writer.flush().map_err(io)
+}
+
 /// The JSON of `rodfit simulate`.
 #[derive(Clone, Debug, Serialize)]
 pub struct SimulationReport {

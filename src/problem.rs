@@ -67,9 +67,7 @@ impl Scene {
 impl Problem {
     fn new(mut scene: Scene) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
-        let cut = |support| support == Support::Clamped && scene.supports.clamp == Clamp::MidEdge;
-        let cuts = [cut(scene.supports.start), cut(scene.supports.end)];
-        let mesh = scene.rod.shape.mesh(scene.rod.segments.unwrap_or(0), cuts, &scene.folder())?;
+        let mesh = mesh(&scene)?;
         let forces = point_forces(&scene, mesh.nodes.len())?;
         let (model, reason) = choose(&scene, &mesh, &forces)?;
         let problem = Self {
@@ -141,6 +139,24 @@ impl Problem {
             AnyModel::Planar(model) => AnyProblem::Planar(Posed { problem: self, model }),
             AnyModel::Spatial(model) => AnyProblem::Spatial(Posed { problem: self, model }),
         }
+    }
+    /// Whether the scene says how stiff the rod is in torsion.
+    pub(crate) fn can_twist(&self) -> bool {
+        let material = &self.scene.material;
+        material.shear_modulus.is_some() || material.poisson_ratio.is_some()
+    }
+    /// The spatial model of the scene, whatever model it has.
+    pub(crate) fn spatial_model(&self) -> Result<SpatialModel, Error> {
+        let mesh = mesh(&self.scene)?;
+        let forces = point_forces(&self.scene, mesh.nodes.len())?;
+        SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &forces)
+    }
+    /// The problem with another model.
+    pub(crate) fn posed_as<'a, M: Model<W>, const W: usize>(
+        &'a self,
+        model: &'a M,
+    ) -> Posed<'a, M, W> {
+        Posed { problem: self, model }
     }
     /// The problem with its planar model, if it has one.
     pub fn planar(&self) -> Option<PlanarProblem<'_>> {
@@ -254,6 +270,18 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         start..dof.saturating_sub(self.model.held(supports.end)).max(start)
     }
 
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.problem.nodes()
+    }
+
+    /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2.
+    pub(crate) fn bending_frequency_squared(&self) -> f64 {
+        let p = Properties::<f64>::of(&self.problem.scene, |_, value| value);
+        let [i1, i2] = p.second_moments;
+        p.youngs_modulus * i1.min(i2) / (p.density * p.area * self.problem.length.powi(4))
+    }
+
     /// The rod with plain numbers.
     pub fn rod(&self) -> M::Rod<f64> {
         self.model.rod(&Properties::of(&self.problem.scene, |_, value| value))
@@ -308,13 +336,25 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     }
 }
 
+/// The rest shape's mesh, cut by the walls.
+fn mesh(scene: &Scene) -> Result<Mesh, Error> {
+    let cut = |support| support == Support::Clamped && scene.supports.clamp == Clamp::MidEdge;
+    let cuts = [cut(scene.supports.start), cut(scene.supports.end)];
+    scene.rod.shape.mesh(scene.rod.segments.unwrap_or(0), cuts, &scene.folder())
+}
+
+/// The lengths of the edges' arcs, where the discretisation counts them.
+fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<&'a [f64]> {
+    (scene.discretization() == Discretization::Corrected).then_some(&mesh.arcs[..])
+}
+
 /// The smallest model that can hold the scene, or the one asked for; and why.
 fn choose(
     scene: &Scene,
-    Mesh { nodes, arcs, .. }: &Mesh,
+    mesh: &Mesh,
     forces: &[(usize, [f64; 3])],
 ) -> Result<(AnyModel, String), Error> {
-    let arcs = (scene.discretization() == Discretization::Corrected).then_some(&arcs[..]);
+    let (nodes, arcs) = (&mesh.nodes[..], arcs(scene, mesh));
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),

@@ -1,0 +1,281 @@
+//! Equilibria against theory, where plain Newton dies, and where stability is lost.
+
+use rodfit::banded::{BandMatrix, Ldlt};
+use rodfit::equilibrium::rest;
+use rodfit::rod::Rod;
+use rodfit::scene::{
+    Clamp, Dimension, Discretization, Material, Node, PointForce, Scene, Section, Shape,
+};
+use rodfit::{Derivatives, Equilibrium};
+use std::f64::consts::PI;
+
+mod common;
+use common::{cantilever, helix_with};
+
+/// Sag of the heavy cantilever over its length; continuum 0.29061133785.
+#[test]
+fn heavy_cantilever() {
+    for (segments, clamp, sag) in [
+        (50, Clamp::MidEdge, 0.29052485),
+        (50, Clamp::Nodes, 0.28014829),
+        (200, Clamp::MidEdge, 0.29060601),
+    ] {
+        let mut scene = cantilever();
+        (scene.rod.segments, scene.supports.clamp) = (Some(segments), clamp);
+        let found = scene.problem().unwrap().equilibrium().unwrap();
+        println!("{segments} segments, {clamp:?}: {:.8}", -found.tip[1] / 0.5);
+        assert!((-found.tip[1] / 0.5 - sag).abs() < 1e-8, "{found}");
+        assert_eq!((found.stable, found.stable_in_plane), (None, Some(true)));
+    }
+}
+
+/// From limp to stiff, from thick to hair-thin, from 3 nodes to 10,001, from the straight state.
+#[test]
+fn every_cantilever_comes_to_rest() {
+    let mut most = 0;
+    for modulus in [1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12] {
+        for slenderness in [0.1, 1e-2, 1e-3, 1e-4, 1e-5] {
+            let mut sags = Vec::new();
+            for segments in [2, 5, 50, 500, 10_000] {
+                let mut scene = cantilever();
+                scene.rod.segments = Some(segments);
+                scene.rod.section = Section::Circle { radius: 0.5 * slenderness };
+                scene.material.youngs_modulus = modulus;
+                let found = scene.problem().unwrap().equilibrium().unwrap();
+                assert_eq!(found.stable_in_plane, Some(true), "{modulus:e} {slenderness}: {found}");
+                most = most.max(found.newton_iterations);
+                sags.push(-found.tip[1] / 0.5);
+            }
+            // The same rod on both fine meshes, not just any equilibrium. Its bend at the wall is
+            // as short as sqrt(EI/weight), down to a part of an edge of the coarser one.
+            let [.., coarse, fine] = sags[..] else { unreachable!() };
+            assert!((coarse / fine - 1.0).abs() < 2e-3, "{modulus:e} {slenderness}: {sags:?}");
+        }
+    }
+    println!("at most {most} Newton iterations");
+}
+
+/// A straight rod of unit length and bending stiffness without weight, clamped at x = 0.
+fn unit_rod(segments: usize, slenderness: f64) -> Scene {
+    let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
+    let modulus = 4.0 / (PI * slenderness.powi(4));
+    let section = Section::Circle { radius: slenderness };
+    Scene::new(segments, shape, section, Material::new(1.0, modulus))
+}
+
+fn at_tip(scene: &mut Scene, force: [f64; 3]) {
+    scene.loads.point = vec![PointForce { node: Node::TIP, force }];
+}
+
+/// Deflection of the end-loaded elastica (exact integrals).
+#[test]
+fn tip_loaded_elastica() {
+    for (load, exact) in [
+        (1.0, 0.3017207738),
+        (2.0, 0.4934574804),
+        (5.0, 0.7137915236),
+        (10.0, 0.8106090249),
+        (50.0, 0.9171554473),
+    ] {
+        let deflection = |segments: usize| {
+            let mut scene = unit_rod(segments, 1e-4);
+            at_tip(&mut scene, [0.0, -load, 0.0]);
+            -scene.problem().unwrap().equilibrium().unwrap().tip[1]
+        };
+        let errors = [100, 200].map(|n| deflection(n) - exact);
+        let order = (errors[0] / errors[1]).log2();
+        println!("P L^2/EI = {load}: error {:.1e} at 200 segments, order {order:.2}", errors[1]);
+        assert!(errors[1].abs() < 1e-4 && order > 1.8, "{errors:?}");
+    }
+}
+
+/// Extension of the hanging helix over its axial length; continuum 0.0749973549.
+#[test]
+fn hanging_helix() {
+    let axial = 0.5 * 0.05 / (0.05_f64.powi(2) + (2.0 * PI * 0.02).powi(2)).sqrt();
+    for (clamp, discretization, segments, error) in [
+        (Clamp::Nodes, Discretization::Paper, 50, -0.0836),
+        (Clamp::MidEdge, Discretization::Paper, 50, -0.0665),
+        (Clamp::MidEdge, Discretization::Corrected, 25, -0.0177),
+        (Clamp::MidEdge, Discretization::Corrected, 50, -0.00405),
+        (Clamp::MidEdge, Discretization::Corrected, 100, -0.00099),
+        (Clamp::MidEdge, Discretization::Corrected, 200, -0.00025),
+    ] {
+        let mut scene = helix_with(0.5, 1e-3, 1.0, clamp);
+        (scene.rod.segments, scene.rod.discretization) = (Some(segments), Some(discretization));
+        let problem = scene.problem().unwrap();
+        let start = problem.spatial().unwrap().rest();
+        let found = problem.equilibrium().unwrap();
+        let extension = (start[start.len() - 1] - found.tip[2]) / axial;
+        let relative = extension / 0.0749973549 - 1.0;
+        println!(
+            "{clamp:?} {discretization:?} {segments}: {extension:.10}, {:.3} %",
+            1e2 * relative
+        );
+        assert!((relative - error).abs() < 0.01 * error.abs() + 1e-5, "{relative}");
+        assert_eq!(found.stable, Some(true));
+    }
+}
+
+/// The load at which the state found loses its stability, by bisection.
+fn critical(mut low: f64, mut high: f64, stable: impl Fn(f64) -> bool) -> f64 {
+    assert!(stable(low) && !stable(high), "{low} {high}");
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) {
+            low = middle
+        } else {
+            high = middle
+        }
+        if high - low < 1e-13 * high {
+            break;
+        }
+    }
+    0.5 * (low + high)
+}
+
+/// Buckling under a push, against the closed form of the discrete column.
+#[test]
+fn euler_column() {
+    let slenderness = 1e-2;
+    let stable = |push: f64| {
+        let mut scene = unit_rod(50, slenderness);
+        at_tip(&mut scene, [-push, 0.0, 0.0]);
+        scene.rod.dimension = Dimension::Planar;
+        let problem = scene.problem().unwrap();
+        let posed = problem.planar().unwrap();
+        let straight = rest(&posed, &problem).unwrap();
+        let n = straight.q.len();
+        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        posed.rod().tangent(&straight.q, &(), Derivatives::Hand, &mut gradient, &mut tangent);
+        let mut factors = Ldlt::with_order(n);
+        factors.factor(&tangent, posed.free()).unwrap();
+        factors.negative_pivots() == 0
+    };
+    let found = critical(1.0, 3.0, stable);
+    // P (1 - P/EA) = 4 EI/l^2 sin^2(pi/(2 (2 n + 1))), n = N - 2 nodes free to move.
+    let (edge, axial) = (1.0 / 49.5, 4.0 / slenderness.powi(2));
+    let right = 4.0 / (edge * edge) * (PI / (2.0 * 99.0)).sin().powi(2);
+    let exact = 0.5 * axial * (1.0 - (1.0 - 4.0 * right / axial).sqrt());
+    println!("Euler column {found:.12}, closed form {exact:.12}, continuum {:.6}", PI * PI / 4.0);
+    assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
+}
+
+/// A column under its own weight: q L^3/EI = 7.8373474389.
+#[test]
+fn heavy_column() {
+    let found = [50, 100].map(|segments| {
+        critical(5.0, 10.0, |weight| {
+            let mut scene = unit_rod(segments, 1e-4);
+            scene.loads.gravity = [-weight / (PI * 1e-8), 0.0, 0.0];
+            scene.problem().unwrap().equilibrium().unwrap().stable_in_plane == Some(true)
+        })
+    });
+    let errors = found.map(|q| q / 7.8373474389 - 1.0);
+    let order = (errors[0] / errors[1]).log2();
+    // Far beyond, the least push brings it down; standing exactly upright it stays, and is told so.
+    for (side, stable) in [(1e-9, Some(true)), (0.0, Some(false))] {
+        let mut scene = unit_rod(100, 1e-4);
+        scene.loads.gravity = [-50.0 / (PI * 1e-8), side, 0.0];
+        let fallen = scene.problem().unwrap().equilibrium().unwrap();
+        assert_eq!(fallen.stable_in_plane, stable, "{fallen}");
+        assert_eq!(fallen.tip[0] < -0.5, stable == Some(true), "{fallen}");
+    }
+    println!("heavy column: {:.6}, error {:.1e}, order {order:.2}", found[1], errors[1]);
+    assert!(errors[1].abs() < 1e-3 && order > 1.8, "{found:?}");
+}
+
+/// A strip on edge tips over sideways: P L^2/sqrt(B2 C) = 4.0125993436 under a load at its tip,
+/// q L^3/sqrt(B2 C) = 12.8537633214 under its weight.
+#[test]
+fn lateral_buckling() {
+    let strip = |segments: usize| {
+        let mut scene = unit_rod(segments, 1e-4);
+        // B1 = 1e6, B2 = 1, C = 0.7.
+        let modulus = scene.material.youngs_modulus;
+        let area = PI * 1e-8;
+        let up = [0.0, 1.0, 0.0];
+        let (i1, i2) = (1e6 / modulus, 1.0 / modulus);
+        scene.rod.section = Section::Custom { area, i1, i2, j: 0.7 / modulus, up };
+        scene.material.shear_modulus = Some(modulus);
+        scene
+    };
+    let scale = 0.7_f64.sqrt();
+    for (name, exact) in [("tip load", 4.0125993436), ("weight", 12.8537633214)] {
+        let found = [50, 100].map(|segments| {
+            let at = |load: f64| -> Equilibrium {
+                let mut scene = strip(segments);
+                match name {
+                    "weight" => scene.loads.gravity = [0.0, -load / (PI * 1e-8), 0.0],
+                    _ => at_tip(&mut scene, [0.0, -load, 0.0]),
+                }
+                scene.problem().unwrap().equilibrium().unwrap()
+            };
+            let load = critical(0.5 * exact * scale, 1.5 * exact * scale, |load| {
+                let found = at(load);
+                assert_eq!((found.model, found.stable_in_plane), ("planar", Some(true)));
+                found.stable == Some(true)
+            });
+            assert_eq!(at(1.01 * load).negative_directions, 1);
+            load / scale
+        });
+        let errors = found.map(|load| load / exact - 1.0);
+        let order = (errors[0] / errors[1]).log2();
+        println!("{name}: {:.6}, error {:.1e}, order {order:.2}", found[1], errors[1]);
+        assert!(errors[1].abs() < 1e-3, "{found:?}");
+    }
+}
+
+/// The buckled column: its tip turns by alpha where P/P_critical = (2 K(sin(alpha/2))/pi)^2.
+#[test]
+fn post_buckled_elastica() {
+    for degrees in [20.0_f64, 60.0, 90.0, 120.0] {
+        let modulus = (0.5 * degrees.to_radians()).sin();
+        // The complete elliptic integral by the arithmetic-geometric mean.
+        let (mut a, mut b) = (1.0_f64, (1.0 - modulus * modulus).sqrt());
+        while (a - b).abs() > 1e-15 {
+            (a, b) = (0.5 * (a + b), (a * b).sqrt());
+        }
+        let integral = PI / (2.0 * a);
+        let turns = [100, 200].map(|segments| {
+            let mut scene = unit_rod(segments, 1e-4);
+            at_tip(&mut scene, [-integral * integral, -1e-7, 0.0]);
+            let found = scene.problem().unwrap().equilibrium().unwrap();
+            assert_eq!(found.stable_in_plane, Some(true));
+            let [.., before, last] = &found.nodes[..] else { unreachable!() };
+            (before[1] - last[1]).atan2(last[0] - before[0]).to_degrees()
+        });
+        println!("{degrees} degrees: {:.4} {:.4}", turns[0], turns[1]);
+        assert!((turns[1] - degrees).abs() < 0.02, "{turns:?}");
+    }
+}
+
+/// The 45-degree bend with a load across its plane: Kirchhoff's continuum at P = 600; Simo and
+/// Vu-Quoc's shear-flexible rod is at (15.79, 47.23, 53.37).
+#[test]
+fn the_45_degree_bend() {
+    let bend = |segments: usize| {
+        let shape = Shape::Arc { length: 25.0 * PI, angle: 0.25 * PI };
+        let up = [0.0, 0.0, 1.0];
+        let twelfth = 1.0 / 12.0;
+        let section = Section::Custom { area: 1.0, i1: twelfth, i2: twelfth, j: twelfth, up };
+        let material = Material { shear_modulus: Some(1e7), ..Material::new(1.0, 1e7) };
+        let mut scene = Scene::new(segments, shape, section, material);
+        at_tip(&mut scene, [0.0, 0.0, 600.0]);
+        let found = scene.problem().unwrap().equilibrium().unwrap();
+        assert_eq!((found.model, found.stable), ("spatial", Some(true)));
+        // Theirs starts along y and curves towards x.
+        let [x, y, z] = found.tip;
+        [y, x, z]
+    };
+    for segments in [50, 100, 200] {
+        println!("{segments} segments: {:.6?}", bend(segments));
+    }
+    let tip = bend(100);
+    for (found, exact) in tip.iter().zip([15.685356, 47.152150, 53.471763]) {
+        assert!((found / exact - 1.0).abs() < 1e-3, "{tip:?}");
+    }
+    for (found, theirs) in tip.iter().zip([15.79, 47.23, 53.37]) {
+        assert!((found / theirs - 1.0).abs() < 1e-2, "{tip:?}");
+    }
+}
