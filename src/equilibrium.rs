@@ -294,12 +294,6 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             self.start.copy_from_slice(&self.q);
             match self.step(&frames, lambda) {
                 Step::Moved => {
-                        eprintln!(
-                            "moved {lambda:e} its {} tip {:?}",
-                            self.iterations,
-                            &self.q[self.q.len() - 2..]
-                        );
-                    }
                     R::rebase(&mut frames, &self.q);
                     lambda *= fall;
                     fall = FALL;
@@ -318,8 +312,6 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
                     });
                 }
                 Step::Failed => {
-                        eprintln!("failed {lambda:e} its {}", self.iterations);
-                    }
                     self.q.copy_from_slice(&self.start);
                     lambda = (lambda * RISE).max(SMALLEST * first);
                     fall = 0.5;
