@@ -293,15 +293,9 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
         for _ in 0..FLOW_STEPS {
             self.start.copy_from_slice(&self.q);
             match self.step(&frames, lambda) {
-                Step::Moved => {
-                    R::rebase(&mut frames, &self.q);
-                    lambda *= fall;
-                    fall = FALL;
-                    if lambda < SMALLEST * first {
-                        lambda = 0.0;
-                    }
-                }
-                Step::Still => {
+                // A large lambda holds everything still; one that cannot be much smaller holds
+                // only what is in balance.
+                Step::Still if lambda == 0.0 || fall > FALL => {
                     R::rebase(&mut frames, &self.q);
                     self.assemble(&frames);
                     return Ok(Rest {
@@ -310,6 +304,14 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
                         q: std::mem::take(&mut self.q),
                         frames,
                     });
+                }
+                Step::Moved | Step::Still => {
+                    R::rebase(&mut frames, &self.q);
+                    lambda *= fall;
+                    fall = FALL;
+                    if lambda < SMALLEST * first {
+                        lambda = 0.0;
+                    }
                 }
                 Step::Failed => {
                     self.q.copy_from_slice(&self.start);
