@@ -113,7 +113,7 @@ impl Problem {
                     // The plane's directions are among those of space.
                     let model = self.spatial_model()?;
                     let spatial = self.posed_as(&model);
-                    let (q, frames) = lifted(self, &posed, &spatial, &rest);
+                    let (q, frames) = lifted(self, &posed, &spatial, &rest.q);
                     let negative = negative_directions(&spatial, &q, &frames)?;
                     found.negative_directions = negative.max(in_plane);
                     found.stable = Some(found.negative_directions == 0);
@@ -130,7 +130,7 @@ impl Problem {
 }
 
 /// A model's frames.
-type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
+pub(crate) type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
 
 /// The equilibrium of a model, without a verdict.
 fn at_rest<M: Model<W>, const W: usize>(
@@ -169,18 +169,18 @@ pub fn rest<M: Model<W>, const W: usize>(
 }
 
 /// A planar state in the unknowns of the spatial model of the same scene.
-fn lifted<M: Model<W>, const W: usize, const V: usize>(
+pub(crate) fn lifted<M: Model<W>, const W: usize, const V: usize>(
     problem: &Problem,
     planar: &Posed<'_, M, W>,
     spatial: &Posed<'_, SpatialModel, V>,
-    rest: &Rest<FramesOf<M, W>>,
+    state: &[f64],
 ) -> (Vec<f64>, FramesOf<SpatialModel, V>)
 where
     SpatialModel: Model<V>,
 {
     let mut q = spatial.rest();
     for i in 0..problem.nodes() {
-        let x = planar.model.position(&rest.q, i);
+        let x = planar.model.position(state, i);
         q[4 * i..4 * i + 3].copy_from_slice(&x);
     }
     let mut frames = spatial.model.frames::<f64>();
@@ -209,7 +209,7 @@ fn negative_directions<M: Model<W>, const W: usize>(
 
 /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending vibration's,
 /// or what rounding errors in a tangent that goes with the fourth power of the mesh amount to.
-fn zero_frequency_squared<M: Model<W>, const W: usize>(posed: &Posed<'_, M, W>) -> f64 {
+pub(crate) fn zero_frequency_squared<M: Model<W>, const W: usize>(posed: &Posed<'_, M, W>) -> f64 {
     let noise = f64::EPSILON * (posed.nodes() as f64).powi(4);
     posed.bending_frequency_squared() * (1e-9 + 10.0 * noise)
 }

@@ -72,6 +72,7 @@ mod error;
 pub mod fit;
 pub mod frame;
 pub mod model;
+pub mod modes;
 pub mod newmark;
 pub mod output;
 pub mod parameter;

@@ -1,10 +1,11 @@
-//! The `rodfit` command: simulate, static, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
+//! The `rodfit` command: simulate, static, modes, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
 //! computed, did not converge, or not identifiable.
 
 use clap::{Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use rodfit::check::{Tolerance, check_problem};
 use rodfit::fit::FitFile;
+use rodfit::modes::About;
 use rodfit::output::{NodeTable, SimulationReport, write_shape};
 use rodfit::{Derivatives, Error, Problem, Scene, Trajectory};
 use serde::Serialize;
@@ -46,6 +47,20 @@ enum Command {
         /// Write the position of every node here (CSV).
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
+        /// Write the report here (JSON); `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
+    /// The lowest frequencies and shapes of small vibrations.
+    Modes {
+        /// Scene file (TOML); `[time]` is not needed.
+        scene: PathBuf,
+        /// How many.
+        #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=200))]
+        count: u16,
+        /// About the rest shape instead of the equilibrium under the loads.
+        #[arg(long)]
+        rest: bool,
         /// Write the report here (JSON); `-` is stdout.
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
@@ -100,6 +115,9 @@ fn main() -> ExitCode {
         }
         Command::Static { scene, out, json } => {
             rest(&scene, out.as_deref(), json.as_deref(), quiet)
+        }
+        Command::Modes { scene, count, rest, json } => {
+            modes(&scene, usize::from(count), rest, json.as_deref(), quiet)
         }
         Command::Check { scene, json } => check(&scene, json.as_deref(), quiet),
         Command::Fit { fit, json, save, derivatives } => {
@@ -177,6 +195,22 @@ fn rest(
     if let Some(path) = out {
         write_shape(path, &found.nodes)?;
     }
+    if !quiet && !is_stdout(json) {
+        println!("{found}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn modes(
+    scene: &Path,
+    count: usize,
+    rest: bool,
+    json: Option<&Path>,
+    quiet: bool,
+) -> Result<ExitCode, Error> {
+    let about = if rest { About::Rest } else { About::Equilibrium };
+    let found = Scene::load(scene)?.problem()?.modes(count, about)?;
+    write_json(json, &found)?;
     if !quiet && !is_stdout(json) {
         println!("{found}");
     }

@@ -1,0 +1,116 @@
+//! Frequencies of small vibrations against beam theory.
+
+use rodfit::modes::{About, Kind, Modes};
+use rodfit::scene::{Material, Node, PointForce, Scene, Section, Shape, Support};
+use std::f64::consts::PI;
+
+const MODULUS: f64 = 1e8;
+const DENSITY: f64 = 1000.0;
+const RADIUS: f64 = 5e-3;
+
+/// A straight rod of 0.5 m with G = E/3.
+fn rod(segments: usize, start: Support, end: Support) -> Scene {
+    let shape = Shape::Straight { length: 0.5, direction: [0.6, 0.8, 0.0] };
+    let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
+    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    (scene.supports.start, scene.supports.end) = (start, end);
+    scene
+}
+
+fn modes(scene: &Scene, count: usize) -> Modes {
+    scene.problem().unwrap().modes(count, About::Equilibrium).unwrap()
+}
+
+fn of_kind(modes: &Modes, kind: Kind) -> Vec<f64> {
+    modes.modes.iter().filter(|m| m.kind == kind).map(|m| m.frequency_rad_s).collect()
+}
+
+/// Roots of the beam's frequency equations: omega = (beta/L)^2 sqrt(EI/(rho A)), every one twice.
+#[test]
+fn bending_frequencies() {
+    use Support::{Clamped, Free, Pinned};
+    let unit = (MODULUS * RADIUS * RADIUS / (4.0 * DENSITY)).sqrt() / 0.25;
+    for (start, end, zeros, roots) in [
+        (Clamped, Free, 0, [1.87510407, 4.69409113, 7.85475744]),
+        (Pinned, Pinned, 0, [PI, 2.0 * PI, 3.0 * PI]),
+        (Clamped, Clamped, 0, [4.73004074, 7.85320462, 10.99560784]),
+        (Free, Free, 3, [4.73004074, 7.85320462, 10.99560784]),
+        (Clamped, Pinned, 0, [3.92660231, 7.06858275, 10.21017612]),
+    ] {
+        let errors = [50, 100].map(|segments| {
+            let found = modes(&rod(segments, start, end), 40);
+            let planar = of_kind(&found, Kind::InPlane);
+            assert!(planar[..zeros].iter().all(|w| *w == 0.0), "{planar:?}");
+            let bending = &planar[zeros..];
+            [0, 1, 2].map(|k| bending[k] / (roots[k] * roots[k] * unit) - 1.0)
+        });
+        let order: Vec<f64> = (0..3).map(|k| (errors[0][k] / errors[1][k]).log2()).collect();
+        println!("{start:?} {end:?}: errors {:e} order {order:.2?}", errors[1][0]);
+        for k in 0..3 {
+            // The slender rod of the theory has no axial and no rotational inertia: 1e-4.
+            assert!(errors[1][k].abs() < 2e-3, "{errors:?}");
+            assert!(order[k] > 1.7 || errors[1][k].abs() < 2e-4, "{order:?} {errors:?}");
+        }
+        // Out of the plane the same, and torsion beside it.
+        let found = modes(&rod(50, start, end), 6 + 2 * zeros);
+        let (inside, outside) = (of_kind(&found, Kind::InPlane), of_kind(&found, Kind::OutOfPlane));
+        assert!((inside[zeros] / outside.iter().find(|w| **w > 0.0).unwrap() - 1.0).abs() < 1e-9);
+    }
+}
+
+/// Torsion and stretch of a clamped rod: odd quarter waves.
+#[test]
+fn torsional_and_axial_frequencies() {
+    let found = modes(&rod(100, Support::Clamped, Support::Free), 40);
+    // The wall at mid-edge holds the half edge beyond it too, which shortens the rod for stretching
+    // by half an edge; for bending and twisting the edge's middle is where it is held.
+    for (speed, kind, allowed) in [
+        ((MODULUS / 3.0 / DENSITY).sqrt(), Kind::OutOfPlane, 1e-3),
+        ((MODULUS / DENSITY).sqrt(), Kind::InPlane, 6e-3),
+    ] {
+        for quarters in [1.0, 3.0] {
+            let exact = quarters * 0.5 * PI / 0.5 * speed;
+            let near = of_kind(&found, kind).into_iter().map(|w| (w / exact - 1.0).abs());
+            let near = near.fold(f64::INFINITY, f64::min);
+            println!("{kind:?}, {quarters} quarter waves: {near:.1e}");
+            assert!(near < allowed, "{kind:?} {quarters}: {near}");
+        }
+    }
+}
+
+/// Two thousand segments: the band does it as well.
+#[test]
+fn a_fine_mesh() {
+    let mut scene = rod(2000, Support::Clamped, Support::Free);
+    scene.material.poisson_ratio = None;
+    let found = modes(&scene, 3);
+    let unit = (MODULUS * RADIUS * RADIUS / (4.0 * DENSITY)).sqrt() / 0.25;
+    for (w, root) in found.frequencies_rad_s.iter().zip([1.87510407, 4.69409113, 7.85475744]) {
+        // Rounding errors of the tangent go with the fourth power of the mesh.
+        assert!((w / (root * root * unit) - 1.0).abs() < 1e-4, "{found}");
+    }
+}
+
+/// A pull stiffens a hinged rod: omega^2 = (k L)^4 + P (k L)^2 in units of the rod, k = pi/L; a push
+/// beyond the critical one makes the straight state unstable.
+#[test]
+fn under_axial_load() {
+    let bending = MODULUS * PI * RADIUS.powi(4) / 4.0;
+    let line = DENSITY * PI * RADIUS * RADIUS;
+    for load in [1.0, 5.0, -0.9, -3.0] {
+        // The load in units of the column's own critical one, clamped at one end: pi^2 EI/(4 L^2).
+        let critical = PI * PI / 4.0 * bending / 0.25;
+        let mut scene = rod(100, Support::Clamped, Support::Free);
+        scene.rod.shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+        let force = [load * critical, 0.0, 0.0];
+        scene.loads.point = vec![PointForce { node: Node::TIP, force }];
+        let lowest = modes(&scene, 1).frequencies_rad_s[0];
+        let free = 1.87510407_f64.powi(2) * (bending / line).sqrt() / 0.25;
+        println!("{load} of the critical load: {lowest:.5} rad/s against {free:.5} without");
+        match load {
+            l if l < -1.0 => assert!(lowest < 0.0),
+            l if l < 0.0 => assert!(lowest > 0.0 && lowest < 0.4 * free),
+            _ => assert!(lowest > free),
+        }
+    }
+}
