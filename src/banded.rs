@@ -110,6 +110,24 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
+    /// Sets every entry to zero.
+    pub fn clear(&mut self) {
+        self.diagonal.fill(D::from(0.0));
+        self.below.fill([D::from(0.0); W]);
+    }
+
+    /// Adds `factor` times `other`.
+    pub fn add_scaled(&mut self, other: &Self, factor: f64) {
+        for (to, from) in self.diagonal.iter_mut().zip(&other.diagonal) {
+            *to += *from * factor;
+        }
+        for (to, from) in self.below.iter_mut().zip(&other.below) {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to += *from * factor;
+            }
+        }
+    }
+
     /// Adds column `j` times `x` to `out`.
     #[inline]
     pub fn add_column(&self, j: usize, x: D, out: &mut [D]) {

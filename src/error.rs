@@ -59,6 +59,17 @@ pub enum Error {
         /// Rounding level of that residual.
         tolerance: f64,
     },
+    /// The scheme gains energy that the motion cannot have.
+    #[error(
+        "at t = {time} s the total energy has grown by {:.1} % of the largest kinetic energy, which no motion does: \
+         take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"", 100.0 * part
+    )]
+    EnergyGrowth {
+        /// End of the step that was refused, s.
+        time: f64,
+        /// Growth since the start over the largest kinetic energy.
+        part: f64,
+    },
     /// The tangent of a step has no inverse.
     #[error(
         "the tangent is singular at t = {time} s, degree of freedom {row}; a smaller time.step may help"
@@ -132,6 +143,7 @@ impl Error {
         !matches!(
             self,
             Self::Newton { .. }
+                | Self::EnergyGrowth { .. }
                 | Self::SingularTangent { .. }
                 | Self::Equilibrium { .. }
                 | Self::Fit(_)

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme
-//! ([`newmark`]) steps through time with Newton's method on an exact banded tangent. Given where a
+//! ([`scheme`]; or one that keeps energy exactly) steps through time with Newton's method on an exact banded tangent. Given where a
 //! point of the rod was seen, [`Fit`] finds the parameters that explain it:
 //!
 //! ```text
@@ -71,9 +71,9 @@ pub mod equilibrium;
 mod error;
 pub mod fit;
 pub mod frame;
+mod guard;
 pub mod model;
 pub mod modes;
-pub mod newmark;
 pub mod output;
 pub mod parameter;
 pub mod point;
@@ -81,6 +81,7 @@ mod problem;
 pub mod rod;
 pub mod scalar;
 pub mod scene;
+pub mod scheme;
 pub mod sensitivity;
 pub mod simulation;
 pub mod state;

@@ -78,7 +78,7 @@ pub struct SimulationReport {
     pub model_reason: String,
     /// Number of unknowns, supported ones included.
     pub dof: usize,
-    /// Steps made.
+    /// Steps made and recorded; `work` counts the halves that failing ones were taken in.
     pub steps: usize,
     /// Newton iterations of all steps.
     pub newton_iterations: usize,
@@ -126,7 +126,7 @@ impl SimulationReport {
     /// Takes the totals of a run and how it ended.
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
-        self.steps = self.work.steps;
+        self.steps = self.tip.len().saturating_sub(1);
         self.newton_iterations = self.work.newton_iterations;
         self.wall_seconds = trajectory.stepping().as_secs_f64();
         self.status = match outcome {

@@ -1,7 +1,7 @@
 //! The parameters a trajectory can be differentiated by and identified from.
 
 use crate::error::Error;
-use crate::scene::{Scene, Section};
+use crate::scene::{Scene, Scheme, Section, Time};
 use crate::simulation::Damping;
 use serde::{Deserialize, Serialize};
 
@@ -92,7 +92,10 @@ impl Parameter {
                 _ => None,
             },
             Self::NaturalCurvature => Some(scene.rod.natural_curvature),
-            Self::Beta => scene.time.as_ref().map(|time| time.beta),
+            Self::Beta => {
+                let newmark = |time: &&Time| time.scheme == Scheme::NewmarkBeta;
+                scene.time.as_ref().filter(newmark).map(|time| time.beta)
+            }
             Self::DampingMass => Some(scene.loads.damping.mass),
             Self::DampingStiffness => Some(scene.loads.damping.stiffness),
         }
@@ -123,7 +126,7 @@ impl Parameter {
         Error::invalid(
             "parameter",
             self.name(),
-            "a parameter the scene has: radius needs a circle, shear_modulus and poisson_ratio need their key in [material]",
+            "a parameter the scene has: radius needs a circle, shear_modulus and poisson_ratio need their key in [material], beta the scheme newmark-beta",
         )
     }
 }

@@ -316,7 +316,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             (rest, self.model.frames::<D>()),
             self.free(),
             properties.damping,
-            properties.beta,
+            (self.problem.scene.scheme(), properties.beta),
             self.problem.length,
             self.problem.derivatives,
         )

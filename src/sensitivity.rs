@@ -9,8 +9,8 @@
 
 use crate::banded::Ldlt;
 use crate::error::Error;
-use crate::newmark::NewmarkBeta;
 use crate::rod::Rod;
+use crate::scheme::{Formulas, Stage};
 use crate::simulation::{Damping, Simulation};
 use num_dual::Dual64;
 
@@ -73,30 +73,22 @@ impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
         }
     }
 
-    fn scheme<R: Rod<f64, W>>(&self, simulation: &Simulation<f64, R, W>) -> NewmarkBeta<Dual64> {
-        NewmarkBeta::new(self.beta, simulation.state().time - simulation.previous().time)
-    }
-
     /// The right-hand side `-dR|q1` of the step `simulation` has just made, left in `q`.
     fn prepare<R>(&mut self, simulation: &Simulation<f64, R, W>)
     where
         R: Rod<f64, W, Seeded = S>,
     {
-        let scheme = self.scheme(simulation);
+        let scheme = simulation.formulas(self.beta);
         let (before, now) = (simulation.previous(), simulation.state());
-        if let Some(viscous) = &mut self.viscous {
-            let eta = self.damping.stiffness;
-            for (i, shift) in self.shift.iter_mut().enumerate() {
-                let strain = Dual64::new(before.strain[i], self.strain[i]);
-                let rate = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
-                *shift = scheme.viscous_shift(eta, strain, rate);
-            }
-            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta), &self.shift);
+        if scheme.averages() {
+            self.average_rate(&scheme, simulation);
+        } else {
+            self.set_viscous(&scheme, scheme.stages[0], simulation);
+            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+            let (frames, direct) = (&self.frames, &mut self.direct);
+            R::gradient_rate(rod, &now.q, frames, simulation.derivatives(), direct);
+            R::frame_rate(frames, &now.q, simulation.gradient(), simulation.tangent(), direct);
         }
-        let rod = self.viscous.as_ref().unwrap_or(&self.rod);
-        let (frames, direct) = (&self.frames, &mut self.direct);
-        R::gradient_rate(rod, &now.q, frames, simulation.derivatives(), direct);
-        R::frame_rate(frames, &now.q, simulation.gradient(), simulation.tangent(), direct);
         self.start.copy_from_slice(&self.q);
         let free = simulation.free();
         let (q1, n1) = (&now.q[free.clone()], &now.unbalanced[free.clone()]);
@@ -111,7 +103,7 @@ impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
             let change = Dual64::new(q1[i] - q0[i], -dq[i]);
             let v0 = Dual64::new(v0[i], dv[i]);
             if dragged {
-                direct[i] += (drag * mass[i] * scheme.rate(change, v0)).eps;
+                direct[i] += (drag * mass[i] * scheme.dragged(change, v0)).eps;
             }
             let n1 = Dual64::new(n1[i], direct[i]);
             let n0 = Dual64::new(n0[i], dn[i]);
@@ -119,12 +111,56 @@ impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
         }
     }
 
+    /// The rod with the viscous stress at a stage, and its derivative.
+    fn set_viscous<R>(
+        &mut self,
+        scheme: &Formulas<Dual64>,
+        stage: Stage,
+        simulation: &Simulation<f64, R, W>,
+    ) where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        let before = simulation.previous();
+        if let Some(viscous) = &mut self.viscous {
+            let eta = self.damping.stiffness;
+            for (i, shift) in self.shift.iter_mut().enumerate() {
+                let strain = Dual64::new(before.strain[i], self.strain[i]);
+                let rate = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
+                *shift = scheme.viscous_shift(eta, strain, rate, stage);
+            }
+            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta, stage), &self.shift);
+        }
+    }
+
+    /// The derivative of the mean gradient at a fixed end of the step: by the parameter, the frames
+    /// and the start.
+    fn average_rate<R>(&mut self, scheme: &Formulas<Dual64>, simulation: &Simulation<f64, R, W>)
+    where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        let mut sum = vec![0.0; self.direct.len()];
+        for (stage, forces) in scheme.stages.iter().zip(simulation.stages()) {
+            self.set_viscous(scheme, *stage, simulation);
+            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+            let (frames, direct) = (&self.frames, &mut self.direct);
+            R::gradient_rate(rod, &forces.q, frames, simulation.derivatives(), direct);
+            R::frame_rate(frames, &forces.q, &forces.gradient, &forces.tangent, direct);
+            for (j, start) in self.q.iter().enumerate() {
+                forces.tangent.add_column(j, start * (1.0 - stage.place), direct);
+            }
+            for (sum, direct) in sum.iter_mut().zip(direct) {
+                *sum += stage.weight * *direct;
+            }
+        }
+        self.direct = sum;
+    }
+
     /// Takes the solution `dq1` and derives the rest of the state from it.
     fn finish<R>(&mut self, simulation: &Simulation<f64, R, W>, solution: &[f64])
     where
         R: Rod<f64, W, Seeded = S>,
     {
-        let scheme = self.scheme(simulation);
+        let scheme = simulation.formulas(self.beta);
         let (before, now) = (simulation.previous(), simulation.state());
         let free = simulation.free();
         let by_end = scheme.end.re.recip();

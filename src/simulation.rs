@@ -3,9 +3,10 @@
 use crate::banded::{BandMatrix, Ldlt};
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::newmark::NewmarkBeta;
 use crate::rod::{Energies, Rod};
 use crate::scalar::Scalar;
+use crate::scene::Scheme;
+use crate::scheme::{Formulas, Stage};
 use crate::state::State;
 use serde::Serialize;
 use std::ops::Range;
@@ -64,6 +65,7 @@ pub struct Simulation<D: Scalar, R: Rod<D, W>, const W: usize> {
     viscous: Option<R>,
     free: Range<usize>,
     damping: Damping<D>,
+    scheme: Scheme,
     beta: D,
     length: f64,
     derivatives: Derivatives,
@@ -79,6 +81,19 @@ pub struct Simulation<D: Scalar, R: Rod<D, W>, const W: usize> {
     correction: Vec<D>,
     rounding: Vec<f64>,
     shift: Vec<D>,
+    /// Where the forces of an averaging scheme were taken.
+    stages: Vec<StageForces<D, W>>,
+}
+
+/// Forces on the way through a step.
+#[derive(Clone, Debug)]
+pub struct StageForces<D, const W: usize> {
+    /// Unknowns there.
+    pub q: Vec<D>,
+    /// Elastic gradient less loads there.
+    pub gradient: Vec<D>,
+    /// Its tangent.
+    pub tangent: BandMatrix<D, W>,
 }
 
 impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
@@ -89,7 +104,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         (q, frames): (Vec<D>, R::Frames),
         free: Range<usize>,
         damping: Damping<D>,
-        beta: D,
+        (scheme, beta): (Scheme, D),
         length: f64,
         derivatives: Derivatives,
     ) -> Self {
@@ -106,6 +121,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             viscous,
             free,
             damping,
+            scheme,
             beta,
             length,
             derivatives,
@@ -120,6 +136,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             factors: Ldlt::with_order(n),
             correction: vec![D::from(0.0); n],
             rounding: vec![0.0; n],
+            stages: Vec::new(),
         }
     }
 
@@ -139,6 +156,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// The state before the last step.
     pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
+    }
+    /// The formulas of the last step with the scheme's parameter as given.
+    pub fn formulas<E: Scalar>(&self, beta: E) -> Formulas<E> {
+        Formulas::new(self.scheme, beta, self.state.time - self.previous.time)
+    }
+    /// The forces on the way through the last step, one per stage of an averaging scheme.
+    pub fn stages(&self) -> &[StageForces<D, W>] {
+        &self.stages
     }
     /// The unknowns that move.
     pub fn free(&self) -> Range<usize> {
@@ -174,20 +199,26 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         }
     }
 
+    /// Kinetic energy now, J.
+    pub fn kinetic_energy(&self) -> f64 {
+        let moving = self.free.clone();
+        let twice = moving.map(|i| {
+            let v = self.state.v[i].value();
+            self.rod.mass()[i].value() * v * v
+        });
+        0.5 * twice.sum::<f64>()
+    }
+
     /// All energies now, J.
     pub fn energies(&self) -> Energies {
-        let moving = self.free.clone();
-        let kinetic = moving.map(|i| {
-            let v = self.state.v[i].value();
-            0.5 * self.rod.mass()[i].value() * v * v
-        });
-        Energies { kinetic: kinetic.sum(), ..self.rod.energies(&self.state.q, &self.state.frames) }
+        let kinetic = self.kinetic_energy();
+        Energies { kinetic, ..self.rod.energies(&self.state.q, &self.state.frames) }
     }
 
     /// Advances to `time`, s. On an error the state is what it was before the step.
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
         std::mem::swap(&mut self.state, &mut self.previous);
-        let scheme = NewmarkBeta::new(self.beta, time - self.previous.time);
+        let scheme = Formulas::new(self.scheme, self.beta, time - self.previous.time);
         self.predict(&scheme, time);
         if let Err(error) = self.solve(&scheme) {
             self.state.restore(&self.previous);
@@ -198,8 +229,13 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         Ok(())
     }
 
+    /// Takes back the last step.
+    pub fn step_back(&mut self) {
+        self.state.restore(&self.previous);
+    }
+
     /// The guess q0 + h v0, and the viscous rod of this step.
-    fn predict(&mut self, scheme: &NewmarkBeta<D>, time: f64) {
+    fn predict(&mut self, scheme: &Formulas<D>, time: f64) {
         self.state.time = time;
         self.state.frames.clone_from(&self.previous.frames);
         for (q, (q0, v0)) in
@@ -207,34 +243,82 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         {
             *q = *q0 + *v0 * scheme.h;
         }
+        if !scheme.averages() {
+            self.set_viscous(scheme, scheme.stages[0]);
+        }
+    }
+
+    /// The rod with the viscous stress at a stage.
+    fn set_viscous(&mut self, scheme: &Formulas<D>, stage: Stage) {
         if let Some(viscous) = &mut self.viscous {
             let eta = self.damping.stiffness;
             let before = self.previous.strain.iter().zip(&self.previous.strain_rate);
             for (shift, (strain, rate)) in self.shift.iter_mut().zip(before) {
-                *shift = scheme.viscous_shift(eta, *strain, *rate);
+                *shift = scheme.viscous_shift(eta, *strain, *rate, stage);
             }
-            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta), &self.shift);
+            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta, stage), &self.shift);
+        }
+    }
+
+    /// The gradient, with its tangent by the unknowns at the end if asked for.
+    fn evaluate(&mut self, scheme: &Formulas<D>, with_tangent: bool) {
+        if scheme.averages() {
+            self.average(scheme, with_tangent);
+        } else {
+            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+            let Self { state: State { q, frames, .. }, gradient, tangent, .. } = self;
+            match with_tangent {
+                true => rod.tangent(q, frames, self.derivatives, gradient, tangent),
+                false => rod.gradient(q, frames, self.derivatives, gradient),
+            }
+        }
+        self.work.tangents += usize::from(with_tangent);
+        self.work.gradients += usize::from(!with_tangent);
+    }
+
+    /// The mean gradient over the straight way from the start of the step to its end.
+    fn average(&mut self, scheme: &Formulas<D>, with_tangent: bool) {
+        let n = self.gradient.len();
+        if self.stages.is_empty() {
+            let q = vec![D::from(0.0); n];
+            let forces = StageForces { gradient: q.clone(), q, tangent: BandMatrix::zeros(n) };
+            self.stages = vec![forces; scheme.stages.len()];
+        }
+        self.gradient.fill(D::from(0.0));
+        if with_tangent {
+            self.tangent.clear();
+        }
+        for (k, stage) in scheme.stages.iter().enumerate() {
+            self.set_viscous(scheme, *stage);
+            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+            let frames = &self.state.frames;
+            let StageForces { q, gradient, tangent } = &mut self.stages[k];
+            let ends = self.previous.q.iter().zip(&self.state.q);
+            for (q, (start, end)) in q.iter_mut().zip(ends) {
+                *q = *start + (*end - *start) * stage.place;
+            }
+            match with_tangent {
+                true => {
+                    rod.tangent(q, frames, self.derivatives, gradient, tangent);
+                    self.tangent.add_scaled(tangent, stage.weight * stage.place);
+                }
+                false => rod.gradient(q, frames, self.derivatives, gradient),
+            }
+            for (sum, gradient) in self.gradient.iter_mut().zip(gradient) {
+                *sum += *gradient * stage.weight;
+            }
         }
     }
 
     /// Newton's method. Stops when the residual is rounding error or the correction vanishes;
     /// numbers that carry derivatives get one more correction per order.
-    fn solve(&mut self, scheme: &NewmarkBeta<D>) -> Result<(), Error> {
+    fn solve(&mut self, scheme: &Formulas<D>) -> Result<(), Error> {
         let mut expect_solution = false;
         let mut last = false;
         let mut polish = D::ORDER;
         for iteration in 0..=MAX_ITERATIONS + D::ORDER {
-            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
             let with_tangent = !expect_solution;
-            if with_tangent {
-                let Self { state, gradient, tangent, .. } = self;
-                rod.tangent(&state.q, &state.frames, self.derivatives, gradient, tangent);
-                self.work.tangents += 1;
-            } else {
-                let Self { state, gradient, .. } = self;
-                rod.gradient(&state.q, &state.frames, self.derivatives, gradient);
-                self.work.gradients += 1;
-            }
+            self.evaluate(scheme, with_tangent);
             if iteration == 0 {
                 self.set_rounding(scheme);
             }
@@ -250,14 +334,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             let done = last || at_rounding;
             if done && polish == 0 {
                 if self.keep_tangent {
-                    self.ensure_tangent(with_tangent);
+                    self.ensure_tangent(scheme, with_tangent);
                     self.factor(scheme)?;
                 }
                 return Ok(());
             }
             polish -= usize::from(done);
 
-            self.ensure_tangent(with_tangent);
+            self.ensure_tangent(scheme, with_tangent);
             self.factor(scheme)?;
             self.factors.solve(&mut self.correction);
             let mut largest = 0.0_f64;
@@ -273,17 +357,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         unreachable!("the last iteration returns")
     }
 
-    fn ensure_tangent(&mut self, there: bool) {
+    fn ensure_tangent(&mut self, scheme: &Formulas<D>, there: bool) {
         if !there {
-            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
-            let Self { state, gradient, tangent, .. } = self;
-            rod.tangent(&state.q, &state.frames, self.derivatives, gradient, tangent);
-            self.work.tangents += 1;
+            self.evaluate(scheme, true);
         }
     }
 
     /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.
-    fn factor(&mut self, scheme: &NewmarkBeta<D>) -> Result<(), Error> {
+    fn factor(&mut self, scheme: &Formulas<D>) -> Result<(), Error> {
         self.work.factorizations += 1;
         self.parts = [self.mass_factor(scheme), scheme.end];
         let [masses, tangent] = self.parts;
@@ -316,12 +397,12 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         }
     }
 
-    fn mass_factor(&self, scheme: &NewmarkBeta<D>) -> D {
-        scheme.end * scheme.rate * self.damping.mass + 1.0
+    fn mass_factor(&self, scheme: &Formulas<D>) -> D {
+        scheme.end * scheme.drag_rate() * self.damping.mass + 1.0
     }
 
     /// Rounding level of each residual.
-    fn set_rounding(&mut self, scheme: &NewmarkBeta<D>) {
+    fn set_rounding(&mut self, scheme: &Formulas<D>) {
         self.tangent.absolute_product(&self.state.q, &mut self.rounding);
         let end = scheme.end.value();
         let masses = self.rod.mass().iter().zip(&self.state.q);
@@ -332,7 +413,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
 
     /// Leaves minus the residual in `correction`; returns its largest entry, that entry's
     /// rounding level, and whether all entries are at theirs.
-    fn residual(&mut self, scheme: &NewmarkBeta<D>) -> (f64, f64, bool) {
+    fn residual(&mut self, scheme: &Formulas<D>) -> (f64, f64, bool) {
         let free = self.free.clone();
         let (now, before) = (&mut self.state, &self.previous);
         let (q1, n1) = (&now.q[free.clone()], &mut now.unbalanced[free.clone()]);
@@ -350,7 +431,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             let change = q1[i] - q0[i];
             n1[i] = gradient[i];
             if dragged {
-                n1[i] += drag * mass[i] * scheme.rate(change, v0[i]);
+                n1[i] += drag * mass[i] * scheme.dragged(change, v0[i]);
             }
             let residual = scheme.residual(mass[i], change, v0[i], n1[i], n0[i]);
             correction[i] = -residual;
@@ -364,7 +445,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     }
 
     /// Velocities, strain rates and frames at the solution.
-    fn finish(&mut self, scheme: &NewmarkBeta<D>) {
+    fn finish(&mut self, scheme: &Formulas<D>) {
         let Self { state, previous, .. } = self;
         for i in self.free.clone() {
             state.v[i] = scheme.rate(state.q[i] - previous.q[i], previous.v[i]);

@@ -2,14 +2,16 @@
 //! and their derivatives where asked for.
 
 use crate::error::Error;
+use crate::guard::{Guard, HALVINGS};
 use crate::model::Model;
 use crate::parameter::Parameter;
 use crate::point::{Point, Stencil};
 use crate::problem::{AnyProblem, Posed, Problem};
-use crate::rod::Energies;
+use crate::rod::{Energies, Rod};
 use crate::sensitivity::{self, Sensitivity};
 use crate::simulation::{Simulation, Work};
 use nalgebra::Vector3;
+use num_dual::Dual64;
 use std::time::Duration;
 
 /// A running simulation as it looks from outside the model.
@@ -134,13 +136,13 @@ impl Trajectory {
             simulation.keep_tangent();
         }
         let mut room = Vec::new();
+        let mut guard = Guard::new(problem.scene(), &simulation);
         self.record(model, &simulation, &sensitivities);
         after(&Running { model, simulation: &simulation });
         for k in 1..=steps {
             let start = std::time::Instant::now();
-            let result = simulation
-                .step_to(time.at(k))
-                .and_then(|()| sensitivity::advance(&simulation, &mut sensitivities, &mut room));
+            let result =
+                advance(&mut simulation, &mut sensitivities, &mut room, &mut guard, time.at(k), 0);
             self.stepping += start.elapsed();
             self.work = simulation.work();
             result?;
@@ -259,6 +261,37 @@ impl Trajectory {
             }
         }
         Ok(sum)
+    }
+}
+
+/// Advances a simulation and its sensitivities to `time`, in halves where the step fails. On an
+/// error the state is the last valid one.
+fn advance<R, S, const W: usize>(
+    simulation: &mut Simulation<f64, R, W>,
+    sensitivities: &mut [Sensitivity<S, W>],
+    room: &mut Vec<f64>,
+    guard: &mut Guard,
+    time: f64,
+    halvings: u32,
+) -> Result<(), Error>
+where
+    R: Rod<f64, W, Seeded = S>,
+    S: Rod<Dual64, W>,
+{
+    match simulation.step_to(time).and_then(|()| guard.check(simulation)) {
+        Ok(()) => {
+            guard.accept();
+            sensitivity::advance(simulation, sensitivities, room)
+        }
+        Err(error) => {
+            simulation.step_back();
+            if halvings == HALVINGS {
+                return Err(error);
+            }
+            let middle = 0.5 * (simulation.state().time + time);
+            advance(simulation, sensitivities, room, guard, middle, halvings + 1)?;
+            advance(simulation, sensitivities, room, guard, time, halvings + 1)
+        }
     }
 }
 

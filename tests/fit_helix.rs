@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::{FitReport, Sample};
-use rodfit::scene::{Clamp, Scene, Time};
+use rodfit::scene::{Clamp, Scene, Scheme, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
 mod common;
@@ -97,6 +97,15 @@ fn modulus_and_beta_together() {
     let report = fit(&scene, &data, &[YoungsModulus.into(), Beta.into()]);
     assert!(error(&report, YoungsModulus, 1e7) < 1e-7, "{report}");
     assert!(error(&report, Beta, 0.7) < 1e-7, "{report}");
+}
+
+#[test]
+fn exact_modulus_with_the_average_vector_field() {
+    let mut scene = small();
+    scene.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(1.0, 5e-3) });
+    let data = observe(&scene);
+    let report = fit(&scene, &data, &[YoungsModulus.into()]);
+    assert!(error(&report, YoungsModulus, 1e7) < 1e-8, "{report}");
 }
 
 #[test]

@@ -155,7 +155,8 @@ fn the_exact_tangent_saves_iterations() {
     let start = (posed.rest(), exact.state().frames.clone());
     let undamped = rodfit::simulation::Damping { mass: 0.0, stiffness: 0.0 };
     let (rod, hand) = (PublishedRod(posed.rod()), Derivatives::Hand);
-    let mut published = Simulation::new(rod, start, posed.free(), undamped, 0.5, 0.5, hand);
+    let scheme = (rodfit::scene::Scheme::NewmarkBeta, 0.5);
+    let mut published = Simulation::new(rod, start, posed.free(), undamped, scheme, 0.5, hand);
     for k in 1..=200 {
         exact.step_to(f64::from(k) * 5e-3).unwrap();
         published.step_to(f64::from(k) * 5e-3).unwrap();

@@ -86,8 +86,8 @@ fn a_fine_mesh() {
     let found = modes(&scene, 3);
     let unit = (MODULUS * RADIUS * RADIUS / (4.0 * DENSITY)).sqrt() / 0.25;
     for (w, root) in found.frequencies_rad_s.iter().zip([1.87510407, 4.69409113, 7.85475744]) {
-        // Rounding errors of the tangent go with the fourth power of the mesh.
-        assert!((w / (root * root * unit) - 1.0).abs() < 1e-4, "{found}");
+        // Rounding errors of the tangent go with the fourth power of the mesh: eps N^4/12 = 3e-4.
+        assert!((w / (root * root * unit) - 1.0).abs() < 1e-3, "{found}");
     }
 }
 

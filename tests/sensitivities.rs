@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
 use rodfit::model::Model;
-use rodfit::scene::{Clamp, PointForce, Scene, Section, Shape, Support, Time};
+use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Support, Time};
 use rodfit::{AnyProblem, Derivatives, Parameter, Point, Posed, Problem};
 
 mod common;
@@ -254,5 +254,39 @@ fn damped_and_twisted_in_space() {
         let error = mismatch(&scene, NaturalCurvature, Derivatives::Dual);
         println!("{start:?} {end:?} natural_curvature by num-dual: {error:.1e}");
         assert!(error < LARGEST, "{error:e}");
+    }
+}
+
+/// The average vector field: forces along the whole step depend on its start.
+#[test]
+fn average_vector_field() {
+    let average = |mut scene: Scene| {
+        scene.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
+        scene
+    };
+    let mut damped = helix_with(0.5, 2e-3, 0.2, Clamp::MidEdge);
+    damped.loads.damping.mass = 0.7;
+    damped.loads.damping.stiffness = 3e-3;
+    let scenes = [
+        ("cantilever", cantilever_with(0.5, 5e-3, 0.5, Clamp::MidEdge)),
+        ("damped arc", rich_scene()),
+        ("helix", helix_with(0.5, 5e-3, 0.4, Clamp::Nodes)),
+        ("damped helix", damped),
+    ];
+    for (name, scene) in scenes {
+        let scene = average(scene);
+        for parameter in [YoungsModulus, Density, Radius, NaturalCurvature, DampingStiffness] {
+            let idle = match parameter {
+                NaturalCurvature => name == "cantilever",
+                DampingStiffness => !name.contains("damped"),
+                _ => false,
+            };
+            if !idle {
+                let error = mismatch(&scene, parameter, Derivatives::Hand);
+                println!("{name}, {parameter}: {error:.1e}");
+                assert!(error < LARGEST, "{name}, {parameter}: {error:e}");
+            }
+        }
+        assert!(Beta.of(&scene).is_none());
     }
 }

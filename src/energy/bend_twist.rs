@@ -112,7 +112,7 @@ impl<D: Scalar> JointLaw<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::newmark`].
+    /// The same node with Kelvin-Voigt stress over one step: see [`crate::scheme`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
         Self {

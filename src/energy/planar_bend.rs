@@ -75,7 +75,7 @@ impl<D: Scalar> PlanarBend<D> {
         bent(q).curvature
     }
 
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::newmark`].
+    /// The same node with Kelvin-Voigt stress over one step: see [`crate::scheme`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: D) -> Self {
         Self {

@@ -222,31 +222,57 @@ pub enum NamedNode {
 
 /// `[time]`
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "TimeForm", into = "TimeForm")]
 pub struct Time {
     /// Duration, s.
     pub end: f64,
     /// Step, s.
     pub step: f64,
     /// The time integrator.
-    #[serde(default)]
     pub scheme: Scheme,
-    /// In [0.5, 1]; 1 is implicit Euler.
-    #[serde(default = "half")]
+    /// Of Newmark-beta, in [0.5, 1]; 1 is implicit Euler.
     pub beta: f64,
 }
 
-fn half() -> f64 {
-    0.5
+/// `[time]` as it is written: `beta` stands beside the scheme it belongs to only.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TimeForm {
+    end: f64,
+    step: f64,
+    #[serde(default)]
+    scheme: Scheme,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beta: Option<f64>,
+}
+
+impl TryFrom<TimeForm> for Time {
+    type Error = &'static str;
+
+    fn try_from(form: TimeForm) -> Result<Self, Self::Error> {
+        let TimeForm { end, step, scheme, beta } = form;
+        if beta.is_some() && scheme != Scheme::NewmarkBeta {
+            return Err("time.beta: found beside another scheme, allowed: with newmark-beta only");
+        }
+        Ok(Self { end, step, scheme, beta: beta.unwrap_or(0.5) })
+    }
+}
+
+impl From<Time> for TimeForm {
+    fn from(Time { end, step, scheme, beta }: Time) -> Self {
+        Self { end, step, scheme, beta: (scheme == Scheme::NewmarkBeta).then_some(beta) }
+    }
 }
 
 /// Time integrators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// The paper's, corrected: [`crate::newmark`].
+    /// The paper's, corrected: [`crate::scheme`].
     #[default]
     NewmarkBeta,
+    /// Keeps energy exactly, at about four times the cost.
+    AverageVectorField,
 }
 
 impl Material {
@@ -317,6 +343,11 @@ impl Scene {
             *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
         }
         Ok(())
+    }
+
+    /// The time integrator.
+    pub fn scheme(&self) -> Scheme {
+        self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
     }
 
     /// The constants the elements get.

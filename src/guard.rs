@@ -1,0 +1,97 @@
+//! Steps that went wrong: seen, and taken again in halves.
+//!
+//! At beta = 1/2 nothing dissipates what a large step gets wrong about a stiff rod: energy grows
+//! until Newton's method fails, or finds a root of the step's equations that is not the motion.
+//! Dead loads do no net work, so a rod's total energy can only fall: growth is always an error.
+
+use crate::error::Error;
+use crate::rod::Rod;
+use crate::scene::{Scene, Scheme};
+use crate::simulation::Simulation;
+
+/// How often a step is halved before the run ends.
+pub(crate) const HALVINGS: u32 = 6;
+/// A step that adds more than this part of the largest kinetic energy is taken in halves.
+const PER_STEP: f64 = 0.01;
+/// A run that has gained more than this part has lost the motion.
+const IN_ALL: f64 = 0.1;
+/// All energies are summed after so many steps at the latest. Before, only where the kinetic
+/// energy rises by more than a step may add: a wrong root shows as motion first.
+const INTERVAL: usize = 16;
+/// Above this beta the scheme dissipates, and needs no watching.
+const DISSIPATES: f64 = 0.505;
+
+/// Watches the energy of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Guard {
+    watches: bool,
+    start: f64,
+    last: f64,
+    now: f64,
+    kinetic: f64,
+    kinetic_now: f64,
+    kinetic_last: f64,
+    unseen: usize,
+}
+
+impl Guard {
+    /// A guard at the start of a run.
+    pub fn new<R: Rod<f64, W>, const W: usize>(
+        scene: &Scene,
+        simulation: &Simulation<f64, R, W>,
+    ) -> Self {
+        let watches = scene
+            .time
+            .as_ref()
+            .is_some_and(|time| time.scheme == Scheme::NewmarkBeta && time.beta < DISSIPATES);
+        let (start, kinetic) = match watches {
+            true => (simulation.energies().total(), simulation.energies().kinetic),
+            false => (0.0, 0.0),
+        };
+        Self {
+            watches,
+            start,
+            last: start,
+            now: start,
+            kinetic,
+            kinetic_now: kinetic,
+            kinetic_last: kinetic,
+            unseen: 0,
+        }
+    }
+
+    /// Refuses the step `simulation` has just made if it gained energy it cannot have.
+    pub fn check<R: Rod<f64, W>, const W: usize>(
+        &mut self,
+        simulation: &Simulation<f64, R, W>,
+    ) -> Result<(), Error> {
+        if !self.watches {
+            return Ok(());
+        }
+        self.kinetic_now = simulation.kinetic_energy();
+        let kinetic = self.kinetic.max(self.kinetic_now);
+        if self.kinetic_now - self.kinetic_last <= PER_STEP * kinetic && self.unseen < INTERVAL {
+            return Ok(());
+        }
+        self.now = simulation.energies().total();
+        let steps = (self.unseen + 1) as f64;
+        if self.now - self.last > PER_STEP * steps * kinetic
+            || self.now - self.start > IN_ALL * kinetic
+        {
+            return Err(Error::EnergyGrowth {
+                time: simulation.state().time,
+                part: (self.now - self.start) / kinetic,
+            });
+        }
+        Ok(())
+    }
+
+    /// Takes the checked step for good.
+    pub fn accept(&mut self) {
+        self.unseen = if self.last == self.now { self.unseen + 1 } else { 0 };
+        self.last = self.now;
+        self.kinetic_last = self.kinetic_now;
+        // That of a refused step must not raise the allowance.
+        self.kinetic = self.kinetic.max(self.kinetic_now);
+    }
+}
