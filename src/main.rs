@@ -1,4 +1,4 @@
-//! The `rodfit` command: simulate, static, modes, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
+//! The `rodfit` command: simulate, static, modes, study, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
 //! computed, did not converge, or not identifiable.
 
 use clap::{Parser, Subcommand, ValueEnum};
@@ -7,7 +7,8 @@ use rodfit::check::{Tolerance, check_problem};
 use rodfit::fit::FitFile;
 use rodfit::modes::About;
 use rodfit::output::{NodeTable, SimulationReport, write_shape};
-use rodfit::{Derivatives, Error, Problem, Scene, Trajectory};
+use rodfit::study::Study;
+use rodfit::{Derivatives, Error, Problem, Scene, Trajectory, report};
 use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -65,6 +66,17 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Speed against error over schemes, steps and meshes.
+    Study {
+        /// Scene file (TOML).
+        scene: PathBuf,
+        /// Write the report here (JSON); `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+        /// Write a page with the work-precision plot, `study.html`, into this folder.
+        #[arg(long, value_name = "DIR")]
+        report: Option<PathBuf>,
+    },
     /// Compare hand-derived derivatives with num-dual's and with finite differences.
     Check {
         /// Scene file (TOML).
@@ -118,6 +130,9 @@ fn main() -> ExitCode {
         }
         Command::Modes { scene, count, rest, json } => {
             modes(&scene, usize::from(count), rest, json.as_deref(), quiet)
+        }
+        Command::Study { scene, json, report } => {
+            study(&scene, json.as_deref(), report.as_deref(), quiet)
         }
         Command::Check { scene, json } => check(&scene, json.as_deref(), quiet),
         Command::Fit { fit, json, save, derivatives } => {
@@ -217,6 +232,33 @@ fn modes(
     Ok(ExitCode::SUCCESS)
 }
 
+fn study(
+    scene: &Path,
+    json: Option<&Path>,
+    report: Option<&Path>,
+    quiet: bool,
+) -> Result<ExitCode, Error> {
+    let scene_name = scene.display().to_string();
+    let scene = Scene::load(scene)?;
+    let bar = progress_bar(quiet, 1);
+    let study = Study::new(&scene, |done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    })?;
+    bar.finish_and_clear();
+    write_json(json, &study)?;
+    if let Some(folder) = report {
+        let path = folder.join("study.html");
+        std::fs::create_dir_all(folder)
+            .and_then(|()| std::fs::write(&path, report::study_page(&study, &scene_name)))
+            .map_err(|source| Error::Io { path, source })?;
+    }
+    if !quiet && !is_stdout(json) {
+        println!("{study}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
 fn check(scene: &Path, json: Option<&Path>, quiet: bool) -> Result<ExitCode, Error> {
     let problem = Scene::load(scene)?.problem()?;
     let report = check_problem(&problem, Tolerance::default())?;
@@ -283,7 +325,7 @@ fn progress_bar(quiet: bool, steps: u64) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} steps, {eta} left");
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len}, {eta} left");
     ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 

@@ -1,0 +1,276 @@
+//! Speed against error: which scheme, step and mesh a scene needs.
+//!
+//! The scene is run over schemes, meshes and steps (on every mesh until the step no longer
+//! matters) and compared with a run that is finer
+//! in both than any of them. Two more comparisons take the error apart: with the finest step on the
+//! same mesh, and with the finest mesh at the finest step. No known answer is needed; what the
+//! finest run itself is worth shows in how far it is from the next finest.
+
+use crate::error::Error;
+use crate::output::SimulationReport;
+use crate::point::Point;
+use crate::problem::Problem;
+use crate::scene::{Scene, Scheme, Shape};
+use crate::trajectory::Trajectory;
+use serde::Serialize;
+
+/// Steps over the scene's.
+const STEPS: [f64; 6] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125];
+/// Meshes over the scene's.
+const MESHES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+/// The reference's step and mesh over the scene's.
+const FINEST: (f64, f64) = (0.0625, 8.0);
+/// A mesh is not stepped more finely once the step makes less than this part of what it makes.
+const ENOUGH: f64 = 0.1;
+/// Times at which tips are compared.
+const SAMPLES: usize = 400;
+/// Runs shorter than this, s, are timed again.
+const SHORT: f64 = 0.05;
+
+/// One run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// Its parameter; 0.5 beside schemes that have none.
+    pub beta: f64,
+    /// s.
+    pub step: f64,
+    /// Number of edges.
+    pub segments: usize,
+    /// Largest distance of the tip from the reference's, over the rod's length; absent when the run
+    /// failed.
+    pub error: Option<f64>,
+    /// The part of it that the step makes: against the finest step on the same mesh.
+    pub step_error: Option<f64>,
+    /// The part that the mesh makes: of the finest step on this mesh.
+    pub mesh_error: f64,
+    /// Of the stepping, the shortest of up to three runs.
+    pub wall_seconds: f64,
+    /// Newton iterations of all steps.
+    pub newton_iterations: usize,
+    /// Largest change of the energy over the largest kinetic energy.
+    pub energy_drift: f64,
+    /// `completed`, or what stopped the run.
+    pub status: String,
+}
+
+/// The cheapest row for an error.
+#[derive(Clone, Debug, Serialize)]
+pub struct Advice {
+    /// Tip error over length.
+    pub error: f64,
+    /// Index of the row; absent when no row is that good.
+    pub row: Option<usize>,
+}
+
+/// A work-precision study.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// All runs.
+    pub rows: Vec<Row>,
+    /// How far the reference is from the next finest run, over the length: errors below are
+    /// indistinguishable from its own.
+    pub reference_error: f64,
+    /// For rounder and rounder errors, what to use.
+    pub advice: Vec<Advice>,
+}
+
+/// A run's tips at the common times.
+type Tips = Vec<[f64; 3]>;
+
+impl Study {
+    /// Runs the study; `progress` is told how many of how many runs are done.
+    pub fn new(scene: &Scene, mut progress: impl FnMut(usize, usize)) -> Result<Self, Error> {
+        let problem = scene.problem()?;
+        let time = problem.time()?.clone();
+        let length = problem.length();
+        let fixed = matches!(scene.rod.shape, Shape::Polyline { .. });
+        let meshes: Vec<usize> = match fixed {
+            true => vec![problem.segments()],
+            false => {
+                let mut meshes: Vec<usize> = MESHES
+                    .iter()
+                    .map(|f| ((problem.segments() as f64 * f).round() as usize).max(2))
+                    .collect();
+                meshes.dedup();
+                meshes
+            }
+        };
+        let mut schemes = vec![(Scheme::NewmarkBeta, 0.5), (Scheme::AverageVectorField, 0.5)];
+        if time.scheme == Scheme::NewmarkBeta && time.beta > 0.5 {
+            schemes.push((Scheme::NewmarkBeta, time.beta));
+        }
+        let total = meshes.len() * (STEPS.len() * schemes.len() + 1) + usize::from(!fixed);
+        let mut done = 0;
+        let mut tick = || {
+            done += 1;
+            progress(done, total);
+        };
+        let at = |scheme: (Scheme, f64), step: f64, segments: usize| -> Result<Problem, Error> {
+            let mut scene = scene.clone();
+            if !fixed {
+                scene.rod.segments = Some(segments);
+            }
+            if let Some(time) = &mut scene.time {
+                (time.scheme, time.beta, time.step) = (scheme.0, scheme.1, step);
+            }
+            scene.problem()
+        };
+
+        // The finest step on every mesh, and on a finer one than any.
+        let finest_step = time.step * FINEST.0;
+        let mut fine: Vec<(usize, Tips)> = Vec::new();
+        let finest_mesh = (problem.segments() as f64 * FINEST.1).round() as usize;
+        let extra = (!fixed).then_some(finest_mesh);
+        for segments in meshes.iter().copied().chain(extra) {
+            let run = Run::new(&at(schemes[0], finest_step, segments)?)?;
+            fine.push((segments, run.outcome?));
+            tick();
+        }
+        let reference = &fine[fine.len() - 1].1;
+        let mut rows = Vec::new();
+        for scheme in schemes {
+            for (segments, same_mesh) in &fine[..meshes.len()] {
+                let of_mesh = apart(same_mesh, reference) / length;
+                let mut enough = false;
+                for step in STEPS.map(|f| time.step * f) {
+                    tick();
+                    if enough {
+                        continue;
+                    }
+                    let run = Run::new(&at(scheme, step, *segments)?)?;
+                    let tips = run.outcome.as_ref().ok();
+                    let part = |to: &Tips| tips.map(|tips| apart(tips, to) / length);
+                    let step_error = part(same_mesh);
+                    enough = step_error.is_some_and(|e| e < ENOUGH * of_mesh);
+                    let status = match &run.outcome {
+                        Ok(_) => "completed".into(),
+                        Err(error) => format!("stopped: {error}"),
+                    };
+                    rows.push(Row {
+                        scheme: scheme.0,
+                        beta: scheme.1,
+                        step,
+                        segments: *segments,
+                        error: part(reference),
+                        step_error,
+                        mesh_error: of_mesh,
+                        wall_seconds: run.seconds,
+                        newton_iterations: run.newton_iterations,
+                        energy_drift: run.energy_drift,
+                        status,
+                    });
+                }
+            }
+        }
+        let next = rows.iter().filter_map(|r| r.error).fold(f64::INFINITY, f64::min);
+        let advice = (1..=6)
+            .map(|k| {
+                let error = 10f64.powi(-k);
+                let good = |i: &usize| rows[*i].error.is_some_and(|e| e <= error);
+                let row = (0..rows.len())
+                    .filter(good)
+                    .min_by(|a, b| rows[*a].wall_seconds.total_cmp(&rows[*b].wall_seconds));
+                Advice { error, row }
+            })
+            .collect();
+        Ok(Self { rows, reference_error: next, advice })
+    }
+
+    /// One line a target.
+    pub fn advice_lines(&self) -> Vec<String> {
+        let line = |a: &Advice| match a.row.map(|i| &self.rows[i]) {
+            Some(row) => format!(
+                "for a tip error of {:.0e} of the length use {}, a step of {:.4e} s and {} segments: \
+                 it takes {:.2e} s",
+                a.error,
+                name(row),
+                row.step,
+                row.segments,
+                row.wall_seconds
+            ),
+            None => {
+                format!("a tip error of {:.0e} of the length needs finer runs than these", a.error)
+            }
+        };
+        self.advice.iter().map(line).collect()
+    }
+}
+
+/// A row's scheme in words.
+pub fn name(row: &Row) -> String {
+    match row.scheme {
+        Scheme::NewmarkBeta => format!("newmark-beta {}", row.beta),
+        Scheme::AverageVectorField => "average-vector-field".into(),
+    }
+}
+
+fn apart(a: &Tips, b: &Tips) -> f64 {
+    let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
+        a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    a.iter().zip(b).map(distance).fold(0.0, f64::max)
+}
+
+/// A run and what it cost.
+struct Run {
+    outcome: Result<Tips, Error>,
+    seconds: f64,
+    newton_iterations: usize,
+    energy_drift: f64,
+}
+
+impl Run {
+    fn new(problem: &Problem) -> Result<Self, Error> {
+        let time = problem.time()?;
+        let tip = problem.nodes() - 1;
+        let mut report = SimulationReport::new(problem);
+        let mut trajectory = Trajectory::new(problem, &[tip], &[])?;
+        let outcome =
+            trajectory.run(problem, time.steps(), |now| report.push(problem, now)).and_then(|()| {
+                let at = |k: usize| time.end * k as f64 / SAMPLES as f64;
+                (1..=SAMPLES).map(|k| Ok(trajectory.at(Point::Tip, at(k))?.0)).collect()
+            });
+        let mut seconds = trajectory.stepping().as_secs_f64();
+        for _ in 0..2 {
+            if outcome.is_ok() && seconds < SHORT {
+                let mut again = Trajectory::new(problem, &[tip], &[])?;
+                again.run(problem, time.steps(), |_| {})?;
+                seconds = seconds.min(again.stepping().as_secs_f64());
+            }
+        }
+        Ok(Self {
+            outcome,
+            seconds,
+            newton_iterations: trajectory.work().newton_iterations,
+            energy_drift: report.energy_drift(),
+        })
+    }
+}
+
+impl std::fmt::Display for Study {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(
+            f,
+            "scheme                 step, s    segments  error/L    of step    of mesh    time, s   energy"
+        )?;
+        let number = |x: Option<f64>| x.map_or("failed   ".into(), |x| format!("{x:.3e}"));
+        for row in &self.rows {
+            writeln!(
+                f,
+                "{:<22} {:.3e} {:8}   {:9}  {:9}  {:9}  {:.2e}  {:.1e}",
+                name(row),
+                row.step,
+                row.segments,
+                number(row.error),
+                number(row.step_error),
+                number(Some(row.mesh_error)),
+                row.wall_seconds,
+                row.energy_drift
+            )?;
+        }
+        writeln!(f, "the reference is good to {:.1e} or better", self.reference_error)?;
+        write!(f, "{}", self.advice_lines().join("\n"))
+    }
+}

@@ -1,0 +1,48 @@
+//! The work-precision study.
+
+use rodfit::report::study_page;
+use rodfit::scene::{Scheme, Time};
+use rodfit::study::Study;
+
+mod common;
+use common::cantilever;
+
+#[test]
+fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(12);
+    scene.time = Some(Time::new(0.3, 4e-3));
+    let mut last = 0;
+    let study = Study::new(&scene, |done, total| {
+        assert!(done == last + 1 && done <= total);
+        last = done;
+    })
+    .unwrap();
+    let error = |segments: usize, step: f64| {
+        let row = study.rows.iter().find(|r| {
+            (r.scheme, r.segments) == (Scheme::NewmarkBeta, segments)
+                && (r.step - step).abs() < 1e-12
+        });
+        row.and_then(|r| r.error).unwrap()
+    };
+    // Refined in both, the error falls; and the parts add up to no less than the whole.
+    assert!(error(48, 1e-3) < 0.3 * error(12, 4e-3));
+    for row in &study.rows {
+        let (whole, step) = (row.error.unwrap(), row.step_error.unwrap());
+        assert!(whole <= 1.0001 * (step + row.mesh_error), "{row:?}");
+        assert_eq!(row.status, "completed");
+    }
+    for advice in &study.advice {
+        let good = study.rows.iter().filter(|r| r.error.unwrap() <= advice.error);
+        let cheapest = good.map(|r| r.wall_seconds).fold(f64::INFINITY, f64::min);
+        match advice.row {
+            Some(i) => assert_eq!(study.rows[i].wall_seconds, cheapest),
+            None => assert_eq!(cheapest, f64::INFINITY),
+        }
+    }
+    assert!(study.advice[1].row.is_some(), "{study}");
+    let page = study_page(&study, "<scene>");
+    assert!(
+        page.contains("<svg") && page.contains("&lt;scene&gt;") && !page.contains("http://cdn")
+    );
+}
