@@ -161,9 +161,18 @@ pub fn rest<M: Model<W>, const W: usize>(
     posed: &Posed<'_, M, W>,
     problem: &Problem,
 ) -> Result<Rest<FramesOf<M, W>>, Error> {
-    let (rod, free) = (posed.rod(), posed.free());
+    rest_of(posed, problem, &posed.rod())
+}
+
+/// The state a rod of the model, with other loads maybe, creeps into from its rest shape.
+pub(crate) fn rest_of<M: Model<W>, const W: usize>(
+    posed: &Posed<'_, M, W>,
+    problem: &Problem,
+    rod: &M::Rod<f64>,
+) -> Result<Rest<FramesOf<M, W>>, Error> {
+    let free = posed.free();
     let frames = posed.model.frames::<f64>();
-    let mut flow = Flow::new(&rod, free, problem.length(), problem.derivatives(), posed.rest());
+    let mut flow = Flow::new(rod, free, problem.length(), problem.derivatives(), posed.rest());
     flow.zero = zero_frequency_squared(posed);
     flow.descend(frames)
 }

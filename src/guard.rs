@@ -18,6 +18,8 @@ const IN_ALL: f64 = 0.1;
 /// All energies are summed after so many steps at the latest. Before, only where the kinetic
 /// energy rises by more than a step may add: a wrong root shows as motion first.
 const INTERVAL: usize = 16;
+/// Changes of this part of the energies are taken for rounding errors.
+const ROUNDING: f64 = 1e-6;
 /// Above this beta the scheme dissipates, and needs no watching.
 const DISSIPATES: f64 = 0.505;
 
@@ -73,7 +75,11 @@ impl Guard {
         if self.kinetic_now - self.kinetic_last <= PER_STEP * kinetic && self.unseen < INTERVAL {
             return Ok(());
         }
-        self.now = simulation.energies().total();
+        let e = simulation.energies();
+        self.now = e.total();
+        // A rod at rest has nothing but rounding errors to compare.
+        let size = e.stretch + e.bend + e.twist + e.potential.abs();
+        let kinetic = kinetic.max(ROUNDING * size);
         let steps = (self.unseen + 1) as f64;
         if self.now - self.last > PER_STEP * steps * kinetic
             || self.now - self.start > IN_ALL * kinetic

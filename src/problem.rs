@@ -1,15 +1,20 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
+use crate::banded::{BandMatrix, Ldlt};
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
+use crate::equilibrium;
 use crate::error::Error;
 use crate::model::{Model, PlanarModel, SpatialModel};
 use crate::parameter::{Parameter, Properties};
 use crate::point::{Point, Stencil};
-use crate::rod::{planar, spatial};
+use crate::rod::{Rod, planar, spatial};
 use crate::scalar::Nestable;
 use crate::scene::shape::Mesh;
-use crate::scene::{Clamp, Dimension, Discretization, NamedNode, Node, Scene, Support, Time};
+use crate::scene::{
+    Clamp, Dimension, Discretization, InitialState, NamedNode, Node, PointForce, Scene, Support,
+    Time,
+};
 use crate::sensitivity::Sensitivity;
 use crate::simulation::Simulation;
 use num_dual::Dual64;
@@ -26,6 +31,10 @@ pub struct Problem {
     /// Of every node from the wall, m.
     arc_length: Vec<f64>,
     length: f64,
+    /// Forces that hold the rod until t = 0, N.
+    held: Vec<(usize, [f64; 3])>,
+    /// The unknowns at t = 0, angles measured from the frames of the rest shape; empty at rest.
+    initial: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -68,9 +77,12 @@ impl Problem {
     fn new(mut scene: Scene) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
         let mesh = mesh(&scene)?;
-        let forces = point_forces(&scene, mesh.nodes.len())?;
+        let forces = forces_on(&scene.loads.point, "loads", mesh.nodes.len())?;
         let (model, reason) = choose(&scene, &mesh, &forces)?;
-        let problem = Self {
+        let held = forces_on(&scene.initial.point, "initial", mesh.nodes.len())?;
+        let mut problem = Self {
+            held,
+            initial: Vec::new(),
             derivatives: Derivatives::default(),
             model,
             reason,
@@ -79,7 +91,19 @@ impl Problem {
             scene,
         };
         problem.check_sizes()?;
+        problem.find_start()?;
         Ok(problem)
+    }
+
+    /// Finds the equilibrium the scene starts from, if it does.
+    fn find_start(&mut self) -> Result<(), Error> {
+        if self.scene.initial.state == InitialState::Equilibrium {
+            self.initial = match self.posed() {
+                AnyProblem::Planar(posed) => posed.equilibrium_held()?,
+                AnyProblem::Spatial(posed) => posed.equilibrium_held()?,
+            };
+        }
+        Ok(())
     }
 
     /// Refuses stiffnesses and masses that overflow or vanish, and folds.
@@ -148,7 +172,7 @@ impl Problem {
     /// The spatial model of the scene, whatever model it has.
     pub(crate) fn spatial_model(&self) -> Result<SpatialModel, Error> {
         let mesh = mesh(&self.scene)?;
-        let forces = point_forces(&self.scene, mesh.nodes.len())?;
+        let forces = forces_on(&self.scene.loads.point, "loads", mesh.nodes.len())?;
         SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &forces)
     }
     /// The problem with another model.
@@ -208,8 +232,9 @@ impl Problem {
             parameter.set(&mut scene, value)?;
         }
         scene.validate()?;
-        let problem = Self { scene, ..self.clone() };
+        let mut problem = Self { scene, ..self.clone() };
         problem.check_sizes().map_err(|error| error.in_file(self.scene.path.as_deref()))?;
+        problem.find_start()?;
         Ok(problem)
     }
 
@@ -310,10 +335,12 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Simulation<D, M::Rod<D>, W> {
         let properties = Properties::of(&self.problem.scene, seed);
-        let rest = self.rest().into_iter().map(D::from).collect();
+        let rod = self.model.rod(&properties);
+        let frames = self.model.frames::<D>();
+        let start = self.start(&rod, &frames);
         Simulation::new(
-            self.model.rod(&properties),
-            (rest, self.model.frames::<D>()),
+            rod,
+            (start, frames),
             self.free(),
             properties.damping,
             (self.problem.scene.scheme(), properties.beta),
@@ -322,13 +349,66 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         )
     }
 
+    /// The rod with the forces that hold it until t = 0.
+    fn held_rod<D: Nestable>(&self, rod: &M::Rod<D>) -> M::Rod<D> {
+        let mut held = rod.clone();
+        self.model.add_forces(&mut held, &self.problem.held);
+        held
+    }
+
+    /// Unknowns of the equilibrium of the held rod, angles measured from the frames at rest.
+    fn equilibrium_held(&self) -> Result<Vec<f64>, Error> {
+        let rod = self.held_rod(&self.rod());
+        let found = equilibrium::rest_of(self, self.problem, &rod)?;
+        let mut q = found.q;
+        M::Rod::<f64>::refer(&mut q, &found.frames, &self.model.frames::<f64>());
+        Ok(q)
+    }
+
+    /// The unknowns at t = 0. One step of Newton's method per order of derivatives that `D` carries
+    /// gives an equilibrium its exact derivatives.
+    fn start<D: Nestable>(
+        &self,
+        rod: &M::Rod<D>,
+        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+    ) -> Vec<D> {
+        let at = match self.problem.initial.is_empty() {
+            true => self.rest(),
+            false => self.problem.initial.clone(),
+        };
+        let mut q: Vec<D> = at.into_iter().map(D::from).collect();
+        if self.problem.initial.is_empty() || D::ORDER == 0 {
+            return q;
+        }
+        let held = self.held_rod(rod);
+        let n = q.len();
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        let mut factors = Ldlt::with_order(n);
+        for _ in 0..D::ORDER {
+            held.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+            // Where the tangent is singular so is the dependence on the parameter; the numbers say
+            // so by not being finite, and the first step refuses them.
+            if factors.factor(&tangent, self.free()).is_err() {
+                break;
+            }
+            factors.solve(&mut gradient);
+            for i in self.free() {
+                q[i] -= gradient[i];
+            }
+        }
+        q
+    }
+
     /// The sensitivity of a simulation to one parameter, at the start.
     pub fn sensitivity(&self, parameter: Parameter) -> Sensitivity<M::Rod<Dual64>, W> {
         let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
         let properties = Properties::of(&self.problem.scene, seed);
+        let rod = self.model.rod(&properties);
+        let frames = self.model.frames::<Dual64>();
+        let start = self.start(&rod, &frames);
         Sensitivity::new(
-            self.model.rod(&properties),
-            self.model.frames::<Dual64>(),
+            rod,
+            (start, frames),
             properties.damping,
             properties.beta,
             &self.simulation(),
@@ -385,15 +465,19 @@ fn choose(
     Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, arcs, forces)?), why))
 }
 
-fn point_forces(scene: &Scene, nodes: usize) -> Result<Vec<(usize, [f64; 3])>, Error> {
+fn forces_on(
+    loads: &[PointForce],
+    table: &str,
+    nodes: usize,
+) -> Result<Vec<(usize, [f64; 3])>, Error> {
     let mut forces = Vec::new();
-    for (k, load) in scene.loads.point.iter().enumerate() {
+    for (k, load) in loads.iter().enumerate() {
         let node = match load.node {
             Node::Named(NamedNode::Tip) => nodes - 1,
             Node::Index(i) if i < nodes => i,
             Node::Index(i) => {
                 let allowed = format!("\"tip\" or 0 .. {}", nodes - 1);
-                return Err(Error::invalid(format!("loads.point[{k}].node"), i, allowed));
+                return Err(Error::invalid(format!("{table}.point[{k}].node"), i, allowed));
             }
         };
         forces.push((node, load.force));

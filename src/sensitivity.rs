@@ -5,7 +5,7 @@
 //! residual formula evaluated in dual numbers with `q1` held: one scheme, written once.
 //!
 //! The oracle is the whole simulation run in dual numbers
-//! ([`Problem::simulation_over`](crate::Problem::simulation_over)).
+//! ([`Posed::simulation_over`](crate::Posed::simulation_over)).
 
 use crate::banded::Ldlt;
 use crate::error::Error;
@@ -40,30 +40,35 @@ pub struct Sensitivity<S: Rod<Dual64, W>, const W: usize> {
 }
 
 impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
-    /// At the start of `simulation`, whose rest state and `frames` do not depend on the parameter.
-    /// `rod`, `damping` and `beta` carry the parameter's derivative.
+    /// At the start of `simulation`. Everything carries the parameter's derivative, the unknowns
+    /// `q` and their frames too.
     pub fn new<R: Rod<f64, W, Seeded = S>>(
         rod: S,
-        frames: S::Frames,
+        (q, frames): (Vec<Dual64>, S::Frames),
         damping: Damping<Dual64>,
         beta: Dual64,
         simulation: &Simulation<f64, R, W>,
     ) -> Self {
         let state = simulation.state();
         let zero = vec![0.0; state.q.len()];
-        let mut unbalanced = zero.clone();
-        R::gradient_rate(&rod, &state.q, &frames, simulation.derivatives(), &mut unbalanced);
+        let mut unbalanced = vec![Dual64::from(0.0); q.len()];
+        rod.gradient(&q, &frames, simulation.derivatives(), &mut unbalanced);
         let strains = state.strain.len();
+        let mut strain = Vec::new();
+        if strains > 0 {
+            rod.strains(&q, &frames, &mut strain);
+        }
+        let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
         Self {
             viscous: (strains > 0).then(|| rod.clone()),
             rod,
             damping,
             beta,
             frames,
-            q: zero.clone(),
+            q: rates(&q),
             v: zero.clone(),
-            unbalanced,
-            strain: vec![0.0; strains],
+            unbalanced: rates(&unbalanced),
+            strain: rates(&strain),
             strain_rate: vec![0.0; strains],
             direct: zero.clone(),
             start: zero,

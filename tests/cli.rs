@@ -357,6 +357,15 @@ fn bad_scenes_are_refused() {
             &["rod.dimension", "loads.point[0].force leaves the plane"],
         ),
         (
+            change("[time]", "[[initial.point]]\nnode = \"tip\"\nforce = [0, 1, 0]\n[time]"),
+            &["initial.point", "equilibrium"],
+        ),
+        (change("[time]", "[initial]\nstate = \"moving\"\n[time]"), &["moving", "equilibrium"]),
+        (
+            change("beta = 0.5", "beta = 0.5\nscheme = \"average-vector-field\""),
+            &["time.beta", "newmark-beta only"],
+        ),
+        (
             change("segments = 20", "segments = 20\nnatural_curvature = inf"),
             &["rod.natural_curvature", "inf"],
         ),

@@ -135,6 +135,9 @@ impl Rod<f64, 10> for PublishedRod {
     fn rebase(frames: &mut Frames<f64>, q: &[f64]) {
         SpatialRod::<f64>::rebase(frames, q);
     }
+    fn refer(q: &mut [f64], from: &Frames<f64>, to: &Frames<f64>) {
+        SpatialRod::<f64>::refer(q, from, to);
+    }
     fn energies(&self, q: &[f64], frames: &Frames<f64>) -> Energies {
         self.0.energies(q, frames)
     }

@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
 use rodfit::model::Model;
-use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Support, Time};
+use rodfit::scene::{
+    Clamp, InitialState, PointForce, Scene, Scheme, Section, Shape, Support, Time,
+};
 use rodfit::{AnyProblem, Derivatives, Parameter, Point, Posed, Problem};
 
 mod common;
@@ -288,5 +290,40 @@ fn average_vector_field() {
             }
         }
         assert!(Beta.of(&scene).is_none());
+    }
+}
+
+/// Plucked and released: the start depends on the parameters too.
+#[test]
+fn from_an_equilibrium() {
+    let pluck = |mut scene: Scene, force: [f64; 3]| {
+        scene.initial.state = InitialState::Equilibrium;
+        scene.initial.point = vec![PointForce { node: rodfit::scene::Node::TIP, force }];
+        scene
+    };
+    let mut damped = rich_scene();
+    damped.loads.point.clear();
+    let scenes = [
+        ("cantilever", pluck(cantilever_with(0.6, 2e-3, 0.3, Clamp::MidEdge), [0.0, 0.8, 0.0])),
+        ("damped arc", pluck(damped, [0.1, -0.2, 0.0])),
+        ("helix", pluck(helix_with(0.5, 2e-3, 0.2, Clamp::MidEdge), [0.1, 0.0, -0.1])),
+    ];
+    for (name, scene) in scenes {
+        for parameter in [YoungsModulus, Density, Radius] {
+            let error = mismatch(&scene, parameter, Derivatives::Hand);
+            println!("{name}, {parameter}: {error:.1e}");
+            assert!(error < LARGEST, "{name}, {parameter}: {error:e}");
+        }
+        // And the start itself, against a difference of two equilibria.
+        let problem = scene.problem().unwrap();
+        let run = problem.simulate_with(&[YoungsModulus]).unwrap();
+        let e = scene.material.youngs_modulus;
+        let tip = |factor: f64| {
+            let other = problem.with([(YoungsModulus, e * factor)]).unwrap();
+            Vector3::from(other.simulate().unwrap().at(Point::Tip, 0.0).unwrap().0)
+        };
+        let difference = (tip(1.0 + 1e-4) - tip(1.0 - 1e-4)) / (2e-4 * e);
+        let exact = Vector3::from(run.at(Point::Tip, 0.0).unwrap().1[0]);
+        assert!((difference - exact).norm() < 1e-5 * exact.norm(), "{name}: {difference} {exact}");
     }
 }

@@ -301,7 +301,7 @@ impl Coarse {
         let mut scene = search.problem.scene().clone();
         let indexed = |node: &Node| !matches!(node, Node::Named(NamedNode::Tip));
         let fixed_mesh = matches!(scene.rod.shape, Shape::Polyline { .. })
-            || scene.loads.point.iter().any(|load| indexed(&load.node));
+            || scene.loads.point.iter().chain(&scene.initial.point).any(|load| indexed(&load.node));
         if !fixed_mesh {
             let turns = scene.rod.shape.turning() / COARSE_TURN;
             let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize);

@@ -35,6 +35,9 @@ pub trait Model<const W: usize> {
     /// The rod with the given properties.
     fn rod<D: Nestable>(&self, properties: &Properties<D>) -> Self::Rod<D>;
 
+    /// Adds forces on nodes, in world axes, to a rod's loads.
+    fn add_forces<D: Nestable>(&self, rod: &mut Self::Rod<D>, forces: &[(usize, [f64; 3])]);
+
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;
 

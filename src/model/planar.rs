@@ -27,8 +27,8 @@ pub struct PlanarModel {
     second_moment: usize,
     /// m/s^2.
     gravity: [f64; 2],
-    /// Node and force, N.
-    forces: Vec<(usize, [f64; 2])>,
+    /// Node and force in world axes, N.
+    forces: Vec<(usize, [f64; 3])>,
 }
 
 impl PlanarModel {
@@ -42,6 +42,9 @@ impl PlanarModel {
         let mut vectors = vec![("loads.gravity".to_string(), Vector3::from(scene.loads.gravity))];
         for (i, (_, force)) in forces.iter().enumerate() {
             vectors.push((format!("loads.point[{i}].force"), (*force).into()));
+        }
+        for (i, load) in scene.initial.point.iter().enumerate() {
+            vectors.push((format!("initial.point[{i}].force"), load.force.into()));
         }
         let up = scene.rod.section.up().map(Vector3::from);
         let plane = match Plane::through(nodes, &vectors, up) {
@@ -64,7 +67,7 @@ impl PlanarModel {
             .collect();
         Ok(Ok(Self {
             gravity: plane.project(scene.loads.gravity.into()),
-            forces: forces.iter().map(|(i, f)| (*i, plane.project((*f).into()))).collect(),
+            forces: forces.to_vec(),
             plane,
             nodes,
             line_length: arcs.map_or(rest_length.clone(), <[f64]>::to_vec),
@@ -99,18 +102,24 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         let node_mass: Vec<D> = (0..self.nodes.len())
             .map(|i| line_density * voronoi_share(&self.line_length, i))
             .collect();
-        let mut load: Vec<DeadLoad<D, 2>> =
+        let load: Vec<DeadLoad<D, 2>> =
             node_mass.iter().map(|m| DeadLoad { force: self.gravity.map(|g| *m * g) }).collect();
-        for (i, force) in &self.forces {
-            for c in 0..2 {
-                load[*i].force[c] += D::from(force[c]);
-            }
-        }
-        PlanarRod {
+        let mut rod = PlanarRod {
             stretch: stretch.collect(),
             bend: bend.collect(),
             mass: node_mass.iter().flat_map(|m| [*m, *m]).collect(),
             load,
+        };
+        self.add_forces(&mut rod, &self.forces);
+        rod
+    }
+
+    fn add_forces<D: Nestable>(&self, rod: &mut PlanarRod<D>, forces: &[(usize, [f64; 3])]) {
+        for (i, force) in forces {
+            let force = self.plane.project((*force).into());
+            for c in 0..2 {
+                rod.load[*i].force[c] += D::from(force[c]);
+            }
         }
     }
 

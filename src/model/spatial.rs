@@ -121,12 +121,17 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             mass.extend(self.line_length.get(i).map(|l| line_inertia * *l));
             load.push(DeadLoad { force: self.gravity.map(|g| node_mass * g) });
         }
-        for (i, force) in &self.forces {
+        let mut rod = SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load };
+        self.add_forces(&mut rod, &self.forces);
+        rod
+    }
+
+    fn add_forces<D: Nestable>(&self, rod: &mut SpatialRod<D>, forces: &[(usize, [f64; 3])]) {
+        for (i, force) in forces {
             for c in 0..3 {
-                load[*i].force[c] += D::from(force[c]);
+                rod.load[*i].force[c] += D::from(force[c]);
             }
         }
-        SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load }
     }
 
     fn dof(&self) -> usize {

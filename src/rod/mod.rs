@@ -95,6 +95,9 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// Moves the frames to `q`, without changing any energy there.
     fn rebase(frames: &mut Self::Frames, q: &[D]);
 
+    /// Measures the angles of `q`, which are from `from`, from `to` instead.
+    fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames);
+
     /// Elastic energies and the potential of the loads; kinetic energy zero.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 

@@ -201,6 +201,8 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
 
     fn rebase((): &mut (), _: &[D]) {}
 
+    fn refer(_: &mut [D], (): &(), (): &()) {}
+
     fn energies(&self, q: &[D], (): &()) -> Energies {
         fn sum<D: Scalar, E: Element<D, N>, const N: usize>(elements: &[E], q: &[D]) -> f64 {
             elements.iter().enumerate().map(|(i, e)| e.energy(unknowns(q, i)).value()).sum()

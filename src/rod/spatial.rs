@@ -8,10 +8,11 @@ use crate::energy::bend_twist::{self, BendTwist, JointLaw};
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
 };
-use crate::frame::{Frames, one_plus_dot, transport};
+use crate::frame::{Frames, one_plus_dot, transport, transported_twist};
 use crate::scalar::{Nestable, Scalar};
 use crate::vector::{Vector, cross, dot, scale, sub, unit};
 use num_dual::Dual64;
+use std::f64::consts::TAU;
 
 /// Half-bandwidth of the spatial tangent.
 pub const HALF_BANDWIDTH: usize = 10;
@@ -253,6 +254,34 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
 
     fn rebase(frames: &mut Frames<D>, q: &[D]) {
         frames.rebase(|j| unit(edge(q, j)));
+    }
+
+    fn refer(q: &mut [D], from: &Frames<D>, to: &Frames<D>) {
+        let count = from.edges.len();
+        let tangents: Vec<Vector<D>> = (0..count).map(|j| unit(edge(q, j))).collect();
+        let mut before: Option<(D, D)> = None;
+        for (j, t) in tangents.iter().enumerate() {
+            let theta = STRIDE * j + 3;
+            let old = q[theta];
+            let [director, _] = from.edges[j].material(*t, old);
+            let [d1, d2] = to.edges[j].material(*t, D::from(0.0));
+            let angle = dot(director, d2).atan2(dot(director, d1));
+            // Whole turns: the first edge's as they were, the others' so that twist stays.
+            let expected = match before {
+                None => old,
+                Some((old_left, new_left)) => {
+                    let twist = |frames: &Frames<D>| {
+                        let ends = [frames.edges[j - 1].tangent, frames.edges[j].tangent];
+                        frames.twist[j - 1] - transported_twist(ends, [tangents[j - 1], *t])
+                    };
+                    old - old_left + twist(from) - twist(to) + new_left
+                }
+            };
+            let turns = ((expected - angle).value() / TAU).round();
+            let new = angle + turns * TAU;
+            before = Some((old, new));
+            q[theta] = new;
+        }
     }
 
     fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
