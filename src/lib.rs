@@ -70,6 +70,7 @@ pub mod energy;
 pub mod equilibrium;
 mod error;
 pub mod fit;
+pub mod flow;
 pub mod frame;
 mod guard;
 pub mod model;

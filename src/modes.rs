@@ -8,10 +8,9 @@
 
 use crate::banded::{BandMatrix, Ldlt};
 use crate::energy::Derivatives;
-use crate::equilibrium::{self, FramesOf, rest};
 use crate::error::Error;
 use crate::model::Model;
-use crate::problem::{AnyProblem, Posed, Problem};
+use crate::problem::{AnyProblem, FramesOf, Posed, Problem};
 use crate::rod::Rod;
 use faer::{Mat, Side};
 use nalgebra::Vector3;
@@ -78,20 +77,21 @@ impl Problem {
     pub fn modes(&self, count: usize, about: About) -> Result<Modes, Error> {
         let mut modes = match self.posed() {
             AnyProblem::Planar(posed) => {
-                let state = state(self, &posed, about)?;
+                let state = state(&posed, about)?;
                 let mut modes = lowest(&posed, &state, count, Kind::InPlane, |x| x)?;
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.posed_as(&model);
-                    let lifted = equilibrium::lifted(self, &posed, &spatial, &state.0);
+                    let place = |i: usize| posed.model.position(&state.0, i);
+                    let placed = spatial.placed(&(0..self.nodes()).map(place).collect::<Vec<_>>());
                     let normal = posed.model.plane.x.cross(&posed.model.plane.y);
                     let out = |x: Vector3<f64>| normal * normal.dot(&x);
-                    modes.extend(lowest(&spatial, &lifted, count, Kind::OutOfPlane, out)?);
+                    modes.extend(lowest(&spatial, &placed, count, Kind::OutOfPlane, out)?);
                 }
                 modes
             }
             AnyProblem::Spatial(posed) => {
-                let state = state(self, &posed, about)?;
+                let state = state(&posed, about)?;
                 lowest(&posed, &state, count, Kind::Spatial, |x| x)?
             }
         };
@@ -105,14 +105,13 @@ impl Problem {
 type State<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
 
 fn state<M: Model<W>, const W: usize>(
-    problem: &Problem,
     posed: &Posed<'_, M, W>,
     about: About,
 ) -> Result<State<M, W>, Error> {
     Ok(match about {
         About::Rest => (posed.rest(), posed.model.frames::<f64>()),
         About::Equilibrium => {
-            let rest = rest(posed, problem)?;
+            let rest = posed.equilibrium()?;
             (rest.q, rest.frames)
         }
     })
@@ -199,7 +198,7 @@ fn lowest<M: Model<W>, const W: usize>(
             break;
         }
     }
-    let zero = equilibrium::zero_frequency_squared(posed);
+    let zero = posed.zero_frequency_squared();
     Ok((0..count)
         .map(|k| {
             let squared = Some(values[k] - shift).filter(|w2| w2.abs() > zero).unwrap_or(0.0);

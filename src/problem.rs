@@ -3,12 +3,13 @@
 use crate::banded::{BandMatrix, Ldlt};
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
-use crate::equilibrium;
 use crate::error::Error;
+use crate::flow::{Flow, Rest};
+use crate::frame::Frames;
 use crate::model::{Model, PlanarModel, SpatialModel};
 use crate::parameter::{Parameter, Properties};
 use crate::point::{Point, Stencil};
-use crate::rod::{Rod, planar, spatial};
+use crate::rod::{Rod, SpatialRod, planar, spatial};
 use crate::scalar::Nestable;
 use crate::scene::shape::Mesh;
 use crate::scene::{
@@ -282,6 +283,22 @@ impl Problem {
     }
 }
 
+/// A model's frames.
+pub(crate) type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
+
+impl SpatialProblem<'_> {
+    /// The unknowns and frames of a rod that has moved to `nodes` without turning about itself.
+    pub(crate) fn placed(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
+        let mut q = self.rest();
+        for (i, x) in nodes.iter().enumerate() {
+            q[4 * i..4 * i + 3].copy_from_slice(x);
+        }
+        let mut frames = self.model.frames::<f64>();
+        SpatialRod::<f64>::rebase(&mut frames, &q);
+        (q, frames)
+    }
+}
+
 impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The unknowns at rest, m (rad for angles).
     pub fn rest(&self) -> Vec<f64> {
@@ -356,10 +373,30 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         held
     }
 
+    /// The state the rod creeps into from its rest shape under its loads.
+    pub fn equilibrium(&self) -> Result<Rest<FramesOf<M, W>>, Error> {
+        self.equilibrium_of(&self.rod())
+    }
+
+    /// The same of a rod with other loads.
+    fn equilibrium_of(&self, rod: &M::Rod<f64>) -> Result<Rest<FramesOf<M, W>>, Error> {
+        let scales = (self.problem.length, self.zero_frequency_squared());
+        Flow::new(rod, self.free(), scales, self.problem.derivatives, self.rest())
+            .descend(self.model.frames::<f64>())
+    }
+
+    /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending
+    /// vibration's, or what rounding errors in a tangent that goes with the fourth power of the
+    /// mesh amount to.
+    pub(crate) fn zero_frequency_squared(&self) -> f64 {
+        let noise = f64::EPSILON * (self.nodes() as f64).powi(4);
+        self.bending_frequency_squared() * (1e-9 + 10.0 * noise)
+    }
+
     /// Unknowns of the equilibrium of the held rod, angles measured from the frames at rest.
     fn equilibrium_held(&self) -> Result<Vec<f64>, Error> {
         let rod = self.held_rod(&self.rod());
-        let found = equilibrium::rest_of(self, self.problem, &rod)?;
+        let found = self.equilibrium_of(&rod)?;
         let mut q = found.q;
         M::Rod::<f64>::refer(&mut q, &found.frames, &self.model.frames::<f64>());
         Ok(q)

@@ -1,7 +1,6 @@
 //! Equilibria against theory, where plain Newton dies, and where stability is lost.
 
 use rodfit::banded::{BandMatrix, Ldlt};
-use rodfit::equilibrium::rest;
 use rodfit::rod::Rod;
 use rodfit::scene::{
     Clamp, Dimension, Discretization, Material, Node, PointForce, Scene, Section, Shape,
@@ -144,7 +143,7 @@ fn euler_column() {
         scene.rod.dimension = Dimension::Planar;
         let problem = scene.problem().unwrap();
         let posed = problem.planar().unwrap();
-        let straight = rest(&posed, &problem).unwrap();
+        let straight = posed.equilibrium().unwrap();
         let n = straight.q.len();
         let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
         posed.rod().tangent(&straight.q, &(), Derivatives::Hand, &mut gradient, &mut tangent);

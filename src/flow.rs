@@ -1,0 +1,226 @@
+//! The way down: how a rod creeps into an equilibrium.
+//!
+//! Plain Newton dies where the loads bend a stiff rod far: the first step stretches it beyond all
+//! measure. Instead the rod creeps down its energy,
+//!
+//! ```text
+//! lambda M (q1 - q0) + dE/dq(q1) = 0
+//! ```
+//!
+//! an implicit step of the gradient flow, solved by Newton's method on the exact tangent, and
+//! `lambda` falls by a factor from step to step until it is zero: the last steps are Newton's own,
+//! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
+//! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
+//! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall.
+
+use crate::banded::{BandMatrix, Ldlt};
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::rod::Rod;
+use std::ops::Range;
+
+/// Newton iterations of one step of the flow.
+const ITERATIONS: usize = 20;
+/// Corrections below this part of the rod's length are none.
+const NONE: f64 = 1e-13;
+/// Corrections below this part end a step of the flow: the way matters little.
+const ON_THE_WAY: f64 = 1e-6;
+/// Corrections below this part that fall no more are the rounding errors of a fine mesh.
+const STALLED: f64 = 1e-5;
+/// Steps of the flow, failures included.
+const FLOW_STEPS: usize = 400;
+/// Factor by which `lambda` falls after a step, and rises after a failure.
+const FALL: f64 = 0.1;
+const RISE: f64 = 4.0;
+/// The first step goes about this part of the rod's length.
+const FIRST_STEP: f64 = 0.05;
+/// Below this part of the first `lambda` the flow is Newton's method.
+const SMALLEST: f64 = 1e-9;
+
+/// Unknowns and frames at rest.
+#[derive(Clone, Debug)]
+pub struct Rest<F> {
+    /// Unknowns.
+    pub q: Vec<f64>,
+    /// Frames, moved to `q`.
+    pub frames: F,
+    /// Newton iterations it took.
+    pub newton_iterations: usize,
+    /// Largest force out of balance, N.
+    pub residual: f64,
+}
+
+/// The descent and the room it needs.
+pub(crate) struct Flow<'a, R, const W: usize> {
+    rod: &'a R,
+    free: Range<usize>,
+    length: f64,
+    derivatives: Derivatives,
+    /// Squared frequencies below this are zero.
+    zero: f64,
+    q: Vec<f64>,
+    start: Vec<f64>,
+    gradient: Vec<f64>,
+    tangent: BandMatrix<f64, W>,
+    factors: Ldlt<f64, W>,
+    correction: Vec<f64>,
+    iterations: usize,
+}
+
+/// How a step of the flow ended.
+enum Step {
+    /// Elsewhere.
+    Moved,
+    /// Where it began, or, without `lambda`, in balance.
+    Still,
+    /// Newton did not converge, or not to a minimum.
+    Failed,
+}
+
+impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
+    /// A rod at `q` of which only the unknowns in `free` move. `length`, m, is the scale of the
+    /// steps; squared frequencies below `zero`, 1/s^2, count as zero.
+    pub fn new(
+        rod: &'a R,
+        free: Range<usize>,
+        (length, zero): (f64, f64),
+        derivatives: Derivatives,
+        q: Vec<f64>,
+    ) -> Self {
+        let n = q.len();
+        Self {
+            rod,
+            free,
+            length,
+            derivatives,
+            zero,
+            start: q.clone(),
+            q,
+            gradient: vec![0.0; n],
+            tangent: BandMatrix::zeros(n),
+            factors: Ldlt::with_order(n),
+            correction: vec![0.0; n],
+            iterations: 0,
+        }
+    }
+
+    fn assemble(&mut self, frames: &R::Frames) {
+        self.rod.tangent(&self.q, frames, self.derivatives, &mut self.gradient, &mut self.tangent);
+    }
+
+    /// The largest force out of balance, N.
+    fn residual(&self) -> f64 {
+        self.free
+            .clone()
+            .map(|i| self.gradient[i].abs())
+            .fold(0.0, |largest, force| if force.is_nan() { force } else { largest.max(force) })
+    }
+
+    /// The equilibrium below, angles measured from `frames` at the start.
+    pub fn descend(&mut self, mut frames: R::Frames) -> Result<Rest<R::Frames>, Error> {
+        self.assemble(&frames);
+        let acceleration = self
+            .free
+            .clone()
+            .map(|i| self.gradient[i].abs() / self.rod.mass()[i])
+            .zip(self.free.clone())
+            .map(|(a, i)| if R::is_angle(i) { a * self.length } else { a })
+            .fold(0.0, f64::max);
+        let first = acceleration / (FIRST_STEP * self.length);
+        let mut lambda = first;
+        let mut fall = FALL;
+        for _ in 0..FLOW_STEPS {
+            self.start.copy_from_slice(&self.q);
+            match self.step(&frames, lambda) {
+                // A large lambda holds everything still; one that cannot be much smaller holds
+                // only what is in balance.
+                Step::Still if lambda == 0.0 || fall > FALL => {
+                    R::rebase(&mut frames, &self.q);
+                    self.assemble(&frames);
+                    return Ok(Rest {
+                        residual: self.residual(),
+                        newton_iterations: self.iterations,
+                        q: std::mem::take(&mut self.q),
+                        frames,
+                    });
+                }
+                Step::Moved | Step::Still => {
+                    R::rebase(&mut frames, &self.q);
+                    lambda *= fall;
+                    fall = FALL;
+                    if lambda < SMALLEST * first {
+                        lambda = 0.0;
+                    }
+                }
+                Step::Failed => {
+                    self.q.copy_from_slice(&self.start);
+                    lambda = (lambda * RISE).max(SMALLEST * first);
+                    fall = 0.5;
+                }
+            }
+        }
+        self.assemble(&frames);
+        Err(Error::Equilibrium { iterations: self.iterations, residual: self.residual() })
+    }
+
+    /// Solves one step of the flow from `start`.
+    fn step(&mut self, frames: &R::Frames, lambda: f64) -> Step {
+        let mass = self.rod.mass();
+        let mut before = f64::INFINITY;
+        for iteration in 0..ITERATIONS {
+            self.assemble(frames);
+            self.iterations += 1;
+            for i in self.free.clone() {
+                let pull = lambda * mass[i] * (self.q[i] - self.start[i]);
+                self.correction[i] = -(self.gradient[i] + pull);
+            }
+            let free = self.free.clone();
+            if self.factors.factor_sum(mass, lambda, &self.tangent, 1.0, free).is_err() {
+                return Step::Failed;
+            }
+            // A step from a maximum along some direction would go up it.
+            let downhill = self.is_minimum(lambda);
+            if iteration == 0 && !downhill {
+                return Step::Failed;
+            }
+            self.factors.solve(&mut self.correction);
+            let mut largest = 0.0_f64;
+            for i in self.free.clone() {
+                self.q[i] += self.correction[i];
+                let unit = if R::is_angle(i) { 1.0 } else { self.length.recip() };
+                let size = self.correction[i].abs() * unit;
+                if size > largest || size.is_nan() {
+                    largest = size;
+                }
+            }
+            if largest.is_nan() || largest > 2.0 {
+                return Step::Failed;
+            }
+            if iteration == 0 && largest < NONE {
+                return Step::Still;
+            }
+            let stalled = largest < STALLED && largest > 0.3 * before;
+            match lambda > 0.0 {
+                _ if !(stalled || largest < ON_THE_WAY) => {}
+                _ if !downhill => return Step::Failed,
+                true => return Step::Moved,
+                false if stalled || largest < NONE => return Step::Still,
+                false => {}
+            }
+            before = largest;
+        }
+        Step::Failed
+    }
+
+    /// Whether the factored matrix, or that with the least `lambda` that tells anything, is
+    /// positive definite.
+    fn is_minimum(&mut self, lambda: f64) -> bool {
+        if self.factors.negative_pivots() == 0 || lambda >= self.zero {
+            return self.factors.negative_pivots() == 0;
+        }
+        let mut factors = self.factors.clone();
+        let free = self.free.clone();
+        factors.factor_sum(self.rod.mass(), self.zero, &self.tangent, 1.0, free).is_ok()
+            && factors.negative_pivots() == 0
+    }
+}
