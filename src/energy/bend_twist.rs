@@ -167,6 +167,22 @@ impl<D: Scalar> Rotation<D> {
     }
 }
 
+/// An edge with its rotation: what two neighbouring nodes share.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeState<D> {
+    edge: Edge<D>,
+    rotation: Rotation<D>,
+}
+
+impl<D: Scalar> EdgeState<D> {
+    /// The edge `e`, m, with its angle, rad.
+    #[inline]
+    pub fn new(frame: &EdgeFrame<D>, e: Vector<D>, angle: D) -> Self {
+        let edge = Edge::new(frame, e, angle);
+        Self { rotation: Rotation::new(frame, &edge), edge }
+    }
+}
+
 /// Two edges that meet in a node, and the strains there.
 struct Joint<D> {
     e: Edge<D>,
@@ -227,6 +243,12 @@ impl<D: Scalar> BendTwist<D> {
     fn joint(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> Joint<D> {
         let e = Edge::new(&self.frames[0], [*e0, *e1, *e2], *te);
         let f = Edge::new(&self.frames[1], [*f0, *f1, *f2], *tf);
+        self.meet(e, f, *tf - *te)
+    }
+
+    /// The joint of two edges whose angles differ by `turn`, rad.
+    #[inline]
+    fn meet(&self, e: Edge<D>, f: Edge<D>, turn: D) -> Joint<D> {
         let inverse_chi = one_plus_dot(e.tangent, f.tangent).recip();
         let kb = scale(cross(e.tangent, f.tangent), inverse_chi * 2.0);
         let from = [self.frames[0].tangent, self.frames[1].tangent];
@@ -234,9 +256,30 @@ impl<D: Scalar> BendTwist<D> {
         let strains = [
             dot(kb, add(e.m[1], f.m[1])) * 0.5,
             -(dot(kb, add(e.m[0], f.m[0])) * 0.5),
-            *tf - *te + (self.twist - transported),
+            turn + (self.twist - transported),
         ];
         Joint { e, f, inverse_chi, kb, strains }
+    }
+
+    /// As [`tangent`](Element::tangent), for edges known already; `turn` is how much the second's
+    /// angle exceeds the first's, rad.
+    #[inline]
+    pub fn tangent_between(
+        &self,
+        e: &EdgeState<D>,
+        f: &EdgeState<D>,
+        turn: D,
+    ) -> Local<D, UNKNOWNS> {
+        let joint = self.meet(e.edge, f.edge, turn);
+        spread(self.tangent_of(&joint, &[e.rotation, f.rotation]))
+    }
+
+    /// As [`gradient`](Element::gradient), for edges known already.
+    #[inline]
+    pub fn gradient_between(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> [D; UNKNOWNS] {
+        let joint = self.meet(e.edge, f.edge, turn);
+        let (stress, _) = self.stress(&joint.strains);
+        to_nodes(&Self::gradient_of(&joint, &[e.rotation, f.rotation], &stress))
     }
 
     /// Integrated curvatures and twist (rad) in the material frame.

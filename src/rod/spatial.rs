@@ -4,7 +4,7 @@
 
 use super::{Energies, Rod};
 use crate::banded::BandMatrix;
-use crate::energy::bend_twist::{self, BendTwist, JointLaw};
+use crate::energy::bend_twist::{self, BendTwist, EdgeState, JointLaw};
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
 };
@@ -68,6 +68,31 @@ fn add_at<D: Scalar>(to: &mut [D], i: usize, from: &Vector<D>) {
     }
 }
 
+/// The edges on both sides of one inner node after the other, each found once.
+struct Edges<'a, D> {
+    q: &'a [D],
+    frames: &'a Frames<D>,
+    last: EdgeState<D>,
+}
+
+impl<'a, D: Scalar> Edges<'a, D> {
+    #[inline]
+    fn new(q: &'a [D], frames: &'a Frames<D>) -> Self {
+        Self { q, frames, last: EdgeState::new(&frames.edges[0], edge(q, 0), q[3]) }
+    }
+
+    /// The edges around node `i + 1`, and how much their angles differ; to be called for
+    /// `i = 0, 1, ..`.
+    #[inline]
+    fn next_pair(&mut self, i: usize) -> (EdgeState<D>, EdgeState<D>, D) {
+        let (before, after) = (self.q[STRIDE * i + 3], self.q[STRIDE * (i + 1) + 3]);
+        let next = EdgeState::new(&self.frames.edges[i + 1], edge(self.q, i + 1), after);
+        let pair = (self.last, next, after - before);
+        self.last = next;
+        pair
+    }
+}
+
 impl<D: Nestable> SpatialRod<D> {
     /// Bend and twist `i` with its reference.
     #[inline]
@@ -75,18 +100,17 @@ impl<D: Nestable> SpatialRod<D> {
         self.joint[i].at([frames.edges[i], frames.edges[i + 1]], frames.twist[i])
     }
 
-    /// Gradient and tangent in one sweep along the rod; `stretch` and `joint` differentiate one
-    /// element each. The window is complete for its first node and edge once the bend and twist
+    /// Gradient and tangent in one sweep along the rod; `stretch` differentiates one edge, and
+    /// `joint` the inner nodes one after the other. The window is complete for its first node and edge once the bend and twist
     /// after that edge is added; their columns are written and the window moves on.
     #[inline]
     fn sweep(
         &self,
         q: &[D],
-        frames: &Frames<D>,
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
         stretch: impl Fn(&Stretch<D, 3>, &[D; 6]) -> Local<D, 6>,
-        joint: impl Fn(&BendTwist<D>, &[D; WINDOW]) -> Local<D, WINDOW>,
+        mut joint: impl FnMut(usize) -> Local<D, WINDOW>,
     ) {
         let zero = D::from(0.0);
         let mut g = [zero; WINDOW];
@@ -101,7 +125,7 @@ impl<D: Nestable> SpatialRod<D> {
                 }
             }
             if i < self.joint.len() {
-                let local = joint(&self.bend_twist(i, frames), around(q, i));
+                let local = joint(i);
                 for r in 0..WINDOW {
                     g[r] += local.gradient[r];
                     for c in 0..=r {
@@ -158,10 +182,15 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 gradient[STRIDE * i + ENDS[r]] += local[r];
             }
         }
+        let mut edges = Edges::new(q, frames);
         for i in 0..self.joint.len() {
-            let (element, own) = (self.bend_twist(i, frames), around(q, i));
-            let local =
-                if hand { element.gradient(own) } else { bend_twist::dual_gradient(&element, own) };
+            let element = self.bend_twist(i, frames);
+            let local = if hand {
+                let (e, f, turn) = edges.next_pair(i);
+                element.gradient_between(&e, &f, turn)
+            } else {
+                bend_twist::dual_gradient(&element, around(q, i))
+            };
             for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
                 *to += *from;
             }
@@ -178,12 +207,15 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     ) {
         match derivatives {
             Derivatives::Hand => {
-                let (stretch, joint) = (Stretch::tangent, BendTwist::tangent);
-                self.sweep(q, frames, gradient, tangent, stretch, joint);
+                let mut edges = Edges::new(q, frames);
+                self.sweep(q, gradient, tangent, Stretch::tangent, |i| {
+                    let (e, f, turn) = edges.next_pair(i);
+                    self.bend_twist(i, frames).tangent_between(&e, &f, turn)
+                });
             }
-            Derivatives::Dual => {
-                self.sweep(q, frames, gradient, tangent, dual_tangent, bend_twist::dual_tangent);
-            }
+            Derivatives::Dual => self.sweep(q, gradient, tangent, dual_tangent, |i| {
+                bend_twist::dual_tangent(&self.bend_twist(i, frames), around(q, i))
+            }),
         }
     }
 
