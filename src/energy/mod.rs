@@ -9,6 +9,7 @@
 
 pub mod bend_twist;
 pub mod dead_load;
+mod joint;
 pub mod planar_bend;
 pub mod stretch;
 
