@@ -34,13 +34,13 @@
 //!
 //! | rotation since the reference, degrees | published gradient | published Hessian | exact, both |
 //! |---|---|---|---|
-//! | 0 | 1.2e-15 | 3.5e-16 | 9.6e-16 |
-//! | 0.1 | 8.4e-3 | 2.0e-3 | 8.3e-16 |
-//! | 1 | 8.5e-2 | 1.6e-2 | 7.0e-16 |
-//! | 10 | 5.7e-1 | 2.0e-1 | 6.5e-16 |
-//! | 30 | 2.1 | 5.1e-1 | 8.1e-16 |
-//! | 60 | 2.0 | 8.2e-1 | 7.5e-16 |
-//! | 120 | 1.2 | 8.9e-1 | 1.4e-13 |
+//! | 0 | 1.4e-15 | 4.0e-16 | 6.3e-16 |
+//! | 0.1 | 2.0e-2 | 2.9e-3 | 5.9e-16 |
+//! | 1 | 1.1e-1 | 2.2e-2 | 6.6e-16 |
+//! | 10 | 5.1e-1 | 1.5e-1 | 7.1e-16 |
+//! | 30 | 1.5 | 4.0e-1 | 6.1e-16 |
+//! | 60 | 1.5 | 6.9e-1 | 6.0e-16 |
+//! | 120 | 1.1 | 7.9e-1 | 1.8e-15 |
 //!
 //! A simulation that steps with the published Hessian needs about twice the Newton iterations: on
 //! the paper's helix at steps of 5 ms 6.4 instead of 3.3
