@@ -278,3 +278,34 @@ fn the_45_degree_bend() {
         assert!((found / theirs - 1.0).abs() < 1e-2, "{tip:?}");
     }
 }
+
+/// A quarter circle under a small force at its tip, along each axis (Castigliano's integrals): the
+/// corrected form against the paper's, in the plane and across it.
+#[test]
+fn quarter_circle() {
+    let (quarter, rest) = (0.25 * PI, 0.75 * PI - 2.0);
+    // EI = 1, GJ = 1/1.3, R = 1.
+    for (axis, exact) in [(0, quarter), (1, rest), (2, quarter + 1.3 * rest)] {
+        let error = |discretization: Discretization, segments: usize| {
+            let mut scene = unit_rod(segments, 1e-3);
+            scene.rod.shape = Shape::Arc { length: 0.5 * PI, angle: 0.5 * PI };
+            scene.rod.discretization = Some(discretization);
+            scene.material.poisson_ratio = Some(0.3);
+            let mut force = [0.0; 3];
+            force[axis] = 1e-6;
+            at_tip(&mut scene, force);
+            let problem = scene.problem().unwrap();
+            let moved = problem.equilibrium().unwrap().tip[axis];
+            let start = if axis == 2 { 0.0 } else { 1.0 };
+            (moved - start) / 1e-6 / exact - 1.0
+        };
+        let paper = [12, 24].map(|n| error(Discretization::Paper, n));
+        let corrected = [12, 24].map(|n| error(Discretization::Corrected, n));
+        println!("axis {axis}: paper {paper:?}, corrected {corrected:?}");
+        for k in 0..2 {
+            assert!(corrected[k].abs() < 0.35 * paper[k].abs(), "{paper:?} {corrected:?}");
+        }
+        assert!((1.9..2.2).contains(&(paper[0] / paper[1]).log2()), "{paper:?}");
+        assert!(corrected[1].abs() < 1.1e-3, "{corrected:?}");
+    }
+}
