@@ -28,11 +28,14 @@ const DISSIPATES: f64 = 0.505;
 pub(crate) struct Guard {
     watches: bool,
     start: f64,
+    /// Total energy when all energies were last summed, J.
     last: f64,
-    now: f64,
+    /// The same of the step that waits to be taken; none if it was not summed.
+    now: Option<f64>,
     kinetic: f64,
     kinetic_now: f64,
     kinetic_last: f64,
+    /// Steps taken since the energies were summed.
     unseen: usize,
 }
 
@@ -54,7 +57,7 @@ impl Guard {
             watches,
             start,
             last: start,
-            now: start,
+            now: None,
             kinetic,
             kinetic_now: kinetic,
             kinetic_last: kinetic,
@@ -67,6 +70,8 @@ impl Guard {
         &mut self,
         simulation: &Simulation<f64, R, W>,
     ) -> Result<(), Error> {
+        // Nothing of a refused step may stay.
+        self.now = None;
         if !self.watches {
             return Ok(());
         }
@@ -76,26 +81,27 @@ impl Guard {
             return Ok(());
         }
         let e = simulation.energies();
-        self.now = e.total();
+        let now = e.total();
         // A rod at rest has nothing but rounding errors to compare.
         let size = e.stretch + e.bend + e.twist + e.potential.abs();
         let kinetic = kinetic.max(ROUNDING * size);
         let steps = (self.unseen + 1) as f64;
-        if self.now - self.last > PER_STEP * steps * kinetic
-            || self.now - self.start > IN_ALL * kinetic
-        {
+        if now - self.last > PER_STEP * steps * kinetic || now - self.start > IN_ALL * kinetic {
             return Err(Error::EnergyGrowth {
                 time: simulation.state().time,
-                part: (self.now - self.start) / kinetic,
+                part: (now - self.start) / kinetic,
             });
         }
+        self.now = Some(now);
         Ok(())
     }
 
     /// Takes the checked step for good.
     pub fn accept(&mut self) {
-        self.unseen = if self.last == self.now { self.unseen + 1 } else { 0 };
-        self.last = self.now;
+        match self.now {
+            Some(now) => (self.last, self.unseen) = (now, 0),
+            None => self.unseen += 1,
+        }
         self.kinetic_last = self.kinetic_now;
         // That of a refused step must not raise the allowance.
         self.kinetic = self.kinetic.max(self.kinetic_now);

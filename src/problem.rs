@@ -423,10 +423,15 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let mut factors = Ldlt::with_order(n);
         for _ in 0..D::ORDER {
             held.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-            // Where the tangent is singular so is the dependence on the parameter; the numbers say
-            // so by not being finite, and the first step refuses them.
+            // Where nothing resists, such as the spin of a round rod between hinges, any answer
+            // along that direction will do.
             if factors.factor(&tangent, self.free()).is_err() {
-                break;
+                let (free, zero) = (self.free(), D::from(self.zero_frequency_squared()));
+                let (mass, one) = (held.mass(), D::from(1.0));
+                if factors.factor_sum(mass, zero, &tangent, one, free).is_err() {
+                    // Not finite: the first step says so.
+                    return vec![D::from(f64::NAN); n];
+                }
             }
             factors.solve(&mut gradient);
             for i in self.free() {

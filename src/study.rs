@@ -1,16 +1,17 @@
 //! Speed against error: which scheme, step and mesh a scene needs.
 //!
 //! The scene is run over schemes, meshes and steps (on every mesh until the step no longer
-//! matters) and compared with a run that is finer
-//! in both than any of them. Two more comparisons take the error apart: with the finest step on the
-//! same mesh, and with the finest mesh at the finest step. No known answer is needed; what the
-//! finest run itself is worth shows in how far it is from the next finest.
+//! matters) and compared with a run that is finer in both than any of them. Two more comparisons
+//! take the error apart: with the finest step on the same mesh, and with the finest mesh at the
+//! finest step. No known answer is needed; what the finest run itself is worth shows in how far it
+//! is from the nearest other. A scene that comes with its mesh (a polyline, forces on nodes by
+//! index) is studied on that mesh alone.
 
 use crate::error::Error;
 use crate::output::SimulationReport;
 use crate::point::Point;
 use crate::problem::Problem;
-use crate::scene::{Scene, Scheme, Shape};
+use crate::scene::{Scene, Scheme};
 use crate::trajectory::Trajectory;
 use serde::Serialize;
 
@@ -69,7 +70,7 @@ pub struct Advice {
 pub struct Study {
     /// All runs.
     pub rows: Vec<Row>,
-    /// How far the reference is from the next finest run, over the length: errors below are
+    /// How far the reference is from the nearest other run, over the length: errors below are
     /// indistinguishable from its own.
     pub reference_error: f64,
     /// For rounder and rounder errors, what to use.
@@ -85,7 +86,7 @@ impl Study {
         let problem = scene.problem()?;
         let time = problem.time()?.clone();
         let length = problem.length();
-        let fixed = matches!(scene.rod.shape, Shape::Polyline { .. });
+        let fixed = scene.mesh_is_given();
         let meshes: Vec<usize> = match fixed {
             true => vec![problem.segments()],
             false => {

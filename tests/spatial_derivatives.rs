@@ -118,6 +118,12 @@ fn seeds_on_edges_are_enough() {
             let scale = nodes.gradient[i].abs() + edges.energy / case.units[i];
             assert!((nodes.gradient[i] - edges.gradient[i]).abs() <= 1e-11 * scale);
             assert!((gradient[i] - edges.gradient[i]).abs() <= 1e-11 * scale);
+            for j in 0..UNKNOWNS {
+                let (a, b) = (nodes.hessian[i][j], edges.hessian[i][j]);
+                let size = (nodes.hessian[i][i] * nodes.hessian[j][j]).abs().sqrt();
+                let size = size + edges.energy / case.units[i] / case.units[j];
+                assert!((a - b).abs() <= 1e-11 * size, "{i} {j}: {a} {b}");
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The work-precision study.
 
 use rodfit::report::study_page;
-use rodfit::scene::{Scheme, Time};
+use rodfit::scene::{Node, PointForce, Scheme, Time};
 use rodfit::study::Study;
 
 mod common;
@@ -43,6 +43,21 @@ fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
     assert!(study.advice[1].row.is_some(), "{study}");
     let page = study_page(&study, "<scene>");
     assert!(
-        page.contains("<svg") && page.contains("&lt;scene&gt;") && !page.contains("http://cdn")
+        page.contains("<svg")
+            && page.contains("&lt;scene&gt;")
+            && !page.contains("<script")
+            && !page.contains("src=")
     );
+}
+
+/// A force on a node by its index belongs to the scene's own mesh.
+#[test]
+fn a_given_mesh_is_kept() {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(12);
+    scene.time = Some(Time::new(0.1, 4e-3));
+    scene.loads.point = vec![PointForce { node: Node::Index(9), force: [0.0, 0.1, 0.0] }];
+    let study = Study::new(&scene, |_, _| {}).unwrap();
+    assert!(study.rows.iter().all(|row| row.segments == 12 && row.mesh_error == 0.0));
+    assert!(study.rows[0].error.unwrap() > 10.0 * study.reference_error, "{study}");
 }

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Point;
 use crate::problem::Problem;
-use crate::scene::{Clamp, NamedNode, Node, Shape, Support};
+use crate::scene::{Clamp, Support};
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, IterState, KV, State, TerminationReason};
 use std::cell::Cell;
@@ -299,10 +299,7 @@ struct Coarse {
 impl Coarse {
     fn new(search: &Search, first: f64) -> Result<Self, Error> {
         let mut scene = search.problem.scene().clone();
-        let indexed = |node: &Node| !matches!(node, Node::Named(NamedNode::Tip));
-        let fixed_mesh = matches!(scene.rod.shape, Shape::Polyline { .. })
-            || scene.loads.point.iter().chain(&scene.initial.point).any(|load| indexed(&load.node));
-        if !fixed_mesh {
+        if !scene.mesh_is_given() {
             let turns = scene.rod.shape.turning() / COARSE_TURN;
             let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize);
             scene.rod.segments = scene.rod.segments.map(|n| n.min(coarse));

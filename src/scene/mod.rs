@@ -379,6 +379,13 @@ impl Scene {
         Ok(())
     }
 
+    /// Whether the mesh is given with the scene: by a polyline, or by forces on nodes that are
+    /// named by their index. Another number of segments would be another scene.
+    pub(crate) fn mesh_is_given(&self) -> bool {
+        let mut forces = self.loads.point.iter().chain(&self.initial.point);
+        matches!(self.rod.shape, Shape::Polyline { .. }) || forces.any(|f| f.node != Node::TIP)
+    }
+
     /// The time integrator.
     pub fn scheme(&self) -> Scheme {
         self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
