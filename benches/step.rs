@@ -207,7 +207,7 @@ fn long_helix(segments: usize, steps: usize) -> Problem {
     scene.rod.segments = Some(segments);
     scene.loads.gravity = [0.0; 3];
     let force = [0.0, 0.0, -0.1];
-    scene.loads.point = vec![rodfit::scene::PointForce { node: rodfit::scene::Node::TIP, force }];
+    scene.loads.point = vec![rodfit::scene::PointForce { force, ..Default::default() }];
     if let Some(time) = &mut scene.time {
         time.end = steps as f64 * time.step;
     }

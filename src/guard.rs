@@ -2,11 +2,12 @@
 //!
 //! At beta = 1/2 nothing dissipates what a large step gets wrong about a stiff rod: energy grows
 //! until Newton's method fails, or finds a root of the step's equations that is not the motion.
-//! Dead loads do no net work, so a rod's total energy can only fall: growth is always an error.
+//! Dead loads do no net work, so a rod's total energy can only fall: growth is always an error,
+//! unless moving supports do work.
 
 use crate::error::Error;
 use crate::rod::Rod;
-use crate::scene::{Scene, Scheme};
+use crate::scene::{Scene, Scheme, Time};
 use crate::simulation::Simulation;
 
 /// How often a step is halved before the run ends.
@@ -45,10 +46,9 @@ impl Guard {
         scene: &Scene,
         simulation: &Simulation<f64, R, W>,
     ) -> Self {
-        let watches = scene
-            .time
-            .as_ref()
-            .is_some_and(|time| time.scheme == Scheme::NewmarkBeta && time.beta < DISSIPATES);
+        let conserves = |time: &Time| time.scheme == Scheme::NewmarkBeta && time.beta < DISSIPATES;
+        let watches =
+            scene.time.as_ref().is_some_and(conserves) && scene.supports.motion.is_empty();
         let (start, kinetic) = match watches {
             true => (simulation.energies().total(), simulation.energies().kinetic),
             false => (0.0, 0.0),

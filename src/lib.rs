@@ -66,6 +66,7 @@
 
 pub mod banded;
 pub mod check;
+pub mod drive;
 pub mod energy;
 pub mod equilibrium;
 mod error;

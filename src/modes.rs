@@ -109,7 +109,7 @@ fn state<M: Model<W>, const W: usize>(
     about: About,
 ) -> Result<State<M, W>, Error> {
     Ok(match about {
-        About::Rest => (posed.rest(), posed.model.frames::<f64>()),
+        About::Rest => (posed.rest(), posed.model.frames()),
         About::Equilibrium => {
             let rest = posed.equilibrium()?;
             (rest.q, rest.frames)

@@ -11,7 +11,7 @@ use crate::banded::Ldlt;
 use crate::error::Error;
 use crate::rod::Rod;
 use crate::scheme::{Formulas, Stage};
-use crate::simulation::{Damping, Simulation};
+use crate::simulation::{Damping, Simulation, strain_rates};
 use num_dual::Dual64;
 
 /// The derivative of a simulation's state with respect to one parameter.
@@ -53,10 +53,15 @@ impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
         let zero = vec![0.0; state.q.len()];
         let mut unbalanced = vec![Dual64::from(0.0); q.len()];
         rod.gradient(&q, &frames, simulation.derivatives(), &mut unbalanced);
+        for (i, unbalanced) in unbalanced.iter_mut().enumerate() {
+            *unbalanced += damping.mass * rod.mass()[i] * state.v[i];
+        }
         let strains = state.strain.len();
-        let mut strain = Vec::new();
+        let (mut strain, mut strain_rate) = (Vec::new(), Vec::new());
         if strains > 0 {
             rod.strains(&q, &frames, &mut strain);
+            let length = simulation.length();
+            strain_rates(&rod, (&q, &frames), &state.v, length, &mut strain_rate);
         }
         let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
         Self {
@@ -69,7 +74,7 @@ impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
             v: zero.clone(),
             unbalanced: rates(&unbalanced),
             strain: rates(&strain),
-            strain_rate: vec![0.0; strains],
+            strain_rate: rates(&strain_rate),
             direct: zero.clone(),
             start: zero,
             shift: vec![Dual64::from(0.0); strains],

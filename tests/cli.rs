@@ -345,7 +345,67 @@ fn bad_scenes_are_refused() {
             &["loads.point[0].node", "21", "0 .. 20"],
         ),
         (change("[time]", "[[loads.point]]\nnode = \"top\"\nforce = [0, 1, 0]\n[time]"), &["tip"]),
-        (change("[time]", "[supports]\nend = \"roller\"\n[time]"), &["roller", "clamped"]),
+        (change("[time]", "[supports]\nend = \"wheel\"\n[time]"), &["wheel", "roller"]),
+        (
+            change("[time]", "[supports]\nstart = \"roller\"\nend = \"roller\"\n[time]"),
+            &["supports.end", "second roller"],
+        ),
+        (
+            change("[time]", "[supports]\nroller = [1, 0, 0]\n[time]"),
+            &["supports.roller", "no end that rolls"],
+        ),
+        (
+            change("[time]", "[[supports.motion]]\nend = \"end\"\nramp = 1.0\n[time]"),
+            &["supports.motion[0].end", "clamped or pinned"],
+        ),
+        (
+            change(
+                "[time]",
+                "[[supports.motion]]\nend = \"start\"\ndisplacement = [0.1, 0, 0]\n[time]",
+            ),
+            &["supports.motion[0]", "ramp or frequency"],
+        ),
+        (
+            change(
+                "[time]",
+                "[[supports.motion]]\nend = \"start\"\nramp = 1.0\nfrequency = 2.0\n[time]",
+            ),
+            &["supports.motion[0].frequency", "one of the two"],
+        ),
+        (
+            change(
+                "[time]",
+                "[[supports.motion]]\nend = \"start\"\nramp = 0.0\ntwist = 1.0\n[time]",
+            ),
+            &["supports.motion[0].ramp", "above 0"],
+        ),
+        (
+            change(
+                "[time]",
+                "[supports]\nstart = \"pinned\"\n[[supports.motion]]\nend = \"start\"\nramp = 1.0\n\
+                 rotation = [0, 0, 1]\n[time]",
+            ),
+            &["supports.motion[0].rotation", "clamped"],
+        ),
+        (
+            change("[time]", "[initial]\nstate = \"shape\"\n[time]"),
+            &["initial.shape", "no such key"],
+        ),
+        (
+            change(
+                "[time]",
+                "[initial]\nshape = { kind = \"arc\", length = 0.5, angle = 1.0 }\n[time]",
+            ),
+            &["initial.shape", "state"],
+        ),
+        (
+            change(
+                "[time]",
+                "[initial]\nstate = \"shape\"\n\
+                 shape = { kind = \"arc\", length = -0.5, angle = 1.0 }\n[time]",
+            ),
+            &["initial.shape.length", "above 0"],
+        ),
         (
             change("poisson_ratio = 0.5\n", "")
                 .replace("[time]", "[[loads.point]]\nnode = \"tip\"\nforce = [0, 0, 1]\n[time]"),

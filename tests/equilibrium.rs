@@ -63,7 +63,7 @@ fn unit_rod(segments: usize, slenderness: f64) -> Scene {
 }
 
 fn at_tip(scene: &mut Scene, force: [f64; 3]) {
-    scene.loads.point = vec![PointForce { node: Node::TIP, force }];
+    scene.loads.point = vec![PointForce { node: Node::TIP, force, ..PointForce::default() }];
 }
 
 /// Deflection of the end-loaded elastica (exact integrals).

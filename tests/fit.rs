@@ -112,8 +112,11 @@ fn exact_dampings_with_the_modulus() {
 #[test]
 fn modulus_and_density_with_a_known_force() {
     let mut scene = small(1.0);
-    scene.loads.point =
-        vec![PointForce { node: rodfit::scene::Node::TIP, force: [0.0, -0.3, 0.0] }];
+    scene.loads.point = vec![PointForce {
+        node: rodfit::scene::Node::TIP,
+        force: [0.0, -0.3, 0.0],
+        ..PointForce::default()
+    }];
     let data = observe(&scene, 100);
     let report = fit(&scene, &data, &[YoungsModulus.into(), Density.into()]);
     assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{report}");

@@ -105,7 +105,7 @@ fn under_axial_load() {
         let mut scene = rod(100, Support::Clamped, Support::Free);
         scene.rod.shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
         let force = [load * critical, 0.0, 0.0];
-        scene.loads.point = vec![PointForce { node: Node::TIP, force }];
+        scene.loads.point = vec![PointForce { node: Node::TIP, force, ..PointForce::default() }];
         let lowest = modes(&scene, 1).frequencies_rad_s[0];
         let free = 1.87510407_f64.powi(2) * (bending / line).sqrt() / 0.25;
         println!("{load} of the critical load: {lowest:.5} rad/s against {free:.5} without");
@@ -143,7 +143,7 @@ fn plucked_and_released() {
         assert!(moved < 1e-9, "{moved:e}");
 
         let force = pluck.map(|f| 1e-5 * f);
-        scene.initial.point = vec![PointForce { node: Node::TIP, force }];
+        scene.initial.point = vec![PointForce { node: Node::TIP, force, ..PointForce::default() }];
         let run = scene.problem().unwrap().simulate().unwrap();
         let along = nalgebra::Vector3::from(pluck);
         let swing: Vec<f64> =

@@ -72,8 +72,11 @@ fn rich_scene() -> Scene {
     scene.rod.segments = Some(30);
     scene.loads.damping.mass = 0.7;
     scene.loads.damping.stiffness = 3e-3;
-    scene.loads.point =
-        vec![PointForce { node: rodfit::scene::Node::TIP, force: [0.1, -0.2, 0.0] }];
+    scene.loads.point = vec![PointForce {
+        node: rodfit::scene::Node::TIP,
+        force: [0.1, -0.2, 0.0],
+        ..PointForce::default()
+    }];
     scene.time = Some(Time { beta: 0.6, ..Time::new(0.4013, 2e-3) });
     scene
 }
@@ -239,7 +242,11 @@ fn damped_and_twisted_in_space() {
         scene.loads.damping.mass = 0.7;
         scene.loads.damping.stiffness = 3e-3;
         let force = [0.1, -0.05, 0.02];
-        scene.loads.point = vec![PointForce { node: rodfit::scene::Node::Index(20), force }];
+        scene.loads.point = vec![PointForce {
+            node: rodfit::scene::Node::Index(20),
+            force,
+            ..PointForce::default()
+        }];
         for parameter in [
             YoungsModulus,
             PoissonRatio,
@@ -298,7 +305,8 @@ fn average_vector_field() {
 fn from_an_equilibrium() {
     let pluck = |mut scene: Scene, force: [f64; 3]| {
         scene.initial.state = InitialState::Equilibrium;
-        scene.initial.point = vec![PointForce { node: rodfit::scene::Node::TIP, force }];
+        scene.initial.point =
+            vec![PointForce { node: rodfit::scene::Node::TIP, force, ..PointForce::default() }];
         scene
     };
     let mut damped = rich_scene();

@@ -46,7 +46,11 @@ fn planar_and_spatial_models_agree_on_planar_scenes() {
         scene.loads.damping.mass = 0.5;
         scene.loads.damping.stiffness = 1e-3;
         scene.supports.end = Support::Pinned;
-        scene.loads.point = vec![PointForce { node: Node::Index(20), force: [0.1, -0.3, 0.0] }];
+        scene.loads.point = vec![PointForce {
+            node: Node::Index(20),
+            force: [0.1, -0.3, 0.0],
+            ..PointForce::default()
+        }];
         scene
     };
     let flat = |up: [f64; 3]| {
@@ -181,7 +185,8 @@ impl Moves for rodfit::rod::SpatialRod<f64> {
 fn moving_helix() -> (rodfit::Problem, Vec<f64>, Frames<f64>) {
     let mut scene = helix_with(0.5, 2e-3, 0.2, Clamp::MidEdge);
     scene.rod.section = Section::Rectangle { width: 0.01, height: 0.006, up: [1.0, 0.3, 0.0] };
-    scene.loads.point = vec![PointForce { node: Node::TIP, force: [0.05, 0.03, 0.0] }];
+    scene.loads.point =
+        vec![PointForce { node: Node::TIP, force: [0.05, 0.03, 0.0], ..PointForce::default() }];
     let problem = scene.problem().unwrap();
     let mut simulation = problem.spatial().unwrap().simulation();
     for k in 1..=60 {

@@ -56,7 +56,8 @@ fn a_given_mesh_is_kept() {
     let mut scene = cantilever();
     scene.rod.segments = Some(12);
     scene.time = Some(Time::new(0.1, 4e-3));
-    scene.loads.point = vec![PointForce { node: Node::Index(9), force: [0.0, 0.1, 0.0] }];
+    scene.loads.point =
+        vec![PointForce { node: Node::Index(9), force: [0.0, 0.1, 0.0], ..PointForce::default() }];
     let study = Study::new(&scene, |_, _| {}).unwrap();
     assert!(study.rows.iter().all(|row| row.segments == 12 && row.mesh_error == 0.0));
     assert!(study.rows[0].error.unwrap() > 10.0 * study.reference_error, "{study}");

@@ -146,7 +146,7 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
         report: &mut CheckReport,
         elements: &[E],
         q: &[f64],
-        first: usize,
+        [first, node]: [usize; 2],
     ) {
         for i in some(elements.len()) {
             let own: &[f64; N] = q[2 * i..].first_chunk().expect("the element's nodes");
@@ -154,12 +154,15 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
             let local = std::array::from_fn(|k| own[k] - own[k % 2]);
             let name = format!("{} {}", E::NAME, i + first);
             report.compare(&AsEnergy(elements[i]), &local, &name, |k| {
-                format!("{}{}", ["x", "y"][k % 2], i + k / 2)
+                format!("{}{}", ["x", "y"][k % 2], node + i + k / 2)
             });
         }
     }
-    compare(report, &rod.stretch, q, 0);
-    compare(report, &rod.bend, q, 1);
+    compare(report, &rod.stretch, q, [0, 0]);
+    compare(report, &rod.bend, q, [1, 0]);
+    for (i, moment) in &rod.moment {
+        compare(report, &[*moment], &q[2 * i..], [*i, *i]);
+    }
 }
 
 /// In units of the edge's length, so that differences treat lengths and angles alike.

@@ -9,12 +9,14 @@
 
 pub mod bend_twist;
 pub mod dead_load;
+pub mod dead_moment;
 mod joint;
 pub mod planar_bend;
 pub mod stretch;
 
 pub use bend_twist::BendTwist;
 pub use dead_load::DeadLoad;
+pub use dead_moment::DeadMoment;
 pub use planar_bend::PlanarBend;
 pub use stretch::Stretch;
 

@@ -24,19 +24,33 @@ pub use spatial::SpatialModel;
 use crate::parameter::Properties;
 use crate::rod::Rod;
 use crate::scalar::Nestable;
-use crate::scene::Support;
+use crate::scene::{End, Support};
+use nalgebra::Vector3;
 use num_dual::Dual64;
+
+/// A force and a moment on a node, in world axes.
+#[derive(Clone, Copy, Debug)]
+pub struct NodalLoad {
+    /// Which node.
+    pub node: usize,
+    /// N.
+    pub force: [f64; 3],
+    /// N m.
+    pub moment: [f64; 3],
+}
 
 /// What a [`Problem`](crate::Problem) asks of a model. `W` is the half-bandwidth of its tangent.
 pub trait Model<const W: usize> {
+    /// Unknowns from one node to the next.
+    const STRIDE: usize;
     /// The rod over the scalar `D`.
     type Rod<D: Nestable>: Rod<D, W, Seeded = Self::Rod<Dual64>>;
 
     /// The rod with the given properties.
     fn rod<D: Nestable>(&self, properties: &Properties<D>) -> Self::Rod<D>;
 
-    /// Adds forces on nodes, in world axes, to a rod's loads.
-    fn add_forces<D: Nestable>(&self, rod: &mut Self::Rod<D>, forces: &[(usize, [f64; 3])]);
+    /// Adds forces and moments on nodes to a rod's loads.
+    fn add_loads<D: Nestable>(&self, rod: &mut Self::Rod<D>, loads: &[NodalLoad]);
 
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;
@@ -45,16 +59,35 @@ pub trait Model<const W: usize> {
     fn rest(&self) -> Vec<f64>;
 
     /// The frames at rest.
-    fn frames<D: Nestable>(&self) -> <Self::Rod<D> as Rod<D, W>>::Frames;
+    fn frames(&self) -> <Self::Rod<f64> as Rod<f64, W>>::Frames;
+
+    /// Frames over another scalar.
+    fn lift<D: Nestable>(
+        frames: &<Self::Rod<f64> as Rod<f64, W>>::Frames,
+    ) -> <Self::Rod<D> as Rod<D, W>>::Frames;
 
     /// How many unknowns a support holds, counted from the end of the rod inwards.
     fn held(&self, support: Support) -> usize;
+
+    /// A vector of the world in the model's axes; its third component leaves a plane.
+    fn components(&self, vector: [f64; 3]) -> [f64; 3];
 
     /// The position of node `i` in the world, m.
     fn position(&self, q: &[f64], i: usize) -> [f64; 3];
 
     /// A rate of the position of node `i` in world axes, from the rates of all unknowns.
     fn rate(&self, v: &[f64], i: usize) -> [f64; 3];
+}
+
+/// Where an end rolls: as the scene says, or along the rod.
+fn rolling(scene: &crate::scene::Scene, nodes: &[[f64; 3]]) -> Option<(End, Vector3<f64>)> {
+    let end = scene.supports.rolling()?;
+    let edge = match end {
+        End::Start => &nodes[..2],
+        End::End => &nodes[nodes.len() - 2..],
+    };
+    let along = Vector3::from(edge[1]) - Vector3::from(edge[0]);
+    Some((end, scene.supports.roller.map_or(along, Vector3::from)))
 }
 
 /// Half of each adjacent edge.

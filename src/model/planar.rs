@@ -1,13 +1,13 @@
 //! The model of a scene that lies in a plane.
 
-use super::{Model, voronoi_share};
-use crate::energy::{DeadLoad, PlanarBend, Stretch, planar_bend};
+use super::{Model, NodalLoad, rolling, voronoi_share};
+use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::error::Error;
 use crate::parameter::Properties;
 use crate::rod::PlanarRod;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::scalar::Nestable;
-use crate::scene::{Plane, Scene, Support};
+use crate::scene::{End, Plane, Scene, Support};
 use nalgebra::Vector3;
 
 /// Rest shape and loads in the scene's plane.
@@ -27,30 +27,46 @@ pub struct PlanarModel {
     second_moment: usize,
     /// m/s^2.
     gravity: [f64; 2],
-    /// Node and force in world axes, N.
-    forces: Vec<(usize, [f64; 3])>,
+    loads: Vec<NodalLoad>,
 }
 
 impl PlanarModel {
-    /// The model, or what leaves the plane of the rest.
+    /// The model, or what leaves the plane of the rest. `start` is the shape the rod starts in, if
+    /// not the rest shape's `nodes`.
     pub(crate) fn new(
         scene: &Scene,
         nodes: &[[f64; 3]],
+        start: Option<&[[f64; 3]]>,
         arcs: Option<&[f64]>,
-        forces: &[(usize, [f64; 3])],
+        loads: &[NodalLoad],
     ) -> Result<Result<Self, String>, Error> {
-        let mut vectors = vec![("loads.gravity".to_string(), Vector3::from(scene.loads.gravity))];
-        for (i, (_, force)) in forces.iter().enumerate() {
-            vectors.push((format!("loads.point[{i}].force"), (*force).into()));
-        }
-        for (i, load) in scene.initial.point.iter().enumerate() {
-            vectors.push((format!("initial.point[{i}].force"), load.force.into()));
-        }
+        let along = Vector3::from(nodes[1]) - Vector3::from(nodes[0]);
+        let (mut vectors, turns) = vectors(scene, nodes, start);
+        // A turn lies across its plane.
+        vectors.extend(turns.iter().map(|(key, turn)| (key.clone(), turn.cross(&along))));
         let up = scene.rod.section.up().map(Vector3::from);
-        let plane = match Plane::through(nodes, &vectors, up) {
+        let leaves = |what: &str| Ok(Err(format!("{what} leaves the plane of the rest")));
+        let mut plane = match Plane::through(nodes, &vectors, up) {
             Ok(plane) => plane,
-            Err(what) => return Ok(Err(format!("{what} leaves the plane of the rest"))),
+            Err(what) => return leaves(&what),
         };
+        for (key, turn) in &turns {
+            if plane.components(*turn).0.norm() > 1e-9 * turn.norm() {
+                return leaves(key);
+            }
+        }
+        if let Some(i) = scene.supports.motion.iter().position(|motion| motion.twist != 0.0) {
+            return leaves(&format!("supports.motion[{i}].twist"));
+        }
+        // A roller at the end holds the last coordinate of its node, one at the start the first, so
+        // that the free unknowns stay side by side.
+        if let Some((end, direction)) = rolling(scene, nodes) {
+            let (along, normal) = (direction.normalize(), plane.x.cross(&plane.y));
+            (plane.x, plane.y) = match end {
+                End::End => (along, normal.cross(&along)),
+                End::Start => (along.cross(&normal), along),
+            };
+        }
         let second_moment = match second_moment_in(scene, &plane, nodes)? {
             Some(second_moment) => second_moment,
             None => {
@@ -67,7 +83,7 @@ impl PlanarModel {
             .collect();
         Ok(Ok(Self {
             gravity: plane.project(scene.loads.gravity.into()),
-            forces: forces.to_vec(),
+            loads: loads.to_vec(),
             plane,
             nodes,
             line_length: arcs.map_or(rest_length.clone(), <[f64]>::to_vec),
@@ -79,7 +95,16 @@ impl PlanarModel {
     }
 }
 
+impl PlanarModel {
+    /// Of an edge at rest, m.
+    fn direction(&self, edge: usize) -> [f64; 2] {
+        let [a, b] = [self.nodes[edge], self.nodes[edge + 1]];
+        [b[0] - a[0], b[1] - a[1]]
+    }
+}
+
 impl Model<HALF_BANDWIDTH> for PlanarModel {
+    const STRIDE: usize = 2;
     type Rod<D: Nestable> = PlanarRod<D>;
 
     fn rod<D: Nestable>(&self, p: &Properties<D>) -> PlanarRod<D> {
@@ -109,16 +134,26 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             bend: bend.collect(),
             mass: node_mass.iter().flat_map(|m| [*m, *m]).collect(),
             load,
+            moment: Vec::new(),
+            heading: self.direction(0).map(D::from),
         };
-        self.add_forces(&mut rod, &self.forces);
+        self.add_loads(&mut rod, &self.loads);
         rod
     }
 
-    fn add_forces<D: Nestable>(&self, rod: &mut PlanarRod<D>, forces: &[(usize, [f64; 3])]) {
-        for (i, force) in forces {
-            let force = self.plane.project((*force).into());
+    fn add_loads<D: Nestable>(&self, rod: &mut PlanarRod<D>, loads: &[NodalLoad]) {
+        for load in loads {
+            let force = self.plane.project(load.force.into());
             for c in 0..2 {
-                rod.load[*i].force[c] += D::from(force[c]);
+                rod.load[load.node].force[c] += D::from(force[c]);
+            }
+            let (_, moment) = self.plane.components(load.moment.into());
+            if moment != 0.0 {
+                let last = self.rest_length.len() - 1;
+                for edge in [load.node.saturating_sub(1), load.node.min(last)] {
+                    let rest = self.direction(edge).map(D::from);
+                    rod.moment.push((edge, DeadMoment { moment: D::from(0.5 * moment), rest }));
+                }
             }
         }
     }
@@ -131,14 +166,22 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         self.nodes.iter().flatten().copied().collect()
     }
 
-    fn frames<D: Nestable>(&self) {}
+    fn frames(&self) {}
+
+    fn lift<D: Nestable>((): &()) {}
 
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
+            Support::Roller => 1,
             Support::Pinned => 2,
             Support::Clamped => 4,
         }
+    }
+
+    fn components(&self, vector: [f64; 3]) -> [f64; 3] {
+        let (own, normal) = self.plane.components(vector.into());
+        [own.x, own.y, normal]
     }
 
     fn position(&self, q: &[f64], i: usize) -> [f64; 3] {
@@ -148,6 +191,43 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
     fn rate(&self, v: &[f64], i: usize) -> [f64; 3] {
         self.plane.direction_to_world([v[2 * i], v[2 * i + 1]]).into()
     }
+}
+
+/// A vector with the key it stands under.
+type Named = (String, Vector3<f64>);
+
+/// What must lie in the plane beside the rest shape, and the turns, which must lie across it.
+fn vectors(
+    scene: &Scene,
+    nodes: &[[f64; 3]],
+    start: Option<&[[f64; 3]]>,
+) -> (Vec<Named>, Vec<Named>) {
+    let mut vectors: Vec<Named> = vec![
+        ("loads.gravity".into(), scene.loads.gravity.into()),
+        ("initial.velocity".into(), scene.initial.velocity.into()),
+    ];
+    let mut turns: Vec<Named> =
+        vec![("initial.angular_velocity".into(), scene.initial.angular_velocity.into())];
+    for (table, points) in [("loads", &scene.loads.point), ("initial", &scene.initial.point)] {
+        for (i, load) in points.iter().enumerate() {
+            vectors.push((format!("{table}.point[{i}].force"), load.force.into()));
+            turns.push((format!("{table}.point[{i}].moment"), load.moment.into()));
+        }
+    }
+    for (i, motion) in scene.supports.motion.iter().enumerate() {
+        let key = format!("supports.motion[{i}]");
+        vectors.push((format!("{key}.displacement"), motion.displacement.into()));
+        turns.push((format!("{key}.rotation"), motion.rotation.into()));
+    }
+    if let Some(roller) = scene.supports.roller {
+        vectors.push(("supports.roller".into(), roller.into()));
+    }
+    if let Some(start) = start {
+        let from = Vector3::from(nodes[0]);
+        let shape = start.iter().map(|x| ("initial.shape".into(), Vector3::from(*x) - from));
+        vectors.extend(shape);
+    }
+    (vectors, turns)
 }
 
 /// Which second moment resists bending in the plane: 0 with `up` in the plane, 1 across it; none

@@ -1,6 +1,6 @@
 //! The model of a scene in space.
 
-use super::{Model, voronoi_share};
+use super::{Model, NodalLoad, rolling, voronoi_share};
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::{DeadLoad, Stretch};
 use crate::error::Error;
@@ -9,7 +9,7 @@ use crate::parameter::Properties;
 use crate::rod::SpatialRod;
 use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::scalar::Nestable;
-use crate::scene::{Scene, Support};
+use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
 
 /// Rest shape, material frames and loads.
@@ -28,8 +28,10 @@ pub struct SpatialModel {
     frames: Frames<f64>,
     /// m/s^2.
     gravity: [f64; 3],
-    /// Node and force, N.
-    forces: Vec<(usize, [f64; 3])>,
+    loads: Vec<NodalLoad>,
+    /// The model's axes in the world: the world's own, unless an end rolls. All vectors above but
+    /// the loads' are in these.
+    axes: [Vector3<f64>; 3],
 }
 
 impl SpatialModel {
@@ -37,13 +39,36 @@ impl SpatialModel {
         scene: &Scene,
         nodes: &[[f64; 3]],
         arcs: Option<&[f64]>,
-        forces: &[(usize, [f64; 3])],
+        loads: &[NodalLoad],
     ) -> Result<Self, Error> {
+        if let Some(load) = loads.iter().find(|load| load.moment != [0.0; 3]) {
+            let found = format!("{:?} on node {} of a spatial scene", load.moment, load.node);
+            let allowed = "planar scenes only: in space the work of a constant moment depends on \
+                           the way; turn an end by [[supports.motion]]";
+            return Err(Error::invalid("loads.point.moment", found, allowed));
+        }
+        let axes = match rolling(scene, nodes) {
+            None => [Vector3::x(), Vector3::y(), Vector3::z()],
+            // A roller at the end holds the last two coordinates of its node, one at the start the
+            // first two, so that the free unknowns stay side by side.
+            Some((end, direction)) => {
+                let along = direction.normalize();
+                let across =
+                    along.cross(&Vector3::ith(along.map(f64::abs).imin(), 1.0)).normalize();
+                match end {
+                    End::End => [along, across, along.cross(&across)],
+                    End::Start => [across, along.cross(&across), along],
+                }
+            }
+        };
+        let own = |v: &[f64; 3]| axes.map(|axis| axis.dot(&Vector3::from(*v)));
+        let up = scene.rod.section.up_across(nodes)?.map(|up| Vector3::from(own(&up.into())));
+        let nodes: Vec<[f64; 3]> = nodes.iter().map(own).collect();
         let edges: Vec<Vector3<f64>> =
             nodes.windows(2).map(|p| Vector3::from(p[1]) - Vector3::from(p[0])).collect();
         let tangents: Vec<[f64; 3]> = edges.iter().map(|e| e.normalize().into()).collect();
         // m1 along `up`; a circle takes any direction across, the one most across.
-        let director = match scene.rod.section.up_across(nodes)? {
+        let director = match up {
             Some(up) => up,
             None => {
                 let t = Vector3::from(tangents[0]);
@@ -65,19 +90,21 @@ impl SpatialModel {
             .collect();
         let rest_length: Vec<f64> = edges.iter().map(Vector3::norm).collect();
         Ok(Self {
-            nodes: nodes.to_vec(),
+            nodes,
             line_length: arcs.map_or(rest_length.clone(), <[f64]>::to_vec),
             corrected: arcs.is_some(),
             rest_length,
             rest_curvature,
             frames,
-            gravity: scene.loads.gravity,
-            forces: forces.to_vec(),
+            gravity: own(&scene.loads.gravity),
+            loads: loads.to_vec(),
+            axes,
         })
     }
 }
 
 impl Model<HALF_BANDWIDTH> for SpatialModel {
+    const STRIDE: usize = 4;
     type Rod<D: Nestable> = SpatialRod<D>;
 
     fn rod<D: Nestable>(&self, p: &Properties<D>) -> SpatialRod<D> {
@@ -122,14 +149,15 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             load.push(DeadLoad { force: self.gravity.map(|g| node_mass * g) });
         }
         let mut rod = SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load };
-        self.add_forces(&mut rod, &self.forces);
+        self.add_loads(&mut rod, &self.loads);
         rod
     }
 
-    fn add_forces<D: Nestable>(&self, rod: &mut SpatialRod<D>, forces: &[(usize, [f64; 3])]) {
-        for (i, force) in forces {
+    fn add_loads<D: Nestable>(&self, rod: &mut SpatialRod<D>, loads: &[NodalLoad]) {
+        for load in loads {
+            let force = self.components(load.force);
             for c in 0..3 {
-                rod.load[*i].force[c] += D::from(force[c]);
+                rod.load[load.node].force[c] += D::from(force[c]);
             }
         }
     }
@@ -144,15 +172,19 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         q
     }
 
-    fn frames<D: Nestable>(&self) -> Frames<D> {
+    fn frames(&self) -> Frames<f64> {
+        self.frames.clone()
+    }
+
+    fn lift<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
         let lift = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {
             tangent: lift(frame.tangent),
             director: lift(frame.director),
         };
         Frames {
-            edges: self.frames.edges.iter().map(edge).collect(),
-            twist: self.frames.twist.iter().map(|t| D::from(*t)).collect(),
+            edges: frames.edges.iter().map(edge).collect(),
+            twist: frames.twist.iter().map(|t| D::from(*t)).collect(),
         }
     }
 
@@ -160,13 +192,19 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
     fn held(&self, support: Support) -> usize {
         match support {
             Support::Free => 0,
+            Support::Roller => 2,
             Support::Pinned => 3,
             Support::Clamped => 7,
         }
     }
 
+    fn components(&self, vector: [f64; 3]) -> [f64; 3] {
+        self.axes.map(|axis| axis.dot(&Vector3::from(vector)))
+    }
+
     fn position(&self, q: &[f64], i: usize) -> [f64; 3] {
-        [q[4 * i], q[4 * i + 1], q[4 * i + 2]]
+        let [x, y, z] = self.axes;
+        (x * q[4 * i] + y * q[4 * i + 1] + z * q[4 * i + 2]).into()
     }
 
     fn rate(&self, v: &[f64], i: usize) -> [f64; 3] {

@@ -98,6 +98,18 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// Measures the angles of `q`, which are from `from`, from `to` instead.
     fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames);
 
+    /// The first material director of an edge, if edges have one.
+    fn director(_q: &[D], _frames: &Self::Frames, _edge: usize) -> Option<[D; 3]> {
+        None
+    }
+
+    /// Turns all edges but the first about themselves until no joint is twisted.
+    fn untwist(_q: &mut [D], _frames: &Self::Frames) {}
+
+    /// Turns an edge so that its first material director is `director`, on the turn nearest to
+    /// `turn` beyond its angle in `q`.
+    fn align(_q: &mut [D], _frames: &Self::Frames, _edge: usize, _director: [f64; 3], _turn: f64) {}
+
     /// Elastic energies and the potential of the loads; kinetic energy zero.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 

@@ -5,8 +5,8 @@
 use super::{Energies, Rod};
 use crate::banded::BandMatrix;
 use crate::energy::{
-    DeadLoad, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient, dual_gradient_rate,
-    dual_tangent,
+    DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
+    dual_gradient_rate, dual_tangent,
 };
 use crate::scalar::{Nestable, Scalar};
 use num_dual::Dual64;
@@ -25,6 +25,10 @@ pub struct PlanarRod<D> {
     pub mass: Vec<D>,
     /// Weight and point forces, one per node.
     pub load: Vec<DeadLoad<D, 2>>,
+    /// Moments, each with the edge it turns.
+    pub moment: Vec<(usize, DeadMoment<D>)>,
+    /// The first edge's direction at rest: angles of the moments' potential count from it.
+    pub heading: [D; 2],
 }
 
 /// The unknowns of element `i`: `N` of them from node `i` on.
@@ -90,6 +94,11 @@ impl<D: Nestable> PlanarRod<D> {
         }
         self.complete(self.stretch.len(), &g, gradient);
         tangent.set_columns::<2, 6>(2 * self.stretch.len(), &h);
+        for (i, moment) in &self.moment {
+            let local = moment.tangent(unknowns(q, *i));
+            scatter(&local.gradient, gradient, *i);
+            tangent.add_block(2 * i, &local.hessian);
+        }
     }
 
     /// Writes the gradient of node `i`: its elastic part, first in `g`, less its load.
@@ -104,6 +113,26 @@ impl<D: Nestable> PlanarRod<D> {
         for (i, load) in self.load.iter().enumerate() {
             gradient[2 * i..2 * i + 2].copy_from_slice(&load.gradient(unknowns(q, i)));
         }
+        for (i, moment) in &self.moment {
+            scatter(&moment.gradient(unknowns(q, *i)), gradient, *i);
+        }
+    }
+
+    /// The potential of the moments, J: angles are counted on from the first edge's, beyond half
+    /// turns, by the turning angles of the joints.
+    fn moment_potential(&self, q: &[D]) -> f64 {
+        let Some(last) = self.moment.iter().map(|(i, _)| *i).max() else { return 0.0 };
+        let first = DeadMoment { moment: D::from(-1.0), rest: self.heading };
+        let mut angle = first.energy(unknowns(q, 0)).value();
+        let mut potential = 0.0;
+        for j in 0..=last {
+            if j > 0 {
+                angle += 2.0 * (0.5 * self.bend[j - 1].strain(unknowns(q, j - 1)).value()).atan();
+            }
+            let here = self.moment.iter().filter(|(i, _)| *i == j);
+            potential -= here.map(|(_, m)| m.moment.value() * angle).sum::<f64>();
+        }
+        potential
     }
 }
 
@@ -178,6 +207,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             };
         }
         add!(seeded.load, <DeadLoad<f64, 2> as Element<f64, 2>>::gradient_rate);
+        for (i, moment) in &seeded.moment {
+            let own = <DeadMoment<f64> as Element<f64, 4>>::gradient_rate(moment, unknowns(q, *i));
+            scatter(&own, rate, *i);
+        }
         match derivatives {
             Derivatives::Hand => {
                 add!(seeded.stretch, <Stretch<f64, 2> as Element<f64, 4>>::gradient_rate);
@@ -210,7 +243,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         Energies {
             stretch: sum(&self.stretch, q),
             bend: sum(&self.bend, q),
-            potential: sum(&self.load, q),
+            potential: sum(&self.load, q) + self.moment_potential(q),
             ..Energies::default()
         }
     }

@@ -316,6 +316,25 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         }
     }
 
+    fn director(q: &[D], frames: &Frames<D>, j: usize) -> Option<[D; 3]> {
+        Some(frames.edges[j].material(unit(edge(q, j)), q[STRIDE * j + 3])[0])
+    }
+
+    fn untwist(q: &mut [D], frames: &Frames<D>) {
+        for (j, twist) in frames.twist.iter().enumerate() {
+            q[STRIDE * (j + 1) + 3] = q[STRIDE * j + 3] - *twist;
+        }
+    }
+
+    fn align(q: &mut [D], frames: &Frames<D>, j: usize, director: [f64; 3], turn: f64) {
+        let [d1, d2] = frames.edges[j].material(unit(edge(q, j)), D::from(0.0));
+        let director = director.map(D::from);
+        let angle = dot(director, d2).atan2(dot(director, d1));
+        let theta = &mut q[STRIDE * j + 3];
+        let turns = ((*theta + turn - angle).value() / TAU).round();
+        *theta = angle + turns * TAU;
+    }
+
     fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
         let mut sum = Energies::default();
         for (i, element) in self.stretch.iter().enumerate() {

@@ -1,12 +1,18 @@
 //! The scene file: what it may say, and whether it makes sense. All quantities are SI.
 
+pub mod initial;
+pub mod loads;
 pub mod plane;
 pub mod section;
 pub mod shape;
+pub mod supports;
 
+pub use initial::{Initial, InitialState};
+pub use loads::{DampingSpec, Loads, NamedNode, Node, PointForce};
 pub use plane::Plane;
 pub use section::Section;
 pub use shape::{Handedness, Shape};
+pub use supports::{Clamp, End, Motion, Support, Supports};
 
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -119,140 +125,6 @@ pub struct Material {
     pub shear_modulus: Option<f64>,
 }
 
-/// `[supports]`
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Supports {
-    /// At arc length zero.
-    #[serde(default = "clamped")]
-    pub start: Support,
-    /// At the other end.
-    #[serde(default)]
-    pub end: Support,
-    /// Where the wall of a clamped end stands.
-    #[serde(default)]
-    pub clamp: Clamp,
-}
-
-fn clamped() -> Support {
-    Support::Clamped
-}
-
-impl Default for Supports {
-    fn default() -> Self {
-        Self { start: Support::Clamped, end: Support::Free, clamp: Clamp::default() }
-    }
-}
-
-/// What holds an end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Support {
-    /// Nothing.
-    #[default]
-    Free,
-    /// A hinge: the end stays where it is.
-    Pinned,
-    /// A wall: position and direction stay.
-    Clamped,
-}
-
-/// Where the wall of a clamped end stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Clamp {
-    /// At the middle of the outermost edge: second-order accurate.
-    #[default]
-    MidEdge,
-    /// At the outermost node, as in the paper: the rod is half an edge too short.
-    Nodes,
-}
-
-/// `[loads]`
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Loads {
-    /// Acceleration, m/s^2.
-    #[serde(default)]
-    pub gravity: [f64; 3],
-    /// Damping.
-    #[serde(default)]
-    pub damping: DampingSpec,
-    /// Constant forces on nodes.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub point: Vec<PointForce>,
-}
-
-/// `loads.damping`
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DampingSpec {
-    /// Force -mass M v, 1/s.
-    #[serde(default)]
-    pub mass: f64,
-    /// Kelvin-Voigt time on the strain rates, s.
-    #[serde(default)]
-    pub stiffness: f64,
-}
-
-/// `[[loads.point]]`
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PointForce {
-    /// Where.
-    pub node: Node,
-    /// N, in world axes.
-    pub force: [f64; 3],
-}
-
-/// A node: `"tip"` or an index from the start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "expected \"tip\" or the index of a node")]
-pub enum Node {
-    /// By number, 0 at the start.
-    Index(usize),
-    /// By name.
-    Named(NamedNode),
-}
-
-/// The node with a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum NamedNode {
-    /// The last node.
-    Tip,
-}
-
-/// `[initial]`: at rest in the rest shape, or in equilibrium under the loads and forces that let
-/// go at t = 0 (pluck and release).
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Initial {
-    /// Where the rod starts.
-    #[serde(default)]
-    pub state: InitialState,
-    /// Forces that hold the rod beside its loads until t = 0.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub point: Vec<PointForce>,
-}
-
-impl Initial {
-    fn is_rest(&self) -> bool {
-        self.state == InitialState::Rest && self.point.is_empty()
-    }
-}
-
-/// Where the rod starts, without velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum InitialState {
-    /// In its rest shape.
-    #[default]
-    Rest,
-    /// In equilibrium.
-    Equilibrium,
-}
-
 /// `[time]`
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "TimeForm", into = "TimeForm")]
@@ -332,11 +204,6 @@ impl Time {
     }
 }
 
-impl Node {
-    /// The last node.
-    pub const TIP: Self = Self::Named(NamedNode::Tip);
-}
-
 impl Scene {
     /// A rod clamped at its start (mid-edge), without loads and without a time.
     pub fn new(segments: usize, shape: Shape, section: Section, material: Material) -> Self {
@@ -410,7 +277,7 @@ impl Scene {
     }
 
     fn check(&self) -> Result<(), Error> {
-        self.rod.shape.check()?;
+        self.rod.shape.check("rod.shape")?;
         self.rod.section.check()?;
         match (&self.rod.shape, self.rod.segments) {
             (Shape::Polyline { .. }, Some(n)) => {
@@ -442,20 +309,9 @@ impl Scene {
         if let Some(modulus) = material.shear_modulus {
             positive("material.shear_modulus", modulus)?;
         }
-        finite("loads.gravity", &self.loads.gravity)?;
-        not_negative("loads.damping.mass", self.loads.damping.mass)?;
-        not_negative("loads.damping.stiffness", self.loads.damping.stiffness)?;
-        for (i, load) in self.loads.point.iter().enumerate() {
-            finite(&format!("loads.point[{i}].force"), &load.force)?;
-        }
-        for (i, load) in self.initial.point.iter().enumerate() {
-            finite(&format!("initial.point[{i}].force"), &load.force)?;
-        }
-        if self.initial.state == InitialState::Rest && !self.initial.point.is_empty() {
-            let found = "forces that hold a rod at rest";
-            let allowed = "with state = \"equilibrium\" only";
-            return Err(Error::invalid("initial.point", found, allowed));
-        }
+        self.loads.check()?;
+        self.initial.check()?;
+        self.supports.check(self.initial.state != InitialState::Equilibrium)?;
         if let Some(time) = &self.time {
             positive("time.end", time.end)?;
             positive("time.step", time.step)?;

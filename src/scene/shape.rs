@@ -70,8 +70,9 @@ pub struct Mesh {
 }
 
 impl Shape {
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        let key = |name: &str| format!("rod.shape.{name}");
+    /// Checks every value; `table` is where it stands.
+    pub(crate) fn check(&self, table: &str) -> Result<(), Error> {
+        let key = |name: &str| format!("{table}.{name}");
         match self {
             Self::Straight { length, direction: d } => {
                 positive(&key("length"), *length)?;

@@ -1,15 +1,14 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
-use crate::banded::{BandMatrix, Ldlt};
+mod start;
+
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
-use crate::flow::{Flow, Rest};
-use crate::frame::Frames;
-use crate::model::{Model, PlanarModel, SpatialModel};
+use crate::model::{Model, NodalLoad, PlanarModel, SpatialModel};
 use crate::parameter::{Parameter, Properties};
 use crate::point::{Point, Stencil};
-use crate::rod::{Rod, SpatialRod, planar, spatial};
+use crate::rod::{Rod, planar, spatial};
 use crate::scalar::Nestable;
 use crate::scene::shape::Mesh;
 use crate::scene::{
@@ -32,9 +31,12 @@ pub struct Problem {
     /// Of every node from the wall, m.
     arc_length: Vec<f64>,
     length: f64,
-    /// Forces that hold the rod until t = 0, N.
-    held: Vec<(usize, [f64; 3])>,
-    /// The unknowns at t = 0, angles measured from the frames of the rest shape; empty at rest.
+    /// Loads that hold the rod until t = 0.
+    held: Vec<NodalLoad>,
+    /// The nodes of the shape the rod begins in, if not the rest shape, m.
+    start_shape: Option<Vec<[f64; 3]>>,
+    /// The unknowns of the equilibrium the rod starts from, angles measured from the frames it
+    /// begins with; empty if it does not.
     initial: Vec<f64>,
 }
 
@@ -78,11 +80,13 @@ impl Problem {
     fn new(mut scene: Scene) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
         let mesh = mesh(&scene)?;
-        let forces = forces_on(&scene.loads.point, "loads", mesh.nodes.len())?;
-        let (model, reason) = choose(&scene, &mesh, &forces)?;
-        let held = forces_on(&scene.initial.point, "initial", mesh.nodes.len())?;
+        let loads = nodal(&scene.loads.point, "loads", mesh.nodes.len())?;
+        let start_shape = start_shape(&scene, mesh.nodes.len())?;
+        let (model, reason) = choose(&scene, &mesh, start_shape.as_deref(), &loads)?;
+        let held = nodal(&scene.initial.point, "initial", mesh.nodes.len())?;
         let mut problem = Self {
             held,
+            start_shape,
             initial: Vec::new(),
             derivatives: Derivatives::default(),
             model,
@@ -173,8 +177,9 @@ impl Problem {
     /// The spatial model of the scene, whatever model it has.
     pub(crate) fn spatial_model(&self) -> Result<SpatialModel, Error> {
         let mesh = mesh(&self.scene)?;
-        let forces = forces_on(&self.scene.loads.point, "loads", mesh.nodes.len())?;
-        SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &forces)
+        // Moments about the plane's normal would turn with the rod out of it.
+        let loads = nodal(&self.scene.loads.point, "loads", mesh.nodes.len())?;
+        SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &loads)
     }
     /// The problem with another model.
     pub(crate) fn posed_as<'a, M: Model<W>, const W: usize>(
@@ -286,19 +291,6 @@ impl Problem {
 /// A model's frames.
 pub(crate) type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
 
-impl SpatialProblem<'_> {
-    /// The unknowns and frames of a rod that has moved to `nodes` without turning about itself.
-    pub(crate) fn placed(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
-        let mut q = self.rest();
-        for (i, x) in nodes.iter().enumerate() {
-            q[4 * i..4 * i + 3].copy_from_slice(x);
-        }
-        let mut frames = self.model.frames::<f64>();
-        SpatialRod::<f64>::rebase(&mut frames, &q);
-        (q, frames)
-    }
-}
-
 impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The unknowns at rest, m (rad for angles).
     pub fn rest(&self) -> Vec<f64> {
@@ -353,92 +345,24 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     ) -> Simulation<D, M::Rod<D>, W> {
         let properties = Properties::of(&self.problem.scene, seed);
         let rod = self.model.rod(&properties);
-        let frames = self.model.frames::<D>();
-        let start = self.start(&rod, &frames);
-        Simulation::new(
+        let start = self.start(&rod);
+        let values: Vec<f64> = start.0.iter().map(|x| x.value()).collect();
+        let mut simulation = Simulation::new(
             rod,
-            (start, frames),
+            start,
             self.free(),
             properties.damping,
             (self.problem.scene.scheme(), properties.beta),
             self.problem.length,
             self.problem.derivatives,
-        )
-    }
-
-    /// The rod with the forces that hold it until t = 0.
-    fn held_rod<D: Nestable>(&self, rod: &M::Rod<D>) -> M::Rod<D> {
-        let mut held = rod.clone();
-        self.model.add_forces(&mut held, &self.problem.held);
-        held
-    }
-
-    /// The state the rod creeps into from its rest shape under its loads.
-    pub fn equilibrium(&self) -> Result<Rest<FramesOf<M, W>>, Error> {
-        self.equilibrium_of(&self.rod())
-    }
-
-    /// The same of a rod with other loads.
-    fn equilibrium_of(&self, rod: &M::Rod<f64>) -> Result<Rest<FramesOf<M, W>>, Error> {
-        let scales = (self.problem.length, self.zero_frequency_squared());
-        Flow::new(rod, self.free(), scales, self.problem.derivatives, self.rest())
-            .descend(self.model.frames::<f64>())
-    }
-
-    /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending
-    /// vibration's, or what rounding errors in a tangent that goes with the fourth power of the
-    /// mesh amount to.
-    pub(crate) fn zero_frequency_squared(&self) -> f64 {
-        let noise = f64::EPSILON * (self.nodes() as f64).powi(4);
-        self.bending_frequency_squared() * (1e-9 + 10.0 * noise)
-    }
-
-    /// Unknowns of the equilibrium of the held rod, angles measured from the frames at rest.
-    fn equilibrium_held(&self) -> Result<Vec<f64>, Error> {
-        let rod = self.held_rod(&self.rod());
-        let found = self.equilibrium_of(&rod)?;
-        let mut q = found.q;
-        M::Rod::<f64>::refer(&mut q, &found.frames, &self.model.frames::<f64>());
-        Ok(q)
-    }
-
-    /// The unknowns at t = 0. One step of Newton's method per order of derivatives that `D` carries
-    /// gives an equilibrium its exact derivatives.
-    fn start<D: Nestable>(
-        &self,
-        rod: &M::Rod<D>,
-        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
-    ) -> Vec<D> {
-        let at = match self.problem.initial.is_empty() {
-            true => self.rest(),
-            false => self.problem.initial.clone(),
-        };
-        let mut q: Vec<D> = at.into_iter().map(D::from).collect();
-        if self.problem.initial.is_empty() || D::ORDER == 0 {
-            return q;
+        );
+        if let Some(drive) = self.drive() {
+            simulation.drive(drive);
         }
-        let held = self.held_rod(rod);
-        let n = q.len();
-        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
-        let mut factors = Ldlt::with_order(n);
-        for _ in 0..D::ORDER {
-            held.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-            // Where nothing resists, such as the spin of a round rod between hinges, any answer
-            // along that direction will do.
-            if factors.factor(&tangent, self.free()).is_err() {
-                let (free, zero) = (self.free(), D::from(self.zero_frequency_squared()));
-                let (mass, one) = (held.mass(), D::from(1.0));
-                if factors.factor_sum(mass, zero, &tangent, one, free).is_err() {
-                    // Not finite: the first step says so.
-                    return vec![D::from(f64::NAN); n];
-                }
-            }
-            factors.solve(&mut gradient);
-            for i in self.free() {
-                q[i] -= gradient[i];
-            }
+        if let Some(velocity) = self.start_velocity(&values) {
+            simulation.set_velocity(&velocity);
         }
-        q
+        simulation
     }
 
     /// The sensitivity of a simulation to one parameter, at the start.
@@ -446,23 +370,20 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
         let properties = Properties::of(&self.problem.scene, seed);
         let rod = self.model.rod(&properties);
-        let frames = self.model.frames::<Dual64>();
-        let start = self.start(&rod, &frames);
-        Sensitivity::new(
-            rod,
-            (start, frames),
-            properties.damping,
-            properties.beta,
-            &self.simulation(),
-        )
+        let start = self.start(&rod);
+        Sensitivity::new(rod, start, properties.damping, properties.beta, &self.simulation())
     }
 }
 
 /// The rest shape's mesh, cut by the walls.
 fn mesh(scene: &Scene) -> Result<Mesh, Error> {
+    scene.rod.shape.mesh(scene.rod.segments.unwrap_or(0), cuts(scene), &scene.folder())
+}
+
+/// Which outermost edges a wall cuts.
+fn cuts(scene: &Scene) -> [bool; 2] {
     let cut = |support| support == Support::Clamped && scene.supports.clamp == Clamp::MidEdge;
-    let cuts = [cut(scene.supports.start), cut(scene.supports.end)];
-    scene.rod.shape.mesh(scene.rod.segments.unwrap_or(0), cuts, &scene.folder())
+    [cut(scene.supports.start), cut(scene.supports.end)]
 }
 
 /// The lengths of the edges' arcs, where the discretisation counts them.
@@ -474,14 +395,15 @@ fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<&'a [f64]> {
 fn choose(
     scene: &Scene,
     mesh: &Mesh,
-    forces: &[(usize, [f64; 3])],
+    start: Option<&[[f64; 3]]>,
+    loads: &[NodalLoad],
 ) -> Result<(AnyModel, String), Error> {
     let (nodes, arcs) = (&mesh.nodes[..], arcs(scene, mesh));
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),
         Dimension::Auto | Dimension::Planar => {
-            match PlanarModel::new(scene, nodes, arcs, forces)? {
+            match PlanarModel::new(scene, nodes, start, arcs, loads)? {
                 Ok(model) if asked == Dimension::Planar => {
                     return Ok((AnyModel::Planar(model), "asked for".into()));
                 }
@@ -504,16 +426,22 @@ fn choose(
         let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
     }
-    Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, arcs, forces)?), why))
+    Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, arcs, loads)?), why))
 }
 
-fn forces_on(
-    loads: &[PointForce],
-    table: &str,
-    nodes: usize,
-) -> Result<Vec<(usize, [f64; 3])>, Error> {
-    let mut forces = Vec::new();
-    for (k, load) in loads.iter().enumerate() {
+/// The nodes of the shape the rod begins in, where the scene gives one.
+fn start_shape(scene: &Scene, nodes: usize) -> Result<Option<Vec<[f64; 3]>>, Error> {
+    let Some(shape) = &scene.initial.shape else { return Ok(None) };
+    let mesh = shape.mesh(nodes - 1, cuts(scene), &scene.folder())?;
+    if mesh.nodes.len() == nodes {
+        return Ok(Some(mesh.nodes));
+    }
+    let found = format!("{} nodes", mesh.nodes.len());
+    Err(Error::invalid("initial.shape", found, format!("the rest shape's {nodes}")))
+}
+
+fn nodal(loads: &[PointForce], table: &str, nodes: usize) -> Result<Vec<NodalLoad>, Error> {
+    let on = |(k, load): (usize, &PointForce)| {
         let node = match load.node {
             Node::Named(NamedNode::Tip) => nodes - 1,
             Node::Index(i) if i < nodes => i,
@@ -522,7 +450,7 @@ fn forces_on(
                 return Err(Error::invalid(format!("{table}.point[{k}].node"), i, allowed));
             }
         };
-        forces.push((node, load.force));
-    }
-    Ok(forces)
+        Ok(NodalLoad { node, force: load.force, moment: load.moment })
+    };
+    loads.iter().enumerate().map(on).collect()
 }

@@ -1,0 +1,61 @@
+//! Dead moments: constant moments about the normal of the plane.
+//!
+//! Energy: `E = -M phi` with the angle `phi` of an edge, counter-clockwise from its direction at
+//! rest. The element knows the angle in (-pi, pi] only; the rod's potential counts it on from edge
+//! to edge (`PlanarRod::energies`). In space a constant moment has no potential (Ziegler 1968), hence no
+//! element there.
+//!
+//! Hand derivation: `grad phi = n = perp(e)/|e|^2` and `Hess phi = -(u n' + n u')`, `u = e/|e|^2`.
+
+use super::{Element, Local};
+use crate::scalar::Scalar;
+use num_dual::Dual64;
+
+/// A constant moment on one edge. Unknowns: `[x0, y0, x1, y1]` of its nodes, m.
+#[derive(Clone, Copy, Debug)]
+pub struct DeadMoment<D> {
+    /// N m, counter-clockwise.
+    pub moment: D,
+    /// The edge's direction at rest, of any length.
+    pub rest: [D; 2],
+}
+
+/// u = e/|e|^2 and n = perp(u), 1/m.
+#[inline]
+fn reciprocal<D: Scalar>(q: &[D; 4]) -> ([D; 2], [D; 2]) {
+    let e = [q[2] - q[0], q[3] - q[1]];
+    let inverse = (e[0] * e[0] + e[1] * e[1]).recip();
+    let u = e.map(|c| c * inverse);
+    (u, [-u[1], u[0]])
+}
+
+impl<D: Scalar> Element<D, 4> for DeadMoment<D> {
+    const NAME: &'static str = "dead moment";
+    type Over<E: Scalar> = DeadMoment<E>;
+
+    fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> DeadMoment<E> {
+        DeadMoment { moment: convert(self.moment), rest: self.rest.map(&convert) }
+    }
+    fn energy(&self, q: &[D; 4]) -> D {
+        let ([a, b], [x, y]) = (self.rest, [q[2] - q[0], q[3] - q[1]]);
+        -(self.moment * (a * y - b * x).atan2(a * x + b * y))
+    }
+    fn gradient(&self, q: &[D; 4]) -> [D; 4] {
+        let (_, n) = reciprocal(q);
+        let g = n.map(|c| c * self.moment);
+        [g[0], g[1], -g[0], -g[1]]
+    }
+    fn tangent(&self, q: &[D; 4]) -> Local<D, 4> {
+        let (u, n) = reciprocal(q);
+        let entry = |r: usize, c: usize| self.moment * (u[r] * n[c] + n[r] * u[c]);
+        let (a, b, c) = (entry(0, 0), entry(0, 1), entry(1, 1));
+        Local {
+            energy: self.energy(q),
+            gradient: self.gradient(q),
+            hessian: [[a, b, -a, -b], [b, c, -b, -c], [-a, -b, a, b], [-b, -c, b, c]],
+        }
+    }
+    fn gradient_rate(element: &DeadMoment<Dual64>, q: &[f64; 4]) -> [f64; 4] {
+        DeadMoment { moment: element.moment.eps, rest: [0.0; 2] }.gradient(q)
+    }
+}

@@ -1,0 +1,85 @@
+//! Where the rod is at t = 0, and how it moves.
+
+use super::loads::PointForce;
+use super::{Shape, finite};
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+
+/// `[initial]`: in the rest shape, in a given shape, or in equilibrium under the loads and forces
+/// that let go at t = 0 (pluck and release); at rest or with a velocity.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Initial {
+    /// Where the rod starts.
+    #[serde(default)]
+    pub state: InitialState,
+    /// The shape it starts in, or from which it creeps into equilibrium, without twist. Supports
+    /// hold the ends where this shape puts them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shape: Option<Shape>,
+    /// Of every node that no support holds, m/s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub velocity: [f64; 3],
+    /// About the centre of mass, rad/s; adds to `velocity`.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub angular_velocity: [f64; 3],
+    /// Forces that hold the rod beside its loads until t = 0.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point: Vec<PointForce>,
+}
+
+fn is_zero(vector: &[f64; 3]) -> bool {
+    *vector == [0.0; 3]
+}
+
+/// Where the rod starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InitialState {
+    /// In its rest shape.
+    #[default]
+    Rest,
+    /// In another shape.
+    Shape,
+    /// In equilibrium.
+    Equilibrium,
+}
+
+impl Initial {
+    pub(super) fn is_rest(&self) -> bool {
+        self.state == InitialState::Rest && self.point.is_empty() && !self.moves()
+    }
+
+    /// Whether the rod starts with a velocity.
+    pub fn moves(&self) -> bool {
+        !is_zero(&self.velocity) || !is_zero(&self.angular_velocity)
+    }
+
+    pub(super) fn check(&self) -> Result<(), Error> {
+        finite("initial.velocity", &self.velocity)?;
+        finite("initial.angular_velocity", &self.angular_velocity)?;
+        for (i, load) in self.point.iter().enumerate() {
+            load.check(&format!("initial.point[{i}]"))?;
+        }
+        if self.state != InitialState::Equilibrium && !self.point.is_empty() {
+            let found = "forces that hold a rod that is not in equilibrium";
+            let allowed = "with state = \"equilibrium\" only";
+            return Err(Error::invalid("initial.point", found, allowed));
+        }
+        match (&self.shape, self.state) {
+            (Some(shape), InitialState::Shape | InitialState::Equilibrium) => {
+                shape.check("initial.shape")
+            }
+            (None, InitialState::Shape) => {
+                let allowed = "a shape beside state = \"shape\"";
+                Err(Error::invalid("initial.shape", "no such key", allowed))
+            }
+            (Some(_), InitialState::Rest) => {
+                let (found, allowed) =
+                    ("a shape", "with state = \"shape\" or \"equilibrium\" only");
+                Err(Error::invalid("initial.shape", found, allowed))
+            }
+            (None, _) => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! What holds the ends of the rod, and how the ends are moved.
+
+use super::{direction, finite, positive};
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// `[supports]`
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Supports {
+    /// At arc length zero.
+    #[serde(default = "clamped")]
+    pub start: Support,
+    /// At the other end.
+    #[serde(default)]
+    pub end: Support,
+    /// Where the wall of a clamped end stands.
+    #[serde(default)]
+    pub clamp: Clamp,
+    /// The direction in which a roller rolls; by default along the rod at that end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roller: Option<[f64; 3]>,
+    /// How the ends are moved.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<Motion>,
+}
+
+fn clamped() -> Support {
+    Support::Clamped
+}
+
+impl Default for Supports {
+    fn default() -> Self {
+        Self {
+            start: Support::Clamped,
+            end: Support::Free,
+            clamp: Clamp::default(),
+            roller: None,
+            motion: Vec::new(),
+        }
+    }
+}
+
+/// What holds an end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Support {
+    /// Nothing.
+    #[default]
+    Free,
+    /// A hinge: the end stays where it is.
+    Pinned,
+    /// A hinge on wheels: the end rolls along one line.
+    Roller,
+    /// A wall: position and direction stay.
+    Clamped,
+}
+
+/// Where the wall of a clamped end stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Clamp {
+    /// At the middle of the outermost edge: second-order accurate.
+    #[default]
+    MidEdge,
+    /// At the outermost node, as in the paper: the rod is half an edge too short.
+    Nodes,
+}
+
+/// `[[supports.motion]]`: how a clamped or pinned end is moved. Several of one end add up.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motion {
+    /// Which end.
+    pub end: End,
+    /// How far the end goes, m.
+    #[serde(default)]
+    pub displacement: [f64; 3],
+    /// About which axis through the end, and by how much, a clamped end turns, rad.
+    #[serde(default)]
+    pub rotation: [f64; 3],
+    /// How far a clamped end turns about the rod itself, rad, right-handed about the direction
+    /// from start to end; counted beyond whole turns.
+    #[serde(default)]
+    pub twist: f64,
+    /// The motion takes so long, s, from rest to rest; without ramp and frequency the end is moved
+    /// from the beginning.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<f64>,
+    /// The motion swings as `sin(2 pi frequency t)`, Hz.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<f64>,
+}
+
+/// An end of the rod.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum End {
+    /// At arc length zero.
+    Start,
+    /// At the other end.
+    #[default]
+    End,
+}
+
+/// When the supports' motions are asked for.
+#[derive(Clone, Copy, Debug)]
+pub enum Moment<D> {
+    /// At a time, s.
+    Time(D),
+    /// On the way to a state at rest, of which this part is done: that at t = 0, or, `settled`,
+    /// the one where every ramp has come to its end.
+    Approach {
+        /// From 0 to 1.
+        part: D,
+        /// Whether ramps have come to their end.
+        settled: bool,
+    },
+}
+
+impl Motion {
+    /// The part of the motion that is done.
+    pub(crate) fn part<D: crate::Scalar>(&self, moment: Moment<D>) -> D {
+        let zero = D::from(0.0);
+        match (moment, self.ramp, self.frequency) {
+            (Moment::Time(_), None, None) => D::from(1.0),
+            (Moment::Approach { part, .. }, None, None) => part,
+            (Moment::Time(t), None, Some(frequency)) => (t * (TAU * frequency)).sin(),
+            (Moment::Time(t), Some(ramp), _) => {
+                // The quintic without velocity and acceleration at its ends.
+                let u = t * (1.0 / ramp);
+                match u.value() {
+                    ..=0.0 => zero,
+                    1.0.. => D::from(1.0),
+                    _ => u * u * u * ((u * 6.0 - 15.0) * u + 10.0),
+                }
+            }
+            (Moment::Approach { part, settled: true }, Some(_), _) => part,
+            (Moment::Approach { .. }, _, _) => zero,
+        }
+    }
+
+    /// Whether it is there from the beginning.
+    pub(crate) fn is_offset(&self) -> bool {
+        self.ramp.is_none() && self.frequency.is_none()
+    }
+
+    fn check(&self, key: &str, support: Support) -> Result<(), Error> {
+        let invalid = |name: &str, found: &dyn ToString, allowed: &str| {
+            Err(Error::invalid(format!("{key}.{name}"), found.to_string(), allowed))
+        };
+        finite(&format!("{key}.displacement"), &self.displacement)?;
+        finite(&format!("{key}.rotation"), &self.rotation)?;
+        if !self.twist.is_finite() {
+            return invalid("twist", &self.twist, "a finite number");
+        }
+        for (name, value) in [("ramp", self.ramp), ("frequency", self.frequency)] {
+            value.map_or(Ok(()), |value| positive(&format!("{key}.{name}"), value))?;
+        }
+        if self.ramp.is_some() && self.frequency.is_some() {
+            return invalid("frequency", &"both ramp and frequency", "one of the two");
+        }
+        match support {
+            Support::Clamped => Ok(()),
+            Support::Pinned if self.rotation == [0.0; 3] && self.twist == 0.0 => Ok(()),
+            Support::Pinned => {
+                invalid("rotation", &"a turn of a pinned end", "turns of clamped ends")
+            }
+            Support::Free | Support::Roller => {
+                invalid("end", &"a motion of an end that nothing holds", "clamped or pinned ends")
+            }
+        }
+    }
+}
+
+impl Supports {
+    /// The support of an end.
+    pub fn at(&self, end: End) -> Support {
+        match end {
+            End::Start => self.start,
+            End::End => self.end,
+        }
+    }
+
+    /// The end that rolls.
+    pub(crate) fn rolling(&self) -> Option<End> {
+        [End::Start, End::End].into_iter().find(|end| self.at(*end) == Support::Roller)
+    }
+
+    /// Checks every value; `starts_at_rest` where the rod starts in its rest shape.
+    pub(crate) fn check(&self, starts_at_rest: bool) -> Result<(), Error> {
+        if (self.start, self.end) == (Support::Roller, Support::Roller) {
+            let allowed = "one roller: a rod on two slides away";
+            return Err(Error::invalid("supports.end", "a second roller", allowed));
+        }
+        if let Some(roller) = &self.roller {
+            direction("supports.roller", roller)?;
+            if self.rolling().is_none() {
+                let allowed = "with start or end = \"roller\" only";
+                return Err(Error::invalid("supports.roller", "no end that rolls", allowed));
+            }
+        }
+        for (i, motion) in self.motion.iter().enumerate() {
+            let key = format!("supports.motion[{i}]");
+            motion.check(&key, self.at(motion.end))?;
+            if motion.is_offset() && starts_at_rest {
+                let found = "an end away from the rest shape that the rod starts in";
+                let allowed = "ramp or frequency, or initial.state = \"equilibrium\"";
+                return Err(Error::invalid(key, found, allowed));
+            }
+        }
+        Ok(())
+    }
+}
