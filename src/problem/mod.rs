@@ -246,6 +246,10 @@ impl Problem {
 
     /// The scene's `[time]`.
     pub fn time(&self) -> Result<&Time, Error> {
+        if self.scene.initial.state != InitialState::Equilibrium {
+            let file = self.scene.path.as_deref();
+            self.scene.supports.check_start().map_err(|error| error.in_file(file))?;
+        }
         self.scene.time.as_ref().ok_or_else(|| {
             Error::invalid("time", "no such table", "[time] with end and step, to simulate")
                 .in_file(self.scene.path.as_deref())

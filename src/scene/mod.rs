@@ -311,7 +311,7 @@ impl Scene {
         }
         self.loads.check()?;
         self.initial.check()?;
-        self.supports.check(self.initial.state != InitialState::Equilibrium)?;
+        self.supports.check()?;
         if let Some(time) = &self.time {
             positive("time.end", time.end)?;
             positive("time.step", time.step)?;

@@ -188,8 +188,20 @@ impl Supports {
         [End::Start, End::End].into_iter().find(|end| self.at(*end) == Support::Roller)
     }
 
-    /// Checks every value; `starts_at_rest` where the rod starts in its rest shape.
-    pub(crate) fn check(&self, starts_at_rest: bool) -> Result<(), Error> {
+    /// Refuses motions that a rod cannot start with, outside of equilibrium.
+    pub(crate) fn check_start(&self) -> Result<(), Error> {
+        match self.motion.iter().position(Motion::is_offset) {
+            Some(i) => {
+                let found = "an end away from where the rod starts";
+                let allowed = "ramp or frequency, or initial.state = \"equilibrium\"";
+                Err(Error::invalid(format!("supports.motion[{i}]"), found, allowed))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Checks every value.
+    pub(crate) fn check(&self) -> Result<(), Error> {
         if (self.start, self.end) == (Support::Roller, Support::Roller) {
             let allowed = "one roller: a rod on two slides away";
             return Err(Error::invalid("supports.end", "a second roller", allowed));
@@ -204,11 +216,6 @@ impl Supports {
         for (i, motion) in self.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");
             motion.check(&key, self.at(motion.end))?;
-            if motion.is_offset() && starts_at_rest {
-                let found = "an end away from the rest shape that the rod starts in";
-                let allowed = "ramp or frequency, or initial.state = \"equilibrium\"";
-                return Err(Error::invalid(key, found, allowed));
-            }
         }
         Ok(())
     }
