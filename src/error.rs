@@ -67,8 +67,19 @@ pub enum Error {
     EnergyGrowth {
         /// End of the step that was refused, s.
         time: f64,
-        /// Growth since the start over the largest kinetic energy.
+        /// Growth, since the start or since it was looked at last, over the largest kinetic energy.
         part: f64,
+    },
+    /// A step came out beyond a fold.
+    #[error(
+        "at t = {time} s node {node} would be struck through a fold of 180 degrees, which takes infinite energy; \
+         a smaller time.step may help"
+    )]
+    Fold {
+        /// End of the step that was refused, s.
+        time: f64,
+        /// The inner node.
+        node: usize,
     },
     /// The tangent of a step has no inverse.
     #[error(
@@ -144,6 +155,7 @@ impl Error {
             self,
             Self::Newton { .. }
                 | Self::EnergyGrowth { .. }
+                | Self::Fold { .. }
                 | Self::SingularTangent { .. }
                 | Self::Equilibrium { .. }
                 | Self::Fit(_)

@@ -131,7 +131,13 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
         let mut fall = FALL;
         for _ in 0..FLOW_STEPS {
             self.start.copy_from_slice(&self.q);
-            match self.step(&frames, lambda) {
+            let step = match self.step(&frames, lambda) {
+                Step::Moved if self.rod.folded(&self.start, &self.q, &frames).is_some() => {
+                    Step::Failed
+                }
+                step => step,
+            };
+            match step {
                 // A large lambda holds everything still; one that cannot be much smaller holds
                 // only what is in balance.
                 Step::Still if lambda == 0.0 || fall > FALL => {

@@ -89,7 +89,7 @@ impl Guard {
         if now - self.last > PER_STEP * steps * kinetic || now - self.start > IN_ALL * kinetic {
             return Err(Error::EnergyGrowth {
                 time: simulation.state().time,
-                part: (now - self.start) / kinetic,
+                part: (now - self.start.min(self.last)) / kinetic,
             });
         }
         self.now = Some(now);

@@ -241,7 +241,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         std::mem::swap(&mut self.state, &mut self.previous);
         let scheme = Formulas::new(self.scheme, self.beta, time - self.previous.time);
         self.predict(&scheme, time);
-        if let Err(error) = self.solve(&scheme) {
+        if let Err(error) = self.solve(&scheme).and_then(|()| self.check_folds()) {
             self.state.restore(&self.previous);
             return Err(error);
         }
@@ -253,6 +253,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// Takes back the last step.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
+    }
+
+    fn check_folds(&self) -> Result<(), Error> {
+        let State { time, q, frames, .. } = &self.state;
+        match self.rod.folded(&self.previous.q, q, frames) {
+            Some(node) => Err(Error::Fold { time: *time, node }),
+            None => Ok(()),
+        }
     }
 
     /// The guess q0 + h v0, and the viscous rod of this step.

@@ -110,6 +110,11 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// `turn` beyond its angle in `q`.
     fn align(_q: &mut [D], _frames: &Self::Frames, _edge: usize, _director: [f64; 3], _turn: f64) {}
 
+    /// The inner node that was folded shut on the way from `before` to `now`: a joint there turns
+    /// by more than a right angle, and the other way than before. No motion gets there, as a fold
+    /// has infinite energy; a large step does.
+    fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
+
     /// Elastic energies and the potential of the loads; kinetic energy zero.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 
@@ -119,6 +124,13 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// Becomes `elastic` with every stiffness times `factor` and every natural strain
     /// `(natural + shift[i]) / factor`.
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]);
+}
+
+/// Whether curvatures `2 tan(phi/2)` of opposite sides, of which these are the products summed over
+/// both directions, are half a turn apart.
+#[inline]
+fn half_a_turn_apart(product: f64) -> bool {
+    product <= -4.0
 }
 
 /// The frames of a rod with derivatives along one parameter.

@@ -2,7 +2,7 @@
 //!
 //! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
 
-use super::{Energies, Rod};
+use super::{Energies, Rod, half_a_turn_apart};
 use crate::banded::BandMatrix;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
@@ -235,6 +235,18 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     fn rebase((): &mut (), _: &[D]) {}
 
     fn refer(_: &mut [D], (): &(), (): &()) {}
+
+    fn folded(&self, before: &[D], now: &[D], (): &()) -> Option<usize> {
+        let struck = |(i, bend): (usize, &PlanarBend<D>)| {
+            let [x0, y0, x1, y1, x2, y2] = *unknowns(now, i);
+            let dot = (x1 - x0) * (x2 - x1) + (y1 - y0) * (y2 - y1);
+            dot.value() < 0.0 && {
+                let curvature = |q: &[D]| bend.strain(unknowns(q, i)).value();
+                half_a_turn_apart(curvature(before) * curvature(now))
+            }
+        };
+        self.bend.iter().enumerate().position(struck).map(|i| i + 1)
+    }
 
     fn energies(&self, q: &[D], (): &()) -> Energies {
         fn sum<D: Scalar, E: Element<D, N>, const N: usize>(elements: &[E], q: &[D]) -> f64 {

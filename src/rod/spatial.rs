@@ -2,7 +2,7 @@
 //!
 //! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
 
-use super::{Energies, Rod};
+use super::{Energies, Rod, half_a_turn_apart};
 use crate::banded::BandMatrix;
 use crate::energy::bend_twist::{self, BendTwist, EdgeState, JointLaw};
 use crate::energy::{
@@ -333,6 +333,18 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         let theta = &mut q[STRIDE * j + 3];
         let turns = ((*theta + turn - angle).value() / TAU).round();
         *theta = angle + turns * TAU;
+    }
+
+    fn folded(&self, before: &[D], now: &[D], frames: &Frames<D>) -> Option<usize> {
+        let struck = |i: usize| {
+            dot(edge(now, i), edge(now, i + 1)).value() < 0.0 && {
+                let joint = self.bend_twist(i, frames);
+                let curvature = |q: &[D]| joint.strains(around(q, i)).map(|k| k.value());
+                let ([a1, a2, _], [b1, b2, _]) = (curvature(before), curvature(now));
+                half_a_turn_apart(a1 * b1 + a2 * b2)
+            }
+        };
+        (0..self.joint.len()).find(|i| struck(*i)).map(|i| i + 1)
     }
 
     fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
