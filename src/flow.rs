@@ -21,6 +21,10 @@ use std::ops::Range;
 
 /// Newton iterations of one step of the flow.
 const ITERATIONS: usize = 20;
+/// Iterations after which a step without `lambda` that is in balance to rounding may end.
+const PATIENCE: usize = 10;
+/// Forces count as rounding below this many times `eps * sum |K_ij| |q_j|`.
+const ROUNDING: f64 = 8.0;
 /// Corrections below this part of the rod's length are none.
 const NONE: f64 = 1e-13;
 /// Corrections below this part end a step of the flow: the way matters little.
@@ -176,18 +180,24 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
         for iteration in 0..ITERATIONS {
             self.assemble(frames);
             self.iterations += 1;
-            for i in self.free.clone() {
-                let pull = lambda * mass[i] * (self.q[i] - self.start[i]);
-                self.correction[i] = -(self.gradient[i] + pull);
-            }
             let free = self.free.clone();
             if self.factors.factor_sum(mass, lambda, &self.tangent, 1.0, free).is_err() {
                 return Step::Failed;
             }
             // A step from a maximum along some direction would go up it.
             let downhill = self.is_minimum(lambda);
+            // Where nothing, or only upwards, resists, corrections are rounding errors over almost
+            // nothing. What is in balance to rounding is in balance.
+            let patient = iteration == if downhill { PATIENCE } else { 0 };
+            if patient && lambda == 0.0 && self.in_balance() {
+                return Step::Still;
+            }
             if iteration == 0 && !downhill {
                 return Step::Failed;
+            }
+            for i in self.free.clone() {
+                let pull = lambda * mass[i] * (self.q[i] - self.start[i]);
+                self.correction[i] = -(self.gradient[i] + pull);
             }
             self.factors.solve(&mut self.correction);
             let mut largest = 0.0_f64;
@@ -216,6 +226,13 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             before = largest;
         }
         Step::Failed
+    }
+
+    /// Whether all forces are rounding errors of the terms that make them.
+    fn in_balance(&mut self) -> bool {
+        self.tangent.absolute_product(&self.q, &mut self.correction);
+        let level = |i: usize| ROUNDING * f64::EPSILON * self.correction[i];
+        self.free.clone().all(|i| self.gradient[i].abs() <= level(i))
     }
 
     /// Whether the factored matrix, or that with the least `lambda` that tells anything, is

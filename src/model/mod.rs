@@ -3,11 +3,11 @@
 //! # The corrected discretisation
 //!
 //! A polygon that is bent at rest is stiffer than the curve it stands for. Let one edge turn
-//! against the other about a joint with rest turning angle `phi`, by a small `omega`: the discrete
+//! against the other about a joint with natural turning angle `phi`, by a small `omega`: the discrete
 //! strains answer with `d kappa = omega/cos^2(phi/2)` in the plane of the joint,
 //! `omega/cos(phi/2)` across it, and `d tau = omega/cos(phi/2)`. So that the joint resists `omega`
 //! as the curve's `EI/dl` and `GJ/dl` do, the bending stiffness becomes `S diag(EI1, EI2) S/dl`
-//! with `S = cos^2(phi/2)` along the rest curvature and `cos(phi/2)` across it, and the torsional
+//! with `S = cos^2(phi/2)` along the natural curvature and `cos(phi/2)` across it, and the torsional
 //! one `GJ cos^2(phi/2)/dl`. And a chord is shorter than its arc: `dl`, axial stiffness, mass and
 //! weight count arcs. For a straight rod nothing changes. [`Discretization`](crate::scene::Discretization)
 //! chooses.

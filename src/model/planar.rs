@@ -116,12 +116,14 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             natural_strain: D::from(0.0),
         });
         let bends = self.line_length.windows(2).zip(&self.rest_curvature);
-        let bend = bends.map(|(l, k)| PlanarBend {
+        let bend = bends.map(|(l, k)| {
+            let natural = p.natural_curvature * *k;
             // EI over the Voronoi length, times cos^4(phi/2) in the corrected form.
-            stiffness: bending
-                * (2.0 / (l[0] + l[1]))
-                * if self.corrected { (1.0 + 0.25 * k * k).powi(-2) } else { 1.0 },
-            natural_curvature: p.natural_curvature * *k,
+            let mut stiffness = bending * (2.0 / (l[0] + l[1]));
+            if self.corrected {
+                stiffness = stiffness / (natural * natural * 0.25 + 1.0).powi(2);
+            }
+            PlanarBend { stiffness, natural_curvature: natural }
         });
         let line_density = p.density * p.area;
         let node_mass: Vec<D> = (0..self.nodes.len())

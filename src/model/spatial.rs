@@ -8,7 +8,7 @@ use crate::frame::{EdgeFrame, Frames};
 use crate::parameter::Properties;
 use crate::rod::SpatialRod;
 use crate::rod::spatial::HALF_BANDWIDTH;
-use crate::scalar::Nestable;
+use crate::scalar::{Nestable, Scalar};
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
 
@@ -119,9 +119,10 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let joints = self.line_length.windows(2).zip(&self.rest_curvature);
         let joint = joints.map(|(l, k)| {
             let per_length = 2.0 / (l[0] + l[1]);
+            let natural = k.map(|k| p.natural_curvature * k);
             let ([s11, s12, s22], twist) = match self.corrected {
-                true => polygon_factors(k),
-                false => ([1.0, 0.0, 1.0], 1.0),
+                true => polygon_factors(natural),
+                false => ([1.0, 0.0, 1.0].map(D::from), D::from(1.0)),
             };
             // S diag(EI1, EI2) S.
             let bend = [
@@ -132,9 +133,9 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             JointLaw {
                 stiffness: Stiffness {
                     bend: bend.map(|b| b * per_length),
-                    twist: gj * (twist * per_length),
+                    twist: gj * twist * per_length,
                 },
-                natural: [p.natural_curvature * k[0], p.natural_curvature * k[1], D::from(0.0)],
+                natural: [natural[0], natural[1], D::from(0.0)],
             }
         });
         let line_density = p.density * p.area;
@@ -212,16 +213,14 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
     }
 }
 
-/// How much softer than the curve's a joint with the rest curvature `k` must be: the symmetric
+/// How much softer than the curve's a joint with the natural curvature `k` must be: the symmetric
 /// matrix `S = [s11, s12, s22]` that takes strains to rotations of one edge against the other, and
 /// the factor of the torsional stiffness. See [`super`].
-fn polygon_factors(k: &[f64; 2]) -> ([f64; 3], f64) {
+fn polygon_factors<D: Scalar>(k: [D; 2]) -> ([D; 3], D) {
     let squared = k[0] * k[0] + k[1] * k[1];
-    let c2 = 1.0 / (1.0 + 0.25 * squared);
+    let c2 = (squared * 0.25 + 1.0).recip();
     let c = c2.sqrt();
-    if squared == 0.0 {
-        return ([1.0, 0.0, 1.0], 1.0);
-    }
-    let along = (c2 - c) / squared;
+    // (c2 - c)/squared: 1 - c = (1 - c2)/(1 + c), and 1 - c2 = c2 squared/4.
+    let along = -(c2 * c) / (c + 1.0) * 0.25;
     ([c + along * k[0] * k[0], along * k[0] * k[1], c + along * k[1] * k[1]], c2)
 }

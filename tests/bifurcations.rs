@@ -1,0 +1,144 @@
+//! Where rods lose their shape in space, and what they take on instead.
+
+use rodfit::Equilibrium;
+use rodfit::scene::{Material, Motion, Scene, Section, Shape, Support};
+use std::f64::consts::PI;
+
+/// A rod of unit length, bending stiffness and mass, GJ = `torsion`, clamped at its start.
+fn unit_rod(segments: usize, shape: Shape, torsion: f64) -> Scene {
+    let slenderness = 1e-3;
+    let modulus = 4.0 / (PI * slenderness * slenderness * slenderness * slenderness);
+    let section = Section::Circle { radius: slenderness };
+    let density = 1.0 / (PI * slenderness * slenderness);
+    let shear_modulus = Some(0.5 * torsion * modulus);
+    let material = Material { shear_modulus, ..Material::new(density, modulus) };
+    Scene::new(segments, shape, section, material)
+}
+
+fn rest(scene: &Scene) -> Equilibrium {
+    scene.problem().unwrap().equilibrium().unwrap()
+}
+
+/// Where `holds` ceases to, by bisection to a part of 1e-5.
+fn critical([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> f64 {
+    assert!(holds(low) && !holds(high), "{low} {high}");
+    while high - low > 1e-5 * high {
+        let middle = 0.5 * (low + high);
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// A straight rod bent into a ring whose ends are turned against each other stays plane up to a
+/// total twist of 2 pi sqrt(3) EI/GJ (Michell 1889). The ring as a whole turns about its clamp
+/// without effort: that direction does not count.
+#[test]
+fn michells_ring() {
+    let torsion = 1.0 / 1.3;
+    let exact = 2.0 * PI * 3.0_f64.sqrt() / torsion;
+    let found = [25, 50, 100].map(|segments| {
+        critical([0.97 * exact, 1.01 * exact], |twist| {
+            let ring = Shape::Arc { length: 1.0, angle: 2.0 * PI };
+            let mut scene = unit_rod(segments, ring, torsion);
+            scene.rod.natural_curvature = 0.0;
+            scene.supports.end = Support::Clamped;
+            scene.supports.motion = vec![Motion { twist, ..Motion::default() }];
+            let found = rest(&scene);
+            // Beyond, it lets nearly all of its twist go, or stays in balance without being stable.
+            let plane = found.energies.twist > 0.5 * (0.5 * torsion * twist * twist);
+            plane && found.stable == Some(true)
+        })
+    });
+    let errors = found.map(|twist| twist / exact - 1.0);
+    let order = (errors[1] / errors[2]).log2();
+    println!("Michell's ring: errors {errors:?}, order {order:.2}");
+    assert!(errors[2].abs() < 1e-3 && order > 1.8, "{errors:?}");
+}
+
+/// A straight rod between walls, twisted by 27 turns and let in by 3 % of its length, gathers its
+/// slack in one helix whose slope falls off as (cos a - cos a0)/(1 - cos a0) = tanh^2(s/s0), with
+/// 1/s0 = M/(2 EI) sqrt((1 - cos a0)/(1 + cos a0)), M = GJ times the twist per length left (van der
+/// Heijden and Thompson 2000; the numbers are Bergou et al.'s of 2008).
+#[test]
+fn localized_helix() {
+    let (length, bending, torsion) = (9.29, 1.345, 0.789);
+    let deviation = |segments: usize| {
+        let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
+        let mut scene = unit_rod(segments, shape, 1.0);
+        let (i, up) = (bending, [0.0, 0.0, 1.0]);
+        scene.rod.section = Section::Custom { area: 1e5, i1: i, i2: i, j: torsion, up };
+        scene.material = Material { shear_modulus: Some(1.0), ..Material::new(1e-5, 1.0) };
+        // The least push decides where to.
+        scene.loads.gravity = [0.0, 1e-3, 2e-4];
+        scene.supports.end = Support::Clamped;
+        let (twist, displacement) = (27.0 * 2.0 * PI, [-0.3, 0.0, 0.0]);
+        scene.supports.motion = vec![Motion { twist, displacement, ..Motion::default() }];
+        let found = rest(&scene);
+        // Where along the rod and which way around hardly matters: these two directions may lead
+        // down by next to nothing.
+        assert!(found.negative_directions <= 2, "{found}");
+        let moment = torsion * (2.0 * found.energies.twist / (torsion * length)).sqrt();
+        let edge = length / (segments as f64 - 1.0);
+        let slopes: Vec<f64> = found
+            .nodes
+            .windows(2)
+            .map(|p| {
+                let [x, y, z] = [0, 1, 2].map(|c| p[1][c] - p[0][c]);
+                x / (x * x + y * y + z * z).sqrt()
+            })
+            .collect();
+        // The steepest place, between edges, by a parabola.
+        let k = (1..segments - 1).min_by(|a, b| slopes[*a].total_cmp(&slopes[*b])).unwrap();
+        let [a, b, c] = [slopes[k - 1], slopes[k], slopes[k + 1]];
+        let shift = 0.5 * (a - c) / (a - 2.0 * b + c);
+        let steepest = b - 0.25 * (a - c) * shift;
+        let rate = moment / (2.0 * bending) * ((1.0 - steepest) / (1.0 + steepest)).sqrt();
+        let away = |(j, slope): (usize, &f64)| {
+            let s = (j as f64 - k as f64 - shift) * edge;
+            ((slope - steepest) / (1.0 - steepest) - (s * rate).tanh().powi(2)).abs()
+        };
+        slopes.iter().enumerate().map(away).fold(0.0, f64::max)
+    };
+    let deviations = [400, 800].map(deviation);
+    let order = (deviations[0] / deviations[1]).log2();
+    println!("localised helix: off the envelope by {deviations:?}, order {order:.2}");
+    assert!(deviations[1] < 6e-3 && order > 1.7, "{deviations:?}");
+}
+
+/// A heavy cantilever's height over its width (Romero et al. 2021, the cantilever protocol).
+#[test]
+fn height_over_width_of_a_heavy_cantilever() {
+    for (weight, exact) in [(1.0, 0.12456177), (10.0, 1.06680232), (100.0, 5.88810462)] {
+        let ratio = |segments: usize| {
+            let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
+            let mut scene = unit_rod(segments, shape, 0.7);
+            scene.loads.gravity = [0.0, -weight, 0.0];
+            let [x, y, _] = rest(&scene).tip;
+            -y / x / exact - 1.0
+        };
+        let errors = [100, 200].map(ratio);
+        let order = (errors[0] / errors[1]).log2();
+        println!("Gamma = {weight}: errors {errors:?}, order {order:.2}");
+        assert!(errors[0].abs() < 3e-3 && order > 1.8, "{errors:?}");
+    }
+}
+
+/// A rod curved by nature into one turn, or one and a half, hangs down from its clamp in its plane
+/// up to a weight of 12.19, or 26.31 (Romero et al. 2021, the bend-twist protocol; GJ/EI = 2/3).
+#[test]
+fn a_hanging_curl_leaves_its_plane() {
+    for (turn, exact) in [(2.0 * PI, 12.19), (3.0 * PI, 26.31)] {
+        let found = [50, 100].map(|segments| {
+            critical([0.9 * exact, 1.1 * exact], |weight| {
+                let curl = Shape::Arc { length: 1.0, angle: turn };
+                let mut scene = unit_rod(segments, curl, 2.0 / 3.0);
+                scene.loads.gravity = [weight, 0.0, 0.0];
+                let found = rest(&scene);
+                assert_eq!((found.model, found.stable_in_plane), ("planar", Some(true)));
+                found.stable == Some(true)
+            })
+        });
+        println!("curl of {turn:.3}: leaves its plane at {found:.3?}, {exact} published");
+        assert!((found[1] / exact - 1.0).abs() < 3e-3, "{found:?}");
+    }
+}
