@@ -239,18 +239,23 @@ impl Scene {
     /// Makes the paths in the scene independent of the folder it is saved in.
     pub fn make_paths_absolute(&mut self) -> Result<(), Error> {
         let folder = self.folder();
-        if let Shape::Polyline { file } = &mut self.rod.shape {
-            let path = folder.join(&*file);
-            *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
+        for shape in [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten()
+        {
+            if let Shape::Polyline { file } = shape {
+                let path = folder.join(&*file);
+                *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
+            }
         }
         Ok(())
     }
 
-    /// Whether the mesh is given with the scene: by a polyline, or by forces on nodes that are
-    /// named by their index. Another number of segments would be another scene.
+    /// Whether the mesh is given with the scene: by a polyline, or by loads on nodes that are named
+    /// by their index. Another number of segments would be another scene.
     pub(crate) fn mesh_is_given(&self) -> bool {
-        let mut forces = self.loads.point.iter().chain(&self.initial.point);
-        matches!(self.rod.shape, Shape::Polyline { .. }) || forces.any(|f| f.node != Node::TIP)
+        let mut loads = self.loads.point.iter().chain(&self.initial.point);
+        let mut shapes = [Some(&self.rod.shape), self.initial.shape.as_ref()].into_iter().flatten();
+        shapes.any(|shape| matches!(shape, Shape::Polyline { .. }))
+            || loads.any(|load| load.node != Node::TIP)
     }
 
     /// The time integrator.
