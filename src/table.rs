@@ -1,4 +1,5 @@
-//! CSV files with a header of names and units, as motion trackers write them.
+//! CSV files with a header of names and units, as motion trackers write them: separated by commas,
+//! semicolons (then with decimal commas or points) or tabs.
 
 use crate::error::Error;
 use std::path::{Path, PathBuf};
@@ -25,11 +26,14 @@ pub struct Row {
 impl Table {
     /// Reads a file; every field is a number, blank or NaN. Lines that start with `#` are comments.
     pub fn read(path: &Path) -> Result<Self, Error> {
+        let bytes = std::fs::read(path).map_err(|source| Error::io(path, source))?;
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        let delimiter = delimiter(bytes);
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .comment(Some(b'#'))
-            .from_path(path)
-            .map_err(|error| csv_error(path, error))?;
+            .delimiter(delimiter)
+            .from_reader(bytes);
         let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
         let columns = header.iter().map(split_unit).collect();
         let mut rows = Vec::new();
@@ -39,7 +43,10 @@ impl Table {
             let values = record
                 .iter()
                 .zip(header.iter())
-                .map(|(field, column)| number(field, column, path, line))
+                .map(|(field, column)| match delimiter {
+                    b';' => number(&field.replace(',', "."), column, path, line),
+                    _ => number(field, column, path, line),
+                })
                 .collect::<Result<_, _>>()?;
             rows.push(Row { line, values });
         }
@@ -65,10 +72,19 @@ impl Table {
     }
 }
 
+/// What separates the columns of the header, the first line that is not a comment.
+fn delimiter(bytes: &[u8]) -> u8 {
+    let mut lines = bytes.split(|b| *b == b'\n');
+    let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
+    *header.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',')
+}
+
+/// `X [mm]` or `X (mm)` is `x` in `mm`.
 fn split_unit(header: &str) -> (String, Option<String>) {
-    match header.strip_suffix(']').and_then(|h| h.split_once('[')) {
-        Some((name, unit)) => (name.trim().into(), Some(unit.trim().into())),
-        None => (header.into(), None),
+    let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
+    match brackets('[', ']').or_else(|| brackets('(', ')')) {
+        Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim().into())),
+        None => (header.to_lowercase(), None),
     }
 }
 

@@ -526,14 +526,26 @@ fn bad_fits_and_data_are_refused() {
         ("fit.toml", format!("{FIT}start = 0.0\n"), &["parameter[0].start", "found 0"]),
         ("fit.toml", format!("{FIT}bounds = [2.0, 1.0]\n"), &["parameter[0].bounds"]),
         ("fit.toml", FIT.replace("tip.csv", "absent.csv"), &["absent.csv", "No such file"]),
-        ("tip.csv", data.replace("t,x,y", "time,x,y"), &["tip.csv:1", "`time`"]),
+        ("tip.csv", data.replace("t,x,y", "clock,x,y"), &["tip.csv:1", "`clock`"]),
+        ("tip.csv", data.replace("t,x,y", "x,y,a"), &["tip.csv:1", "`a`"]),
+        ("tip.csv", "x,y\n0.5,0\n0.4,0\n".into(), &["tip.csv:1", "no column t"]),
+        ("tip.csv", data.replace("t,x,y", "frame,x,y"), &["tip.csv:1", "fps"]),
+        ("tip.csv", data.replace("t,x,y", "t,x[px],y[px]"), &["tip.csv:1", "`x`", "scale"]),
+        ("tip.csv", "t,frame,x\n0,0,0.5\n".into(), &["tip.csv:1", "two clocks"]),
+        ("tip.csv", data.replace("0.02,", "-0.02,"), &["tip.csv:4", "time_zero"]),
+        (
+            "tip.csv",
+            "t,x,y\n0,500,0\n0.1,490,-30\n0.2,450,-80\n".into(),
+            &["tip.csv", "0.5 m", "x[mm]"],
+        ),
+        ("fit.toml", FIT.replace("point = \"tip\"", "y = \"left\""), &["left", "down"]),
         ("tip.csv", data.replace("t,x,y", "t,a,b"), &["tip.csv:1", "`a`"]),
         ("tip.csv", data.replace("t,x,y", "t,x,x"), &["tip.csv:1", "two columns `x`"]),
         ("tip.csv", "t\n0\n1\n".into(), &["tip.csv:1", "no column x, y or z"]),
         ("tip.csv", data.replace("t,x,y", "t[min],x,y"), &["tip.csv:1", "[min]", "ms"]),
         ("tip.csv", data.replace("0.02,", "0.01,"), &["tip.csv:4", "increasing"]),
         ("tip.csv", data.replace("0.02,", "abc,"), &["tip.csv:4", "`abc`"]),
-        ("tip.csv", data.replace("0.02,", ","), &["tip.csv:4", "t is blank"]),
+        ("tip.csv", data.replace("0.02,", ","), &["tip.csv:4", "time is blank"]),
         ("tip.csv", format!("{data}0.9,0,0\n"), &["tip.csv", "0.9", "time.end"]),
         ("tip.csv", format!("{data}0.295,0\n"), &["tip.csv:32", "2 fields"]),
         ("tip.csv", "t,x,y\n0,,\n0.1,nan,\n".into(), &["tip.csv:1", "no value"]),
@@ -566,5 +578,23 @@ fn data_in_other_units_and_with_gaps_are_the_same_data() {
         "tip.csv",
         &format!("# a tracker's comment\nx[mm], y [cm], t[ms]\n{}", rows.collect::<String>()),
     );
+    assert!((value() / metres - 1.0).abs() < 1e-9);
+
+    // A camera's frames and pixels, y down, released at frame 12; a continental spreadsheet.
+    let samples: Vec<Vec<f64>> = data
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|f| f.parse().unwrap()).collect())
+        .collect();
+    let number = |x: f64| x.to_string().replace('.', ",");
+    let frames = samples.iter().map(|v| {
+        let (x, y) = (100.0 + v[1] / 2.5e-4, 200.0 - v[2] / 2.5e-4);
+        format!("{};{};{}\n", number(12.0 + 100.0 * v[0]), number(y), number(x))
+    });
+    let header = "\u{feff}Frame;Y (px);X (px)\n11;1;1\n";
+    folder.write("tip.csv", &format!("{header}{}", frames.collect::<String>()));
+    let keys = "point = \"tip\"\nfps = 100\nscale = 2.5e-4\norigin = [100, 200, 0]\n\
+                y = \"down\"\ntime_zero = 12";
+    folder.write("fit.toml", &FIT.replace("point = \"tip\"", keys));
     assert!((value() / metres - 1.0).abs() < 1e-9);
 }

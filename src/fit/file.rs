@@ -1,6 +1,6 @@
 //! The fit file.
 
-use super::{Fit, Observation, Unknown};
+use super::{Fit, Observation, Recording, Unknown, Vertical};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Point;
@@ -35,6 +35,18 @@ struct ObservationForm {
     #[serde(default)]
     point: Point,
     sigma: Option<f64>,
+    fps: Option<f64>,
+    scale: Option<f64>,
+    origin: Option<[f64; 3]>,
+    y: Option<Vertical>,
+    time_zero: Option<f64>,
+}
+
+impl ObservationForm {
+    fn recording(&self) -> Recording {
+        let Self { fps, scale, origin, y, time_zero, .. } = *self;
+        Recording { fps, scale, origin, y, time_zero }
+    }
 }
 
 #[derive(Deserialize)]
@@ -57,7 +69,8 @@ impl FitFile {
             .observation
             .into_iter()
             .map(|o| {
-                let read = Observation::read(folder.join(o.file))?;
+                let read = o.recording().read(folder.join(o.file))?;
+                read.check_units(&problem)?;
                 Ok(Observation { sigma: o.sigma, ..read.at(o.point) })
             })
             .collect::<Result<_, Error>>()?;

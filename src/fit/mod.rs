@@ -7,6 +7,7 @@
 mod file;
 pub mod levenberg_marquardt;
 mod observation;
+mod recording;
 mod residuals;
 mod search;
 mod uncertainty;
@@ -15,6 +16,7 @@ mod unknown;
 pub use file::FitFile;
 pub use levenberg_marquardt::LevenbergMarquardt;
 pub use observation::{Observation, Sample};
+pub use recording::{Recording, Vertical};
 pub use residuals::Residuals;
 pub use search::Progress;
 pub use unknown::Unknown;

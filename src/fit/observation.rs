@@ -1,9 +1,14 @@
 //! Recorded motion: where a point of the rod was seen at which times.
 
+use super::Recording;
 use crate::error::Error;
 use crate::point::Point;
-use crate::table::Table;
+use crate::problem::Problem;
+use crate::scene::Support;
 use std::path::{Path, PathBuf};
+
+/// Points this many lengths from the wall of a held rod are not points of it.
+const FARTHEST: f64 = 2.5;
 
 /// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,52 +38,9 @@ impl Observation {
         Self { point: Point::Tip, samples, sigma: None, source: None }
     }
 
-    /// Reads a CSV file with the columns t and at least one of x, y, z. Units stand in brackets,
-    /// `t[ms],x[mm]`; without them s and m. Blank or NaN is missing.
+    /// Reads a CSV file as [`Recording::read`] does, in SI units or those of its header.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let table = Table::read(path)?;
-        const NAMES: [&str; 4] = ["t", "x", "y", "z"];
-        if let Some((name, _)) = table.columns.iter().find(|(n, _)| !NAMES.contains(&n.as_str())) {
-            return Err(table.error(1, &format!("column `{name}`, allowed: t, x, y, z")));
-        }
-        for name in NAMES {
-            if table.columns.iter().filter(|(column, _)| column == name).count() > 1 {
-                return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
-            }
-        }
-        let time_column = table.require("t")?;
-        let time_unit = unit(&table, time_column, &[("s", 1.0), ("ms", 1e-3)])?;
-        let mut columns = [None; 3];
-        for (slot, name) in columns.iter_mut().zip(&NAMES[1..]) {
-            if let Some(i) = table.find(name) {
-                *slot = Some((i, unit(&table, i, &[("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)])?));
-            }
-        }
-        if columns.iter().all(Option::is_none) {
-            return Err(table.error(1, "no column x, y or z"));
-        }
-        let mut samples: Vec<Sample> = Vec::with_capacity(table.rows.len());
-        for row in &table.rows {
-            let time = row.values[time_column]
-                .ok_or_else(|| table.error(row.line, "t is blank, allowed: a time"))?
-                * time_unit;
-            if let Some(before) = samples.last().filter(|before| before.time >= time) {
-                let message =
-                    format!("t = {time} s after {} s, allowed: increasing times", before.time);
-                return Err(table.error(row.line, &message));
-            }
-            if time < 0.0 {
-                return Err(table.error(row.line, &format!("t = {time} s, allowed: 0 or later")));
-            }
-            let position = columns.map(|c| c.and_then(|(i, u)| row.values[i].map(|v| v * u)));
-            samples.push(Sample { time, position });
-        }
-        let observation = Self { source: Some(path.into()), ..Self::new(samples) };
-        if observation.values() == 0 {
-            return Err(table.error(1, "no value below the header"));
-        }
-        Ok(observation)
+        Recording::default().read(path)
     }
 
     /// Of another point than the tip.
@@ -94,6 +56,33 @@ impl Observation {
     /// Number of coordinates seen.
     pub fn values(&self) -> usize {
         self.samples.iter().flat_map(|s| s.position).flatten().count()
+    }
+
+    /// Refuses positions that no point of a held rod can have: most likely in other units.
+    pub(crate) fn check_units(&self, problem: &Problem) -> Result<(), Error> {
+        let supports = &problem.scene().supports;
+        if (supports.start, supports.end) == (Support::Free, Support::Free) {
+            return Ok(());
+        }
+        let wall = problem.wall();
+        let distance = |s: &Sample| {
+            let parts = (0..3).filter_map(|c| Some((s.position[c]? - wall[c]).abs()));
+            parts.fold(0.0, f64::max)
+        };
+        let mut distances: Vec<f64> = self.samples.iter().map(distance).collect();
+        distances.sort_by(f64::total_cmp);
+        // Single outliers are another matter.
+        let typical = distances[distances.len() / 2];
+        if typical <= FARTHEST * problem.length() {
+            return Ok(());
+        }
+        let found = format!("points typically {typical:.4} m from the wall of the rod");
+        let allowed = format!(
+            "points of a rod of {} m; a unit in the header, as in x[mm], an origin, or another scale \
+             may be missing",
+            problem.length()
+        );
+        Err(Error::invalid(self.label(), found, allowed))
     }
 
     /// The file or the point, for messages.
@@ -141,13 +130,4 @@ impl Observation {
         let risen = self.samples.iter().find(|s| distance(s) >= 0.9 * swing);
         risen.map_or(0.0, |s| s.time)
     }
-}
-
-fn unit(table: &Table, column: usize, known: &[(&str, f64)]) -> Result<f64, Error> {
-    let (name, unit) = &table.columns[column];
-    let Some(unit) = unit else { return Ok(1.0) };
-    known.iter().find(|(symbol, _)| symbol == unit).map(|(_, factor)| *factor).ok_or_else(|| {
-        let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
-        table.error(1, &format!("unit [{unit}] of `{name}`, allowed: {}", symbols.join(", ")))
-    })
 }

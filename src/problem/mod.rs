@@ -217,6 +217,13 @@ impl Problem {
     pub fn segments(&self) -> usize {
         self.nodes() - 1
     }
+    /// The rod's first node at rest in the world, m.
+    pub(crate) fn wall(&self) -> [f64; 3] {
+        match self.posed() {
+            AnyProblem::Planar(posed) => posed.model.position(&posed.rest(), 0),
+            AnyProblem::Spatial(posed) => posed.model.position(&posed.rest(), 0),
+        }
+    }
     /// Length between wall and tip, m.
     pub fn length(&self) -> f64 {
         self.length

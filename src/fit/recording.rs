@@ -1,0 +1,190 @@
+//! Recordings as laboratories write them: their columns, units, clocks and image axes.
+
+use super::observation::{Observation, Sample};
+use crate::error::Error;
+use crate::table::Table;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// How the numbers of a CSV file become seconds and metres. The default reads files in SI units, or
+/// in the units of their header.
+///
+/// ```
+/// use rodfit::fit::{Recording, Vertical};
+/// // A 240 Hz camera that sees 0.4 mm a pixel, the clamp at pixel (112, 305), release at frame 37.
+/// let recording = Recording {
+///     fps: Some(240.0),
+///     scale: Some(0.4e-3),
+///     origin: Some([112.0, 305.0, 0.0]),
+///     y: Some(Vertical::Down),
+///     time_zero: Some(37.0),
+/// };
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("tip.csv");
+/// std::fs::write(&path, "frame,x[px],y[px]\n36,1362,305\n38,1361,310\n39,1358,\n")?;
+/// let observation = recording.read(&path)?;
+/// assert_eq!(observation.samples.len(), 2);
+/// assert_eq!(observation.samples[0].position[1], Some(-5.0 * 0.4e-3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Recording {
+    /// Frames a second, Hz; needed where the time is a frame number.
+    pub fps: Option<f64>,
+    /// Metres a pixel; needed where positions are in pixels.
+    pub scale: Option<f64>,
+    /// Where the world's origin is in the file's own coordinates and units.
+    pub origin: Option<[f64; 3]>,
+    /// Which way the y axis points; needed for pixels, up for lengths.
+    pub y: Option<Vertical>,
+    /// When the motion starts on the file's own clock, in its unit; what was seen before is left
+    /// out.
+    pub time_zero: Option<f64>,
+}
+
+/// Which way an axis points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Vertical {
+    /// Against gravity, as in drawings.
+    Up,
+    /// With gravity, as in images.
+    Down,
+}
+
+const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
+const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
+
+/// The columns of a recording.
+struct Columns {
+    time: (usize, f64),
+    /// x, y, z with the factor to metres.
+    axes: [Option<(usize, f64)>; 3],
+}
+
+impl Recording {
+    /// Reads a CSV file with a column t (or time, or frame) and at least one of x, y, z, in any
+    /// order, separated by commas, semicolons (then with decimal commas or points) or tabs. Units
+    /// stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m. Blank or NaN is
+    /// missing; lines that start with `#` are comments.
+    pub fn read(&self, path: impl AsRef<Path>) -> Result<Observation, Error> {
+        let path = path.as_ref();
+        let table = Table::read(path)?;
+        let columns = self.columns(&table)?;
+        let (clock, unit) = columns.time;
+        let origin = self.origin.unwrap_or_default();
+        let mut samples: Vec<Sample> = Vec::with_capacity(table.rows.len());
+        for row in &table.rows {
+            let read = row.values[clock]
+                .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
+            let time = (read - self.time_zero.unwrap_or(0.0)) * unit;
+            if time < 0.0 {
+                if self.time_zero.is_some() {
+                    continue;
+                }
+                let message = format!(
+                    "t = {time} s, allowed: 0 or later; time_zero says when the motion starts"
+                );
+                return Err(table.error(row.line, &message));
+            }
+            if let Some(before) = samples.last().filter(|before| before.time >= time) {
+                let message =
+                    format!("t = {time} s after {} s, allowed: increasing times", before.time);
+                return Err(table.error(row.line, &message));
+            }
+            let mut position = [None; 3];
+            for (c, slot) in position.iter_mut().enumerate() {
+                let Some((column, factor)) = columns.axes[c] else { continue };
+                *slot = row.values[column].map(|value| (value - origin[c]) * factor);
+            }
+            samples.push(Sample { time, position });
+        }
+        let observation = Observation { source: Some(path.into()), ..Observation::new(samples) };
+        if observation.values() == 0 {
+            return Err(table.error(1, "no value below the header"));
+        }
+        Ok(observation)
+    }
+
+    fn columns(&self, table: &Table) -> Result<Columns, Error> {
+        const NAMES: [&str; 6] = ["t", "time", "frame", "x", "y", "z"];
+        for (i, (name, _)) in table.columns.iter().enumerate() {
+            if !NAMES.contains(&name.as_str()) {
+                let allowed = "t (or time, or frame), x, y, z";
+                return Err(table.error(1, &format!("column `{name}`, allowed: {allowed}")));
+            }
+            if table.columns[..i].iter().any(|(before, _)| before == name) {
+                return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
+            }
+        }
+        let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
+        let clocks: Vec<usize> = clocks.collect();
+        let time = match clocks[..] {
+            [clock] if table.columns[clock].0 == "frame" => (clock, self.frame_time(table)?),
+            [clock] => (clock, unit(table, clock, &TIMES)?),
+            [] => {
+                let found: Vec<&str> = table.columns.iter().map(|(name, _)| &name[..]).collect();
+                let message = format!("no column t, time or frame; found {}", found.join(", "));
+                return Err(table.error(1, &message));
+            }
+            _ => return Err(table.error(1, "two clocks, allowed: one of t, time and frame")),
+        };
+        let mut axes = [None; 3];
+        for (slot, name) in axes.iter_mut().zip(["x", "y", "z"]) {
+            if let Some(column) = table.find(name) {
+                *slot = Some((column, self.axis(table, column)?));
+            }
+        }
+        if axes.iter().all(Option::is_none) {
+            return Err(table.error(1, "no column x, y or z"));
+        }
+        Ok(Columns { time, axes })
+    }
+
+    /// Seconds a frame.
+    fn frame_time(&self, table: &Table) -> Result<f64, Error> {
+        match self.fps {
+            Some(fps) if fps.is_finite() && fps > 0.0 => Ok(1.0 / fps),
+            Some(fps) => Err(table.error(1, &format!("fps = {fps}, allowed: above 0"))),
+            None => {
+                Err(table.error(1, "the time is a frame number, which needs fps = frames a second"))
+            }
+        }
+    }
+
+    /// Metres a unit of an axis, negative where it points down.
+    fn axis(&self, table: &Table, column: usize) -> Result<f64, Error> {
+        let (name, unit_name) = &table.columns[column];
+        let pixels = unit_name.as_deref() == Some("px");
+        let factor = match (pixels, self.scale) {
+            (true, Some(scale)) if scale.is_finite() && scale > 0.0 => scale,
+            (true, Some(scale)) => {
+                return Err(table.error(1, &format!("scale = {scale}, allowed: above 0")));
+            }
+            (true, None) => {
+                let message = format!("`{name}` is in pixels, which needs scale = metres a pixel");
+                return Err(table.error(1, &message));
+            }
+            (false, _) => unit(table, column, &LENGTHS)?,
+        };
+        match (name.as_str(), self.y) {
+            ("y", Some(Vertical::Down)) => Ok(-factor),
+            ("y", None) if pixels => {
+                let message = "`y` is in pixels, which needs y = \"down\" (images) or \"up\"";
+                Err(table.error(1, message))
+            }
+            _ => Ok(factor),
+        }
+    }
+}
+
+fn unit(table: &Table, column: usize, known: &[(&str, f64)]) -> Result<f64, Error> {
+    let (name, unit) = &table.columns[column];
+    let Some(unit) = unit else { return Ok(1.0) };
+    known.iter().find(|(symbol, _)| symbol == unit).map(|(_, factor)| *factor).ok_or_else(|| {
+        let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
+        let pixels = if known == LENGTHS { ", px" } else { "" };
+        let allowed = format!("{}{pixels}", symbols.join(", "));
+        table.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}"))
+    })
+}
