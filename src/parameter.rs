@@ -1,6 +1,7 @@
 //! The parameters a trajectory can be differentiated by and identified from.
 
 use crate::error::Error;
+use crate::scene::section::{Moments, circle, rectangle};
 use crate::scene::{Scene, Scheme, Section, Time};
 use crate::simulation::Damping;
 use serde::{Deserialize, Serialize};
@@ -23,9 +24,18 @@ pub enum Parameter {
     /// Of a circular section, m.
     #[serde(rename = "radius")]
     Radius,
+    /// Of a rectangular section, across `up`, m.
+    #[serde(rename = "width")]
+    Width,
+    /// Of a rectangular section, along `up`, m.
+    #[serde(rename = "height")]
+    Height,
     /// Factor on the curvature of the rest shape.
     #[serde(rename = "natural_curvature")]
     NaturalCurvature,
+    /// Twist per length that the rod has when nothing acts on it, rad/m.
+    #[serde(rename = "natural_twist")]
+    NaturalTwist,
     /// Of the Newmark-beta scheme.
     #[serde(rename = "beta")]
     Beta,
@@ -46,7 +56,10 @@ impl Parameter {
             Self::PoissonRatio => "poisson_ratio",
             Self::Density => "density",
             Self::Radius => "radius",
+            Self::Width => "width",
+            Self::Height => "height",
             Self::NaturalCurvature => "natural_curvature",
+            Self::NaturalTwist => "natural_twist",
             Self::Beta => "beta",
             Self::DampingMass => "damping.mass",
             Self::DampingStiffness => "damping.stiffness",
@@ -58,7 +71,8 @@ impl Parameter {
         match self {
             Self::YoungsModulus | Self::ShearModulus => "Pa",
             Self::Density => "kg/m^3",
-            Self::Radius => "m",
+            Self::Radius | Self::Width | Self::Height => "m",
+            Self::NaturalTwist => "rad/m",
             Self::DampingMass => "1/s",
             Self::DampingStiffness => "s",
             Self::PoissonRatio | Self::NaturalCurvature | Self::Beta => "",
@@ -67,7 +81,10 @@ impl Parameter {
 
     /// Whether the parameter is positive and therefore identified in its logarithm.
     pub fn is_positive(self) -> bool {
-        !matches!(self, Self::PoissonRatio | Self::NaturalCurvature | Self::Beta)
+        !matches!(
+            self,
+            Self::PoissonRatio | Self::NaturalCurvature | Self::NaturalTwist | Self::Beta
+        )
     }
 
     /// Smallest and largest value the parameter may take at all.
@@ -76,6 +93,7 @@ impl Parameter {
             Self::Beta => [0.5, 1.0],
             Self::PoissonRatio => [-1.0 + 1e-9, 0.5],
             Self::NaturalCurvature => [-1e3, 1e3],
+            Self::NaturalTwist => [-1e6, 1e6],
             _ => [f64::MIN_POSITIVE, f64::MAX],
         }
     }
@@ -91,7 +109,16 @@ impl Parameter {
                 Section::Circle { radius } => Some(radius),
                 _ => None,
             },
+            Self::Width => match scene.rod.section {
+                Section::Rectangle { width, .. } => Some(width),
+                _ => None,
+            },
+            Self::Height => match scene.rod.section {
+                Section::Rectangle { height, .. } => Some(height),
+                _ => None,
+            },
             Self::NaturalCurvature => Some(scene.rod.natural_curvature),
+            Self::NaturalTwist => Some(scene.rod.natural_twist),
             Self::Beta => {
                 let newmark = |time: &&Time| time.scheme == Scheme::NewmarkBeta;
                 scene.time.as_ref().filter(newmark).map(|time| time.beta)
@@ -112,7 +139,16 @@ impl Parameter {
                 Section::Circle { radius } => Some(radius),
                 _ => None,
             },
+            Self::Width => match &mut scene.rod.section {
+                Section::Rectangle { width, .. } => Some(width),
+                _ => None,
+            },
+            Self::Height => match &mut scene.rod.section {
+                Section::Rectangle { height, .. } => Some(height),
+                _ => None,
+            },
             Self::NaturalCurvature => Some(&mut scene.rod.natural_curvature),
+            Self::NaturalTwist => Some(&mut scene.rod.natural_twist),
             Self::Beta => scene.time.as_mut().map(|time| &mut time.beta),
             Self::DampingMass => Some(&mut scene.loads.damping.mass),
             Self::DampingStiffness => Some(&mut scene.loads.damping.stiffness),
@@ -126,7 +162,7 @@ impl Parameter {
         Error::invalid(
             "parameter",
             self.name(),
-            "a parameter the scene has: radius needs a circle, shear_modulus and poisson_ratio need their key in [material], beta the scheme newmark-beta",
+            "a parameter the scene has: radius needs a circle, width and height a rectangle, shear_modulus and poisson_ratio need their key in [material], beta the scheme newmark-beta",
         )
     }
 }
@@ -154,6 +190,8 @@ pub struct Properties<D> {
     pub torsion_constant: D,
     /// Factor on the curvature of the rest shape.
     pub natural_curvature: D,
+    /// Natural twist per length, rad/m.
+    pub natural_twist: D,
     /// Both dampings.
     pub damping: Damping<D>,
     /// Of the scheme.
@@ -164,17 +202,16 @@ impl<D: crate::Scalar> Properties<D> {
     /// Reads the numbers, each as `seed` makes it of its parameter and value: `|_, v| v` for plain
     /// numbers, or a dual number with a derivative where the parameter is the one asked for.
     pub fn of(scene: &Scene, seed: impl Fn(Parameter, f64) -> D) -> Self {
-        let (area, second_moments, torsion_constant) = match scene.rod.section {
-            Section::Circle { radius } => {
-                let r2 = seed(Parameter::Radius, radius).powi(2);
-                let second_moment = r2 * r2 * (std::f64::consts::PI / 4.0);
-                (r2 * std::f64::consts::PI, [second_moment; 2], second_moment * 2.0)
+        let Moments { area, second_moments, torsion_constant } = match scene.rod.section {
+            Section::Circle { radius } => circle(seed(Parameter::Radius, radius)),
+            Section::Rectangle { width, height, .. } => {
+                rectangle(seed(Parameter::Width, width), seed(Parameter::Height, height))
             }
-            ref section => (
-                D::from(section.area()),
-                section.second_moments().map(D::from),
-                D::from(section.torsion_constant()),
-            ),
+            Section::Custom { area, i1, i2, j, .. } => Moments {
+                area: D::from(area),
+                second_moments: [i1, i2].map(D::from),
+                torsion_constant: D::from(j),
+            },
         };
         let youngs_modulus = seed(Parameter::YoungsModulus, scene.material.youngs_modulus);
         let shear_modulus = match (scene.material.shear_modulus, scene.material.poisson_ratio) {
@@ -192,6 +229,7 @@ impl<D: crate::Scalar> Properties<D> {
             second_moments,
             torsion_constant,
             natural_curvature: seed(Parameter::NaturalCurvature, scene.rod.natural_curvature),
+            natural_twist: seed(Parameter::NaturalTwist, scene.rod.natural_twist),
             damping: Damping {
                 mass: seed(Parameter::DampingMass, scene.loads.damping.mass),
                 stiffness: seed(Parameter::DampingStiffness, scene.loads.damping.stiffness),

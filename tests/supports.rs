@@ -377,3 +377,21 @@ fn derivatives_of_a_thrown_rod() {
         }
     }
 }
+
+/// A straight ribbon twisted by nature lies still only when so twisted; its end has turned by the
+/// whole of it, more than a turn.
+#[test]
+fn natural_twist() {
+    let mut scene = unit_rod(30, 1e-2);
+    let up = [0.0, 0.0, 1.0];
+    scene.rod.section = Section::Rectangle { width: 0.03, height: 0.01, up };
+    scene.rod.natural_twist = 8.0;
+    scene.material = Material { poisson_ratio: Some(0.3), ..Material::new(1e3, 1e9) };
+    let problem = scene.problem().unwrap();
+    assert_eq!(problem.model(), ("spatial", "rod.natural_twist leaves the plane of the rest"));
+    let found = problem.spatial().unwrap().equilibrium().unwrap();
+    let angle = found.q[found.q.len() - 4];
+    // From the middle of the first edge to the middle of the last.
+    assert!((angle / (8.0 * 29.0 / 29.5) - 1.0).abs() < 1e-9, "{angle}");
+    assert!(rest(&scene).energy.abs() < 1e-12);
+}

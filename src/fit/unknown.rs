@@ -79,8 +79,12 @@ impl Unknown {
             (Parameter::Beta, None) => vec![0.55, 0.75, 0.95],
             (Parameter::PoissonRatio, None) => vec![0.3],
             (Parameter::NaturalCurvature, None) => vec![0.5, 1.0, 1.5],
+            (Parameter::NaturalTwist, None) => [-2.0, 0.0, 2.0].map(|turn| turn / length).to_vec(),
             (
-                Parameter::Beta | Parameter::PoissonRatio | Parameter::NaturalCurvature,
+                Parameter::Beta
+                | Parameter::PoissonRatio
+                | Parameter::NaturalCurvature
+                | Parameter::NaturalTwist,
                 Some(value),
             ) => vec![value],
             (_, Some(value)) => log_range(value / 30.0, value * 30.0, 1.4),
@@ -90,7 +94,9 @@ impl Unknown {
                 if beside_youngs_modulus { vec![e] } else { log_range(0.01 * e, e, 3.0) }
             }
             (Parameter::Density, None) => log_range(100.0, 2e4, 2.0),
-            (Parameter::Radius, None) => log_range(1e-4 * length, 0.1 * length, 2.0),
+            (Parameter::Radius | Parameter::Width | Parameter::Height, None) => {
+                log_range(1e-4 * length, 0.1 * length, 2.0)
+            }
             (Parameter::DampingMass, None) => log_range(0.03 / duration, 10.0 / rise, 1.5),
             (Parameter::DampingStiffness, None) => log_range(1e-5 * rise, 0.1 * rise, 1.0),
         };

@@ -55,6 +55,9 @@ impl PlanarModel {
                 return leaves(key);
             }
         }
+        if scene.rod.natural_twist != 0.0 {
+            return leaves("rod.natural_twist");
+        }
         if let Some(i) = scene.supports.motion.iter().position(|motion| motion.twist != 0.0) {
             return leaves(&format!("supports.motion[{i}].twist"));
         }

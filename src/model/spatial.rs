@@ -135,7 +135,7 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
                     bend: bend.map(|b| b * per_length),
                     twist: gj * twist * per_length,
                 },
-                natural: [natural[0], natural[1], D::from(0.0)],
+                natural: [natural[0], natural[1], p.natural_twist * per_length.recip()],
             }
         });
         let line_density = p.density * p.area;

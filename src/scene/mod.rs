@@ -73,6 +73,9 @@ pub struct RodSpec {
     /// so many times as curved.
     #[serde(default = "one")]
     pub natural_curvature: f64,
+    /// Twist per length that the rod has when nothing acts on it, rad/m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub natural_twist: f64,
     /// Which model to use.
     #[serde(default)]
     pub dimension: Dimension,
@@ -84,6 +87,10 @@ pub struct RodSpec {
 
 fn one() -> f64 {
     1.0
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Which model to use.
@@ -212,6 +219,7 @@ impl Scene {
             shape,
             section,
             natural_curvature: 1.0,
+            natural_twist: 0.0,
             dimension: Dimension::Auto,
             discretization: None,
         };
@@ -298,6 +306,10 @@ impl Scene {
         if !self.rod.natural_curvature.is_finite() {
             let found = self.rod.natural_curvature;
             return Err(Error::invalid("rod.natural_curvature", found, "a finite number"));
+        }
+        if !self.rod.natural_twist.is_finite() {
+            let found = self.rod.natural_twist;
+            return Err(Error::invalid("rod.natural_twist", found, "a finite number"));
         }
         let material = &self.material;
         positive("material.density", material.density)?;

@@ -2,6 +2,7 @@
 
 use super::{direction, positive};
 use crate::error::Error;
+use crate::scalar::Scalar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -79,41 +80,55 @@ impl Section {
         Ok(Some(across.normalize()))
     }
 
-    /// Area, m^2.
-    pub fn area(&self) -> f64 {
-        match self {
-            Self::Circle { radius } => PI * radius * radius,
-            Self::Rectangle { width, height, .. } => width * height,
-            Self::Custom { area, .. } => *area,
-        }
-    }
-
     /// Second moments of area, m^4, against bending in the plane of `up` and across it.
     pub fn second_moments(&self) -> [f64; 2] {
-        match self {
-            Self::Circle { radius } => [PI * radius.powi(4) / 4.0; 2],
-            Self::Rectangle { width, height, .. } => {
-                [width * height.powi(3) / 12.0, height * width.powi(3) / 12.0]
-            }
-            Self::Custom { i1, i2, .. } => [*i1, *i2],
+        match *self {
+            Self::Circle { radius } => circle(radius).second_moments,
+            Self::Rectangle { width, height, .. } => rectangle(width, height).second_moments,
+            Self::Custom { i1, i2, .. } => [i1, i2],
         }
     }
+}
 
+/// What the stiffnesses and the inertia of a section come from.
+#[derive(Clone, Copy, Debug)]
+pub struct Moments<D> {
+    /// m^2.
+    pub area: D,
+    /// Second moments of area in the plane of `up` and across it, m^4.
+    pub second_moments: [D; 2],
     /// Torsion constant J, m^4: the polar moment of a circle, Saint-Venant's of a rectangle.
-    pub fn torsion_constant(&self) -> f64 {
-        match self {
-            Self::Circle { radius } => PI * radius.powi(4) / 2.0,
-            Self::Rectangle { width, height, .. } => {
-                let (long, short) = (width.max(*height), width.min(*height));
-                // The terms fall like n^-5.
-                let series: f64 = (0..200)
-                    .map(|k| f64::from(2 * k + 1))
-                    .map(|n| (n * PI * long / (2.0 * short)).tanh() / n.powi(5))
-                    .sum();
-                long * short.powi(3) * (1.0 / 3.0 - 64.0 / PI.powi(5) * short / long * series)
-            }
-            Self::Custom { j, .. } => *j,
-        }
+    pub torsion_constant: D,
+}
+
+/// Of a circle of a radius in m.
+pub fn circle<D: Scalar>(radius: D) -> Moments<D> {
+    let square = radius * radius;
+    let second_moment = square * square * (PI / 4.0);
+    Moments {
+        area: square * PI,
+        second_moments: [second_moment; 2],
+        torsion_constant: second_moment * 2.0,
+    }
+}
+
+/// Of a rectangle of a width and a height in m.
+pub fn rectangle<D: Scalar>(width: D, height: D) -> Moments<D> {
+    let area = width * height;
+    let (long, short) =
+        if width.value() > height.value() { (width, height) } else { (height, width) };
+    // The terms fall like n^-5.
+    let mut series = D::from(0.0);
+    for n in (0..200).map(|k| f64::from(2 * k + 1)) {
+        let decay = (long / short * (-n * PI)).exp();
+        let tanh = (-decay + 1.0) / (decay + 1.0);
+        series += tanh * n.powi(-5);
+    }
+    let part = -(series * short / long) * (64.0 / PI.powi(5)) + 1.0 / 3.0;
+    Moments {
+        area,
+        second_moments: [height * height, width * width].map(|square| area * square * (1.0 / 12.0)),
+        torsion_constant: long * short.powi(3) * part,
     }
 }
 
@@ -135,12 +150,10 @@ mod tests {
     fn torsion_of_a_rectangle_is_saint_venants() {
         for (ratio, k1) in [(1.0, 0.1406), (1.5, 0.196), (2.0, 0.229), (5.0, 0.291), (10.0, 0.312)]
         {
-            let up = [0.0, 1.0, 0.0];
-            let flat = Section::Rectangle { width: 0.01 * ratio, height: 0.01, up };
-            let tall = Section::Rectangle { width: 0.01, height: 0.01 * ratio, up };
-            let j = flat.torsion_constant();
+            let flat = rectangle(0.01 * ratio, 0.01);
+            let j = flat.torsion_constant;
             assert!((j / (ratio * 1e-8) - k1).abs() < 6e-4, "{ratio}: {j}");
-            assert_eq!(j, tall.torsion_constant());
+            assert_eq!(j, rectangle(0.01, 0.01 * ratio).torsion_constant);
         }
     }
 }
