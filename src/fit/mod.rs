@@ -6,6 +6,7 @@
 
 mod file;
 pub mod levenberg_marquardt;
+mod linearized;
 mod observation;
 mod residuals;
 mod search;
