@@ -178,7 +178,7 @@ where
 
         let freedom = here.residuals.len().saturating_sub(x.len()).max(1) as f64;
         let noise = (2.0 * cost / freedom).sqrt();
-        let Some((full, change)) = linear.step(&linear.norms, NO_DAMPING) else {
+        let Some((full, change)) = linear.step(&x, &self.bounds, &linear.norms, NO_DAMPING) else {
             let why = TerminationReason::SolverExit("the Jacobian is not finite".to_string());
             return Ok((at(state, x, here).terminate_with(why), None));
         };
@@ -200,7 +200,9 @@ where
 
         let mut failure = None;
         while self.damping < LARGEST_DAMPING {
-            let Some((step, _)) = linear.step(&self.scale, self.damping) else { break };
+            let Some((step, _)) = linear.step(&x, &self.bounds, &self.scale, self.damping) else {
+                break;
+            };
             let next = self.clamp(add(&x, &step));
             let step: Vec<f64> = next.iter().zip(&x).map(|(t, x)| t - x).collect();
             if step.iter().zip(&x).all(|(s, x)| s.abs() <= f64::EPSILON * x.abs()) {
@@ -208,7 +210,7 @@ where
             }
             let predicted = linear.predicted(&step);
             if predicted <= 0.0 {
-                // A bound cut the step to one that leads up; a shorter one does not.
+                // Rounding errors, or a bound, made a step that leads up; a shorter one does not.
                 self.raise_damping();
                 continue;
             }

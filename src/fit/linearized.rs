@@ -35,35 +35,73 @@ impl Linearized {
         Self { free, r: qr.r(), qtr: qtr.rows(0, n).into_owned(), norms }
     }
 
-    /// The step that minimises `|r + J step|^2 + damping |scale step|^2`, and the norm of the
-    /// change it makes in the linear model. None when that is not finite.
-    pub fn step(&self, scale: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
+    /// The step from `x` that minimises `|r + J step|^2 + damping |scale step|^2`, and the norm of
+    /// the change it makes in the linear model. None when that is not finite. Unknowns that would
+    /// leave their bounds go to the bound, and the others make the best of it.
+    pub fn step(
+        &self,
+        x: &[f64],
+        bounds: &[[f64; 2]],
+        scale: &[f64],
+        damping: f64,
+    ) -> Option<(Vec<f64>, f64)> {
         let n = self.free.len();
-        let mut step = vec![0.0; scale.len()];
-        if n == 0 {
-            return Some((step, 0.0));
+        let mut step = DVector::zeros(n);
+        let mut moving: Vec<usize> = (0..n).collect();
+        while !moving.is_empty() {
+            let solution = self.solve(&moving, &step, scale, damping)?;
+            for (k, s) in moving.iter().zip(solution.iter()) {
+                step[*k] = *s;
+            }
+            let stays = |k: &usize| {
+                let j = self.free[*k];
+                let to = x[j] + step[*k];
+                to >= bounds[j][0] && to <= bounds[j][1]
+            };
+            let (inside, outside): (Vec<usize>, Vec<usize>) = moving.into_iter().partition(stays);
+            if outside.is_empty() {
+                break;
+            }
+            for k in outside {
+                let j = self.free[k];
+                step[k] = (x[j] + step[k]).clamp(bounds[j][0], bounds[j][1]) - x[j];
+            }
+            moving = inside;
         }
+        let mut all = vec![0.0; x.len()];
+        for (j, s) in self.free.iter().zip(step.iter()) {
+            all[*j] = *s;
+        }
+        Some((all, (&self.r * step).norm()))
+    }
+
+    /// The best steps of the unknowns `moving` while the others make theirs.
+    fn solve(
+        &self,
+        moving: &[usize],
+        step: &DVector<f64>,
+        scale: &[f64],
+        damping: f64,
+    ) -> Option<DVector<f64>> {
+        let (n, m) = (self.free.len(), moving.len());
+        let mut fixed = step.clone();
+        moving.iter().for_each(|k| fixed[*k] = 0.0);
+        let rest = &self.qtr + &self.r * fixed;
         // An unknown without effect gets a scale too, so that damping keeps it where it is.
-        let weight = |j: usize| match scale[self.free[j]] {
+        let weight = |k: usize| match scale[self.free[moving[k]]] {
             scale if scale > 0.0 => damping.sqrt() * scale,
             _ => 1.0,
         };
-        let stacked = DMatrix::from_fn(2 * n, n, |i, j| match i {
-            i if i < n => self.r[(i, j)],
-            i if i - n == j => weight(j),
+        let stacked = DMatrix::from_fn(n + m, m, |i, k| match i {
+            i if i < n => self.r[(i, moving[k])],
+            i if i - n == k => weight(k),
             _ => 0.0,
         });
-        let mut rhs = DVector::from_fn(2 * n, |i, _| if i < n { -self.qtr[i] } else { 0.0 });
+        let mut rhs = DVector::from_fn(n + m, |i, _| if i < n { -rest[i] } else { 0.0 });
         let qr = stacked.qr();
         qr.q_tr_mul(&mut rhs);
-        let solution = qr.r().solve_upper_triangular(&rhs.rows(0, n).into_owned())?;
-        if !solution.iter().all(|s| s.is_finite()) {
-            return None;
-        }
-        for (j, s) in self.free.iter().zip(solution.iter()) {
-            step[*j] = *s;
-        }
-        Some((step, (&self.r * solution).norm()))
+        let solution = qr.r().solve_upper_triangular(&rhs.rows(0, m).into_owned())?;
+        solution.iter().all(|s| s.is_finite()).then_some(solution)
     }
 
     /// Drop of the cost the linear model predicts for a step.
