@@ -5,6 +5,7 @@
 //! making ([`search`](self)), and says how well the data determine each parameter.
 
 mod file;
+mod hessian;
 pub mod levenberg_marquardt;
 mod linearized;
 mod observation;
