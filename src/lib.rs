@@ -85,6 +85,7 @@ pub mod rod;
 pub mod scalar;
 pub mod scene;
 pub mod scheme;
+mod second_order;
 pub mod sensitivity;
 pub mod simulation;
 pub mod state;

@@ -48,7 +48,7 @@ impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
 }
 
 /// Position and velocity of a node in world axes, m and m/s, or their derivatives.
-type Motion = [[f64; 3]; 2];
+pub(crate) type Motion = [[f64; 3]; 2];
 
 /// The recorded motion, in world coordinates.
 #[derive(Clone, Debug)]
@@ -65,6 +65,8 @@ pub struct Trajectory {
     derivatives: Vec<Vec<Motion>>,
     work: Work,
     stepping: Duration,
+    /// Ends of all steps taken, halves too, s.
+    taken: Vec<f64>,
 }
 
 impl Problem {
@@ -104,6 +106,7 @@ impl Trajectory {
             derivatives: vec![Vec::new(); parameters.len()],
             work: Work::default(),
             stepping: Duration::ZERO,
+            taken: Vec::new(),
         })
     }
 
@@ -141,8 +144,14 @@ impl Trajectory {
         after(&Running { model, simulation: &simulation });
         for k in 1..=steps {
             let start = std::time::Instant::now();
-            let result =
-                advance(&mut simulation, &mut sensitivities, &mut room, &mut guard, time.at(k), 0);
+            let result = advance(
+                &mut simulation,
+                &mut sensitivities,
+                (&mut room, &mut self.taken),
+                &mut guard,
+                time.at(k),
+                0,
+            );
             self.stepping += start.elapsed();
             self.work = simulation.work();
             result?;
@@ -165,6 +174,33 @@ impl Trajectory {
         for (track, s) in self.derivatives.iter_mut().zip(sensitivities) {
             let rates = |i: &usize| [model.rate(&s.q, *i), model.rate(&s.v, *i)];
             track.extend(self.tracked.iter().map(rates));
+        }
+    }
+
+    /// Adds a record with as many derivatives as the trajectory has room for: `motion` is that of
+    /// the nodes themselves at 0, and their derivatives from 1 on.
+    pub(crate) fn push(&mut self, time: f64, motion: impl Fn(usize, usize) -> Motion) {
+        self.times.push(time);
+        self.motion.extend(self.tracked.iter().map(|i| motion(0, *i)));
+        for (k, track) in self.derivatives.iter_mut().enumerate() {
+            track.extend(self.tracked.iter().map(|i| motion(k + 1, *i)));
+        }
+    }
+
+    /// Ends of all steps taken, s: those of the scene, and halves where a step was refused.
+    pub(crate) fn taken(&self) -> &[f64] {
+        &self.taken
+    }
+
+    /// An empty record of the same nodes, with room for derivatives by `parameters`.
+    pub(crate) fn emptied(&self, parameters: &[Parameter]) -> Self {
+        Self {
+            parameters: parameters.to_vec(),
+            times: Vec::new(),
+            motion: Vec::new(),
+            derivatives: vec![Vec::new(); parameters.len()],
+            taken: Vec::new(),
+            ..self.clone()
         }
     }
 
@@ -269,7 +305,7 @@ impl Trajectory {
 fn advance<R, S, const W: usize>(
     simulation: &mut Simulation<f64, R, W>,
     sensitivities: &mut [Sensitivity<S, W>],
-    room: &mut Vec<f64>,
+    (room, taken): (&mut Vec<f64>, &mut Vec<f64>),
     guard: &mut Guard,
     time: f64,
     halvings: u32,
@@ -281,6 +317,7 @@ where
     match simulation.step_to(time).and_then(|()| guard.check(simulation)) {
         Ok(()) => {
             guard.accept();
+            taken.push(time);
             sensitivity::advance(simulation, sensitivities, room)
         }
         Err(error) => {
@@ -289,8 +326,9 @@ where
                 return Err(error);
             }
             let middle = 0.5 * (simulation.state().time + time);
-            advance(simulation, sensitivities, room, guard, middle, halvings + 1)?;
-            advance(simulation, sensitivities, room, guard, time, halvings + 1)
+            let halvings = halvings + 1;
+            advance(simulation, sensitivities, (room, taken), guard, middle, halvings)?;
+            advance(simulation, sensitivities, (room, taken), guard, time, halvings)
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The fit file.
 
-use super::{Fit, Observation, Recording, Unknown, Vertical};
+use super::{Analysis, Fit, Observation, Recording, Unknown, Vertical};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Point;
@@ -18,6 +18,8 @@ pub struct FitFile {
     pub observations: Vec<Observation>,
     /// What to identify.
     pub unknowns: Vec<Unknown>,
+    /// What to do beyond finding them.
+    pub analysis: Analysis,
 }
 
 #[derive(Deserialize)]
@@ -26,6 +28,8 @@ struct Form {
     scene: PathBuf,
     observation: Vec<ObservationForm>,
     parameter: Vec<ParameterForm>,
+    #[serde(default)]
+    analysis: Analysis,
 }
 
 #[derive(Deserialize)]
@@ -79,7 +83,7 @@ impl FitFile {
             .into_iter()
             .map(|p| Unknown { parameter: p.name, start: p.start, bounds: p.bounds })
             .collect();
-        let file = Self { problem, observations, unknowns };
+        let file = Self { problem, observations, unknowns, analysis: form.analysis };
         file.fit().check().map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
     }
@@ -89,6 +93,7 @@ impl FitFile {
         let mut fit = Fit::new(&self.problem);
         fit.observations = self.observations.clone();
         fit.unknowns = self.unknowns.clone();
+        fit.analysis = self.analysis.clone();
         fit
     }
 }

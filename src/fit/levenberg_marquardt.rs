@@ -1,22 +1,30 @@
 //! Bounded Levenberg-Marquardt, as a solver for argmin's Executor.
 //!
 //! Minimises `1/2 |r(x)|^2` for a problem with argmin's `Operator` (the residuals) and `Jacobian`.
-//! The damping scales with the columns of the Jacobian (Marquardt 1963, More 1978), so that it
-//! does not depend on units. A trial point where the problem returns an error is rejected like one
-//! where the cost rises.
+//! The damping scales with the columns of the Jacobian (Marquardt 1963), with a memory of how large
+//! they have been (More 1978), so that it does not depend on units, and follows the gain of the
+//! last step (Nielsen 1999). A trial point is rejected where the cost rises, where the problem
+//! returns an error, and where an unknown loses its effect: plateaus have no minimum.
+//!
+//! Costs can only tell steps apart that change them by more than their rounding errors, about
+//! `1e-8` of the residuals. Closer to the minimum full steps are taken as long as each promises
+//! less than the one before it; that gives the minimum to rounding.
+//!
+//! `cargo test --release --test nist -- --nocapture` shows what that is worth on the reference
+//! problems of NIST.
 
+use super::linearized::Linearized;
 use super::residuals::half_square;
 use argmin::core::{
     Error, IterState, Jacobian, KV, Operator, Problem, Solver, State, TerminationReason,
 };
-use nalgebra::{DMatrix, DVector};
 
 /// The state argmin keeps of a least-squares problem.
 pub type LeastSquaresState = IterState<Vec<f64>, (), Vec<Vec<f64>>, (), Vec<f64>, f64>;
 
 /// The solver. Ends as converged when a full Gauss-Newton step would move no unknown by more than
 /// `step_tolerance`, or would move the model by less than `noise_tolerance` of the residuals'
-/// standard deviation.
+/// standard deviation, or when rounding errors stop it. With both tolerances zero only they do.
 #[derive(Clone, Debug)]
 pub struct LevenbergMarquardt {
     bounds: Vec<[f64; 2]>,
@@ -24,22 +32,71 @@ pub struct LevenbergMarquardt {
     noise_tolerance: f64,
     damping: f64,
     growth: f64,
+    /// Norms of the Jacobian's columns, or what is remembered of larger ones.
+    scale: Vec<f64>,
+    /// Change of the model by the last full step that was taken without asking for its cost.
+    last_change: f64,
 }
 
-/// Damping at the start, relative to the squared column norms.
+/// Damping at the start, relative to the squared scales.
 const FIRST_DAMPING: f64 = 1e-4;
+/// Smallest damping, and the least to go up from.
+const LEAST_DAMPING: [f64; 2] = [1e-15, 1e-6];
 /// Above this damping a step is too short to change anything.
-const LARGEST_DAMPING: f64 = 1e14;
+const LARGEST_DAMPING: f64 = 1e20;
+/// Damping of a full step: just enough to be defined where the data say nothing.
+const NO_DAMPING: f64 = 1e-16;
+/// The most that one good step lowers the damping by.
+const LEAST_FACTOR: f64 = 0.03;
+/// Part of the largest norm of a column that is remembered at every step.
+const MEMORY: f64 = 0.7;
+/// Least part of the predicted drop of the cost that a step must achieve.
+const LEAST_GAIN: f64 = 1e-4;
+/// A step must leave every unknown this part of its effect.
+const LEAST_EFFECT: f64 = 1e-6;
+/// A change of the model below this part of the residuals is beyond what costs can judge.
+const BELOW_COST: f64 = 3e-5;
+
+/// What the problem says about a point.
+struct Trial {
+    jacobian: Vec<Vec<f64>>,
+    residuals: Vec<f64>,
+    cost: f64,
+}
+
+/// The Jacobian first: its run yields the residuals too.
+fn evaluate<O>(problem: &mut Problem<O>, x: &Vec<f64>) -> Result<Trial, Error>
+where
+    O: Operator<Param = Vec<f64>, Output = Vec<f64>>
+        + Jacobian<Param = Vec<f64>, Jacobian = Vec<Vec<f64>>>,
+{
+    let jacobian = problem.problem("jacobian_count", |p| p.jacobian(x))?;
+    let residuals = problem.problem("operator_count", |p| p.apply(x))?;
+    let cost = half_square(&residuals);
+    if !cost.is_finite() || !jacobian.iter().flatten().all(|d| d.is_finite()) {
+        return Err(argmin::argmin_error!(
+            ConditionViolated,
+            "Levenberg-Marquardt: the residuals or their derivatives are not finite"
+        ));
+    }
+    Ok(Trial { jacobian, residuals, cost })
+}
+
+fn at(state: LeastSquaresState, x: Vec<f64>, trial: Trial) -> LeastSquaresState {
+    state.param(x).cost(trial.cost).jacobian(trial.jacobian).residuals(trial.residuals)
+}
 
 impl LevenbergMarquardt {
     /// A solver for unknowns within `bounds` (one pair per unknown).
     pub fn new(bounds: Vec<[f64; 2]>) -> Self {
         Self {
+            scale: vec![0.0; bounds.len()],
             bounds,
             step_tolerance: 1e-10,
             noise_tolerance: 1e-3,
             damping: FIRST_DAMPING,
-            growth: 4.0,
+            growth: 2.0,
+            last_change: f64::INFINITY,
         }
     }
 
@@ -54,81 +111,19 @@ impl LevenbergMarquardt {
     }
 
     fn raise_damping(&mut self) {
-        self.damping = self.damping.max(1e-6) * self.growth;
+        self.damping = self.damping.max(LEAST_DAMPING[1]) * self.growth;
         self.growth *= 2.0;
     }
 
-    fn clamp(&self, x: &[f64]) -> Vec<f64> {
+    /// After a step with this gain.
+    fn relax_damping(&mut self, gain: f64) {
+        let factor = 1.0 - (2.0 * gain - 1.0).powi(3);
+        self.damping = (self.damping * factor.clamp(LEAST_FACTOR, 2.0)).max(LEAST_DAMPING[0]);
+        self.growth = 2.0;
+    }
+
+    fn clamp(&self, x: Vec<f64>) -> Vec<f64> {
         x.iter().zip(&self.bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect()
-    }
-}
-
-/// The linear least-squares problem at one iterate, reduced to the unknowns that may move.
-struct Linearized {
-    free: Vec<usize>,
-    /// Upper triangle of the QR factors of the free columns.
-    r: DMatrix<f64>,
-    /// First rows of Q' residuals.
-    qtr: DVector<f64>,
-    /// Norms of the free columns, the scale of the damping.
-    scale: Vec<f64>,
-}
-
-impl Linearized {
-    /// Unknowns at a bound that the gradient pushes outward stay there.
-    fn new(rows: &[Vec<f64>], residuals: &[f64], x: &[f64], bounds: &[[f64; 2]]) -> Self {
-        let gradient =
-            |j: usize| rows.iter().zip(residuals).map(|(row, r)| row[j] * r).sum::<f64>();
-        let free: Vec<usize> = (0..x.len())
-            .filter(|j| {
-                let g = gradient(*j);
-                !(x[*j] <= bounds[*j][0] && g > 0.0 || x[*j] >= bounds[*j][1] && g < 0.0)
-            })
-            .collect();
-        let n = free.len();
-        // At least as many rows as columns, so that R is square.
-        let m = rows.len().max(n);
-        let jacobian = DMatrix::from_fn(m, n, |i, j| rows.get(i).map_or(0.0, |row| row[free[j]]));
-        // An unknown without effect gets a scale too, so that damping keeps it where it is.
-        let norms = jacobian.column_iter().map(|c| c.norm());
-        let scale = norms.map(|norm| if norm > 0.0 { norm } else { 1.0 }).collect();
-        let mut qtr = DVector::from_fn(m, |i, _| residuals.get(i).copied().unwrap_or(0.0));
-        let qr = jacobian.qr();
-        qr.q_tr_mul(&mut qtr);
-        Self { free, r: qr.r(), qtr: qtr.rows(0, n).into_owned(), scale }
-    }
-
-    /// The step of every unknown under a damping, and the norm of the model's change.
-    fn step(&self, unknowns: usize, damping: f64) -> Option<(Vec<f64>, f64)> {
-        let n = self.free.len();
-        let mut step = vec![0.0; unknowns];
-        if n == 0 {
-            return Some((step, 0.0));
-        }
-        let root = damping.sqrt();
-        let stacked = DMatrix::from_fn(2 * n, n, |i, j| match i {
-            i if i < n => self.r[(i, j)],
-            i if i - n == j => root * self.scale[j],
-            _ => 0.0,
-        });
-        let mut rhs = DVector::from_fn(2 * n, |i, _| if i < n { -self.qtr[i] } else { 0.0 });
-        let qr = stacked.qr();
-        qr.q_tr_mul(&mut rhs);
-        let solution = qr.r().solve_upper_triangular(&rhs.rows(0, n).into_owned())?;
-        if !solution.iter().all(|s| s.is_finite()) {
-            return None;
-        }
-        for (j, s) in self.free.iter().zip(solution.iter()) {
-            step[*j] = *s;
-        }
-        Some((step, (&self.r * solution).norm()))
-    }
-
-    /// Drop of the cost the linear model predicts for a step.
-    fn predicted(&self, step: &[f64]) -> f64 {
-        let s = DVector::from_fn(self.free.len(), |j, _| step[self.free[j]]);
-        let change = &self.r * s;
-        -(change.dot(&self.qtr) + 0.5 * change.norm_squared())
     }
 }
 
@@ -158,18 +153,9 @@ where
                 "Levenberg-Marquardt needs one pair of bounds per unknown"
             ));
         }
-        let x = self.clamp(&start);
-        // The Jacobian first: its run yields the residuals too.
-        let jacobian = problem.problem("jacobian_count", |p| p.jacobian(&x))?;
-        let residuals = problem.problem("operator_count", |p| p.apply(&x))?;
-        let cost = half_square(&residuals);
-        if !cost.is_finite() {
-            return Err(argmin::argmin_error!(
-                InvalidParameter,
-                "Levenberg-Marquardt: the residuals at the start are not finite"
-            ));
-        }
-        Ok((state.param(x).cost(cost).jacobian(jacobian).residuals(residuals), None))
+        let x = self.clamp(start);
+        let start = evaluate(problem, &x)?;
+        Ok((at(state, x, start), None))
     }
 
     fn next_iter(
@@ -184,79 +170,83 @@ where
         let jacobian = state.take_jacobian().ok_or_else(missing)?;
         let residuals = state.take_residuals().ok_or_else(missing)?;
         let cost = state.get_cost();
-        let n = x.len();
         let linear = Linearized::new(&jacobian, &residuals, &x, &self.bounds);
-        let here = |state: LeastSquaresState| {
-            state
-                .param(x.clone())
-                .cost(cost)
-                .jacobian(jacobian.clone())
-                .residuals(residuals.clone())
-        };
-        let end = |state: LeastSquaresState, reason| Ok((here(state).terminate_with(reason), None));
+        for (scale, norm) in self.scale.iter_mut().zip(&linear.norms) {
+            *scale = (*scale * MEMORY).max(*norm);
+        }
+        let here = Trial { jacobian, residuals, cost };
 
-        // The undamped step, with just enough damping to be defined where the data say nothing.
-        let freedom = residuals.len().saturating_sub(n).max(1) as f64;
+        let freedom = here.residuals.len().saturating_sub(x.len()).max(1) as f64;
         let noise = (2.0 * cost / freedom).sqrt();
-        let Some((full, change)) = linear.step(n, 1e-14) else {
-            let why = "the Jacobian is not finite".to_string();
-            return end(state, TerminationReason::SolverExit(why));
+        let Some((full, change)) = linear.step(&x, &self.bounds, &linear.norms, NO_DAMPING) else {
+            let why = TerminationReason::SolverExit("the Jacobian is not finite".to_string());
+            return Ok((at(state, x, here).terminate_with(why), None));
         };
-        let target: Vec<f64> = self.clamp(&add(&x, &full));
+        let target = self.clamp(add(&x, &full));
         let moved = target.iter().zip(&x).map(|(t, x)| (t - x).abs()).fold(0.0, f64::max);
         if moved <= self.step_tolerance || change <= self.noise_tolerance * noise {
-            return end(state, TerminationReason::SolverConverged);
+            let converged = TerminationReason::SolverConverged;
+            return Ok((at(state, x, here).terminate_with(converged), None));
+        }
+        if change <= BELOW_COST * (2.0 * cost).sqrt() && change < 0.95 * self.last_change {
+            let trial = evaluate(problem, &target);
+            if let Ok(trial) = trial
+                && trial.cost <= cost * (1.0 + 10.0 * BELOW_COST * BELOW_COST)
+            {
+                self.last_change = change;
+                return Ok((at(state, target, trial), None));
+            }
         }
 
         let mut failure = None;
         while self.damping < LARGEST_DAMPING {
-            let Some((step, _)) = linear.step(n, self.damping) else { break };
-            let trial = self.clamp(&add(&x, &step));
-            let step: Vec<f64> = trial.iter().zip(&x).map(|(t, x)| t - x).collect();
-            let predicted = linear.predicted(&step);
-            if step.iter().all(|s| s.abs() <= f64::EPSILON) {
+            let Some((step, _)) = linear.step(&x, &self.bounds, &self.scale, self.damping) else {
+                break;
+            };
+            let next = self.clamp(add(&x, &step));
+            let step: Vec<f64> = next.iter().zip(&x).map(|(t, x)| t - x).collect();
+            if step.iter().zip(&x).all(|(s, x)| s.abs() <= f64::EPSILON * x.abs()) {
                 break;
             }
+            let predicted = linear.predicted(&step);
             if predicted <= 0.0 {
-                // A bound cut the step to one that leads up; a shorter one does not.
+                // Rounding errors, or a bound, made a step that leads up; a shorter one does not.
                 self.raise_damping();
                 continue;
             }
-            let outcome = problem
-                .problem("jacobian_count", |p| p.jacobian(&trial))
-                .and_then(|j| Ok((j, problem.problem("operator_count", |p| p.apply(&trial))?)));
-            let trial_cost = match &outcome {
-                Ok((_, r)) => half_square(r),
-                Err(_) => f64::INFINITY,
-            };
-            let gain = (cost - trial_cost) / predicted;
-            if gain > 1e-4 {
-                if gain > 0.75 {
-                    self.damping = (self.damping * 0.03).max(1e-15);
-                } else if gain < 0.25 {
-                    self.damping *= 2.0;
+            match evaluate(problem, &next) {
+                Ok(trial) => {
+                    failure = None;
+                    let gain = drop(&here.residuals, &trial.residuals) / predicted;
+                    if gain > LEAST_GAIN && linear.least_kept(&trial.jacobian) > LEAST_EFFECT {
+                        self.relax_damping(gain);
+                        let damping = argmin::kv!("damping" => self.damping;);
+                        return Ok((at(state, next, trial), Some(damping)));
+                    }
+                    // At the rounding level of the cost, nothing more can be gained.
+                    if predicted <= 1e-12 * cost {
+                        let converged = TerminationReason::SolverConverged;
+                        return Ok((at(state, x, here).terminate_with(converged), None));
+                    }
                 }
-                self.growth = 4.0;
-                let (jacobian, residuals) = outcome?;
-                let next =
-                    state.param(trial).cost(trial_cost).jacobian(jacobian).residuals(residuals);
-                return Ok((next, Some(argmin::kv!("damping" => self.damping;))));
+                Err(error) => failure = Some(error),
             }
-            // At the rounding level of the cost, nothing more can be gained.
-            if outcome.is_ok() && predicted <= 1e-12 * cost {
-                return end(state, TerminationReason::SolverConverged);
-            }
-            failure = outcome.err();
             self.raise_damping();
         }
         match failure {
             Some(error) => Err(error),
             None => {
                 let why = "no step lowers the cost, yet the gradient does not vanish".to_string();
-                end(state, TerminationReason::SolverExit(why))
+                let exit = TerminationReason::SolverExit(why);
+                Ok((at(state, x, here).terminate_with(exit), None))
             }
         }
     }
+}
+
+/// Half the difference of the sums of squares, without the cancellation of two large sums.
+fn drop(before: &[f64], after: &[f64]) -> f64 {
+    0.5 * before.iter().zip(after).map(|(a, b)| (a - b) * (a + b)).sum::<f64>()
 }
 
 fn add(x: &[f64], step: &[f64]) -> Vec<f64> {

@@ -4,32 +4,43 @@
 //! [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a start of its own
 //! making ([`search`](self)), and says how well the data determine each parameter.
 
+mod analysis;
+mod bootstrap;
+mod discretization;
 mod file;
+mod hessian;
+mod identifiability;
 pub mod levenberg_marquardt;
+mod linearized;
 mod observation;
+mod profile;
 mod recording;
+mod report;
+mod residual_tests;
 mod residuals;
 mod search;
 mod uncertainty;
 mod unknown;
 
+pub use analysis::{Analysis, Refinement};
+pub use bootstrap::Bootstrap;
+pub use discretization::DiscretizationError;
 pub use file::FitFile;
+pub use identifiability::{Finding, Kind};
 pub use levenberg_marquardt::LevenbergMarquardt;
 pub use observation::{Observation, Sample};
 pub use recording::{Recording, Vertical};
+pub use report::{Estimate, FitReport};
+pub use residual_tests::ResidualTests;
 pub use residuals::Residuals;
 pub use search::Progress;
 pub use unknown::Unknown;
 
 use crate::error::Error;
-use crate::parameter::Parameter;
 use crate::problem::Problem;
 use search::{Optimum, Search};
-use serde::Serialize;
 use std::cell::Cell;
-use std::fmt;
 use std::rc::Rc;
-use uncertainty::{Uncertainty, quantile95};
 
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
 /// on a finer grid, and before the report warns.
@@ -52,6 +63,7 @@ pub struct Fit {
     problem: Problem,
     observations: Vec<Observation>,
     unknowns: Vec<Unknown>,
+    analysis: Analysis,
     progress: Option<Progress>,
 }
 
@@ -62,6 +74,7 @@ impl Fit {
             problem: problem.clone(),
             observations: Vec::new(),
             unknowns: Vec::new(),
+            analysis: Analysis::default(),
             progress: None,
         }
     }
@@ -76,6 +89,11 @@ impl Fit {
     pub fn identify(mut self, unknown: impl Into<Unknown>) -> Self {
         self.unknowns.push(unknown.into());
         self
+    }
+
+    /// Says what to do beyond finding the parameters.
+    pub fn analyse(self, analysis: Analysis) -> Self {
+        Self { analysis, ..self }
     }
 
     /// Calls `progress` with the stage and the work done so far, in full simulations.
@@ -129,8 +147,10 @@ impl Fit {
                 }
             }
         }
-        let simulations = work.get() / full_work;
-        self.report(&optimum, &sigmas, simulations, clock.elapsed().as_secs_f64())
+        let mut report = self.report(&search(&sigmas), &optimum)?;
+        report.simulations = work.get() / full_work;
+        report.wall_seconds = clock.elapsed().as_secs_f64();
+        Ok(report)
     }
 
     /// The best of all starts; searches again, more finely, when much of the motion is left
@@ -248,97 +268,6 @@ impl Fit {
         }
         Ok(())
     }
-
-    fn report(
-        &self,
-        optimum: &Optimum,
-        sigmas: &[f64],
-        simulations: f64,
-        wall_seconds: f64,
-    ) -> Result<FitReport, Error> {
-        let n = optimum.residuals.len() as f64;
-        let freedom = n - self.unknowns.len() as f64;
-        let known_noise = self.observations.iter().all(|o| o.sigma.is_some());
-        let variance = if known_noise { 1.0 } else { 2.0 * optimum.cost / freedom };
-        // The size of the observed motion in units of the noise.
-        let motions = self.observations.iter().zip(sigmas).zip(&optimum.counts);
-        let effect: f64 = motions
-            .map(|((o, sigma), count)| {
-                (self.problem.length().max(o.spread()) / sigma).powi(2) * *count as f64
-            })
-            .sum::<f64>()
-            .sqrt();
-        let local = Uncertainty::new(&self.unknowns, &optimum.jacobian, variance, effect)?;
-        let reach = quantile95((!known_noise).then_some(freedom));
-        let mut warnings = Vec::new();
-        let mut estimates = Vec::new();
-        for (i, unknown) in self.unknowns.iter().enumerate() {
-            let x = optimum.x[i];
-            let value = unknown.from_scale(x);
-            let deviation = local.deviation[i].filter(|_| optimum.converged);
-            let known = local.deviation[i].is_some();
-            let ends = |sd: f64| {
-                let [low, high] = unknown.parameter.limits();
-                [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high))
-            };
-            let [low, high] = unknown.scaled_bounds();
-            if known && (x <= low || x >= high) {
-                let bound = unknown.from_scale(if x <= low { low } else { high });
-                warnings.push(format!(
-                    "{} ended at its bound {bound}: its interval does not account for that",
-                    unknown.parameter
-                ));
-            }
-            estimates.push(Estimate {
-                name: unknown.parameter,
-                value: known.then_some(value),
-                std_error: deviation.map(|sd| sd * unknown.slope(value)),
-                interval95: deviation.map(ends),
-                identifiable: known,
-            });
-        }
-        let rms = rms_per_observation(optimum, sigmas);
-        for (observation, rms) in self.observations.iter().zip(&rms) {
-            let spread = observation.spread();
-            if *rms > UNEXPLAINED * spread {
-                warnings.push(format!(
-                    "{}: the model leaves {:.0} % of the observed motion unexplained ({rms:.3e} m of {spread:.3e} m)",
-                    observation.label(),
-                    100.0 * rms / spread.max(f64::MIN_POSITIVE)
-                ));
-            }
-            if let Some(sigma) = observation.sigma.filter(|sigma| *rms > 1.5 * sigma) {
-                warnings.push(format!(
-                    "{}: the residuals are {:.1} times the stated sigma; the intervals are too narrow",
-                    observation.label(),
-                    rms / sigma
-                ));
-            }
-        }
-        let identified = estimates.iter().all(|e| e.identifiable);
-        let status = match (optimum.converged, identified) {
-            (true, true) => "converged".to_string(),
-            (true, false) => format!("not identifiable: {}", local.findings.join("; ")),
-            (false, _) => format!("not converged: {}", optimum.status),
-        };
-        if !optimum.converged {
-            warnings.extend(local.findings);
-        }
-        let squares: f64 = rms.iter().zip(&optimum.counts).map(|(r, c)| r * r * *c as f64).sum();
-        let mut noise = sigmas.to_vec();
-        self.estimate_sigmas(optimum, &mut noise);
-        Ok(FitReport {
-            converged: optimum.converged,
-            parameters: estimates,
-            correlation: local.correlation,
-            residual_rms: (squares / n).sqrt(),
-            sigma: noise,
-            simulations,
-            wall_seconds,
-            status,
-            warnings,
-        })
-    }
 }
 
 /// Root mean square residual of each observation, m.
@@ -352,102 +281,4 @@ fn rms_per_observation(optimum: &Optimum, sigmas: &[f64]) -> Vec<f64> {
         rest = others;
     }
     rms
-}
-
-/// An identified parameter.
-#[derive(Clone, Debug, Serialize)]
-pub struct Estimate {
-    /// Which.
-    pub name: Parameter,
-    /// In the parameter's SI unit; none when not identifiable.
-    pub value: Option<f64>,
-    /// Standard error in the same unit; none without convergence.
-    pub std_error: Option<f64>,
-    /// 95 % interval in the same unit; none without convergence.
-    pub interval95: Option<[f64; 2]>,
-    /// Whether the data determine it.
-    pub identifiable: bool,
-}
-
-/// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
-#[derive(Clone, Debug, Serialize)]
-pub struct FitReport {
-    /// Whether a minimum of the misfit was reached.
-    pub converged: bool,
-    /// In the order they were asked for.
-    pub parameters: Vec<Estimate>,
-    /// Between the parameters; none where one is not identifiable.
-    pub correlation: Vec<Vec<Option<f64>>>,
-    /// Root mean square residual per coordinate, m.
-    pub residual_rms: f64,
-    /// Standard deviation of the noise of each observation, m: given or estimated.
-    pub sigma: Vec<f64>,
-    /// Work in full simulations.
-    pub simulations: f64,
-    /// Wall time of the fit, s.
-    pub wall_seconds: f64,
-    /// In one line how the fit ended.
-    pub status: String,
-    /// What the user should know before believing the numbers.
-    pub warnings: Vec<String>,
-}
-
-impl FitReport {
-    /// The identified values, as [`Problem::with`] takes them.
-    pub fn parameters(&self) -> Vec<(Parameter, f64)> {
-        self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
-    }
-
-    /// The estimate of a parameter, if it was asked for.
-    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
-        self.parameters.iter().find(|e| e.name == parameter)
-    }
-
-    /// Whether the fit converged and every parameter is identified.
-    pub fn is_success(&self) -> bool {
-        self.converged && self.parameters.iter().all(|e| e.identifiable)
-    }
-}
-
-impl fmt::Display for FitReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
-        }
-        writeln!(f, "{}", self.status)?;
-        for e in &self.parameters {
-            let unit = e.name.unit();
-            match (e.value, e.std_error, e.interval95) {
-                (Some(value), Some(error), Some([low, high])) => writeln!(
-                    f,
-                    "  {:<18} {} +- {} {unit}   95 % [{}, {}]",
-                    e.name.name(),
-                    digits(value, error),
-                    digits(error, error),
-                    digits(low, error),
-                    digits(high, error)
-                )?,
-                (Some(value), ..) => {
-                    writeln!(f, "  {:<18} {value:e} {unit}   no error", e.name.name())?
-                }
-                _ => writeln!(f, "  {:<18} not identifiable", e.name.name())?,
-            }
-        }
-        let sigma: Vec<String> = self.sigma.iter().map(|s| format!("{s:.3e}")).collect();
-        write!(
-            f,
-            "  residual rms {:.3e} m, sigma {} m, {:.1} simulations, {:.3} s",
-            self.residual_rms,
-            sigma.join(", "),
-            self.simulations,
-            self.wall_seconds
-        )
-    }
-}
-
-/// A value with two digits more than its error is large, at most what a double holds.
-fn digits(value: f64, error: f64) -> String {
-    let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
-    let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };
-    format!("{value:.after_point$e}")
 }

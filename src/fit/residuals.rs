@@ -14,7 +14,7 @@ use std::rc::Rc;
 /// on their [scales](Unknown::to_scale): logarithms of positive parameters.
 ///
 /// Implements argmin's `Operator` (the residuals), `Jacobian`, `CostFunction` (half the sum of
-/// squares) and `Gradient`. A simulation that fails is an error, never a made-up number.
+/// squares), `Gradient` and `Hessian` (exact, in second-order dual numbers). A simulation that fails is an error, never a made-up number.
 #[derive(Debug)]
 pub struct Residuals {
     problem: Problem,
@@ -148,35 +148,72 @@ impl Residuals {
         }
     }
 
-    fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
-        let values = self.values(x);
-        let parameters: Vec<Parameter> = values.iter().map(|(p, _)| *p).collect();
-        let problem = self.problem.with(values.iter().copied())?;
-        let wanted = if with_jacobian { &parameters[..] } else { &[] };
+    /// Simulates at `x`, with derivatives by the parameters `wanted`.
+    pub(super) fn run(
+        &self,
+        x: &[f64],
+        wanted: &[Parameter],
+    ) -> Result<(Problem, Trajectory), Error> {
+        let problem = self.problem.with(self.values(x))?;
         let mut trajectory = Trajectory::new(&problem, &self.tracked, wanted)?;
         let outcome = trajectory.run(&problem, self.steps, |_| {});
         let steps = trajectory.work().steps + usize::from(outcome.is_err());
         self.work.set(self.work.get() + (steps * problem.segments()) as f64);
         outcome?;
+        Ok((problem, trajectory))
+    }
 
-        let slopes: Vec<f64> =
-            self.unknowns.iter().zip(&values).map(|(u, (_, value))| u.slope(*value)).collect();
-        let mut residuals = Vec::with_capacity(self.len());
-        let mut jacobian = with_jacobian.then(|| Vec::with_capacity(self.len()));
-        let mut derivatives = vec![[0.0; 3]; wanted.len()];
+    /// Calls `each` with every residual and what the trajectory has as its derivatives; `room` has
+    /// a place for each of those.
+    pub(super) fn each_residual<const N: usize>(
+        &self,
+        trajectory: &Trajectory,
+        room: &mut [[f64; 3]; N],
+        mut each: impl FnMut(f64, [f64; N]),
+    ) -> Result<(), Error> {
+        self.each_seen(trajectory, room, |c, weight, position, seen, derivatives| {
+            let row = std::array::from_fn(|k| derivatives[k][c] * weight);
+            each((position - seen) * weight, row);
+        })
+    }
+
+    /// Calls `each` with axis, weight, simulated and seen coordinate, and derivatives.
+    fn each_seen(
+        &self,
+        trajectory: &Trajectory,
+        room: &mut [[f64; 3]],
+        mut each: impl FnMut(usize, f64, f64, f64, &[[f64; 3]]),
+    ) -> Result<(), Error> {
         for series in &self.series {
             for sample in &series.samples {
-                let position = trajectory.sample(&series.stencil, sample.time, &mut derivatives)?;
+                let position = trajectory.sample(&series.stencil, sample.time, room)?;
                 for c in 0..3 {
-                    let Some(seen) = sample.position[c] else { continue };
-                    residuals.push((position[c] - seen) * series.weight);
-                    if let Some(rows) = &mut jacobian {
-                        let row = derivatives.iter().zip(&slopes);
-                        rows.push(row.map(|(d, slope)| d[c] * slope * series.weight).collect());
+                    if let Some(seen) = sample.position[c] {
+                        each(c, series.weight, position[c], seen, room);
                     }
                 }
             }
         }
+        Ok(())
+    }
+
+    fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
+        let values = self.values(x);
+        let parameters: Vec<Parameter> = values.iter().map(|(p, _)| *p).collect();
+        let wanted = if with_jacobian { &parameters[..] } else { &[] };
+        let (_, trajectory) = self.run(x, wanted)?;
+        let slopes: Vec<f64> =
+            self.unknowns.iter().zip(&values).map(|(u, (_, value))| u.slope(*value)).collect();
+        let mut residuals = Vec::with_capacity(self.len());
+        let mut jacobian = with_jacobian.then(|| Vec::with_capacity(self.len()));
+        let mut room = vec![[0.0; 3]; wanted.len()];
+        self.each_seen(&trajectory, &mut room, |c, weight, position, seen, derivatives| {
+            residuals.push((position - seen) * weight);
+            if let Some(rows) = &mut jacobian {
+                let row = derivatives.iter().zip(&slopes);
+                rows.push(row.map(|(d, slope)| d[c] * slope * weight).collect());
+            }
+        })?;
         Ok(Evaluation { x: x.to_vec(), residuals, jacobian })
     }
 }

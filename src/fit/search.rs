@@ -95,7 +95,8 @@ impl Search<'_> {
         (2.0 * rise * stretch).max(sampled).min(self.duration())
     }
 
-    fn report(&self, stage: &str) {
+    /// Tells the progress.
+    pub fn report(&self, stage: &str) {
         if let Some(progress) = &self.progress {
             progress(stage, self.work.get() / self.full_work);
         }
@@ -216,7 +217,8 @@ impl Search<'_> {
         self.optimize(self.residuals(self.duration())?, start, 1e-10, 1e-3, 60)
     }
 
-    fn residuals(&self, horizon: f64) -> Result<Residuals, Error> {
+    /// The residuals of the full model up to `horizon`, s.
+    pub fn residuals(&self, horizon: f64) -> Result<Residuals, Error> {
         let residuals = Residuals::new(
             self.problem,
             self.observations,

@@ -1,55 +1,69 @@
-//! What the data can tell, and how well: singular values, covariance, intervals.
+//! What the data can tell locally, and how well: singular values, covariance, intervals.
 
 use super::Unknown;
+use super::identifiability::{Finding, Kind, findings, sparsest, without_effect};
 use crate::error::Error;
 use faer::Mat;
+use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// A singular value of the column-scaled Jacobian below this part of the largest says that some
 /// combination of the unknowns has no effect. Sensitivities are accurate to about 1e-9.
 const STRUCTURAL: f64 = 1e-7;
-/// Unknowns with less than this share in such a combination are not part of it.
-const SHARE: f64 = 0.05;
 /// A standard deviation of more than this on the unknown's scale (a factor of e for logarithms)
 /// is not an identification.
 const PRACTICAL_LOG: f64 = 1.0;
 /// The same for unknowns that are not logarithms: a quarter of beta's or Poisson's range.
 const PRACTICAL_LINEAR: f64 = 0.25;
 
+/// A direction whose standard deviation is more than this part of what is still an identification
+/// is also looked at as far as that: a long way off, the model may be flatter than it is here.
+const SUSPICIOUS: f64 = 0.1;
+
 /// The local analysis of a fit.
 #[derive(Clone, Debug)]
-pub(super) struct Uncertainty {
+pub(super) struct Local {
     /// Standard deviation of each unknown on its scale; `None` when not identifiable.
     pub deviation: Vec<Option<f64>>,
     /// Correlation of the identifiable ones.
     pub correlation: Vec<Vec<Option<f64>>>,
-    /// What cannot be identified, in words.
-    pub findings: Vec<String>,
+    /// What cannot be identified.
+    pub findings: Vec<Finding>,
+    /// Singular values of the Jacobian with columns scaled to length one, of the unknowns that
+    /// have an effect; descending.
+    pub singular_values: Vec<f64>,
+    /// Covariance over the variance of the noise, along the directions the data see.
+    inverse: Vec<Vec<f64>>,
 }
 
-impl Uncertainty {
+impl Local {
     /// From the rows of the Jacobian on the unknowns' scales, residuals in units of the noise, and
-    /// the variance of that noise (1 when sigma is known).
+    /// the variance of that noise (1 when sigma is known). `effect` is the size of the observed
+    /// motion in the same units: an unknown needs a billionth of it to have an effect.
+    /// `rise(step)` is the rise of the sum of squares by a step from the optimum, over the one that
+    /// ends a 95 % interval.
     pub fn new(
         unknowns: &[Unknown],
         rows: &[Vec<f64>],
         variance: f64,
         effect: f64,
+        mut rise: impl FnMut(&[f64]) -> f64,
     ) -> Result<Self, Error> {
         let n = unknowns.len();
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
-        let mut findings = Vec::new();
         // A parameter without effect is out before the columns are scaled.
         let active: Vec<usize> = (0..n).filter(|j| norms[*j] > 1e-9 * effect).collect();
-        for j in (0..n).filter(|j| !active.contains(j)) {
-            findings
-                .push(format!("{} has no effect on the observed motion", unknowns[j].parameter));
-        }
-        let mut deviation = vec![None; n];
-        let mut correlation = vec![vec![None; n]; n];
+        let out = (0..n).filter(|j| !active.contains(j));
+        let mut local = Self {
+            deviation: vec![None; n],
+            correlation: vec![vec![None; n]; n],
+            findings: out.map(|j| without_effect(&unknowns[j])).collect(),
+            singular_values: Vec::new(),
+            inverse: vec![vec![0.0; n]; n],
+        };
         if active.is_empty() {
-            return Ok(Self { deviation, correlation, findings });
+            return Ok(local);
         }
         let scaled = Mat::from_fn(rows.len().max(active.len()), active.len(), |i, j| {
             rows.get(i).map_or(0.0, |row| row[active[j]] / norms[active[j]])
@@ -58,99 +72,91 @@ impl Uncertainty {
             Error::Fit(format!("the singular values of the Jacobian cannot be computed: {error:?}"))
         })?;
         let (values, v) = (svd.S().column_vector(), svd.V());
-        let kept = |k: usize| values[k] > STRUCTURAL * values[0];
-        let mut structural = vec![false; active.len()];
-        for k in (0..active.len()).filter(|k| !kept(*k)) {
-            let share: Vec<f64> = (0..active.len()).map(|j| v[(j, k)] / norms[active[j]]).collect();
-            let largest = share.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
-            let part: Vec<usize> =
-                (0..active.len()).filter(|j| share[*j].abs() > SHARE * largest).collect();
-            part.iter().for_each(|j| structural[*j] = true);
-            let combination: Vec<(&Unknown, f64)> =
-                part.iter().map(|j| (&unknowns[active[*j]], share[*j] / largest)).collect();
-            findings.push(in_words(&combination));
-        }
-        // Covariance on the scales of the unknowns, over the directions the data see.
-        let covariance = |a: usize, b: usize| -> f64 {
-            let sum: f64 = (0..active.len())
-                .filter(|k| kept(*k))
-                .map(|k| v[(a, k)] * v[(b, k)] / (values[k] * values[k]))
-                .sum();
-            sum * variance / (norms[active[a]] * norms[active[b]])
+        local.singular_values = (0..active.len()).map(|k| values[k]).collect();
+        // Changes of the unknowns that change the residuals by one singular value.
+        let direction = |k: usize| -> Vec<f64> {
+            let mut all = vec![0.0; n];
+            active.iter().enumerate().for_each(|(a, j)| all[*j] = v[(a, k)] / norms[*j]);
+            all
         };
-        for a in (0..active.len()).filter(|a| !structural[*a]) {
-            let unknown = &unknowns[active[a]];
-            let sd = covariance(a, a).sqrt();
-            let limit =
-                if unknown.parameter.is_positive() { PRACTICAL_LOG } else { PRACTICAL_LINEAR };
-            if sd > limit {
-                findings.push(format!(
-                    "{} is practically not identifiable from these data: its standard deviation is {}",
-                    unknown.parameter,
-                    if unknown.parameter.is_positive() {
-                        format!("a factor of {:.1}", sd.exp())
-                    } else {
-                        format!("{sd:.2}")
-                    }
-                ));
+        let limit = |j: usize| match unknowns[j].parameter.is_positive() {
+            true => PRACTICAL_LOG,
+            false => PRACTICAL_LINEAR,
+        };
+        let mut unseen = Vec::new();
+        for k in 0..active.len() {
+            let direction = direction(k);
+            if values[k] <= STRUCTURAL * values[0] {
+                unseen.push(direction);
                 continue;
             }
-            deviation[active[a]] = Some(sd);
-        }
-        for a in 0..active.len() {
-            for b in 0..active.len() {
-                if let (Some(sa), Some(sb)) = (deviation[active[a]], deviation[active[b]])
-                    && sa > 0.0
-                    && sb > 0.0
-                {
-                    let value = if a == b { 1.0 } else { covariance(a, b) / (sa * sb) };
-                    correlation[active[a]][active[b]] = Some(value);
-                }
+            for (a, b) in (0..n).flat_map(|a| (0..n).map(move |b| (a, b))) {
+                local.inverse[a][b] += direction[a] * direction[b] / (values[k] * values[k]);
             }
         }
-        Ok(Self { deviation, correlation, findings })
-    }
-}
-
-/// Says which combination has no effect, and, for two logarithms, what alone enters.
-fn in_words(combination: &[(&Unknown, f64)]) -> String {
-    match combination {
-        [(one, _)] => format!("{} has no effect on the observed motion", one.parameter),
-        [(one, a), (two, b)] if one.parameter.is_positive() && two.parameter.is_positive() => {
-            // Along (a, b) nothing changes: one^b / two^a is all the data see.
-            let (p, q) = (b / b.abs().max(a.abs()), -a / b.abs().max(a.abs()));
-            let (p, q) = if p < 0.0 { (-p, -q) } else { (p, q) };
-            format!(
-                "{} and {} enter only as {}; neither can be identified without the other",
-                one.parameter,
-                two.parameter,
-                power_product(&[(one.parameter.name(), p), (two.parameter.name(), q)])
-            )
+        // Principal axes of the covariance in units of what is still an identification.
+        let scaled =
+            DMatrix::from_fn(n, n, |a, b| variance * local.inverse[a][b] / (limit(a) * limit(b)));
+        let axes = SymmetricEigen::new(scaled);
+        let mut hidden = Vec::new();
+        for (axis, value) in axes.eigenvectors.column_iter().zip(&axes.eigenvalues) {
+            let size = axis.amax();
+            let far = |side: f64| -> Vec<f64> {
+                (0..n).map(|j| side * axis[j] * limit(j) / size).collect()
+            };
+            let deviation = value.max(0.0).sqrt() * size;
+            let doubtful = deviation > SUSPICIOUS;
+            if deviation > 1.0 || doubtful && [1.0, -1.0].iter().any(|s| rise(&far(*s)) < 1.0) {
+                hidden.push(far(1.0));
+            }
         }
-        many => {
-            let parts: Vec<String> =
-                many.iter().map(|(u, a)| format!("{a:+.3} {}", u.parameter)).collect();
-            format!(
-                "the data do not change along the combination {} (logarithms of positive parameters)",
-                parts.join(" ")
-            )
+        let deviation = |j: usize| (variance * local.inverse[j][j]).sqrt();
+        let (unseen, hidden) = sparsest(unseen, hidden);
+        let structural = findings(unknowns, unseen, Kind::Structural, deviation);
+        let mut practical = findings(unknowns, hidden, Kind::Practical, deviation);
+        let named = structural.iter().chain(&practical);
+        let mut refused: Vec<bool> =
+            unknowns.iter().map(|u| named.clone().any(|f| f.has(u))).collect();
+        for j in active.iter().copied().filter(|j| deviation(*j) > limit(*j)) {
+            // No single direction is to blame.
+            if !refused[j] {
+                let mut alone = vec![0.0; n];
+                alone[j] = 1.0;
+                practical.extend(findings(unknowns, vec![alone], Kind::Practical, deviation));
+            }
+            refused[j] = true;
         }
+        let seen = active.iter().copied().filter(|j| !refused[*j]);
+        for j in seen.clone() {
+            local.deviation[j] = Some(deviation(j));
+        }
+        for (a, b) in seen.clone().flat_map(|a| seen.clone().map(move |b| (a, b))) {
+            let product = local.inverse[a][a] * local.inverse[b][b];
+            if product > 0.0 {
+                let value = if a == b { 1.0 } else { local.inverse[a][b] / product.sqrt() };
+                local.correlation[a][b] = Some(value);
+            }
+        }
+        local.findings.extend(structural);
+        local.findings.extend(practical);
+        Ok(local)
     }
-}
 
-/// `a^p b^q` with exponents rounded to what the singular vectors are good for.
-fn power_product(factors: &[(&str, f64)]) -> String {
-    let power = |name: &str, p: f64| {
-        let p = (p.abs() * 1e3).round() / 1e3;
-        if p == 1.0 { name.to_string() } else { format!("{name}^{p}") }
-    };
-    let join = |positive: bool| {
-        let chosen = factors.iter().filter(|(_, p)| (*p > 0.0) == positive && p.abs() > 5e-4);
-        chosen.map(|(name, p)| power(name, *p)).collect::<Vec<_>>().join("*")
-    };
-    match (join(true), join(false)) {
-        (over, under) if under.is_empty() => over,
-        (over, under) => format!("{over}/{under}"),
+    /// How the identifiable unknowns answer, on their scales, when the residuals change by
+    /// `change` for a reason of its own: `-(J'J)^-1 J' change`.
+    pub fn response(&self, rows: &[Vec<f64>], change: &[f64]) -> Vec<Option<f64>> {
+        let n = self.inverse.len();
+        let gradient = |j: usize| rows.iter().zip(change).map(|(row, c)| row[j] * c).sum::<f64>();
+        let gradient: Vec<f64> = (0..n).map(gradient).collect();
+        let answer = |j: usize| -> f64 {
+            -self.inverse[j].iter().zip(&gradient).map(|(c, g)| c * g).sum::<f64>()
+        };
+        (0..n).map(|j| self.deviation[j].map(|_| answer(j))).collect()
+    }
+
+    /// All findings in one line.
+    pub fn in_words(&self) -> String {
+        self.findings.iter().map(|f| f.words.as_str()).collect::<Vec<_>>().join("; ")
     }
 }
 
@@ -183,7 +189,7 @@ mod tests {
                 (0..3).map(|j| ((i * (j + 2)) as f64 + 0.3).sin() * [1.0, 3.0, 0.5][j]).collect()
             })
             .collect();
-        let found = Uncertainty::new(&unknowns(), &rows, 1e-4, 1.0).unwrap();
+        let found = Local::new(&unknowns(), &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
         let j = nalgebra::DMatrix::from_fn(20, 3, |i, k| rows[i][k]);
         let covariance = (j.transpose() * &j).try_inverse().unwrap() * 1e-4;
         for k in 0..3 {
@@ -203,19 +209,45 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..20)
             .map(|i| vec![(i as f64).sin(), -(i as f64).sin(), (2.0 * i as f64).cos()])
             .collect();
-        let found = Uncertainty::new(&unknowns(), &rows, 1e-4, 1.0).unwrap();
+        let found = Local::new(&unknowns(), &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
         assert_eq!(found.deviation[..2], [None, None]);
         assert!(found.deviation[2].is_some());
-        assert!(found.findings[0].contains("youngs_modulus/density"), "{:?}", found.findings);
+        assert!(found.findings[0].words.contains("youngs_modulus/density"), "{:?}", found.findings);
     }
 
     #[test]
     fn no_effect_and_no_information_are_told_apart() {
         let rows: Vec<Vec<f64>> = (0..9).map(|i| vec![0.0, (i as f64).cos(), 1e-3]).collect();
-        let found = Uncertainty::new(&unknowns(), &rows, 1.0, 1.0).unwrap();
-        assert!(found.findings[0].contains("youngs_modulus has no effect"));
-        assert!(found.findings[1].contains("beta is practically not identifiable"));
+        let found = Local::new(&unknowns(), &rows, 1.0, 1.0, |_| f64::MAX).unwrap();
+        assert!(found.findings[0].words.contains("youngs_modulus has no effect"));
+        assert!(found.findings[1].words.contains("beta is practically not identifiable"));
         assert!(found.deviation[1].is_some());
+    }
+
+    /// Well determined here, but the misfit is flat as far as it matters.
+    #[test]
+    fn a_flat_valley_is_not_an_identification() {
+        let rows: Vec<Vec<f64>> = (0..20)
+            .map(|i| {
+                let (s, c) = ((i as f64).sin(), (2.0 * i as f64).cos());
+                vec![s, 2.0 * s + 0.1 * c, (3.0 * i as f64).cos()]
+            })
+            .collect();
+        let steep = Local::new(&unknowns(), &rows, 2e-3, 1.0, |_| 5.0).unwrap();
+        assert!(steep.findings.is_empty() && steep.deviation.iter().all(Option::is_some));
+        let flat =
+            Local::new(
+                &unknowns(),
+                &rows,
+                2e-3,
+                1.0,
+                |step| {
+                    if step[0] > 0.0 { 0.5 } else { 50.0 }
+                },
+            );
+        let flat = flat.unwrap();
+        assert!(flat.findings[0].words.contains("practically not identifiable"), "{flat:?}");
+        assert_eq!(flat.deviation[0], None);
     }
 
     #[test]

@@ -1,0 +1,122 @@
+//! Do 95 % intervals contain the truth in 95 of 100 fits? Seeded data sets with known truth, and
+//! the share of intervals that cover it.
+//!
+//! `cargo run --release --example coverage` for 40 data sets a case, `-- 2000` for the campaign.
+
+use indicatif::{ParallelProgressIterator, ProgressBar};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rayon::prelude::*;
+use rodfit::fit::{Analysis, Refinement, Sample};
+use rodfit::scene::{Material, Section, Shape, Time};
+use rodfit::{Error, Fit, Observation, Parameter, Point, Scene};
+
+/// Fits of one kind of data.
+struct Case {
+    name: &'static str,
+    scene: Scene,
+    /// Standard deviation per coordinate, m.
+    noise: f64,
+    unknowns: &'static [Parameter],
+    profile: bool,
+}
+
+/// A released cantilever of 11 nodes, damped.
+fn cantilever(end: f64, damping: f64) -> Scene {
+    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+    let section = Section::Circle { radius: 0.005 };
+    let mut scene = Scene::new(10, shape, section, Material::new(1273.52, 1e8));
+    scene.loads.gravity = [0.0, -9.8, 0.0];
+    scene.loads.damping.mass = damping;
+    scene.time = Some(Time::new(end, 4e-3));
+    scene
+}
+
+/// For every unknown: whether the interval covers, and whether the profile's does. None for a fit
+/// that did not give intervals.
+fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(bool, bool)>>, Error> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let noise = Normal::new(0.0, case.noise).map_err(|e| Error::Fit(e.to_string()))?;
+    let mut data = clean.clone();
+    for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
+        *x += noise.sample(&mut random);
+    }
+    // Mesh and step are the data's own.
+    let analysis = Analysis {
+        profile: case.profile,
+        discretization_error: Refinement::None,
+        ..Analysis::default()
+    };
+    let fit = Fit::new(&case.scene.problem()?).observe(data).analyse(analysis);
+    let fit = case.unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown));
+    let report = fit.solve()?;
+    if !report.is_success() {
+        return Ok(None);
+    }
+    let inside = |e: &rodfit::fit::Estimate| {
+        let truth = e.name.of(&case.scene)?;
+        let [low, high] = e.interval95?;
+        let [from, to] = e.profile95.unwrap_or([Some(low), Some(high)]);
+        let by_profile = from.is_none_or(|x| x <= truth) && to.is_none_or(|x| truth <= x);
+        Some((low <= truth && truth <= high, by_profile))
+    };
+    Ok(report.parameters.iter().map(inside).collect())
+}
+
+fn main() -> Result<(), Error> {
+    use Parameter::{DampingMass, YoungsModulus};
+    let count: u64 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(40);
+    let cases = [
+        Case {
+            name: "E alone",
+            scene: cantilever(0.4, 0.0),
+            noise: 2e-3,
+            unknowns: &[YoungsModulus],
+            profile: false,
+        },
+        Case {
+            name: "E with damping",
+            scene: cantilever(0.6, 0.8),
+            noise: 1e-3,
+            unknowns: &[YoungsModulus, DampingMass],
+            profile: false,
+        },
+        Case {
+            name: "damping lost in noise, strongly nonlinear",
+            scene: cantilever(0.4, 0.8),
+            noise: 1e-2,
+            unknowns: &[DampingMass],
+            profile: true,
+        },
+    ];
+    for case in &cases {
+        let run = case.scene.problem()?.simulate()?;
+        let end = case.scene.time.as_ref().map_or(0.0, |time| time.end);
+        let sample = |k: u32| -> Result<Sample, Error> {
+            let time = end * f64::from(k) / 30.0;
+            let ([x, y, _], _) = run.at(Point::Tip, time)?;
+            Ok(Sample { time, position: [Some(x), Some(y), None] })
+        };
+        let clean = Observation::new((1..=30).map(sample).collect::<Result<_, _>>()?);
+        let results: Vec<Option<Vec<(bool, bool)>>> = (0..count)
+            .into_par_iter()
+            .progress_with(ProgressBar::new(count))
+            .map(|seed| covers(case, &clean, seed))
+            .collect::<Result<_, _>>()?;
+        let given: Vec<&Vec<(bool, bool)>> = results.iter().flatten().collect();
+        println!("{}: {} of {count} fits gave intervals", case.name, given.len());
+        for (i, unknown) in case.unknowns.iter().enumerate() {
+            let share = |which: fn(&(bool, bool)) -> bool| {
+                let covering = given.iter().filter(|fit| which(&fit[i])).count();
+                100.0 * covering as f64 / given.len() as f64
+            };
+            print!("  {unknown}: {:.1} % covered by the standard error's interval", share(|c| c.0));
+            match case.profile {
+                true => println!(", {:.1} % by the profile's", share(|c| c.1)),
+                false => println!(),
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,33 @@
+//! What a fit does beyond finding the parameters.
+
+use serde::Deserialize;
+
+/// Work on request, `[analysis]` in the fit file. By default only the discretisation error, which
+/// costs two finer simulations.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Analysis {
+    /// 95 % intervals from the profile of the likelihood: right for strongly nonlinear models too.
+    pub profile: bool,
+    /// Number of replicates of a parametric bootstrap; none when 0.
+    pub bootstrap: usize,
+    /// Of the bootstrap's random numbers.
+    pub seed: u64,
+    /// Standard errors from the exact Hessian of the misfit.
+    pub observed_information: bool,
+    /// How the discretisation error is found.
+    pub discretization_error: Refinement,
+}
+
+/// How the error of mesh and step is found in the parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Refinement {
+    /// From the change of the simulated motion, carried over to the parameters linearly.
+    #[default]
+    Linearized,
+    /// From fits with the finer mesh and the finer step.
+    Refitted,
+    /// Not at all.
+    None,
+}

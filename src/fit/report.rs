@@ -1,0 +1,425 @@
+//! The result of a fit, and how it is put together.
+
+use super::residuals::half_square;
+use super::search::{Optimum, Search};
+use super::uncertainty::{Local, quantile95};
+use super::{
+    Bootstrap, DiscretizationError, Finding, Fit, Refinement, ResidualTests, UNEXPLAINED,
+    bootstrap, discretization, profile, rms_per_observation,
+};
+use crate::error::Error;
+use crate::parameter::Parameter;
+use serde::Serialize;
+use std::fmt;
+
+/// Residuals below this part of the rod's length are rounding errors, not noise.
+const ROUNDING: f64 = 1e-8;
+
+impl Fit {
+    /// What `optimum` says about the parameters, and what speaks against it.
+    pub(super) fn report(&self, search: &Search, optimum: &Optimum) -> Result<FitReport, Error> {
+        let sigmas = &search.sigmas;
+        let n = optimum.residuals.len() as f64;
+        let freedom = n - self.unknowns.len() as f64;
+        let known_noise = self.observations.iter().all(|o| o.sigma.is_some());
+        let variance = if known_noise { 1.0 } else { 2.0 * optimum.cost / freedom };
+        // The size of the observed motion in units of the noise.
+        let motions = self.observations.iter().zip(sigmas).zip(&optimum.counts);
+        let effect: f64 = motions
+            .map(|((o, sigma), count)| {
+                (self.problem.length().max(o.spread()) / sigma).powi(2) * *count as f64
+            })
+            .sum::<f64>()
+            .sqrt();
+        let reach = quantile95((!known_noise).then_some(freedom));
+        let residuals = search.residuals(search.duration())?;
+        let rise = |step: &[f64]| {
+            let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();
+            // What cannot be simulated does not fit.
+            residuals.residuals(&x).map_or(f64::INFINITY, |r| {
+                2.0 * (half_square(&r) - optimum.cost) / (variance * reach * reach)
+            })
+        };
+        let local = Local::new(&self.unknowns, &optimum.jacobian, variance, effect, rise)?;
+        let rms = rms_per_observation(optimum, sigmas);
+        let squares: f64 = rms.iter().zip(&optimum.counts).map(|(r, c)| r * r * *c as f64).sum();
+        let mut noise = sigmas.to_vec();
+        self.estimate_sigmas(optimum, &mut noise);
+        let mut report = FitReport {
+            converged: optimum.converged,
+            parameters: self.estimates(optimum, &local, reach),
+            correlation: local.correlation.clone(),
+            residual_rms: (squares / n).sqrt(),
+            sigma: noise,
+            singular_values: local.singular_values.clone(),
+            not_identifiable: local.findings.clone(),
+            discretization_error: Vec::new(),
+            residual_tests: Vec::new(),
+            simulations: 0.0,
+            wall_seconds: 0.0,
+            status: String::new(),
+            verdict: String::new(),
+            warnings: Vec::new(),
+        };
+        report.warnings.extend(self.bounds_reached(optimum, &local));
+        report.warnings.extend(self.unexplained(&rms));
+        // Rounding errors are neither noise nor made by another mesh.
+        if report.residual_rms > ROUNDING * self.problem.length() {
+            self.test_residuals(optimum, &mut report);
+            self.add_discretization(search, optimum, &local, reach, &mut report);
+        }
+        if optimum.converged && local.findings.is_empty() {
+            self.add_observed_information(search, optimum, variance, &mut report)?;
+            self.add_profiles(search, optimum, (&local, variance, reach), &mut report)?;
+            self.add_bootstrap(search, optimum, &mut report);
+        }
+        let identified = report.parameters.iter().all(|e| e.identifiable);
+        report.status = match (optimum.converged, identified) {
+            (true, true) => "converged".to_string(),
+            (true, false) => format!("not identifiable: {}", local.in_words()),
+            (false, _) => format!("not converged: {}", optimum.status),
+        };
+        if !optimum.converged {
+            report.warnings.extend(local.findings.iter().map(|f| f.words.clone()));
+        }
+        report.verdict = match (optimum.converged, identified, report.warnings.is_empty()) {
+            (false, ..) => "do not believe this: the fit did not converge".into(),
+            (_, false, _) => "the data do not determine all that was asked for".into(),
+            (true, true, false) => "doubtful: see the warnings".into(),
+            (true, true, true) => "nothing speaks against this".into(),
+        };
+        Ok(report)
+    }
+
+    fn estimates(&self, optimum: &Optimum, local: &Local, reach: f64) -> Vec<Estimate> {
+        let estimate = |(i, unknown): (usize, &super::Unknown)| {
+            let x = optimum.x[i];
+            let value = unknown.from_scale(x);
+            let deviation = local.deviation[i].filter(|_| optimum.converged);
+            let known = local.deviation[i].is_some();
+            let ends = |sd: f64| {
+                let [low, high] = unknown.parameter.limits();
+                [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high))
+            };
+            Estimate {
+                name: unknown.parameter,
+                value: known.then_some(value),
+                std_error: deviation.map(|sd| sd * unknown.slope(value)),
+                interval95: deviation.map(ends),
+                identifiable: known,
+                observed_std_error: None,
+                profile95: None,
+                bootstrap: None,
+            }
+        };
+        self.unknowns.iter().enumerate().map(estimate).collect()
+    }
+
+    fn bounds_reached(&self, optimum: &Optimum, local: &Local) -> Vec<String> {
+        let words = |(i, unknown): (usize, &super::Unknown)| {
+            let ([low, high], x) = (unknown.scaled_bounds(), optimum.x[i]);
+            (local.deviation[i].is_some() && (x <= low || x >= high)).then(|| {
+                let bound = unknown.from_scale(if x <= low { low } else { high });
+                format!(
+                    "{} ended at its bound {bound}: its interval does not account for that",
+                    unknown.parameter
+                )
+            })
+        };
+        self.unknowns.iter().enumerate().filter_map(words).collect()
+    }
+
+    /// What of the motion is left, if it is too much.
+    fn unexplained(&self, rms: &[f64]) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for (observation, rms) in self.observations.iter().zip(rms) {
+            let spread = observation.spread();
+            if *rms > UNEXPLAINED * spread {
+                warnings.push(format!(
+                    "{}: the model leaves {:.0} % of the observed motion unexplained ({rms:.3e} m of {spread:.3e} m)",
+                    observation.label(),
+                    100.0 * rms / spread.max(f64::MIN_POSITIVE)
+                ));
+            }
+            if let Some(sigma) = observation.sigma.filter(|sigma| *rms > 1.5 * sigma) {
+                warnings.push(format!(
+                    "{}: the residuals are {:.1} times the stated sigma; the intervals are too narrow",
+                    observation.label(),
+                    rms / sigma
+                ));
+            }
+        }
+        warnings
+    }
+
+    /// Tests every coordinate of every observation for being noise.
+    fn test_residuals(&self, optimum: &Optimum, report: &mut FitReport) {
+        let mut residuals = optimum.residuals.iter();
+        for observation in &self.observations {
+            let mut series = [const { (Vec::new(), Vec::new()) }; 3];
+            for sample in &observation.samples {
+                for (c, (times, values)) in series.iter_mut().enumerate() {
+                    if let (Some(_), Some(r)) =
+                        (sample.position[c], sample.position[c].and(residuals.next()))
+                    {
+                        times.push(sample.time);
+                        values.push(*r);
+                    }
+                }
+            }
+            for (axis, (times, values)) in ["x", "y", "z"].into_iter().zip(&series) {
+                let tests = ResidualTests::new(observation.label(), axis, times, values);
+                let Some(tests) = tests else { continue };
+                if !tests.is_noise() {
+                    report.warnings.push(format!(
+                        "{}, {axis}: {}: the model misses something, and the intervals are too narrow",
+                        tests.observation, tests.verdict
+                    ));
+                }
+                report.residual_tests.push(tests);
+            }
+        }
+    }
+
+    fn add_discretization(
+        &self,
+        search: &Search,
+        optimum: &Optimum,
+        local: &Local,
+        reach: f64,
+        report: &mut FitReport,
+    ) {
+        let how = self.analysis.discretization_error;
+        if how == Refinement::None || !optimum.converged {
+            return;
+        }
+        match discretization::errors(search, optimum, local, how) {
+            Ok(errors) => report.discretization_error = errors,
+            Err(error) => report
+                .warnings
+                .push(format!("the discretisation error is unknown: a finer run failed ({error})")),
+        }
+        for (estimate, error) in report.parameters.iter().zip(&report.discretization_error) {
+            if let (Some(value), Some(sd), Some(relative)) =
+                (estimate.value, estimate.std_error, error.relative)
+                && relative * value.abs() > reach * sd
+            {
+                report.warnings.push(format!(
+                    "{}: mesh and step may be {:.2} % off, more than the 95 % interval is wide; refine segments or step",
+                    estimate.name,
+                    100.0 * relative
+                ));
+            }
+        }
+    }
+
+    fn add_observed_information(
+        &self,
+        search: &Search,
+        optimum: &Optimum,
+        variance: f64,
+        report: &mut FitReport,
+    ) -> Result<(), Error> {
+        if !self.analysis.observed_information {
+            return Ok(());
+        }
+        let hessian = search.residuals(search.duration())?.hessian_at(&optimum.x)?;
+        let n = self.unknowns.len();
+        let Some(factors) = nalgebra::DMatrix::from_fn(n, n, |i, j| hessian[i][j]).cholesky()
+        else {
+            report.warnings.push(
+                "the Hessian of the misfit is not positive: this is not a minimum of its own"
+                    .into(),
+            );
+            return Ok(());
+        };
+        let inverse = factors.inverse();
+        for (i, estimate) in report.parameters.iter_mut().enumerate() {
+            let sd = (variance * inverse[(i, i)]).sqrt();
+            estimate.observed_std_error =
+                estimate.value.map(|value| sd * self.unknowns[i].slope(value));
+        }
+        Ok(())
+    }
+
+    fn add_profiles(
+        &self,
+        search: &Search,
+        optimum: &Optimum,
+        (local, variance, reach): (&Local, f64, f64),
+        report: &mut FitReport,
+    ) -> Result<(), Error> {
+        if !self.analysis.profile {
+            return Ok(());
+        }
+        for (i, unknown) in self.unknowns.iter().enumerate() {
+            let Some(sd) = local.deviation[i].filter(|sd| *sd > 0.0) else { continue };
+            let found = profile::interval(search, optimum, i, (sd, variance.sqrt(), reach))?;
+            report.parameters[i].profile95 = Some(found.values(unknown));
+            if let Some(x) = found.better {
+                report.warnings.push(format!(
+                    "{} = {:e} fits better: this is not the best minimum",
+                    unknown.parameter,
+                    unknown.from_scale(x)
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn add_bootstrap(&self, search: &Search, optimum: &Optimum, report: &mut FitReport) {
+        let count = self.analysis.bootstrap;
+        if count == 0 {
+            return;
+        }
+        let plan = (count, self.analysis.seed);
+        let (spreads, failed) = bootstrap::spread(search, optimum, &report.sigma, plan);
+        for (estimate, spread) in report.parameters.iter_mut().zip(spreads) {
+            estimate.bootstrap = spread;
+        }
+        if failed > 0 {
+            report
+                .warnings
+                .push(format!("{failed} of {count} bootstrap replicates did not converge"));
+        }
+    }
+}
+
+/// An identified parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimate {
+    /// Which.
+    pub name: Parameter,
+    /// In the parameter's SI unit; none when not identifiable.
+    pub value: Option<f64>,
+    /// Standard error in the same unit; none without convergence.
+    pub std_error: Option<f64>,
+    /// 95 % interval in the same unit; none without convergence.
+    pub interval95: Option<[f64; 2]>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+    /// Standard error from the exact Hessian of the misfit, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observed_std_error: Option<f64>,
+    /// 95 % interval from the likelihood's profile, if asked for; an end is none where the data
+    /// set none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile95: Option<[Option<f64>; 2]>,
+    /// Spread over a parametric bootstrap, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bootstrap: Option<Bootstrap>,
+}
+
+/// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct FitReport {
+    /// Whether a minimum of the misfit was reached.
+    pub converged: bool,
+    /// In the order they were asked for.
+    pub parameters: Vec<Estimate>,
+    /// Between the parameters; none where one is not identifiable.
+    pub correlation: Vec<Vec<Option<f64>>>,
+    /// Root mean square residual per coordinate, m.
+    pub residual_rms: f64,
+    /// Standard deviation of the noise of each observation, m: given or estimated.
+    pub sigma: Vec<f64>,
+    /// Of the Jacobian with its columns scaled to length one, descending; near zero where the
+    /// parameters cannot be told apart.
+    pub singular_values: Vec<f64>,
+    /// The combinations of parameters that the data do not determine.
+    pub not_identifiable: Vec<Finding>,
+    /// What mesh and step may be off, parameter by parameter; empty where it was not looked for.
+    pub discretization_error: Vec<DiscretizationError>,
+    /// Whether what is left looks like noise, for every coordinate of every observation.
+    pub residual_tests: Vec<ResidualTests>,
+    /// Work in full simulations.
+    pub simulations: f64,
+    /// Wall time of the fit, s.
+    pub wall_seconds: f64,
+    /// In one line how the fit ended.
+    pub status: String,
+    /// Whether to believe it.
+    pub verdict: String,
+    /// What the user should know before believing the numbers.
+    pub warnings: Vec<String>,
+}
+
+impl FitReport {
+    /// The identified values, as [`Problem::with`] takes them.
+    pub fn parameters(&self) -> Vec<(Parameter, f64)> {
+        self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
+    }
+
+    /// The estimate of a parameter, if it was asked for.
+    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
+        self.parameters.iter().find(|e| e.name == parameter)
+    }
+
+    /// Whether the fit converged and every parameter is identified.
+    pub fn is_success(&self) -> bool {
+        self.converged && self.parameters.iter().all(|e| e.identifiable)
+    }
+}
+
+impl fmt::Display for FitReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        writeln!(f, "{}: {}", self.status, self.verdict)?;
+        for (i, e) in self.parameters.iter().enumerate() {
+            let unit = e.name.unit();
+            match (e.value, e.std_error, e.interval95) {
+                (Some(value), Some(error), Some([low, high])) => writeln!(
+                    f,
+                    "  {:<18} {} +- {} {unit}   95 % [{}, {}]",
+                    e.name.name(),
+                    digits(value, error),
+                    digits(error, error),
+                    digits(low, error),
+                    digits(high, error)
+                )?,
+                (Some(value), ..) => {
+                    writeln!(f, "  {:<18} {value:e} {unit}   no error", e.name.name())?
+                }
+                _ => writeln!(f, "  {:<18} not identifiable", e.name.name())?,
+            }
+            let error = e.std_error.unwrap_or(0.0);
+            if let Some(relative) = self.discretization_error.get(i).and_then(|d| d.relative) {
+                writeln!(f, "    mesh and step      at most {:.1e} of it", relative)?;
+            }
+            if let Some(observed) = e.observed_std_error {
+                writeln!(f, "    observed Hessian   +- {} {unit}", digits(observed, error))?;
+            }
+            if let Some(ends) = e.profile95 {
+                let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
+                writeln!(f, "    profile            95 % [{}, {}]", end(ends[0]), end(ends[1]))?;
+            }
+            if let Some(Bootstrap { std_error, interval95: [low, high] }) = &e.bootstrap {
+                writeln!(
+                    f,
+                    "    bootstrap          +- {} {unit}   95 % [{}, {}]",
+                    digits(*std_error, error),
+                    digits(*low, error),
+                    digits(*high, error)
+                )?;
+            }
+        }
+        let sigma: Vec<String> = self.sigma.iter().map(|s| format!("{s:.3e}")).collect();
+        write!(
+            f,
+            "  residual rms {:.3e} m, sigma {} m, {:.1} simulations, {:.3} s",
+            self.residual_rms,
+            sigma.join(", "),
+            self.simulations,
+            self.wall_seconds
+        )
+    }
+}
+
+/// A value with two digits more than its error is large, at most what a double holds.
+fn digits(value: f64, error: f64) -> String {
+    let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
+    let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };
+    format!("{value:.after_point$e}")
+}

@@ -1,0 +1,126 @@
+//! The exact Hessian of the misfit, against finite differences of the exact gradient and against
+//! Gauss-Newton.
+
+use argmin::core::{Gradient, Hessian};
+use rodfit::fit::Residuals;
+use rodfit::scene::{Clamp, InitialState, Node, PointForce, Scene, Scheme, Time};
+use rodfit::{Fit, Observation, Parameter, Unknown};
+
+mod common;
+use common::{cantilever_with, helix_with, record};
+
+use Parameter::{
+    Beta, DampingMass, DampingStiffness, Density, NaturalCurvature, Radius, ShearModulus,
+    YoungsModulus,
+};
+
+fn small(end: f64) -> Scene {
+    let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
+    scene.rod.segments = Some(10);
+    scene
+}
+
+fn residuals(scene: &Scene, data: &Observation, parameters: &[Parameter]) -> Residuals {
+    let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone().sigma(1e-3));
+    let fit = parameters.iter().fold(fit, |fit, p| fit.identify(Unknown::new(*p)));
+    fit.residuals().unwrap()
+}
+
+fn values(scene: &Scene, residuals: &Residuals) -> Vec<f64> {
+    let unknowns = residuals.unknowns().iter();
+    unknowns.map(|u| u.to_scale(u.parameter.of(scene).unwrap())).collect()
+}
+
+/// Largest difference of two matrices over the square root of the product of the diagonals.
+fn mismatch(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    let mut worst = 0.0_f64;
+    for i in 0..a.len() {
+        for j in 0..a.len() {
+            worst = worst.max((a[i][j] - b[i][j]).abs() / (b[i][i] * b[j][j]).abs().sqrt());
+        }
+    }
+    worst
+}
+
+/// Central differences of the gradient, extrapolated to steps of zero.
+fn differences(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
+    let row = |i: usize| -> Vec<f64> {
+        let central = |h: f64| -> Vec<f64> {
+            let side = |h: f64| {
+                let mut x = x.to_vec();
+                x[i] += h;
+                residuals.gradient(&x).unwrap()
+            };
+            let (above, below) = (side(h), side(-h));
+            above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * h)).collect()
+        };
+        let h = 8e-3;
+        let (coarse, fine, finest) = (central(h), central(0.5 * h), central(0.25 * h));
+        let twice = |k: usize| {
+            let [a, b] = [(4.0 * fine[k] - coarse[k]) / 3.0, (4.0 * finest[k] - fine[k]) / 3.0];
+            (16.0 * b - a) / 15.0
+        };
+        (0..x.len()).map(twice).collect()
+    };
+    (0..x.len()).map(row).collect()
+}
+
+/// Every parameter at once, far from the data, so that the second derivatives matter.
+#[test]
+fn the_hessian_is_the_derivative_of_the_gradient() {
+    let mut damped = small(0.3);
+    damped.loads.damping.mass = 0.8;
+    damped.loads.damping.stiffness = 2e-3;
+    damped.time = Some(Time { beta: 0.6, ..Time::new(0.3, 1e-3) });
+    let planar = vec![YoungsModulus, DampingMass, DampingStiffness, Beta, Radius];
+    let mut drooping = small(0.4);
+    drooping.initial.state = InitialState::Equilibrium;
+    drooping.initial.point = vec![PointForce { node: Node::TIP, force: [0.0, 0.05, 0.0] }];
+    let mut averaged = small(0.4);
+    averaged.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(0.4, 4e-3) });
+    let mut helix = helix_with(0.55, 4e-3, 0.3, Clamp::MidEdge);
+    helix.rod.segments = Some(14);
+    (helix.material.poisson_ratio, helix.material.shear_modulus) = (None, Some(4e6));
+    let cases = [
+        ("damped", damped, planar),
+        ("from equilibrium", drooping, vec![YoungsModulus, Density]),
+        ("average vector field", averaged, vec![YoungsModulus]),
+        ("helix", helix, vec![YoungsModulus, ShearModulus, NaturalCurvature]),
+    ];
+    for (name, scene, parameters) in cases {
+        let data = match name {
+            "helix" => {
+                let run = scene.problem().unwrap().simulate().unwrap();
+                let sample = |k: usize| {
+                    let time = 0.01 * k as f64;
+                    let x = run.at(rodfit::Point::Tip, time).unwrap().0;
+                    rodfit::fit::Sample { time, position: x.map(Some) }
+                };
+                Observation::new((1..=30).map(sample).collect())
+            }
+            _ => record(&scene.problem().unwrap().simulate().unwrap(), 40),
+        };
+        let residuals = residuals(&scene, &data, &parameters);
+        let mut x = values(&scene, &residuals);
+        let at_truth = gauss_newton(&residuals, &x);
+        let error = mismatch(&residuals.hessian(&x).unwrap(), &at_truth);
+        println!("{name}: {error:.1e} from Gauss-Newton without residuals");
+        assert!(error < 1e-10, "{name}: {error:e}");
+
+        for (k, x) in x.iter_mut().enumerate() {
+            *x += 0.02 * (1.0 + 0.1 * k as f64);
+        }
+        let exact = residuals.hessian(&x).unwrap();
+        let error = mismatch(&exact, &differences(&residuals, &x));
+        let second = mismatch(&gauss_newton(&residuals, &x), &exact);
+        println!("{name}: {error:.1e} from differences, Gauss-Newton is {second:.1e} off");
+        assert!(error < 1e-7, "{name}: {error:e}");
+        assert!(second > 1e-4, "{name}: the test must see second derivatives, {second:e}");
+    }
+}
+
+fn gauss_newton(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
+    let rows = residuals.jacobian_at(x).unwrap();
+    let entry = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum();
+    (0..x.len()).map(|i| (0..x.len()).map(|j| entry(i, j)).collect()).collect()
+}
