@@ -3,7 +3,7 @@
 
 use argmin::core::{Gradient, Hessian};
 use rodfit::fit::Residuals;
-use rodfit::scene::{Clamp, InitialState, Node, PointForce, Scene, Scheme, Time};
+use rodfit::scene::{Clamp, InitialState, PointForce, Scene, Scheme, Time};
 use rodfit::{Fit, Observation, Parameter, Unknown};
 
 mod common;
@@ -75,7 +75,7 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
     let planar = vec![YoungsModulus, DampingMass, DampingStiffness, Beta, Radius];
     let mut drooping = small(0.4);
     drooping.initial.state = InitialState::Equilibrium;
-    drooping.initial.point = vec![PointForce { node: Node::TIP, force: [0.0, 0.05, 0.0] }];
+    drooping.initial.point = vec![PointForce { force: [0.0, 0.05, 0.0], ..PointForce::default() }];
     let mut averaged = small(0.4);
     averaged.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(0.4, 4e-3) });
     let mut helix = helix_with(0.55, 4e-3, 0.3, Clamp::MidEdge);
