@@ -16,7 +16,7 @@ use crate::rod::Rod;
 use crate::scalar::Scalar;
 use crate::scene::supports::Moment;
 use crate::scene::{End, Motion};
-use crate::vector::{Vector, add, cross, dot, scale, sub};
+use crate::vector::{Vector, add, dot, sub, turned};
 use num_dual::Dual64;
 
 /// The ends that move.
@@ -48,24 +48,6 @@ struct Pose<D> {
     displacement: Vector<D>,
     rotation: Vector<D>,
     twist: D,
-}
-
-/// `v` turned by the rotation vector `r`, rad: Rodrigues' formula.
-fn turned<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
-    let square = dot(r, r);
-    // sin(a)/a and (1 - cos a)/a^2, by their series where the quotients lose digits.
-    let (first, second) = match square.value() < 1e-4 {
-        true => (
-            square * (square * (1.0 / 120.0) - 1.0 / 6.0) + 1.0,
-            square * (square * (1.0 / 720.0) - 1.0 / 24.0) + 0.5,
-        ),
-        false => {
-            let angle = square.sqrt();
-            (angle.sin() / angle, (-angle.cos() + 1.0) / square)
-        }
-    };
-    let across = cross(r, v);
-    add(v, add(scale(across, first), scale(cross(r, across), second)))
 }
 
 impl DrivenEnd {

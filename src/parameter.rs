@@ -45,6 +45,24 @@ pub enum Parameter {
     /// Kelvin-Voigt time, s.
     #[serde(rename = "damping.stiffness")]
     DampingStiffness,
+    /// What the recording's clock shows when the motion starts, s.
+    #[serde(rename = "time_offset")]
+    TimeOffset,
+    /// Recorded over real lengths.
+    #[serde(rename = "pixel_scale")]
+    PixelScale,
+    /// Of the camera about the normal of the scene's plane, rad.
+    #[serde(rename = "in_plane_rotation")]
+    InPlaneRotation,
+    /// Where the clamp is recorded, less where it is in the scene, along x, m.
+    #[serde(rename = "clamp_position.x")]
+    ClampPositionX,
+    /// The same along y.
+    #[serde(rename = "clamp_position.y")]
+    ClampPositionY,
+    /// The same along z.
+    #[serde(rename = "clamp_position.z")]
+    ClampPositionZ,
 }
 
 impl Parameter {
@@ -63,6 +81,12 @@ impl Parameter {
             Self::Beta => "beta",
             Self::DampingMass => "damping.mass",
             Self::DampingStiffness => "damping.stiffness",
+            Self::TimeOffset => "time_offset",
+            Self::PixelScale => "pixel_scale",
+            Self::InPlaneRotation => "in_plane_rotation",
+            Self::ClampPositionX => "clamp_position.x",
+            Self::ClampPositionY => "clamp_position.y",
+            Self::ClampPositionZ => "clamp_position.z",
         }
     }
 
@@ -74,8 +98,10 @@ impl Parameter {
             Self::Radius | Self::Width | Self::Height => "m",
             Self::NaturalTwist => "rad/m",
             Self::DampingMass => "1/s",
-            Self::DampingStiffness => "s",
-            Self::PoissonRatio | Self::NaturalCurvature | Self::Beta => "",
+            Self::DampingStiffness | Self::TimeOffset => "s",
+            Self::InPlaneRotation => "rad",
+            Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => "m",
+            Self::PoissonRatio | Self::NaturalCurvature | Self::Beta | Self::PixelScale => "",
         }
     }
 
@@ -83,7 +109,28 @@ impl Parameter {
     pub fn is_positive(self) -> bool {
         !matches!(
             self,
-            Self::PoissonRatio | Self::NaturalCurvature | Self::NaturalTwist | Self::Beta
+            Self::PoissonRatio
+                | Self::NaturalCurvature
+                | Self::NaturalTwist
+                | Self::Beta
+                | Self::TimeOffset
+                | Self::InPlaneRotation
+                | Self::ClampPositionX
+                | Self::ClampPositionY
+                | Self::ClampPositionZ
+        )
+    }
+
+    /// Whether only the recording depends on it, and not the motion.
+    pub fn is_of_the_camera(self) -> bool {
+        matches!(
+            self,
+            Self::TimeOffset
+                | Self::PixelScale
+                | Self::InPlaneRotation
+                | Self::ClampPositionX
+                | Self::ClampPositionY
+                | Self::ClampPositionZ
         )
     }
 
@@ -94,6 +141,9 @@ impl Parameter {
             Self::PoissonRatio => [-1.0 + 1e-9, 0.5],
             Self::NaturalCurvature => [-1e3, 1e3],
             Self::NaturalTwist => [-1e6, 1e6],
+            Self::TimeOffset => [-1e6, 1e6],
+            Self::InPlaneRotation => [-std::f64::consts::PI, std::f64::consts::PI],
+            Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => [-1e6, 1e6],
             _ => [f64::MIN_POSITIVE, f64::MAX],
         }
     }
@@ -125,6 +175,12 @@ impl Parameter {
             }
             Self::DampingMass => Some(scene.loads.damping.mass),
             Self::DampingStiffness => Some(scene.loads.damping.stiffness),
+            Self::TimeOffset => Some(scene.camera.time_offset),
+            Self::PixelScale => Some(scene.camera.pixel_scale),
+            Self::InPlaneRotation => Some(scene.camera.in_plane_rotation),
+            Self::ClampPositionX => Some(scene.camera.clamp_position[0]),
+            Self::ClampPositionY => Some(scene.camera.clamp_position[1]),
+            Self::ClampPositionZ => Some(scene.camera.clamp_position[2]),
         }
     }
 
@@ -152,6 +208,12 @@ impl Parameter {
             Self::Beta => scene.time.as_mut().map(|time| &mut time.beta),
             Self::DampingMass => Some(&mut scene.loads.damping.mass),
             Self::DampingStiffness => Some(&mut scene.loads.damping.stiffness),
+            Self::TimeOffset => Some(&mut scene.camera.time_offset),
+            Self::PixelScale => Some(&mut scene.camera.pixel_scale),
+            Self::InPlaneRotation => Some(&mut scene.camera.in_plane_rotation),
+            Self::ClampPositionX => Some(&mut scene.camera.clamp_position[0]),
+            Self::ClampPositionY => Some(&mut scene.camera.clamp_position[1]),
+            Self::ClampPositionZ => Some(&mut scene.camera.clamp_position[2]),
         };
         *slot.ok_or_else(|| self.absent())? = value;
         Ok(())

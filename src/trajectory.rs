@@ -8,10 +8,11 @@ use crate::parameter::Parameter;
 use crate::point::{Point, Stencil};
 use crate::problem::{AnyProblem, Posed, Problem};
 use crate::rod::{Energies, Rod};
+use crate::scalar::Scalar;
 use crate::sensitivity::{self, Sensitivity};
 use crate::simulation::{Simulation, Work};
 use nalgebra::Vector3;
-use num_dual::Dual64;
+use num_dual::{Dual64, HyperDual64};
 use std::time::Duration;
 
 /// A running simulation as it looks from outside the model.
@@ -255,19 +256,66 @@ impl Trajectory {
         time: f64,
         derivatives: &mut [[f64; 3]],
     ) -> Result<[f64; 3], Error> {
-        let last = self.times[self.times.len() - 1];
-        if !(time >= 0.0 && time <= last * (1.0 + 1e-9)) {
-            return Err(Error::OutOfRange { what: "time", found: time, low: 0.0, high: last });
-        }
-        let k = self.times.partition_point(|t| *t <= time).clamp(1, self.times.len().max(2) - 1);
-        let hermite = match self.times.get(k) {
-            Some(end) => Hermite::new(self.times[k - 1], *end, time.min(last)),
-            None => Hermite::new(0.0, 1.0, 0.0),
-        };
+        let (k, hermite) = self.around(time)?;
         for (out, track) in derivatives.iter_mut().zip(&self.derivatives) {
             *out = self.interpolate(track, stencil, k, &hermite)?;
         }
         self.interpolate(&self.motion, stencil, k, &hermite)
+    }
+
+    /// The position of a point at a time that may carry derivatives, with those that the tracks of
+    /// derivatives `tracks` have of it: one per part of `D`; none is zero.
+    pub(crate) fn sample_over<D: Lifted<P>, const P: usize>(
+        &self,
+        stencil: &Stencil,
+        time: D,
+        tracks: [Option<usize>; P],
+    ) -> Result<[D; 3], Error> {
+        let (k, hermite) = self.around(time)?;
+        let width = self.tracked.len();
+        let mut sum = [D::from(0.0); 3];
+        for (node, weight) in &stencil.nodes {
+            let column = self.column(*node)?;
+            let at = |row: usize, part: usize, c: usize| {
+                let index = row * width + column;
+                let of = |track: &[Motion]| track.get(index).map_or(0.0, |m| m[part][c]);
+                let parts = tracks.map(|t| t.map_or(0.0, |t| of(&self.derivatives[t])));
+                D::lift(of(&self.motion), parts)
+            };
+            let after = if k < self.times.len() { k } else { k - 1 };
+            for (c, sum) in sum.iter_mut().enumerate() {
+                let value = hermite.x0 * at(k - 1, 0, c)
+                    + hermite.x1 * at(after, 0, c)
+                    + hermite.v0 * at(k - 1, 1, c)
+                    + hermite.v1 * at(after, 1, c);
+                *sum += value * *weight;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// The step a time lies in, by its end, and the interpolant there.
+    fn around<D: Scalar>(&self, time: D) -> Result<(usize, Hermite<D>), Error> {
+        let (t, last) = (time.value(), self.times[self.times.len() - 1]);
+        if !(t >= 0.0 && t <= last * (1.0 + 1e-9)) {
+            return Err(Error::OutOfRange { what: "time", found: t, low: 0.0, high: last });
+        }
+        let k = self.times.partition_point(|end| *end <= t).clamp(1, self.times.len().max(2) - 1);
+        let hermite = match self.times.get(k) {
+            Some(end) => Hermite::new(self.times[k - 1], *end, time),
+            None => Hermite::new(0.0, 1.0, D::from(0.0)),
+        };
+        Ok((k, hermite))
+    }
+
+    /// Where a tracked node stands among the tracked.
+    fn column(&self, node: usize) -> Result<usize, Error> {
+        self.tracked.binary_search(&node).map_err(|_| Error::OutOfRange {
+            what: "a node that was not tracked",
+            found: node as f64,
+            low: self.tracked.first().map_or(0.0, |i| *i as f64),
+            high: self.tracked.last().map_or(0.0, |i| *i as f64),
+        })
     }
 
     fn interpolate(
@@ -275,17 +323,12 @@ impl Trajectory {
         track: &[Motion],
         stencil: &Stencil,
         k: usize,
-        hermite: &Hermite,
+        hermite: &Hermite<f64>,
     ) -> Result<[f64; 3], Error> {
         let width = self.tracked.len();
         let mut sum = [0.0; 3];
         for (node, weight) in &stencil.nodes {
-            let column = self.tracked.binary_search(node).map_err(|_| Error::OutOfRange {
-                what: "a node that was not tracked",
-                found: *node as f64,
-                low: self.tracked.first().map_or(0.0, |i| *i as f64),
-                high: self.tracked.last().map_or(0.0, |i| *i as f64),
-            })?;
+            let column = self.column(*node)?;
             let before = &track[(k - 1) * width + column];
             let after = track.get(k * width + column).unwrap_or(before);
             for (c, sum) in sum.iter_mut().enumerate() {
@@ -360,20 +403,48 @@ impl PartialEq for Trajectory {
 }
 
 /// Weights of the cubic Hermite interpolant.
-struct Hermite {
-    x0: f64,
-    x1: f64,
-    v0: f64,
-    v1: f64,
+struct Hermite<D> {
+    x0: D,
+    x1: D,
+    v0: D,
+    v1: D,
 }
 
-impl Hermite {
-    fn new(t0: f64, t1: f64, t: f64) -> Self {
+impl<D: Scalar> Hermite<D> {
+    fn new(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
-        let u = ((t - t0) / h).clamp(0.0, 1.0);
-        let (w, u2) = (1.0 - u, u * u);
-        let x1 = u2 * (3.0 - 2.0 * u);
-        Self { x0: 1.0 - x1, x1, v0: h * u * w * w, v1: -h * u2 * w }
+        let mut u = (t - D::from(t0)) * (1.0 / h);
+        if !(0.0..=1.0).contains(&u.value()) {
+            // Rounding.
+            u = u - D::from(u.value()) + u.value().clamp(0.0, 1.0);
+        }
+        let (w, u2) = (-u + 1.0, u * u);
+        let x1 = u2 * (u * -2.0 + 3.0);
+        Self { x0: -x1 + 1.0, x1, v0: u * w * w * h, v1: -(u2 * w) * h }
+    }
+}
+
+/// Numbers that carry `P` derivatives beside their value.
+pub(crate) trait Lifted<const P: usize>: Scalar {
+    /// The number of a value and its derivatives.
+    fn lift(value: f64, parts: [f64; P]) -> Self;
+}
+
+impl Lifted<0> for f64 {
+    fn lift(value: f64, []: [f64; 0]) -> Self {
+        value
+    }
+}
+
+impl Lifted<1> for Dual64 {
+    fn lift(value: f64, [eps]: [f64; 1]) -> Self {
+        Self::new(value, eps)
+    }
+}
+
+impl Lifted<3> for HyperDual64 {
+    fn lift(value: f64, [one, two, both]: [f64; 3]) -> Self {
+        Self::new(value, one, two, both)
     }
 }
 

@@ -46,3 +46,21 @@ pub fn cross<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
 pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
     scale(a, dot(a, a).sqrt().recip())
 }
+
+/// `v` turned by the rotation vector `r`, rad: Rodrigues' formula.
+pub fn turned<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
+    let square = dot(r, r);
+    // sin(a)/a and (1 - cos a)/a^2, by their series where the quotients lose digits.
+    let (first, second) = match square.value() < 1e-4 {
+        true => (
+            square * (square * (1.0 / 120.0) - 1.0 / 6.0) + 1.0,
+            square * (square * (1.0 / 720.0) - 1.0 / 24.0) + 0.5,
+        ),
+        false => {
+            let angle = square.sqrt();
+            (angle.sin() / angle, (-angle.cos() + 1.0) / square)
+        }
+    };
+    let across = cross(r, v);
+    add(v, add(scale(across, first), scale(cross(r, across), second)))
+}

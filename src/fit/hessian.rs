@@ -5,6 +5,7 @@
 //! the two differ: it vanishes with the residuals, and on average over noise. Every pair of
 //! unknowns costs one simulation in hyper-dual numbers.
 
+use super::view::View;
 use super::{Residuals, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
@@ -35,10 +36,10 @@ impl Residuals {
                     self.unknowns()[k].lifted(HyperDual64::new(x[k], along(i), along(j), 0.0))
                 };
                 let run = second_order::repeat(&problem, &plain, pair, seed)?;
-                let mut parts = [[0.0; 3]; 3];
+                let view = View::new(&problem, seed);
                 let mut sum = 0.0;
-                self.each_residual(&run, &mut parts, |r, [by_i, by_j, by_both]| {
-                    sum += by_i * by_j + r * by_both;
+                self.each_residual(&run, &view, [0, 1, 2].map(Some), |r: HyperDual64| {
+                    sum += r.eps1 * r.eps2 + r.re * r.eps1eps2;
                 })?;
                 (hessian[i][j], hessian[j][i]) = (sum, sum);
             }

@@ -21,6 +21,7 @@ mod residuals;
 mod search;
 mod uncertainty;
 mod unknown;
+mod view;
 
 pub use analysis::{Analysis, Refinement};
 pub use bootstrap::Bootstrap;
@@ -233,6 +234,9 @@ impl Fit {
             unknown.check(&self.problem, &key)?;
         }
         let end = self.problem.time()?.end;
+        // With a clock of its own a recording may show later times than the motion lasts.
+        let other_clock = self.problem.scene().camera.time_offset != 0.0
+            || self.unknowns.iter().any(|u| u.parameter == crate::Parameter::TimeOffset);
         let mut values = 0;
         for (i, observation) in self.observations.iter().enumerate() {
             self.problem.stencil(observation.point).map_err(|error| {
@@ -241,7 +245,8 @@ impl Fit {
             if let Some(sigma) = observation.sigma {
                 crate::scene::positive(&format!("observation[{i}].sigma"), sigma)?;
             }
-            if let Some(late) = observation.samples.iter().find(|s| s.time > end * (1.0 + 1e-9)) {
+            let late = observation.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
+            if let Some(late) = late.filter(|_| !other_clock) {
                 return Err(Error::invalid(
                     observation.label(),
                     format!("t = {} s", late.time),

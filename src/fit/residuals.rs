@@ -1,12 +1,14 @@
 //! Residuals of a fit and their exact Jacobian, as any solver of argmin can use them.
 
+use super::view::View;
 use super::{Observation, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Stencil;
 use crate::problem::Problem;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Lifted, Trajectory};
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
+use num_dual::Dual64;
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
@@ -21,7 +23,8 @@ pub struct Residuals {
     unknowns: Vec<Unknown>,
     series: Vec<Series>,
     tracked: Vec<usize>,
-    steps: usize,
+    /// Time of the last sample, s.
+    end: f64,
     full_work: f64,
     last: RefCell<Option<Evaluation>>,
     work: Rc<Cell<f64>>,
@@ -67,14 +70,12 @@ impl Residuals {
         }
         tracked.sort_unstable();
         tracked.dedup();
-        let time = problem.time()?;
-        let steps = ((end / time.step - 1e-9).ceil().max(1.0) as usize).min(time.steps());
         Ok(Self {
             problem: problem.clone(),
             unknowns: unknowns.to_vec(),
             series,
             tracked,
-            steps,
+            end,
             full_work,
             last: RefCell::new(None),
             work: Rc::default(),
@@ -148,48 +149,47 @@ impl Residuals {
         }
     }
 
-    /// Simulates at `x`, with derivatives by the parameters `wanted`.
+    /// Simulates at `x`, with derivatives by the parameters `wanted`, as long as the samples last
+    /// on the camera's clock.
     pub(super) fn run(
         &self,
         x: &[f64],
         wanted: &[Parameter],
     ) -> Result<(Problem, Trajectory), Error> {
         let problem = self.problem.with(self.values(x))?;
+        let time = problem.time()?;
+        let end = self.end - problem.scene().camera.time_offset;
+        let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
+        let problem = match end > time.end * (1.0 + 1e-9) {
+            true => problem.lasting(end),
+            false => problem,
+        };
+        let steps = steps.min(problem.time()?.steps());
         let mut trajectory = Trajectory::new(&problem, &self.tracked, wanted)?;
-        let outcome = trajectory.run(&problem, self.steps, |_| {});
+        let outcome = trajectory.run(&problem, steps, |_| {});
         let steps = trajectory.work().steps + usize::from(outcome.is_err());
         self.work.set(self.work.get() + (steps * problem.segments()) as f64);
         outcome?;
         Ok((problem, trajectory))
     }
 
-    /// Calls `each` with every residual and what the trajectory has as its derivatives; `room` has
-    /// a place for each of those.
-    pub(super) fn each_residual<const N: usize>(
+    /// Calls `each` with every residual through a view; `tracks` say where the trajectory has the
+    /// derivatives that the residuals carry.
+    pub(super) fn each_residual<D: Lifted<P>, const P: usize>(
         &self,
         trajectory: &Trajectory,
-        room: &mut [[f64; 3]; N],
-        mut each: impl FnMut(f64, [f64; N]),
-    ) -> Result<(), Error> {
-        self.each_seen(trajectory, room, |c, weight, position, seen, derivatives| {
-            let row = std::array::from_fn(|k| derivatives[k][c] * weight);
-            each((position - seen) * weight, row);
-        })
-    }
-
-    /// Calls `each` with axis, weight, simulated and seen coordinate, and derivatives.
-    fn each_seen(
-        &self,
-        trajectory: &Trajectory,
-        room: &mut [[f64; 3]],
-        mut each: impl FnMut(usize, f64, f64, f64, &[[f64; 3]]),
+        view: &View<D>,
+        tracks: [Option<usize>; P],
+        mut each: impl FnMut(D),
     ) -> Result<(), Error> {
         for series in &self.series {
             for sample in &series.samples {
-                let position = trajectory.sample(&series.stencil, sample.time, room)?;
+                let time = view.time(sample.time);
+                let position = trajectory.sample_over(&series.stencil, time, tracks)?;
+                let recorded = view.recorded(position);
                 for c in 0..3 {
                     if let Some(seen) = sample.position[c] {
-                        each(c, series.weight, position[c], seen, room);
+                        each((recorded[c] - D::from(seen)) * series.weight);
                     }
                 }
             }
@@ -199,22 +199,28 @@ impl Residuals {
 
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
         let values = self.values(x);
-        let parameters: Vec<Parameter> = values.iter().map(|(p, _)| *p).collect();
-        let wanted = if with_jacobian { &parameters[..] } else { &[] };
-        let (_, trajectory) = self.run(x, wanted)?;
-        let slopes: Vec<f64> =
-            self.unknowns.iter().zip(&values).map(|(u, (_, value))| u.slope(*value)).collect();
+        let of_motion = |p: &Parameter| with_jacobian && !p.is_of_the_camera();
+        let wanted: Vec<Parameter> = values.iter().map(|(p, _)| *p).filter(of_motion).collect();
+        let (problem, trajectory) = self.run(x, &wanted)?;
         let mut residuals = Vec::with_capacity(self.len());
-        let mut jacobian = with_jacobian.then(|| Vec::with_capacity(self.len()));
-        let mut room = vec![[0.0; 3]; wanted.len()];
-        self.each_seen(&trajectory, &mut room, |c, weight, position, seen, derivatives| {
-            residuals.push((position - seen) * weight);
-            if let Some(rows) = &mut jacobian {
-                let row = derivatives.iter().zip(&slopes);
-                rows.push(row.map(|(d, slope)| d[c] * slope * weight).collect());
-            }
-        })?;
-        Ok(Evaluation { x: x.to_vec(), residuals, jacobian })
+        let plain = View::new(&problem, |_, value| value);
+        self.each_residual(&trajectory, &plain, [], |r: f64| residuals.push(r))?;
+        if !with_jacobian {
+            return Ok(Evaluation { x: x.to_vec(), residuals, jacobian: None });
+        }
+        let mut rows = vec![Vec::with_capacity(values.len()); residuals.len()];
+        for (unknown, (parameter, value)) in self.unknowns.iter().zip(&values) {
+            let seed = |p, value| Dual64::new(value, f64::from(p == *parameter));
+            let track = wanted.iter().position(|p| p == parameter);
+            let slope = unknown.slope(*value);
+            let mut row = rows.iter_mut();
+            self.each_residual(&trajectory, &View::new(&problem, seed), [track], |r| {
+                if let Some(row) = row.next() {
+                    row.push(r.eps * slope);
+                }
+            })?;
+        }
+        Ok(Evaluation { x: x.to_vec(), residuals, jacobian: Some(rows) })
     }
 }
 

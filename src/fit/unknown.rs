@@ -73,7 +73,18 @@ impl Unknown {
             (0..=n).map(|i| low * (high / low).powf(f64::from(i) / f64::from(n.max(1)))).collect()
         };
         let length = problem.length();
+        let here = self.start.or(self.parameter.of(problem.scene()));
         let values = match (self.parameter, self.start) {
+            // Cameras are set up by eye.
+            (
+                Parameter::TimeOffset
+                | Parameter::PixelScale
+                | Parameter::InPlaneRotation
+                | Parameter::ClampPositionX
+                | Parameter::ClampPositionY
+                | Parameter::ClampPositionZ,
+                _,
+            ) => here.into_iter().collect(),
             (Parameter::YoungsModulus, None) => log_range(1e3, 1e13, 3.0),
             (Parameter::YoungsModulus, Some(e)) => log_range(e * 1e-3, e * 1e3, 3.0),
             (Parameter::Beta, None) => vec![0.55, 0.75, 0.95],

@@ -224,6 +224,20 @@ impl Problem {
             AnyProblem::Spatial(posed) => posed.model.position(&posed.rest(), 0),
         }
     }
+    /// The normal of the plane of a planar scene; of a spatial one the z axis.
+    pub(crate) fn normal(&self) -> [f64; 3] {
+        match self.posed() {
+            AnyProblem::Planar(posed) => posed.model.plane.x.cross(&posed.model.plane.y).into(),
+            AnyProblem::Spatial(_) => [0.0, 0.0, 1.0],
+        }
+    }
+    /// The problem with a simulation that lasts until `end`, s.
+    pub(crate) fn lasting(mut self, end: f64) -> Self {
+        if let Some(time) = &mut self.scene.time {
+            time.end = end;
+        }
+        self
+    }
     /// Length between wall and tip, m.
     pub fn length(&self) -> f64 {
         self.length

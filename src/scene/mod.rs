@@ -1,5 +1,6 @@
 //! The scene file: what it may say, and whether it makes sense. All quantities are SI.
 
+pub mod camera;
 pub mod initial;
 pub mod loads;
 pub mod plane;
@@ -7,6 +8,7 @@ pub mod section;
 pub mod shape;
 pub mod supports;
 
+pub use camera::Camera;
 pub use initial::{Initial, InitialState};
 pub use loads::{DampingSpec, Loads, NamedNode, Node, PointForce};
 pub use plane::Plane;
@@ -53,6 +55,9 @@ pub struct Scene {
     pub initial: Initial,
     /// How long and in which steps.
     pub time: Option<Time>,
+    /// How what was recorded relates to the scene.
+    #[serde(default, skip_serializing_if = "Camera::is_default")]
+    pub camera: Camera,
     /// The file the scene was read from; other paths are relative to it.
     #[serde(skip)]
     pub path: Option<PathBuf>,
@@ -225,7 +230,8 @@ impl Scene {
         };
         let (supports, loads) = (Supports::default(), Loads::default());
         let initial = Initial::default();
-        Self { rod, material, supports, loads, initial, time: None, path: None }
+        let camera = Camera::default();
+        Self { rod, material, supports, loads, initial, time: None, camera, path: None }
     }
 
     /// Reads and validates a scene file.
@@ -328,6 +334,7 @@ impl Scene {
         }
         self.loads.check()?;
         self.initial.check()?;
+        self.camera.check()?;
         self.supports.check()?;
         if let Some(time) = &self.time {
             positive("time.end", time.end)?;
