@@ -45,6 +45,9 @@ pub enum Parameter {
     /// Kelvin-Voigt time, s.
     #[serde(rename = "damping.stiffness")]
     DampingStiffness,
+    /// By how much the rod as a whole is turned about its first node in its plane, rad.
+    #[serde(rename = "clamp_angle")]
+    ClampAngle,
     /// What the recording's clock shows when the motion starts, s.
     #[serde(rename = "time_offset")]
     TimeOffset,
@@ -81,6 +84,7 @@ impl Parameter {
             Self::Beta => "beta",
             Self::DampingMass => "damping.mass",
             Self::DampingStiffness => "damping.stiffness",
+            Self::ClampAngle => "clamp_angle",
             Self::TimeOffset => "time_offset",
             Self::PixelScale => "pixel_scale",
             Self::InPlaneRotation => "in_plane_rotation",
@@ -99,7 +103,7 @@ impl Parameter {
             Self::NaturalTwist => "rad/m",
             Self::DampingMass => "1/s",
             Self::DampingStiffness | Self::TimeOffset => "s",
-            Self::InPlaneRotation => "rad",
+            Self::InPlaneRotation | Self::ClampAngle => "rad",
             Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => "m",
             Self::PoissonRatio | Self::NaturalCurvature | Self::Beta | Self::PixelScale => "",
         }
@@ -113,6 +117,7 @@ impl Parameter {
                 | Self::NaturalCurvature
                 | Self::NaturalTwist
                 | Self::Beta
+                | Self::ClampAngle
                 | Self::TimeOffset
                 | Self::InPlaneRotation
                 | Self::ClampPositionX
@@ -142,7 +147,9 @@ impl Parameter {
             Self::NaturalCurvature => [-1e3, 1e3],
             Self::NaturalTwist => [-1e6, 1e6],
             Self::TimeOffset => [-1e6, 1e6],
-            Self::InPlaneRotation => [-std::f64::consts::PI, std::f64::consts::PI],
+            Self::InPlaneRotation | Self::ClampAngle => {
+                [-std::f64::consts::PI, std::f64::consts::PI]
+            }
             Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => [-1e6, 1e6],
             _ => [f64::MIN_POSITIVE, f64::MAX],
         }
@@ -175,6 +182,16 @@ impl Parameter {
             }
             Self::DampingMass => Some(scene.loads.damping.mass),
             Self::DampingStiffness => Some(scene.loads.damping.stiffness),
+            // What else acts in world axes would have to be turned against the rod.
+            Self::ClampAngle => {
+                let weight_only = scene.loads.point.is_empty()
+                    && scene.initial.point.is_empty()
+                    && !scene.initial.moves()
+                    && scene.initial.shape.is_none()
+                    && scene.supports.motion.is_empty()
+                    && scene.supports.roller.is_none();
+                weight_only.then_some(scene.supports.angle)
+            }
             Self::TimeOffset => Some(scene.camera.time_offset),
             Self::PixelScale => Some(scene.camera.pixel_scale),
             Self::InPlaneRotation => Some(scene.camera.in_plane_rotation),
@@ -208,6 +225,7 @@ impl Parameter {
             Self::Beta => scene.time.as_mut().map(|time| &mut time.beta),
             Self::DampingMass => Some(&mut scene.loads.damping.mass),
             Self::DampingStiffness => Some(&mut scene.loads.damping.stiffness),
+            Self::ClampAngle => Some(&mut scene.supports.angle),
             Self::TimeOffset => Some(&mut scene.camera.time_offset),
             Self::PixelScale => Some(&mut scene.camera.pixel_scale),
             Self::InPlaneRotation => Some(&mut scene.camera.in_plane_rotation),
@@ -224,7 +242,7 @@ impl Parameter {
         Error::invalid(
             "parameter",
             self.name(),
-            "a parameter the scene has: radius needs a circle, width and height a rectangle, shear_modulus and poisson_ratio need their key in [material], beta the scheme newmark-beta",
+            "a parameter the scene has: radius needs a circle, width and height a rectangle, shear_modulus and poisson_ratio need their key in [material], beta the scheme newmark-beta, clamp_angle a scene without point loads, motions and initial velocity",
         )
     }
 }
@@ -254,6 +272,8 @@ pub struct Properties<D> {
     pub natural_curvature: D,
     /// Natural twist per length, rad/m.
     pub natural_twist: D,
+    /// How much further than the scene says the rod is turned: zero, with derivatives, rad.
+    pub clamp_angle: D,
     /// Both dampings.
     pub damping: Damping<D>,
     /// Of the scheme.
@@ -292,6 +312,10 @@ impl<D: crate::Scalar> Properties<D> {
             torsion_constant,
             natural_curvature: seed(Parameter::NaturalCurvature, scene.rod.natural_curvature),
             natural_twist: seed(Parameter::NaturalTwist, scene.rod.natural_twist),
+            clamp_angle: {
+                let angle = scene.supports.angle;
+                seed(Parameter::ClampAngle, angle) - D::from(angle)
+            },
             damping: Damping {
                 mass: seed(Parameter::DampingMass, scene.loads.damping.mass),
                 stiffness: seed(Parameter::DampingStiffness, scene.loads.damping.stiffness),

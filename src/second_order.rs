@@ -8,6 +8,7 @@ use crate::model::Model;
 use crate::parameter::Parameter;
 use crate::problem::{AnyProblem, Posed, Problem};
 use crate::trajectory::{Motion, Trajectory};
+use crate::vector::{add, sub, turned};
 use num_dual::HyperDual64;
 
 /// The parts of a hyper-dual number after the real one.
@@ -38,6 +39,12 @@ fn repeat_posed<M: Model<W>, const W: usize>(
     let mut ends = plain.times().iter();
     let mut next = ends.next();
     let mut part = Vec::new();
+    let turns = [one, two].contains(&Parameter::ClampAngle);
+    // Zero, with the derivatives of the clamp angle along both directions.
+    let angle = {
+        let along = |p: Parameter| f64::from(u8::from(p == Parameter::ClampAngle));
+        HyperDual64::new(0.0, along(one), along(two), 0.0)
+    };
     for time in std::iter::once(None).chain(plain.taken().iter().map(Some)) {
         if let Some(time) = time {
             simulation.step_to(*time)?;
@@ -49,12 +56,35 @@ fn repeat_posed<M: Model<W>, const W: usize>(
             let (q, v): ([Vec<f64>; 4], [Vec<f64>; 4]) = (parts(&state.q), parts(&state.v));
             part.extend(q.into_iter().zip(v));
             record.push(state.time, |k, node| -> Motion {
-                let (q, v) = &part[k];
-                let position = if k == 0 { M::position } else { M::rate };
-                [position(posed.model, q, node), posed.model.rate(v, node)]
+                let place = |k: usize| -> Motion {
+                    let (q, v) = &part[k];
+                    let position = if k == 0 { M::position } else { M::rate };
+                    [position(posed.model, q, node), posed.model.rate(v, node)]
+                };
+                match turns {
+                    false => place(k),
+                    true => turned_with(angle, plain.pivot(), [0, 1, 2, 3].map(place))[k],
+                }
             });
             next = ends.next();
         }
     }
     Ok(record)
+}
+
+/// The parts of a motion whose rod is turned as a whole by `angle` about a point and an axis.
+fn turned_with(
+    angle: HyperDual64,
+    (wall, axis): ([f64; 3], [f64; 3]),
+    parts: [Motion; 4],
+) -> [Motion; 4] {
+    let whole = |j: usize, c: usize| {
+        let [re, one, two, both] = parts.map(|motion| motion[j][c]);
+        HyperDual64::new(re, one, two, both)
+    };
+    let [x, v] = [0, 1].map(|j| [0, 1, 2].map(|c| whole(j, c)));
+    let (rotation, wall) = (axis.map(|a| angle * a), wall.map(HyperDual64::from));
+    let x = add(wall, turned(rotation, sub(x, wall)));
+    let v = turned(rotation, v);
+    PARTS.map(|part| [x.map(|c| part(&c)), v.map(|c| part(&c))])
 }

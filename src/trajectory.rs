@@ -11,6 +11,7 @@ use crate::rod::{Energies, Rod};
 use crate::scalar::Scalar;
 use crate::sensitivity::{self, Sensitivity};
 use crate::simulation::{Simulation, Work};
+use crate::vector::{add, cross, sub};
 use nalgebra::Vector3;
 use num_dual::{Dual64, HyperDual64};
 use std::time::Duration;
@@ -68,6 +69,8 @@ pub struct Trajectory {
     stepping: Duration,
     /// Ends of all steps taken, halves too, s.
     taken: Vec<f64>,
+    /// The point and axis that the clamp angle turns the rod about.
+    pivot: ([f64; 3], [f64; 3]),
 }
 
 impl Problem {
@@ -108,6 +111,7 @@ impl Trajectory {
             work: Work::default(),
             stepping: Duration::ZERO,
             taken: Vec::new(),
+            pivot: (problem.wall(), problem.normal()),
         })
     }
 
@@ -172,8 +176,21 @@ impl Trajectory {
         self.times.push(state.time);
         let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
         self.motion.extend(self.tracked.iter().map(motion));
-        for (track, s) in self.derivatives.iter_mut().zip(sensitivities) {
-            let rates = |i: &usize| [model.rate(&s.q, *i), model.rate(&s.v, *i)];
+        let parameters = self.parameters.iter().zip(sensitivities);
+        for (track, (parameter, s)) in self.derivatives.iter_mut().zip(parameters) {
+            let rates = |i: &usize| {
+                let [x, v] = [model.rate(&s.q, *i), model.rate(&s.v, *i)];
+                match parameter {
+                    Parameter::ClampAngle => {
+                        // The rod turns as a whole besides.
+                        let [position, velocity] = motion(i);
+                        let (wall, normal) = self.pivot;
+                        let turning = cross(normal, sub(position, wall));
+                        [add(x, turning), add(v, cross(normal, velocity))]
+                    }
+                    _ => [x, v],
+                }
+            };
             track.extend(self.tracked.iter().map(rates));
         }
     }
@@ -186,6 +203,11 @@ impl Trajectory {
         for (k, track) in self.derivatives.iter_mut().enumerate() {
             track.extend(self.tracked.iter().map(|i| motion(k + 1, *i)));
         }
+    }
+
+    /// The point and axis that the clamp angle turns the rod about.
+    pub(crate) fn pivot(&self) -> ([f64; 3], [f64; 3]) {
+        self.pivot
     }
 
     /// Ends of all steps taken, s: those of the scene, and halves where a step was refused.

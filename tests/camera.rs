@@ -8,7 +8,8 @@ mod common;
 use common::{cantilever_with, helix_with, record};
 
 use Parameter::{
-    ClampPositionX, ClampPositionY, InPlaneRotation, PixelScale, TimeOffset, YoungsModulus,
+    ClampAngle, ClampPositionX, ClampPositionY, InPlaneRotation, PixelScale, TimeOffset,
+    YoungsModulus,
 };
 
 /// A record of the tip as a camera shows it that is turned, scaled and shifted about the wall, and
@@ -91,14 +92,21 @@ fn derivatives_through_the_camera() {
     scene.time = Some(Time::new(0.4, 2e-3));
     let truth = stiff(scene.clone(), 0.9e8);
     let observation = filmed(&truth, [0.01, 1.05, -0.1], [0.01, 0.02, 0.0]);
-    let unknowns =
-        [YoungsModulus, TimeOffset, PixelScale, InPlaneRotation, ClampPositionX, ClampPositionY];
+    let unknowns = [
+        YoungsModulus,
+        TimeOffset,
+        PixelScale,
+        InPlaneRotation,
+        ClampPositionX,
+        ClampPositionY,
+        ClampAngle,
+    ];
     let mut fit = Fit::new(&scene.problem().unwrap()).observe(observation);
     for unknown in unknowns {
         fit = fit.identify(Unknown::new(unknown));
     }
     let residuals = fit.residuals().unwrap();
-    let x = vec![0.95e8_f64.ln(), 0.0133, 0.01, 0.02, -0.003, 0.004];
+    let x = vec![0.95e8_f64.ln(), 0.0133, 0.01, 0.02, -0.003, 0.004, 0.05];
     let (rows, hessian) = (residuals.jacobian_at(&x).unwrap(), residuals.hessian(&x).unwrap());
     for j in 0..x.len() {
         let step = if unknowns[j] == TimeOffset { 1e-6 } else { 1e-5 };
@@ -117,6 +125,54 @@ fn derivatives_through_the_camera() {
             let slope = (plus.1[i] - minus.1[i]) / (2.0 * step);
             let size = (hessian[i][i] * hessian[j][j]).abs().sqrt();
             assert!((slope - row[j]).abs() < 1e-5 * size, "{i} {j}: {slope} {}", row[j]);
+        }
+    }
+}
+
+/// A clamp that points a little up: the droop and the swing about it tell by how much, whatever the
+/// camera's tilt; in whatever plane the rod lies.
+#[test]
+fn a_clamp_that_points_up() {
+    for direction in [[1.0, 0.0, 0.0], [0.6, 0.0, 0.8]] {
+        for angle in [0.07, -0.2] {
+            let mut scene = cantilever_with(0.5, 2e-3, 0.8, Clamp::MidEdge);
+            scene.rod.shape = rodfit::scene::Shape::Straight { length: 0.5, direction };
+            scene.rod.segments = Some(20);
+            let problem = scene.problem().unwrap();
+            let truth = problem.with([(YoungsModulus, 0.8e8), (ClampAngle, angle)]).unwrap();
+            let run = truth.simulate().unwrap();
+            let start = run.tip(0);
+            let rise = start[1] / 0.5;
+            assert!((rise.abs() - angle.sin().abs()).abs() < 0.03, "{start:?}");
+            let samples = (1..=100).map(|k| {
+                let time = 0.8 * k as f64 / 100.0;
+                let (x, _) = run.at(rodfit::Point::Tip, time).unwrap();
+                Sample { time: time + 0.01, position: x.map(Some) }
+            });
+            let report = Fit::new(&problem)
+                .observe(Observation::new(samples.collect()))
+                .identify(YoungsModulus)
+                .identify(TimeOffset)
+                .identify(ClampAngle)
+                .solve()
+                .unwrap();
+            for (parameter, value) in
+                [(YoungsModulus, 0.8e8), (TimeOffset, 0.01), (ClampAngle, angle)]
+            {
+                let found = report.estimate(parameter).unwrap().value.unwrap();
+                let scale = if parameter == YoungsModulus { value } else { 1.0 };
+                assert!((found - value).abs() < 1e-7 * scale, "{parameter}: {found}\n{report}");
+            }
+            // The derivative that users get, the turn of the whole rod included.
+            let derived = problem.simulate_with(&[ClampAngle]).unwrap();
+            let at = |angle: f64| problem.with([(ClampAngle, angle)]).unwrap().simulate().unwrap();
+            let (plus, minus) = (at(1e-5), at(-1e-5));
+            let (_, slope) = derived.at(rodfit::Point::Tip, 0.33).unwrap();
+            let ends = [&plus, &minus].map(|run| run.at(rodfit::Point::Tip, 0.33).unwrap().0);
+            for c in 0..3 {
+                let difference = (ends[0][c] - ends[1][c]) / 2e-5;
+                assert!((difference - slope[0][c]).abs() < 1e-7, "{difference} {}", slope[0][c]);
+            }
         }
     }
 }

@@ -75,9 +75,10 @@ impl Unknown {
         let length = problem.length();
         let here = self.start.or(self.parameter.of(problem.scene()));
         let values = match (self.parameter, self.start) {
-            // Cameras are set up by eye.
+            // Clamps and cameras are set up by eye.
             (
-                Parameter::TimeOffset
+                Parameter::ClampAngle
+                | Parameter::TimeOffset
                 | Parameter::PixelScale
                 | Parameter::InPlaneRotation
                 | Parameter::ClampPositionX

@@ -8,7 +8,7 @@ use crate::rod::PlanarRod;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::scalar::Nestable;
 use crate::scene::{End, Plane, Scene, Support};
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 /// Rest shape and loads in the scene's plane.
 #[derive(Clone, Debug)]
@@ -61,10 +61,17 @@ impl PlanarModel {
         if let Some(i) = scene.supports.motion.iter().position(|motion| motion.twist != 0.0) {
             return leaves(&format!("supports.motion[{i}].twist"));
         }
+        // The rod turns, and what lies in the plane stays.
+        let normal = plane.x.cross(&plane.y);
+        let wall = Vector3::from(nodes[0]);
+        let tilt = Rotation3::from_scaled_axis(normal * scene.supports.angle);
+        let tilted: Vec<[f64; 3]> =
+            nodes.iter().map(|x| (wall + tilt * (Vector3::from(*x) - wall)).into()).collect();
+        let nodes = if scene.supports.angle == 0.0 { nodes } else { &tilted };
         // A roller at the end holds the last coordinate of its node, one at the start the first, so
         // that the free unknowns stay side by side.
         if let Some((end, direction)) = rolling(scene, nodes) {
-            let (along, normal) = (direction.normalize(), plane.x.cross(&plane.y));
+            let along = direction.normalize();
             (plane.x, plane.y) = match end {
                 End::End => (along, normal.cross(&along)),
                 End::Start => (along.cross(&normal), along),
@@ -132,8 +139,12 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         let node_mass: Vec<D> = (0..self.nodes.len())
             .map(|i| line_density * voronoi_share(&self.line_length, i))
             .collect();
+        // Turning the rod turns the weight the other way, as the rod sees it.
+        let (sin, cos) = (p.clamp_angle.sin(), p.clamp_angle.cos());
+        let [x, y] = self.gravity;
+        let gravity = [cos * x + sin * y, cos * y - sin * x];
         let load: Vec<DeadLoad<D, 2>> =
-            node_mass.iter().map(|m| DeadLoad { force: self.gravity.map(|g| *m * g) }).collect();
+            node_mass.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();
         let mut rod = PlanarRod {
             stretch: stretch.collect(),
             bend: bend.collect(),

@@ -176,7 +176,12 @@ impl Problem {
     }
     /// The spatial model of the scene, whatever model it has.
     pub(crate) fn spatial_model(&self) -> Result<SpatialModel, Error> {
-        let mesh = mesh(&self.scene)?;
+        let mut mesh = mesh(&self.scene)?;
+        if let Some(posed) = self.planar() {
+            // Turned as the planar model's.
+            let rest = posed.rest();
+            mesh.nodes = (0..self.nodes()).map(|i| posed.model.position(&rest, i)).collect();
+        }
         // Moments about the plane's normal would turn with the rod out of it.
         let loads = nodal(&self.scene.loads.point, "loads", mesh.nodes.len())?;
         SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &loads)
@@ -259,6 +264,13 @@ impl Problem {
             parameter.set(&mut scene, value)?;
         }
         scene.validate()?;
+        let turned = scene.supports.angle != self.scene.supports.angle;
+        let twisted = (scene.rod.natural_twist != 0.0) != (self.scene.rod.natural_twist != 0.0);
+        if turned || twisted {
+            let path = scene.path.clone();
+            let problem = Self::new(scene).map_err(|error| error.in_file(path.as_deref()))?;
+            return Ok(problem.with_derivatives(self.derivatives));
+        }
         let mut problem = Self { scene, ..self.clone() };
         problem.check_sizes().map_err(|error| error.in_file(self.scene.path.as_deref()))?;
         problem.find_start()?;
@@ -447,6 +459,10 @@ fn choose(
             }
         }
     };
+    if scene.supports.angle != 0.0 {
+        let found = format!("{} in a spatial scene ({why})", scene.supports.angle);
+        return Err(Error::invalid("supports.angle", found, "planar scenes only"));
+    }
     if scene.material.shear_modulus.is_none() && scene.material.poisson_ratio.is_none() {
         let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));

@@ -335,6 +335,10 @@ impl Scene {
         self.loads.check()?;
         self.initial.check()?;
         self.camera.check()?;
+        if self.supports.angle != 0.0 && self.initial.shape.is_some() {
+            let allowed = "no such key beside initial.shape, which says where the rod is";
+            return Err(Error::invalid("supports.angle", self.supports.angle, allowed));
+        }
         self.supports.check()?;
         if let Some(time) = &self.time {
             positive("time.end", time.end)?;

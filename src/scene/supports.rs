@@ -18,12 +18,20 @@ pub struct Supports {
     /// Where the wall of a clamped end stands.
     #[serde(default)]
     pub clamp: Clamp,
+    /// By how much the rod as a whole is turned about its first node, about the normal of its plane,
+    /// against the weight, rad; planar scenes only.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub angle: f64,
     /// The direction in which a roller rolls; by default along the rod at that end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roller: Option<[f64; 3]>,
     /// How the ends are moved.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<Motion>,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn clamped() -> Support {
@@ -36,6 +44,7 @@ impl Default for Supports {
             start: Support::Clamped,
             end: Support::Free,
             clamp: Clamp::default(),
+            angle: 0.0,
             roller: None,
             motion: Vec::new(),
         }
@@ -205,6 +214,9 @@ impl Supports {
         if (self.start, self.end) == (Support::Roller, Support::Roller) {
             let allowed = "one roller: a rod on two slides away";
             return Err(Error::invalid("supports.end", "a second roller", allowed));
+        }
+        if !self.angle.is_finite() {
+            return Err(Error::invalid("supports.angle", self.angle, "a finite number"));
         }
         if let Some(roller) = &self.roller {
             direction("supports.roller", roller)?;
