@@ -70,6 +70,12 @@ pub enum Error {
         /// Growth since the start over the largest kinetic energy.
         part: f64,
     },
+    /// An explicit scheme has left its region of stability.
+    #[error("the motion has become unstable at t = {time} s; take a smaller time.step")]
+    Unstable {
+        /// End of the step that failed, s.
+        time: f64,
+    },
     /// The tangent of a step has no inverse.
     #[error(
         "the tangent is singular at t = {time} s, degree of freedom {row}; a smaller time.step may help"
@@ -144,6 +150,7 @@ impl Error {
             self,
             Self::Newton { .. }
                 | Self::EnergyGrowth { .. }
+                | Self::Unstable { .. }
                 | Self::SingularTangent { .. }
                 | Self::Equilibrium { .. }
                 | Self::Fit(_)

@@ -4,6 +4,7 @@
 //! until Newton's method fails, or finds a root of the step's equations that is not the motion.
 //! Dead loads do no net work, so a rod's total energy can only fall: growth is always an error.
 
+use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::rod::Rod;
 use crate::scene::{Scene, Scheme};
@@ -18,6 +19,8 @@ const IN_ALL: f64 = 0.1;
 /// All energies are summed after so many steps at the latest. Before, only where the kinetic
 /// energy rises by more than a step may add: a wrong root shows as motion first.
 const INTERVAL: usize = 16;
+/// The same for the small steps of explicit schemes.
+const EXPLICIT_INTERVAL: usize = 64;
 /// Changes of this part of the energies are taken for rounding errors.
 const ROUNDING: f64 = 1e-6;
 /// Above this beta the scheme dissipates, and needs no watching.
@@ -27,6 +30,7 @@ const DISSIPATES: f64 = 0.505;
 #[derive(Clone, Debug)]
 pub(crate) struct Guard {
     watches: bool,
+    interval: usize,
     start: f64,
     /// Total energy when all energies were last summed, J.
     last: f64,
@@ -45,16 +49,19 @@ impl Guard {
         scene: &Scene,
         simulation: &Simulation<f64, R, W>,
     ) -> Self {
-        let watches = scene
-            .time
-            .as_ref()
-            .is_some_and(|time| time.scheme == Scheme::NewmarkBeta && time.beta < DISSIPATES);
+        let watches = scene.time.as_ref().is_some_and(|time| match time.scheme {
+            Scheme::NewmarkBeta => time.beta < DISSIPATES,
+            Scheme::AverageVectorField => false,
+            Scheme::Verlet | Scheme::Pefrl | Scheme::Rodas4 => true,
+        });
+        let explicit = stability_limit(scene.scheme()).is_some();
         let (start, kinetic) = match watches {
             true => (simulation.energies().total(), simulation.energies().kinetic),
             false => (0.0, 0.0),
         };
         Self {
             watches,
+            interval: if explicit { EXPLICIT_INTERVAL } else { INTERVAL },
             start,
             last: start,
             now: None,
@@ -77,7 +84,8 @@ impl Guard {
         }
         self.kinetic_now = simulation.kinetic_energy();
         let kinetic = self.kinetic.max(self.kinetic_now);
-        if self.kinetic_now - self.kinetic_last <= PER_STEP * kinetic && self.unseen < INTERVAL {
+        if self.kinetic_now - self.kinetic_last <= PER_STEP * kinetic && self.unseen < self.interval
+        {
             return Ok(());
         }
         let e = simulation.energies();

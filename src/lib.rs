@@ -66,6 +66,7 @@
 
 pub mod banded;
 pub mod check;
+pub mod direct;
 pub mod energy;
 pub mod equilibrium;
 mod error;
@@ -86,6 +87,7 @@ pub mod scene;
 pub mod scheme;
 pub mod sensitivity;
 pub mod simulation;
+mod stability;
 pub mod state;
 pub mod study;
 mod table;

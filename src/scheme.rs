@@ -95,7 +95,8 @@ impl<D: Scalar> Formulas<D> {
                     stages: &AT_END,
                 }
             }
-            Scheme::AverageVectorField => Self {
+            // Those that need no iteration have no such formulas, and never ask.
+            Scheme::AverageVectorField | Scheme::Verlet | Scheme::Pefrl | Scheme::Rodas4 => Self {
                 h,
                 end: D::from(0.5 * h * h),
                 start: D::from(0.0),

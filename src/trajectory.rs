@@ -129,6 +129,7 @@ impl Trajectory {
         after: &mut dyn FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
         let (time, model) = (problem.time()?, posed.model);
+        posed.check_step()?;
         let mut simulation = posed.simulation();
         let mut sensitivities: Vec<Sensitivity<_, W>> =
             self.parameters.iter().map(|p| posed.sensitivity(*p)).collect();
@@ -163,7 +164,7 @@ impl Trajectory {
         let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
         self.motion.extend(self.tracked.iter().map(motion));
         for (track, s) in self.derivatives.iter_mut().zip(sensitivities) {
-            let rates = |i: &usize| [model.rate(&s.q, *i), model.rate(&s.v, *i)];
+            let rates = |i: &usize| [model.rate(s.q(), *i), model.rate(s.v(), *i)];
             track.extend(self.tracked.iter().map(rates));
         }
     }

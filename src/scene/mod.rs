@@ -306,6 +306,19 @@ pub enum Scheme {
     NewmarkBeta,
     /// Keeps energy exactly, at about 2.6 times the cost.
     AverageVectorField,
+    /// Explicit, second order, symplectic; for steps below a limit of stability.
+    Verlet,
+    /// Explicit, fourth order, symplectic; likewise.
+    Pefrl,
+    /// Linearly implicit, fourth order, damps what the step does not resolve.
+    Rodas4,
+}
+
+impl Scheme {
+    /// Whether it can step a rod with Kelvin-Voigt damping.
+    pub fn takes_stiffness_damping(self) -> bool {
+        matches!(self, Self::NewmarkBeta | Self::AverageVectorField)
+    }
 }
 
 impl Material {
@@ -461,6 +474,11 @@ impl Scene {
             positive("time.step", time.step)?;
             if !(0.5..=1.0).contains(&time.beta) {
                 return Err(Error::invalid("time.beta", time.beta, "in [0.5, 1]"));
+            }
+            let eta = self.loads.damping.stiffness;
+            if eta > 0.0 && !time.scheme.takes_stiffness_damping() {
+                let allowed = "0 with this time.scheme; others: newmark-beta, average-vector-field";
+                return Err(Error::invalid("loads.damping.stiffness", eta, allowed));
             }
             if time.end / time.step > MOST_STEPS {
                 let found =
