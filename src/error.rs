@@ -61,13 +61,14 @@ pub enum Error {
     },
     /// The scheme gains energy that the motion cannot have.
     #[error(
-        "at t = {time} s the total energy has grown by {:.1} % of the largest kinetic energy, which no motion does: \
+        "at t = {time} s the total energy has changed by {:.1e} % of the largest kinetic energy, which no motion does: \
          take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"", 100.0 * part
     )]
     EnergyGrowth {
         /// End of the step that was refused, s.
         time: f64,
-        /// Growth since the start over the largest kinetic energy.
+        /// The change in the step or since the start, whichever is larger, over the largest kinetic
+        /// energy.
         part: f64,
     },
     /// An explicit scheme has left its region of stability.
