@@ -12,7 +12,8 @@
 //! ```
 //!
 //! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme
-//! ([`scheme`]; or one that keeps energy exactly) steps through time with Newton's method on an exact banded tangent. Given where a
+//! steps through time with Newton's method on an exact banded tangent; [`scheme`] has four more
+//! schemes and says when to take which. Given where a
 //! point of the rod was seen, [`Fit`] finds the parameters that explain it:
 //!
 //! ```text

@@ -163,7 +163,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
     }
-    /// The formulas of the last step with the scheme's parameter as given.
+    /// The formulas of the last step with the scheme's parameter as given; of a scheme that iterates.
     pub fn formulas<E: Scalar>(&self, beta: E) -> Formulas<E> {
         Formulas::new(self.scheme, beta, self.state.time - self.previous.time)
     }
@@ -187,7 +187,8 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     pub fn derivatives(&self) -> Derivatives {
         self.derivatives
     }
-    /// Elastic gradient less loads at the last step's solution, in its frames, N.
+    /// Elastic gradient less loads at the last step's solution, in its frames, N; as tangent and
+    /// factors, of a scheme that iterates.
     pub fn gradient(&self) -> &[D] {
         &self.gradient
     }
@@ -204,10 +205,12 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// Gives the rod a velocity, m/s; entries outside the free unknowns are ignored.
     pub fn set_velocity(&mut self, v: &[D]) {
         for i in self.free.clone() {
-            self.state.v[i] = v[i];
+            // The forces that direct schemes keep are without damping.
             if self.direct.is_none() {
-                self.state.unbalanced[i] += self.damping.mass * self.rod.mass()[i] * v[i];
+                let change = v[i] - self.state.v[i];
+                self.state.unbalanced[i] += self.damping.mass * self.rod.mass()[i] * change;
             }
+            self.state.v[i] = v[i];
         }
     }
 
@@ -235,23 +238,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
 
     /// Advances to `time`, s. On an error the state is what it was before the step.
     pub fn step_to(&mut self, time: f64) -> Result<(), Error> {
-        if self.direct.is_some() {
-            return self.direct_step_to(time);
-        }
-        std::mem::swap(&mut self.state, &mut self.previous);
-        let scheme = Formulas::new(self.scheme, self.beta, time - self.previous.time);
-        self.predict(&scheme, time);
-        if let Err(error) = self.solve(&scheme) {
-            self.state.restore(&self.previous);
-            return Err(error);
-        }
-        self.finish(&scheme);
-        self.work.steps += 1;
-        Ok(())
-    }
-
-    fn direct_step_to(&mut self, time: f64) -> Result<(), Error> {
-        let Some(direct) = &mut self.direct else { return Ok(()) };
+        let Some(direct) = &mut self.direct else { return self.iterate_to(time) };
         self.previous.restore(&self.state);
         let step = Step {
             rod: &self.rod,
@@ -272,6 +259,19 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         };
         self.state.restore(&self.previous);
         Err(error)
+    }
+
+    fn iterate_to(&mut self, time: f64) -> Result<(), Error> {
+        std::mem::swap(&mut self.state, &mut self.previous);
+        let scheme = Formulas::new(self.scheme, self.beta, time - self.previous.time);
+        self.predict(&scheme, time);
+        if let Err(error) = self.solve(&scheme) {
+            self.state.restore(&self.previous);
+            return Err(error);
+        }
+        self.finish(&scheme);
+        self.work.steps += 1;
+        Ok(())
     }
 
     /// Takes back the last step.

@@ -34,7 +34,9 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             return Ok(());
         }
         let allowed = format!(
-            "up to {largest:.3e} s on this mesh with an explicit scheme; or another scheme"
+            "up to {largest:.3e} s with {} on this mesh; schemes without such a limit: \
+             newmark-beta, average-vector-field, rodas4",
+            time.scheme.name()
         );
         Err(Error::invalid("time.step", time.step, allowed).in_file(self.scene().path.as_deref()))
     }

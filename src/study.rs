@@ -259,10 +259,7 @@ impl Study {
 pub fn name(row: &Row) -> String {
     match row.scheme {
         Scheme::NewmarkBeta => format!("newmark-beta {}", row.beta),
-        Scheme::AverageVectorField => "average-vector-field".into(),
-        Scheme::Verlet => "verlet".into(),
-        Scheme::Pefrl => "pefrl".into(),
-        Scheme::Rodas4 => "rodas4".into(),
+        scheme => scheme.name().into(),
     }
 }
 

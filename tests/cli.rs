@@ -366,6 +366,16 @@ fn bad_scenes_are_refused() {
             &["time.beta", "newmark-beta only"],
         ),
         (
+            change("beta = 0.5", "scheme = \"verlet\""),
+            &["time.step", "found 0.002", "up to 9.", "e-5 s with verlet", "rodas4"],
+        ),
+        (
+            change("beta = 0.5", "scheme = \"rodas4\"")
+                .replace("[time]", "[loads.damping]\nstiffness = 1e-3\n[time]"),
+            &["loads.damping.stiffness", "found 0.001", "0 with rodas4", "newmark-beta"],
+        ),
+        (change("beta = 0.5", "scheme = \"euler\""), &["euler", "rodas4", "verlet", "pefrl"]),
+        (
             change("segments = 20", "segments = 20\nnatural_curvature = inf"),
             &["rod.natural_curvature", "inf"],
         ),

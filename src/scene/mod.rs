@@ -315,6 +315,17 @@ pub enum Scheme {
 }
 
 impl Scheme {
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NewmarkBeta => "newmark-beta",
+            Self::AverageVectorField => "average-vector-field",
+            Self::Verlet => "verlet",
+            Self::Pefrl => "pefrl",
+            Self::Rodas4 => "rodas4",
+        }
+    }
+
     /// Whether it can step a rod with Kelvin-Voigt damping.
     pub fn takes_stiffness_damping(self) -> bool {
         matches!(self, Self::NewmarkBeta | Self::AverageVectorField)
@@ -477,7 +488,10 @@ impl Scene {
             }
             let eta = self.loads.damping.stiffness;
             if eta > 0.0 && !time.scheme.takes_stiffness_damping() {
-                let allowed = "0 with this time.scheme; others: newmark-beta, average-vector-field";
+                let allowed = format!(
+                    "0 with {}; the schemes newmark-beta and average-vector-field take it",
+                    time.scheme.name()
+                );
                 return Err(Error::invalid("loads.damping.stiffness", eta, allowed));
             }
             if time.end / time.step > MOST_STEPS {
