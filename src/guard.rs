@@ -19,7 +19,7 @@ pub(crate) const HALVINGS: u32 = 6;
 /// energy rises by more than a step may add: a wrong root shows as motion first.
 const INTERVAL: usize = 16;
 /// The same for the small steps of explicit schemes.
-const EXPLICIT_INTERVAL: usize = 64;
+const EXPLICIT_INTERVAL: usize = 32;
 /// Above this beta the scheme dissipates, and needs no watching.
 const DISSIPATES: f64 = 0.505;
 
