@@ -11,6 +11,7 @@ use faer::{Conj, Mat, Par, Side};
 use rodfit::banded::{BandMatrix, Ldlt};
 use rodfit::model::Model;
 use rodfit::rod::Rod;
+use rodfit::scene::Scheme;
 use rodfit::{AnyProblem, Derivatives, Parameter, Posed, Problem, Scene, Trajectory};
 use std::hint::black_box;
 use std::time::Duration;
@@ -164,15 +165,24 @@ fn runs(c: &mut Criterion) {
 }
 
 fn scaling(_: &mut Criterion) {
+    for scheme in [Scheme::NewmarkBeta, Scheme::Rodas4, Scheme::Verlet, Scheme::Pefrl] {
+        scaling_of(scheme);
+    }
+}
+
+fn scaling_of(scheme: Scheme) {
     for name in SCENES {
         let mut points = Vec::new();
         for segments in [10, 100, 1000, 10_000, 100_000] {
             // A coarse polygon of the helix is another rod: the same turn per edge at every size.
             let steps = (200_000 / segments).clamp(20, 2000);
-            let problem = match name {
+            let mut problem = match name {
                 "helix" => long_helix(segments, steps),
                 _ => scene(name, segments, steps),
             };
+            if scheme != Scheme::NewmarkBeta {
+                problem = with_scheme(&problem, scheme, steps);
+            }
             let mut runs: Vec<(f64, f64)> = (0..7)
                 .map(|_| {
                     let mut trajectory = Trajectory::new(&problem, &[], &[]).expect("a record");
@@ -184,7 +194,7 @@ fn scaling(_: &mut Criterion) {
             runs.sort_by(|a, b| a.0.total_cmp(&b.0));
             let (time, iterations) = runs[3];
             println!(
-                "{name}, {segments:7} segments: {:10.2} us a step, {iterations:.2} iterations",
+                "{name}, {scheme:?}, {segments:7} segments: {:10.2} us a step, {iterations:.2} iterations",
                 1e6 * time
             );
             points.push(((segments as f64).ln(), time.ln()));
@@ -194,8 +204,25 @@ fn scaling(_: &mut Criterion) {
         let [x, y] = [0, 1].map(|c| points.iter().map(|p| [p.0, p.1][c]).sum::<f64>() / n);
         let slope = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum::<f64>()
             / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>();
-        println!("{name}: time per step goes with segments^{slope:.3}");
+        println!("{name}, {scheme:?}: time per step goes with segments^{slope:.3}");
     }
+}
+
+/// The problem with another scheme; explicit ones at nine tenths of their largest step.
+fn with_scheme(problem: &Problem, scheme: Scheme, steps: usize) -> Problem {
+    let mut scene = problem.scene().clone();
+    if let Some(time) = &mut scene.time {
+        time.scheme = scheme;
+    }
+    let largest = match scene.problem().expect("a valid scene").posed() {
+        AnyProblem::Planar(posed) => posed.largest_step(),
+        AnyProblem::Spatial(posed) => posed.largest_step(),
+    };
+    if let (Some(time), Some(largest)) = (&mut scene.time, largest) {
+        time.step = 0.9 * largest;
+        time.end = steps as f64 * time.step;
+    }
+    scene.problem().expect("a valid scene")
 }
 
 /// A helix whose length grows with its segments, weightless but for a pull at its tip.

@@ -61,14 +61,21 @@ pub enum Error {
     },
     /// The scheme gains energy that the motion cannot have.
     #[error(
-        "at t = {time} s the total energy has grown by {:.1} % of the largest kinetic energy, which no motion does: \
+        "at t = {time} s the total energy has changed by {:.1e} % of the largest kinetic energy, which no motion does: \
          take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"", 100.0 * part
     )]
     EnergyGrowth {
         /// End of the step that was refused, s.
         time: f64,
-        /// Growth, since the start or since it was looked at last, over the largest kinetic energy.
+        /// The change in the step or since the start, whichever is larger, over the largest kinetic
+        /// energy.
         part: f64,
+    },
+    /// An explicit scheme has left its region of stability.
+    #[error("the motion has become unstable at t = {time} s; take a smaller time.step")]
+    Unstable {
+        /// End of the step that failed, s.
+        time: f64,
     },
     /// A step came out beyond a fold.
     #[error(
@@ -156,6 +163,7 @@ impl Error {
             Self::Newton { .. }
                 | Self::EnergyGrowth { .. }
                 | Self::Fold { .. }
+                | Self::Unstable { .. }
                 | Self::SingularTangent { .. }
                 | Self::Equilibrium { .. }
                 | Self::Fit(_)

@@ -87,13 +87,19 @@ impl<D: Scalar> EdgeFrame<D> {
         dot(other.tangent, cross(d, other.director)).atan2(dot(d, other.director))
     }
 
+    /// The directors after a turn by `angle`, rad.
+    #[inline]
+    pub fn turned(&self, angle: D) -> [Vector<D>; 2] {
+        let (d1, d2) = (self.director, cross(self.tangent, self.director));
+        let (sin, cos) = (angle.sin(), angle.cos());
+        [combine(cos, d1, sin, d2), combine(-sin, d1, cos, d2)]
+    }
+
     /// The directors after transport to `tangent` and a turn by `angle`, rad.
     #[inline]
     pub fn material(&self, tangent: Vector<D>, angle: D) -> [Vector<D>; 2] {
-        let d1 = transport(self.tangent, tangent, self.director);
-        let d2 = cross(tangent, d1);
-        let (sin, cos) = (angle.sin(), angle.cos());
-        [combine(cos, d1, sin, d2), combine(-sin, d1, cos, d2)]
+        let director = transport(self.tangent, tangent, self.director);
+        Self { tangent, director }.turned(angle)
     }
 }
 
@@ -114,18 +120,44 @@ impl<D: Scalar> Frames<D> {
     /// The twist is read from the new directors, so that rounding errors do not add up over many
     /// moves; the transported twist only tells which turn it is.
     pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
-        let mut before: Option<(Vector<D>, EdgeFrame<D>)> = None;
-        for (j, edge) in self.edges.iter_mut().enumerate() {
-            let (old, new) = (edge.tangent, tangent(j));
-            *edge = edge.transported(new);
-            if let Some((old_left, left)) = before {
-                let turned = transported_twist([old_left, old], [left.tangent, new]);
-                let expected = self.twist[j - 1].value() - turned.value();
-                let angle = left.angle_to(edge);
-                let turns = ((expected - angle.value()) / TAU).round();
-                self.twist[j - 1] = angle + turns * TAU;
-            }
-            before = Some((old, *edge));
+        let mut before = None;
+        for j in 0..self.edges.len() {
+            before = Some(self.rebase_edge(j, tangent(j), before));
         }
     }
+
+    /// Moves the reference of edge `j`, and reads the twist against the edge before it, which moved
+    /// from the tangent `before`. Returns the tangent this edge moved from.
+    #[inline]
+    pub(crate) fn rebase_edge(
+        &mut self,
+        j: usize,
+        new: Vector<D>,
+        before: Option<Vector<D>>,
+    ) -> Vector<D> {
+        let old = self.edges[j].tangent;
+        self.edges[j] = self.edges[j].transported(new);
+        if let Some(old_left) = before {
+            let (left, edge) = (&self.edges[j - 1], &self.edges[j]);
+            let turned = transport_turns([old_left, old], [left.tangent, new]);
+            let angle = left.angle_to(edge);
+            let expected = self.twist[j - 1].value() - turned;
+            let turns = ((expected - angle.value()) / TAU).round();
+            self.twist[j - 1] = angle + turns * TAU;
+        }
+        old
+    }
+}
+
+/// [`transported_twist`] as far as it takes to count turns: zero where it is surely below a half
+/// turn. That is so when both edges moved by less than 0.14 rad and are no fold: the quadrangle's
+/// area is below 2 then.
+#[inline]
+fn transport_turns<D: Scalar>(from: [Vector<D>; 2], to: [Vector<D>; 2]) -> f64 {
+    let values = |v: Vector<D>| v.map(|x| x.value());
+    let ([e0, f0], [e, f]) = (from.map(values), to.map(values));
+    if dot(e0, e) > 0.99 && dot(f0, f) > 0.99 && dot(e, f) > -0.9 {
+        return 0.0;
+    }
+    transported_twist([e0, f0], [e, f])
 }

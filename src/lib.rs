@@ -12,7 +12,8 @@
 //! ```
 //!
 //! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme
-//! ([`scheme`]; or one that keeps energy exactly) steps through time with Newton's method on an exact banded tangent. Given where a
+//! steps through time with Newton's method on an exact banded tangent; [`scheme`] has four more
+//! schemes and says when to take which. Given where a
 //! point of the rod was seen, [`Fit`] finds the parameters that explain it:
 //!
 //! ```text
@@ -66,6 +67,7 @@
 
 pub mod banded;
 pub mod check;
+pub mod direct;
 pub mod drive;
 pub mod energy;
 pub mod equilibrium;
@@ -88,6 +90,7 @@ pub mod scheme;
 mod second_order;
 pub mod sensitivity;
 pub mod simulation;
+mod stability;
 pub mod state;
 pub mod study;
 mod table;

@@ -3,7 +3,7 @@
 use crate::study::{self, Study};
 use kuva::prelude::{Layout, LinePlot, Plot, ScatterPlot, SvgBackend, render_multiple};
 
-const COLORS: [&str; 4] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7"];
+const COLORS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 
 /// A self-contained HTML page of a study: advice first, then the work-precision plot and all runs.
 pub fn study_page(study: &Study, scene: &str) -> String {
@@ -37,7 +37,7 @@ pub fn study_page(study: &Study, scene: &str) -> String {
          table{{border-collapse:collapse}}td,th{{padding:.2em .7em;text-align:right}}\
          tr:nth-child(even){{background:#f3f3f3}}</style></head><body>\n\
          <h1>Speed against error</h1><p>{scene}</p>\n<ul>\n{advice}</ul>\n\
-         <p>The reference, finer in step and mesh than any run, is good to {:.1e} of the length \
+         <p>The reference, extrapolated from meshes finer than any other, is good to {:.1e} of the length \
          or better.</p>\n{}\n<table><tr><th>scheme</th><th>step, s</th><th>segments</th>\
          <th>error/L</th><th>of the step</th><th>of the mesh</th><th>time, s</th>\
          <th>Newton iterations</th><th>energy</th><th>status</th></tr>\n{rows}</table>\n\

@@ -1,4 +1,53 @@
-//! Time stepping: the formulas of a step.
+//! Time stepping: which schemes there are, and the formulas of those that iterate.
+//!
+//! | scheme | order | a step takes | keeps | for |
+//! |---|---|---|---|---|
+//! | Newmark-beta, 0.5 | 2 | 2 to 4 Newton iterations | energy to O(h^2), not for good | a per cent, Kelvin-Voigt damping |
+//! | average vector field | 2 | the same, of four stages | energy exactly | long runs at large steps |
+//! | [rodas4](crate::direct::rosenbrock) | 4 | 1 factorisation, 6 gradients | momentum | 1e-3 to 1e-5 of the length |
+//! | [verlet](crate::direct::splitting) | 2 | 1 gradient | momenta, phase volume; it runs backwards | 1e-6 |
+//! | [pefrl](crate::direct::splitting) | 4 | 4 gradients | likewise | 1e-8 |
+//!
+//! The last two are explicit: their steps must stay below [a limit of
+//! stability](crate::Posed::largest_step), 36 us and 54 us on the paper's cantilever, that goes
+//! with the square of an edge. `rodfit study` finds the cheapest scheme, step and mesh for a scene;
+//! `cargo run --release --example work_precision` compares them on one mesh.
+//!
+//! # Tried and dropped
+//!
+//! On the same kernels and meshes (50 segments, 1 s, largest tip error over length, ms in one run)
+//! these were nowhere ahead of the schemes above by more than the noise:
+//!
+//! | scheme | cantilever: error, ms | helix: error, ms |
+//! |---|---|---|
+//! | *Newmark-beta 0.5* | 3.2e-4, 8.8; 1.1e-4, 17 | 2.1e-4, 57; 9.2e-5, 92 |
+//! | *rodas4* | 1.4e-3, 2.6; 7.0e-5, 5.1; 6.7e-6, 13 | 1.3e-4, 29; 1.2e-5, 58; 1.9e-6, 114 |
+//! | *Verlet* | 1.3e-6, 17 | 5.5e-6, 56 |
+//! | *PEFRL* | 5.4e-9, 39 | 2.4e-8, 140 |
+//! | rodas4, step controlled by its error | 9.3e-5, 5.1; 1.1e-5, 11 | 1.5e-4, 24; 2.0e-5, 47 |
+//! | Rosenbrock, L-stable, four stages (ROS4) | 2.0e-4, 8.1; 2.4e-5, 16 | 5.4e-4, 39; 7.2e-5, 78 |
+//! | Rosenbrock, four stages (GRK4T) | grows at every step tried | likewise |
+//! | Rosenbrock of order 3 (ROS3P) | 3.0e-4, 6.0; 3.1e-5, 12 | 8.9e-4, 32; 8.3e-5, 63 |
+//! | Rosenbrock of order 2 (ROS2) | 4.6e-4, 4.9; 8.1e-5, 9.9 | 8.4e-4, 29; 9.4e-5, 58 |
+//! | generalised-alpha, rho 0.9 | 3.2e-4, 9.2; 1.1e-4, 18 | 2.1e-4, 49; 9.4e-5, 98 |
+//! | generalised-alpha, rho 0.4 | 4.7e-4, 9.2; 1.5e-4, 18 | 3.0e-4, 49; 1.2e-4, 99 |
+//! | TR-BDF2 | 6.3e-4, 7.9; 1.7e-4, 16 | 3.1e-4, 57; 1.3e-4, 94 |
+//! | Gauss, two stages, iterated with one real factorisation | 4.7e-5, 28; 9.2e-6, 57 | 4.2e-5, 116; 7.7e-6, 209 |
+//! | velocity form of PEFRL (VEFRL) | 5.1e-8, 32 | 1.7e-7, 109 |
+//! | Omelyan's five stages (4MN5FV) | 4.6e-9, 42 | 2.2e-8, 150 |
+//! | Blanes and Moan's six stages | 2.2e-9, 50 | 1.9e-8, 184 |
+//! | Verlet, bending at every second kick only | 3.5e-6 for 0.75 of the gradients | |
+//!
+//! Multirate kicks gain nothing on these meshes because bending is half as stiff as stretching
+//! there, and resonate from the third step on; on finer ones bending is the stiffer of the two.
+//! A factor of two between schemes of fourth order is one halving of the step, 16 in the error:
+//! PEFRL, ROS4 at the same error and those of more stages lie on one line or behind it.
+//!
+//! The sudden release excites vibrations that no large step resolves: here every implicit scheme
+//! falls short of its order, which it has on smooth motion
+//! (`cargo test --release --test direct --test energy -- --nocapture orders`). In space an implicit
+//! step measures the angles from the frames at its start, which adds an error of first order as
+//! small as the edges' rotational inertia: below 1e-9 m on the helix at 1 ms.
 //!
 //! # Newmark-beta
 //!
@@ -35,8 +84,9 @@
 //!
 //! keeps the energy exactly (Quispel and McLaren 2008): its work over the step is the difference
 //! of the potentials. The integral is Gauss's with four points, which is exact to rounding for the
-//! rotations of reasonable steps. Damping acts on the mean velocity `(q1 - q0)/h`; Kelvin-Voigt
-//! stress at the part `s` of the way on the mean rate so far, `(s(q_s) - s0)/(s h)`.
+//! rotations of reasonable steps (where it is not, the step is taken in halves). Damping acts on
+//! the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress at the part `s` of the way on the mean rate
+//! so far, `(s(q_s) - s0)/(s h)`.
 
 use crate::scalar::Scalar;
 use crate::scene::Scheme;
@@ -95,7 +145,8 @@ impl<D: Scalar> Formulas<D> {
                     stages: &AT_END,
                 }
             }
-            Scheme::AverageVectorField => Self {
+            // Those that need no iteration have no such formulas, and never ask.
+            Scheme::AverageVectorField | Scheme::Verlet | Scheme::Pefrl | Scheme::Rodas4 => Self {
                 h,
                 end: D::from(0.5 * h * h),
                 start: D::from(0.0),

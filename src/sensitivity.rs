@@ -16,15 +16,54 @@ use num_dual::Dual64;
 
 /// The derivative of a simulation's state with respect to one parameter.
 #[derive(Clone, Debug)]
-pub struct Sensitivity<S: Rod<Dual64, W>, const W: usize> {
+pub enum Sensitivity<S: Rod<Dual64, W>, const W: usize> {
+    /// Of schemes that iterate: by the implicit function theorem.
+    Implicit(Box<ImplicitSensitivity<S, W>>),
+    /// Of schemes that do not: the same step in dual numbers.
+    Direct {
+        /// What goes along.
+        simulation: Box<Simulation<Dual64, S, W>>,
+        /// dq/dp.
+        q: Vec<f64>,
+        /// dv/dp.
+        v: Vec<f64>,
+    },
+}
+
+impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
+    /// Of a scheme that needs no iteration, from its simulation in dual numbers.
+    pub fn direct(simulation: Simulation<Dual64, S, W>) -> Self {
+        let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect();
+        let (q, v) = (rates(&simulation.state().q), rates(&simulation.state().v));
+        Self::Direct { simulation: Box::new(simulation), q, v }
+    }
+
+    /// dq/dp.
+    pub fn q(&self) -> &[f64] {
+        match self {
+            Self::Implicit(sensitivity) => &sensitivity.q,
+            Self::Direct { q, .. } => q,
+        }
+    }
+
+    /// dv/dp.
+    pub fn v(&self) -> &[f64] {
+        match self {
+            Self::Implicit(sensitivity) => &sensitivity.v,
+            Self::Direct { v, .. } => v,
+        }
+    }
+}
+
+/// The derivative of an implicit step's solution.
+#[derive(Clone, Debug)]
+pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     rod: S,
     viscous: Option<S>,
     damping: Damping<Dual64>,
     beta: Dual64,
-    /// dq/dp.
-    pub q: Vec<f64>,
-    /// dv/dp.
-    pub v: Vec<f64>,
+    q: Vec<f64>,
+    v: Vec<f64>,
     /// The frames with their derivatives.
     frames: S::Frames,
     unbalanced: Vec<f64>,
@@ -39,7 +78,7 @@ pub struct Sensitivity<S: Rod<Dual64, W>, const W: usize> {
     lifted_strain: Vec<Dual64>,
 }
 
-impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
+impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     /// At the start of `simulation`. Everything carries the parameter's derivative, the unknowns
     /// `q` and their frames too.
     pub fn new<R: Rod<f64, W, Seeded = S>>(
@@ -219,30 +258,39 @@ where
     S: Rod<Dual64, W>,
 {
     for sensitivity in sensitivities.iter_mut() {
-        sensitivity.prepare(simulation);
+        match sensitivity {
+            Sensitivity::Implicit(sensitivity) => sensitivity.prepare(simulation),
+            Sensitivity::Direct { simulation: dual, q, v } => {
+                dual.step_to(simulation.state().time)?;
+                let state = dual.state();
+                for (to, from) in [(q, &state.q), (v, &state.v)] {
+                    to.iter_mut().zip(from).for_each(|(to, from)| *to = from.eps);
+                }
+            }
+        }
     }
-    let mut rest = sensitivities;
-    while !rest.is_empty() {
-        let (group, others) = rest.split_at_mut(match rest.len() {
-            0..4 => rest.len(),
-            _ => 4,
-        });
-        match group.len() {
-            1 => solve::<R, S, W, 1>(simulation, group, room),
-            2 => solve::<R, S, W, 2>(simulation, group, room),
-            3 => solve::<R, S, W, 3>(simulation, group, room),
-            _ => solve::<R, S, W, 4>(simulation, group, room),
+    let implicit = |sensitivity| match sensitivity {
+        &mut Sensitivity::Implicit(ref mut sensitivity) => Some(&mut **sensitivity),
+        Sensitivity::Direct { .. } => None,
+    };
+    let mut rest = sensitivities.iter_mut().filter_map(implicit);
+    loop {
+        let group: [Option<_>; 4] = std::array::from_fn(|_| rest.next());
+        match group {
+            [None, ..] => return Ok(()),
+            [Some(a), None, ..] => solve(simulation, [a], room),
+            [Some(a), Some(b), None, _] => solve(simulation, [a, b], room),
+            [Some(a), Some(b), Some(c), None] => solve(simulation, [a, b, c], room),
+            [Some(a), Some(b), Some(c), Some(d)] => solve(simulation, [a, b, c, d], room),
         }?;
-        rest = others;
     }
-    Ok(())
 }
 
 /// Solves for `G` sensitivities at once: side by side, the solves share their memory traffic and
 /// fill each other's waiting times.
 fn solve<R, S, const W: usize, const G: usize>(
     simulation: &Simulation<f64, R, W>,
-    group: &mut [Sensitivity<S, W>],
+    group: [&mut ImplicitSensitivity<S, W>; G],
     room: &mut Vec<f64>,
 ) -> Result<(), Error>
 where
@@ -258,7 +306,7 @@ where
     }
     let factors: &Ldlt<f64, W> = simulation.factors();
     factors.solve_many(side_by_side);
-    for (g, sensitivity) in group.iter_mut().enumerate() {
+    for (g, sensitivity) in group.into_iter().enumerate() {
         for (to, from) in single[..n].iter_mut().zip(side_by_side.iter()) {
             *to = from[g];
         }

@@ -1,26 +1,41 @@
 //! Speed against error: which scheme, step and mesh a scene needs.
 //!
 //! The scene is run over schemes, meshes and steps (on every mesh until the step no longer
-//! matters) and compared with a run that is finer in both than any of them. Two more comparisons
-//! take the error apart: with the finest step on the same mesh, and with the finest mesh at the
-//! finest step. No known answer is needed; what the finest run itself is worth shows in how far it
-//! is from the nearest other. A scene that comes with its mesh (a polyline, forces on nodes by
+//! matters) and compared with the continuum: two runs that are finer than any of them, the last two
+//! meshes at the finest step, extrapolated to edges of no length. Two more comparisons take the
+//! error apart: with the finest step on the same mesh, and of that with the continuum. No known
+//! answer is needed; what the reference itself is worth shows in how far it is from the nearest
+//! other. A scene that comes with its mesh (a polyline, forces on nodes by
 //! index) is studied on that mesh alone.
 
+use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::output::SimulationReport;
 use crate::point::Point;
-use crate::problem::Problem;
-use crate::scene::{Scene, Scheme};
+use crate::problem::{AnyProblem, Problem};
+use crate::scene::{Clamp, Scene, Scheme, Support};
 use crate::trajectory::Trajectory;
 use serde::Serialize;
 
+/// What is tried; the explicit scheme of low order before that of high order.
+const SCHEMES: [Scheme; 5] = [
+    Scheme::NewmarkBeta,
+    Scheme::AverageVectorField,
+    Scheme::Rodas4,
+    Scheme::Verlet,
+    Scheme::Pefrl,
+];
 /// Steps over the scene's.
 const STEPS: [f64; 6] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125];
 /// Meshes over the scene's.
 const MESHES: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
-/// The reference's step and mesh over the scene's.
-const FINEST: (f64, f64) = (0.0625, 8.0);
+/// Steps of explicit schemes over the largest stable one.
+const EXPLICIT_STEPS: [f64; 3] = [0.95, 0.5, 0.25];
+/// The reference's mesh over the scene's.
+const FINEST_MESH: f64 = 8.0;
+/// The reference's step over the scene's, with the scheme of high order; and with the other, where
+/// that one cannot take the damping.
+const FINEST_STEP: [(Scheme, f64); 2] = [(Scheme::Rodas4, 0.125), (Scheme::NewmarkBeta, 0.0625)];
 /// A mesh is not stepped more finely once the step makes less than this part of what it makes.
 const ENOUGH: f64 = 0.1;
 /// Times at which tips are compared.
@@ -39,7 +54,7 @@ pub struct Row {
     pub step: f64,
     /// Number of edges.
     pub segments: usize,
-    /// Largest distance of the tip from the reference's, over the rod's length; absent when the run
+    /// Largest distance of the tip from the continuum's, over the rod's length; absent when the run
     /// failed.
     pub error: Option<f64>,
     /// The part of it that the step makes: against the finest step on the same mesh.
@@ -77,6 +92,27 @@ pub struct Study {
     pub advice: Vec<Advice>,
 }
 
+/// The limit of two meshes, the second twice as fine. What walls at nodes cut off goes with the
+/// length of an edge, all else with its square.
+fn continuum(coarse: &Tips, fine: &Tips, scene: &Scene) -> Tips {
+    let supports = &scene.supports;
+    let cut = supports.clamp == Clamp::Nodes
+        && [supports.start, supports.end].contains(&Support::Clamped);
+    let beyond = if cut { 1.0 } else { 1.0 / 3.0 };
+    let limit = |(coarse, fine): (&[f64; 3], &[f64; 3])| {
+        std::array::from_fn(|c| fine[c] + beyond * (fine[c] - coarse[c]))
+    };
+    coarse.iter().zip(fine).map(limit).collect()
+}
+
+/// The largest step of a scene's scheme; none if every step is stable.
+fn largest_step(problem: &Problem) -> Option<f64> {
+    match problem.posed() {
+        AnyProblem::Planar(posed) => posed.largest_step(),
+        AnyProblem::Spatial(posed) => posed.largest_step(),
+    }
+}
+
 /// A run's tips at the common times.
 type Tips = Vec<[f64; 3]>;
 
@@ -98,11 +134,21 @@ impl Study {
                 meshes
             }
         };
-        let mut schemes = vec![(Scheme::NewmarkBeta, 0.5), (Scheme::AverageVectorField, 0.5)];
+        let damped = scene.loads.damping.stiffness > 0.0;
+        let moved = !scene.supports.motion.is_empty();
+        let takes = |scheme: Scheme| !(damped || moved) || scheme.iterates();
+
+        let mut schemes: Vec<(Scheme, f64)> =
+            SCHEMES.into_iter().filter(|s| takes(*s)).map(|s| (s, 0.5)).collect();
         if time.scheme == Scheme::NewmarkBeta && time.beta > 0.5 {
             schemes.push((Scheme::NewmarkBeta, time.beta));
         }
-        let total = meshes.len() * (STEPS.len() * schemes.len() + 1) + usize::from(!fixed);
+        let steps_of = |scheme| match stability_limit(scheme) {
+            Some(_) => &EXPLICIT_STEPS[..],
+            None => &STEPS[..],
+        };
+        let steps: usize = schemes.iter().map(|s| steps_of(s.0).len()).sum();
+        let total = meshes.len() * (steps + 1) + usize::from(!fixed);
         let mut done = 0;
         let mut tick = || {
             done += 1;
@@ -120,22 +166,31 @@ impl Study {
         };
 
         // The finest step on every mesh, and on a finer one than any.
-        let finest_step = time.step * FINEST.0;
+        let (finest_scheme, finest_step) = FINEST_STEP[usize::from(damped)];
+        let finest_step = time.step * finest_step;
         let mut fine: Vec<(usize, Tips)> = Vec::new();
-        let finest_mesh = (problem.segments() as f64 * FINEST.1).round() as usize;
+        let finest_mesh = (problem.segments() as f64 * FINEST_MESH).round() as usize;
         let extra = (!fixed).then_some(finest_mesh);
         for segments in meshes.iter().copied().chain(extra) {
-            let run = Run::new(&at(schemes[0], finest_step, segments)?)?;
+            let run = Run::new(&at((finest_scheme, 0.5), finest_step, segments)?)?;
             fine.push((segments, run.outcome?));
             tick();
         }
-        let reference = &fine[fine.len() - 1].1;
+        let reference = &match &fine[..] {
+            [.., (_, coarse), (_, fine)] => continuum(coarse, fine, scene),
+            [(_, tips), ..] => tips.clone(),
+            [] => unreachable!("a mesh at least"),
+        };
         let mut rows = Vec::new();
+        // Meshes on which the largest stable step is enough for the explicit scheme of low order.
+        let mut settled = Vec::new();
         for scheme in schemes {
             for (segments, same_mesh) in &fine[..meshes.len()] {
                 let of_mesh = apart(same_mesh, reference) / length;
-                let mut enough = false;
-                for step in STEPS.map(|f| time.step * f) {
+                let largest = largest_step(&at(scheme, time.step, *segments)?);
+                let mut enough = scheme.0 == Scheme::Pefrl && settled.contains(segments);
+                for (k, part) in steps_of(scheme.0).iter().enumerate() {
+                    let step = part * largest.unwrap_or(time.step);
                     tick();
                     if enough {
                         continue;
@@ -145,6 +200,9 @@ impl Study {
                     let part = |to: &Tips| tips.map(|tips| apart(tips, to) / length);
                     let step_error = part(same_mesh);
                     enough = step_error.is_some_and(|e| e < ENOUGH * of_mesh);
+                    if enough && k == 0 && scheme.0 == Scheme::Verlet {
+                        settled.push(*segments);
+                    }
                     let status = match &run.outcome {
                         Ok(_) => "completed".into(),
                         Err(error) => format!("stopped: {error}"),
@@ -203,7 +261,7 @@ impl Study {
 pub fn name(row: &Row) -> String {
     match row.scheme {
         Scheme::NewmarkBeta => format!("newmark-beta {}", row.beta),
-        Scheme::AverageVectorField => "average-vector-field".into(),
+        scheme => scheme.name().into(),
     }
 }
 

@@ -137,6 +137,7 @@ impl Trajectory {
         after: &mut dyn FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
         let (time, model) = (problem.time()?, posed.model);
+        posed.check_step()?;
         let mut simulation = posed.simulation();
         let mut sensitivities: Vec<Sensitivity<_, W>> =
             self.parameters.iter().map(|p| posed.sensitivity(*p)).collect();
@@ -179,7 +180,7 @@ impl Trajectory {
         let parameters = self.parameters.iter().zip(sensitivities);
         for (track, (parameter, s)) in self.derivatives.iter_mut().zip(parameters) {
             let rates = |i: &usize| {
-                let [x, v] = [model.rate(&s.q, *i), model.rate(&s.v, *i)];
+                let [x, v] = [model.rate(s.q(), *i), model.rate(s.v(), *i)];
                 match parameter {
                     Parameter::ClampAngle => {
                         // The rod turns as a whole besides.

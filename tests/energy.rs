@@ -36,8 +36,10 @@ fn beta_half_keeps_the_energy() {
 #[test]
 fn the_average_vector_field_keeps_the_energy_for_good() {
     let mut halved = false;
-    for (clamp, step) in [(Clamp::MidEdge, 1e-2), (Clamp::Nodes, 1e-2), (Clamp::MidEdge, 5e-3)] {
-        let mut scene = cantilever_with(0.5, step, 20.0, clamp);
+    for (clamp, step, end) in
+        [(Clamp::MidEdge, 1e-2, 100.0), (Clamp::Nodes, 1e-2, 20.0), (Clamp::MidEdge, 5e-3, 20.0)]
+    {
+        let mut scene = cantilever_with(0.5, step, end, clamp);
         let newmark = scene.problem().unwrap().simulate();
         scene.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
         let problem = scene.problem().unwrap();
@@ -47,17 +49,52 @@ fn the_average_vector_field_keeps_the_energy_for_good() {
         run.run(&problem, steps, |now| report.push(&problem, now)).unwrap();
         let (drift, taken) = (report.energy_drift(), run.work().steps);
         println!(
-            "{clamp:?}, {step} s: {drift:.1e} of the largest kinetic energy in 20 s, {taken} steps"
+            "{clamp:?}, {step} s: {drift:.1e} of the largest kinetic energy in {end} s, {taken} steps for {steps}"
         );
         assert!(drift < 1e-9, "{clamp:?}: {drift:e}");
-        // Steps that Newton's method cannot solve are taken in halves; they are few.
-        assert!(taken < steps + steps / 50, "{taken}");
+        // Steps that Newton's method cannot solve, or whose rotations are too large for the
+        // quadrature, are taken in halves; they are few.
+        assert!(taken < steps + steps / 8, "{taken}");
         halved |= taken > steps;
         // Newmark-beta says what went wrong, and when.
         let error = newmark.map(|_| ()).expect_err("energy grows at these steps");
         assert!(matches!(error, rodfit::Error::EnergyGrowth { .. }), "{error}");
     }
     assert!(halved, "one of these runs has such a step");
+}
+
+/// `cargo test --release --test energy -- --ignored --nocapture`; a slice of it runs above and in
+/// `direct`.
+#[test]
+#[ignore = "a minute"]
+fn a_million_steps_without_drift() {
+    for (scheme, step, most) in [
+        (Scheme::AverageVectorField, 1e-3, 1e-10),
+        (Scheme::Pefrl, 5e-5, 1e-11),
+        (Scheme::Verlet, 3.3e-5, 1e-7),
+    ] {
+        let mut scene = cantilever();
+        scene.time = Some(Time { scheme, ..Time::new(1e6 * step, step) });
+        let problem = scene.problem().unwrap();
+        let mut run = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
+        let (mut start, mut kinetic) = (None, 0.0_f64);
+        // The largest change in each fifth of the run.
+        let (mut changes, mut k) = ([0.0_f64; 5], 0);
+        run.run(&problem, 1_000_000, |now| {
+            if k % 10 == 0 {
+                let e = now.energies();
+                kinetic = kinetic.max(e.kinetic);
+                let change = e.total() - *start.get_or_insert(e.total());
+                let part = &mut changes[(k / 200_000).min(4)];
+                *part = part.max(change.abs());
+            }
+            k += 1;
+        })
+        .unwrap();
+        let parts = changes.map(|change| change / kinetic);
+        println!("{scheme:?}, {step} s: largest change of the energy in each fifth {parts:?}");
+        assert!(parts.iter().all(|part| *part < most), "{scheme:?}: {parts:?}");
+    }
 }
 
 /// A free flying, bending rod keeps its momentum: no support, no load.

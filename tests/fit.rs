@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::{FitReport, Sample};
-use rodfit::scene::{Clamp, PointForce, Scene, Section, Time};
+use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
 mod common;
@@ -106,6 +106,33 @@ fn exact_dampings_with_the_modulus() {
     for (parameter, truth) in [(YoungsModulus, 1e8), (DampingMass, 0.8), (DampingStiffness, 2e-3)] {
         assert!((value(&report, parameter) / truth - 1.0).abs() < 1e-6, "{report}");
     }
+}
+
+/// Every scheme identifies the modulus behind its own motion, from no start; and the motion of a
+/// good scheme has the same modulus for another.
+#[test]
+fn exact_modulus_with_every_scheme() {
+    let mut scene = small(0.5);
+    let time = |scheme, step| Some(Time { scheme, ..Time::new(0.5, step) });
+    let mut records = Vec::new();
+    for (scheme, step) in [
+        (Scheme::AverageVectorField, 2e-3),
+        (Scheme::Rodas4, 2e-3),
+        (Scheme::Verlet, 6e-5),
+        (Scheme::Pefrl, 1e-4),
+    ] {
+        scene.time = time(scheme, step);
+        scene.material.youngs_modulus = 1e8;
+        let data = observe(&scene, 50);
+        scene.material.youngs_modulus = 1.0;
+        let report = fit(&scene, &data, &[YoungsModulus.into()]);
+        let error = (value(&report, YoungsModulus) / 1e8 - 1.0).abs();
+        println!("{scheme:?}: off by {error:.1e} after {:.1} simulations", report.simulations);
+        assert!(report.is_success() && error < 1e-8, "{scheme:?}: {report}");
+        records.push(data);
+    }
+    let report = fit(&scene, &records[1], &[YoungsModulus.into()]);
+    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-4, "{report}");
 }
 
 /// A known force separates what gravity cannot.

@@ -10,8 +10,12 @@ use std::f64::consts::PI;
 mod common;
 use common::cantilever;
 
-const SCHEMES: [(Scheme, f64); 3] =
-    [(Scheme::NewmarkBeta, 0.5), (Scheme::NewmarkBeta, 1.0), (Scheme::AverageVectorField, 0.5)];
+const SCHEMES: [(Scheme, f64); 4] = [
+    (Scheme::NewmarkBeta, 0.5),
+    (Scheme::NewmarkBeta, 1.0),
+    (Scheme::AverageVectorField, 0.5),
+    (Scheme::Rodas4, 0.5),
+];
 
 fn timed(end: f64, step: f64, (scheme, beta): (Scheme, f64)) -> Option<Time> {
     Some(Time { scheme, beta, ..Time::new(end, step) })

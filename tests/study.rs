@@ -28,12 +28,28 @@ fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
     // Refined in both, the error falls; and the parts add up to no less than the whole.
     assert!(error(48, 1e-3) < 0.3 * error(12, 4e-3));
     for row in &study.rows {
-        let (whole, step) = (row.error.unwrap(), row.step_error.unwrap());
+        // Large steps of some schemes may fail, and say so.
+        let (Some(whole), Some(step)) = (row.error, row.step_error) else {
+            assert!(row.status.starts_with("stopped: ") && row.step > 4e-3, "{row:?}");
+            continue;
+        };
         assert!(whole <= 1.0001 * (step + row.mesh_error), "{row:?}");
         assert_eq!(row.status, "completed");
     }
+    // All schemes take part, and one of high order beats those of second order in the step.
+    for scheme in [Scheme::AverageVectorField, Scheme::Rodas4, Scheme::Verlet] {
+        assert!(study.rows.iter().any(|row| row.scheme == scheme), "{scheme:?}");
+    }
+    let of = |scheme: Scheme| {
+        let rows = study.rows.iter().filter(move |row| row.scheme == scheme && row.segments == 12);
+        rows.filter_map(|row| Some((row.step, row.step_error?)))
+            .find(|(step, _)| (step - 1e-3).abs() < 1e-12)
+    };
+    if let (Some((_, high)), Some((_, low))) = (of(Scheme::Rodas4), of(Scheme::NewmarkBeta)) {
+        assert!(high < 0.1 * low, "{high:e} {low:e}");
+    }
     for advice in &study.advice {
-        let good = study.rows.iter().filter(|r| r.error.unwrap() <= advice.error);
+        let good = study.rows.iter().filter(|r| r.error.is_some_and(|e| e <= advice.error));
         let cheapest = good.map(|r| r.wall_seconds).fold(f64::INFINITY, f64::min);
         match advice.row {
             Some(i) => assert_eq!(study.rows[i].wall_seconds, cheapest),

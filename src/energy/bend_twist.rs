@@ -47,12 +47,13 @@
 //! (`cargo test --release --test helix -- --nocapture`).
 //! In planar motion the missing terms vanish.
 
+pub(crate) use super::joint::Edge;
 pub use super::joint::EdgeState;
-use super::joint::{Edge, Joint, Rotation, Slope};
+use super::joint::{Joint, Pull, Rotation, Slope};
 use super::{Analytic, AsEnergy, Element, Energy, Local};
-use crate::frame::{EdgeFrame, one_plus_dot, transported_twist};
+use crate::frame::{EdgeFrame, transported_twist};
 use crate::scalar::{Nestable, Scalar};
-use crate::vector::{Vector, add, cross, dot, scale, sub};
+use crate::vector::{Vector, add, dot, scale, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
 
@@ -114,6 +115,14 @@ impl<D: Scalar> JointLaw<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
+    /// Gradient between two edges whose frames are where they are, for a twist in rad: what is left
+    /// of [`gradient_between`](BendTwist::gradient_between) at the reference.
+    #[inline]
+    pub(crate) fn pull(&self, e: &Edge<D>, f: &Edge<D>, twist: D) -> Pull<D> {
+        let joint = Joint::new(*e, *f, twist);
+        joint.pull(&self.stiffness.times(&sub(joint.strains, self.natural)))
+    }
+
     /// The same node with Kelvin-Voigt stress over one step: see [`crate::scheme`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
@@ -172,16 +181,9 @@ impl<D: Scalar> BendTwist<D> {
     /// The joint of two edges whose angles differ by `turn`, rad.
     #[inline]
     fn meet(&self, e: Edge<D>, f: Edge<D>, turn: D) -> Joint<D> {
-        let inverse_chi = one_plus_dot(e.tangent, f.tangent).recip();
-        let kb = scale(cross(e.tangent, f.tangent), inverse_chi * 2.0);
         let from = [self.frames[0].tangent, self.frames[1].tangent];
         let transported = transported_twist(from, [e.tangent, f.tangent]);
-        let strains = [
-            dot(kb, add(e.m[1], f.m[1])) * 0.5,
-            -(dot(kb, add(e.m[0], f.m[0])) * 0.5),
-            turn + (self.twist - transported),
-        ];
-        Joint { e, f, inverse_chi, kb, strains }
+        Joint::new(e, f, turn + (self.twist - transported))
     }
 
     /// As [`tangent`](Element::tangent), for edges known already; `turn` is how much the second's
@@ -244,20 +246,10 @@ impl<D: Scalar> BendTwist<D> {
         rotations: &[Rotation<D>; 2],
         w: &[D; 3],
     ) -> [D; EDGE_UNKNOWNS] {
-        let slopes = joint.slopes(rotations);
-        let sum = |term: &dyn Fn(&Slope<D>) -> D| {
-            w[0] * term(&slopes[0]) + w[1] * term(&slopes[1]) + w[2] * term(&slopes[2])
-        };
-        [
-            sum(&|s| s.e[0]),
-            sum(&|s| s.e[1]),
-            sum(&|s| s.e[2]),
-            sum(&|s| s.theta[0]),
-            sum(&|s| s.f[0]),
-            sum(&|s| s.f[1]),
-            sum(&|s| s.f[2]),
-            sum(&|s| s.theta[1]),
-        ]
+        let Pull { e, f, theta: [te, tf] } = joint.pull(w);
+        let e = add(e, scale(rotations[0].turn, te));
+        let f = add(f, scale(rotations[1].turn, tf));
+        [e[0], e[1], e[2], te, f[0], f[1], f[2], tf]
     }
 
     /// Energy and derivatives with respect to the edges' unknowns (the Hessian's lower triangle).

@@ -8,7 +8,7 @@ use crate::vector::{Vector, add, combine, cross, dot, scale, sub};
 
 /// An edge as it is: inverse length, tangent and material directors.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Edge<D> {
+pub(crate) struct Edge<D> {
     pub inverse_length: D,
     pub tangent: Vector<D>,
     pub m: [Vector<D>; 2],
@@ -20,6 +20,12 @@ impl<D: Scalar> Edge<D> {
         let inverse_length = dot(e, e).sqrt().recip();
         let tangent = scale(e, inverse_length);
         Self { inverse_length, tangent, m: frame.material(tangent, angle) }
+    }
+
+    /// An edge whose frame has moved with it.
+    #[inline]
+    pub fn moved(frame: &EdgeFrame<D>, inverse_length: D, angle: D) -> Self {
+        Self { inverse_length, tangent: frame.tangent, m: frame.turned(angle) }
     }
 }
 
@@ -78,6 +84,13 @@ pub(super) struct Joint<D> {
     pub strains: [D; 3],
 }
 
+/// What a joint's stresses do to its edges: the gradient at fixed frames.
+pub(crate) struct Pull<D> {
+    pub e: Vector<D>,
+    pub f: Vector<D>,
+    pub theta: [D; 2],
+}
+
 /// First derivatives of one strain.
 pub(super) struct Slope<D> {
     pub e: Vector<D>,
@@ -86,6 +99,33 @@ pub(super) struct Slope<D> {
 }
 
 impl<D: Scalar> Joint<D> {
+    /// Two edges and the twist between them, rad.
+    #[inline]
+    pub fn new(e: Edge<D>, f: Edge<D>, twist: D) -> Self {
+        let inverse_chi = one_plus_dot(e.tangent, f.tangent).recip();
+        let kb = scale(cross(e.tangent, f.tangent), inverse_chi * 2.0);
+        let strains =
+            [dot(kb, add(e.m[1], f.m[1])) * 0.5, -(dot(kb, add(e.m[0], f.m[0])) * 0.5), twist];
+        Self { e, f, inverse_chi, kb, strains }
+    }
+
+    /// The sum of the [`slopes`](Self::slopes) times the stresses `w`, but for the rotations.
+    #[inline]
+    pub fn pull(&self, w: &[D; 3]) -> Pull<D> {
+        let Self { e, f, inverse_chi, kb, strains } = self;
+        let c_e = combine(w[0], e.m[1], -w[1], e.m[0]);
+        let c_f = combine(w[0], f.m[1], -w[1], f.m[0]);
+        let c = scale(add(c_e, c_f), *inverse_chi);
+        let along = -((w[0] * strains[0] + w[1] * strains[1]) * *inverse_chi);
+        let both = combine(along, add(e.tangent, f.tangent), w[2] * 0.5, *kb);
+        let turn = |m: &[Vector<D>; 2]| dot(*kb, combine(w[0], m[0], w[1], m[1])) * 0.5;
+        Pull {
+            e: scale(add(both, cross(f.tangent, c)), e.inverse_length),
+            f: scale(add(both, cross(c, e.tangent)), f.inverse_length),
+            theta: [-(turn(&e.m)) - w[2], w[2] - turn(&f.m)],
+        }
+    }
+
     /// (t_e + t_f)/(1 + t_e.t_f).
     #[inline]
     fn tilde(&self) -> Vector<D> {

@@ -75,6 +75,16 @@ impl<D: Scalar> PlanarBend<D> {
         bent(q).curvature
     }
 
+    /// Moment dE/dphi, N m, between edges of the unit tangents `t` and `u`.
+    #[inline]
+    pub fn moment(&self, t: [D; 2], u: [D; 2]) -> D {
+        // 1 + t.u, without cancellation in a fold.
+        let sum = [t[0] + u[0], t[1] + u[1]];
+        let chi = (sum[0] * sum[0] + sum[1] * sum[1]) * 0.5;
+        let half = (t[0] * u[1] - t[1] * u[0]) / chi;
+        self.stiffness * (half * 2.0 - self.natural_curvature) * (half * half + 1.0)
+    }
+
     /// The same node with Kelvin-Voigt stress over one step: see [`crate::scheme`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: D) -> Self {

@@ -57,6 +57,12 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         }
     }
 
+    /// Axial force EA (eps - eps_natural), N, at a length and its square, m and m^2.
+    #[inline]
+    pub fn force(&self, squared: D, length: D) -> D {
+        self.stiffness * (self.strain_of(squared, length) - self.natural_strain)
+    }
+
     #[inline]
     fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;

@@ -7,11 +7,12 @@
 
 use super::levenberg_marquardt::{LeastSquaresState, LevenbergMarquardt};
 use super::{Observation, Residuals, Unknown};
+use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Point;
 use crate::problem::Problem;
-use crate::scene::{Clamp, Support};
+use crate::scene::{Clamp, Scheme, Support};
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, IterState, KV, State, TerminationReason};
 use std::cell::Cell;
@@ -313,6 +314,9 @@ impl Coarse {
             let step = (first / COARSE_STEPS).max(time.step);
             // The scheme damps like (beta - 1/2) h.
             time.beta = 0.5 + (time.beta - 0.5) * time.step / step;
+            if stability_limit(time.scheme).is_some() {
+                time.scheme = Scheme::NewmarkBeta;
+            }
             time.step = step;
         }
         // Nodes of the full mesh are elsewhere on the coarse one.

@@ -15,7 +15,7 @@ use crate::scene::{
     Clamp, Dimension, Discretization, InitialState, NamedNode, Node, PointForce, Scene, Support,
     Time,
 };
-use crate::sensitivity::Sensitivity;
+use crate::sensitivity::{ImplicitSensitivity, Sensitivity};
 use crate::simulation::Simulation;
 use num_dual::Dual64;
 use std::ops::Range;
@@ -346,6 +346,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         self.problem.nodes()
     }
 
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.problem.scene
+    }
+
     /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2.
     pub(crate) fn bending_frequency_squared(&self) -> f64 {
         let p = Properties::<f64>::of(&self.problem.scene, |_, value| value);
@@ -405,10 +410,20 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The sensitivity of a simulation to one parameter, at the start.
     pub fn sensitivity(&self, parameter: Parameter) -> Sensitivity<M::Rod<Dual64>, W> {
         let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
+        let simulation = self.simulation();
+        if simulation.is_direct() {
+            return Sensitivity::direct(self.simulation_over(seed));
+        }
         let properties = Properties::of(&self.problem.scene, seed);
         let rod = self.model.rod(&properties);
         let start = self.start(&rod);
-        Sensitivity::new(rod, start, properties.damping, properties.beta, &self.simulation())
+        Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(
+            rod,
+            start,
+            properties.damping,
+            properties.beta,
+            &simulation,
+        )))
     }
 }
 

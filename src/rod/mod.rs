@@ -95,6 +95,18 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// Moves the frames to `q`, without changing any energy there.
     fn rebase(frames: &mut Self::Frames, q: &[D]);
 
+    /// Moves the frames to `q` and writes the gradient there.
+    fn moved_gradient(
+        &self,
+        q: &[D],
+        frames: &mut Self::Frames,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+    ) {
+        Self::rebase(frames, q);
+        self.gradient(q, frames, derivatives, gradient);
+    }
+
     /// Measures the angles of `q`, which are from `from`, from `to` instead.
     fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames);
 

@@ -109,6 +109,43 @@ impl<D: Nestable> PlanarRod<D> {
         gradient[2 * i + 1] = g[1] - load[1];
     }
 
+    /// The hand-derived gradient in one sweep. An edge carries its axial force, and the difference
+    /// of the moments at its ends over its length as shear force; what two edges carry and the load
+    /// of the node between them is the gradient there.
+    #[inline]
+    fn hand_gradient(&self, q: &[D], gradient: &mut [D]) {
+        let zero = D::from(0.0);
+        let (gradient, _) = gradient.as_chunks_mut::<2>();
+        // Of the edge before: unit tangent, unit normal over length, force but for its last moment.
+        let (mut t, mut n, mut open) = ([zero; 2], [zero; 2], [zero; 2]);
+        let mut carried = [zero; 2];
+        for (j, edge) in self.stretch.iter().enumerate() {
+            let [x0, y0, x1, y1] = *unknowns(q, j);
+            let e = [x1 - x0, y1 - y0];
+            let squared = e[0] * e[0] + e[1] * e[1];
+            let length = squared.sqrt();
+            let inverse = length.recip();
+            let next = [e[0] * inverse, e[1] * inverse];
+            let normal = [-(next[1] * inverse), next[0] * inverse];
+            let axial = edge.force(squared, length);
+            let mut force = [next[0] * axial, next[1] * axial];
+            if j > 0 {
+                let moment = self.bend[j - 1].moment(t, next);
+                let closed = [open[0] - moment * n[0], open[1] - moment * n[1]];
+                force = [force[0] + moment * normal[0], force[1] + moment * normal[1]];
+                let load = &self.load[j - 1].force;
+                gradient[j - 1] =
+                    [carried[0] - closed[0] - load[0], carried[1] - closed[1] - load[1]];
+                carried = closed;
+            }
+            (t, n, open) = (next, normal, force);
+        }
+        let last = self.stretch.len();
+        let (before, end) = (&self.load[last - 1].force, &self.load[last].force);
+        gradient[last - 1] = [carried[0] - open[0] - before[0], carried[1] - open[1] - before[1]];
+        gradient[last] = [open[0] - end[0], open[1] - end[1]];
+    }
+
     fn set_loads(&self, q: &[D], gradient: &mut [D]) {
         for (i, load) in self.load.iter().enumerate() {
             gradient[2 * i..2 * i + 2].copy_from_slice(&load.gradient(unknowns(q, i)));
@@ -162,13 +199,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
-        self.set_loads(q, gradient);
         match derivatives {
-            Derivatives::Hand => {
-                add_gradients(&self.stretch, q, gradient, |e, q| e.gradient(q));
-                add_gradients(&self.bend, q, gradient, |e, q| e.gradient(q));
-            }
+            Derivatives::Hand => self.hand_gradient(q, gradient),
             Derivatives::Dual => {
+                self.set_loads(q, gradient);
                 add_gradients(&self.stretch, q, gradient, dual_gradient);
                 add_gradients(&self.bend, q, gradient, dual_gradient);
             }

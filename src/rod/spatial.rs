@@ -4,13 +4,13 @@
 
 use super::{Energies, Rod, half_a_turn_apart};
 use crate::banded::BandMatrix;
-use crate::energy::bend_twist::{self, BendTwist, EdgeState, JointLaw};
+use crate::energy::bend_twist::{self, BendTwist, Edge, EdgeState, JointLaw};
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
 };
 use crate::frame::{Frames, one_plus_dot, transport, transported_twist};
 use crate::scalar::{Nestable, Scalar};
-use crate::vector::{Vector, cross, dot, scale, sub, unit};
+use crate::vector::{Vector, add, cross, dot, scale, sub, unit};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 
@@ -93,6 +93,16 @@ impl<'a, D: Scalar> Edges<'a, D> {
     }
 }
 
+/// An edge whose last joint is still to come.
+struct Open<D> {
+    edge: Edge<D>,
+    /// The tangent it moved from.
+    from: Vector<D>,
+    /// The gradient by the edge vector and by its angle, so far.
+    force: Vector<D>,
+    torque: D,
+}
+
 impl<D: Nestable> SpatialRod<D> {
     /// Bend and twist `i` with its reference.
     #[inline]
@@ -148,6 +158,13 @@ impl<D: Nestable> SpatialRod<D> {
         gradient[STRIDE * last..].copy_from_slice(&g[..3]);
         tangent.set_columns::<3, WINDOW>(STRIDE * last, &h);
         self.subtract_loads(gradient);
+    }
+
+    /// Writes the gradient of node `i`: its elastic part less its load.
+    #[inline]
+    fn complete(&self, i: usize, elastic: Vector<D>, gradient: &mut [D]) {
+        let total = sub(elastic, self.load[i].force);
+        gradient[STRIDE * i..STRIDE * i + 3].copy_from_slice(&total);
     }
 
     fn subtract_loads(&self, gradient: &mut [D]) {
@@ -286,6 +303,52 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
 
     fn rebase(frames: &mut Frames<D>, q: &[D]) {
         frames.rebase(|j| unit(edge(q, j)));
+    }
+
+    /// One sweep: every edge's frame is moved, and is its own reference.
+    fn moved_gradient(
+        &self,
+        q: &[D],
+        frames: &mut Frames<D>,
+        derivatives: Derivatives,
+        gradient: &mut [D],
+    ) {
+        if derivatives == Derivatives::Dual {
+            Self::rebase(frames, q);
+            return self.gradient(q, frames, derivatives, gradient);
+        }
+        let zero = D::from(0.0);
+        let mut last: Option<Open<D>> = None;
+        let mut carried = [zero; 3];
+        for (j, law) in self.stretch.iter().enumerate() {
+            let e = edge(q, j);
+            let squared = dot(e, e);
+            let length = squared.sqrt();
+            let inverse_length = length.recip();
+            let tangent = scale(e, inverse_length);
+            let from = frames.rebase_edge(j, tangent, last.as_ref().map(|open| open.from));
+            let next = Edge::moved(&frames.edges[j], inverse_length, q[STRIDE * j + 3]);
+            let mut force = scale(tangent, law.force(squared, length));
+            let mut torque = zero;
+            if let Some(open) = &last {
+                let i = j - 1;
+                let turn = q[STRIDE * j + 3] - q[STRIDE * i + 3];
+                let pull = self.joint[i].pull(&open.edge, &next, turn + frames.twist[i]);
+                force = add(force, pull.f);
+                torque = pull.theta[1];
+                let closed = add(open.force, pull.e);
+                self.complete(i, sub(carried, closed), gradient);
+                gradient[STRIDE * i + 3] = open.torque + pull.theta[0];
+                carried = closed;
+            }
+            last = Some(Open { edge: next, from, force, torque });
+        }
+        if let Some(Open { force, torque, .. }) = last {
+            let end = self.stretch.len();
+            self.complete(end - 1, sub(carried, force), gradient);
+            gradient[STRIDE * end - 1] = torque;
+            self.complete(end, force, gradient);
+        }
     }
 
     fn refer(q: &mut [D], from: &Frames<D>, to: &Frames<D>) {

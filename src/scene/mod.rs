@@ -190,6 +190,31 @@ pub enum Scheme {
     NewmarkBeta,
     /// Keeps energy exactly, at about 2.6 times the cost.
     AverageVectorField,
+    /// Explicit, second order, symplectic; for steps below a limit of stability.
+    Verlet,
+    /// Explicit, fourth order, symplectic; likewise.
+    Pefrl,
+    /// Linearly implicit, fourth order, damps what the step does not resolve.
+    Rodas4,
+}
+
+impl Scheme {
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NewmarkBeta => "newmark-beta",
+            Self::AverageVectorField => "average-vector-field",
+            Self::Verlet => "verlet",
+            Self::Pefrl => "pefrl",
+            Self::Rodas4 => "rodas4",
+        }
+    }
+
+    /// Whether it solves its steps by iteration. Only such schemes take Kelvin-Voigt damping and
+    /// moving supports.
+    pub fn iterates(self) -> bool {
+        matches!(self, Self::NewmarkBeta | Self::AverageVectorField)
+    }
 }
 
 impl Material {
@@ -345,6 +370,19 @@ impl Scene {
             positive("time.step", time.step)?;
             if !(0.5..=1.0).contains(&time.beta) {
                 return Err(Error::invalid("time.beta", time.beta, "in [0.5, 1]"));
+            }
+            let eta = self.loads.damping.stiffness;
+            if eta > 0.0 && !time.scheme.iterates() {
+                let allowed = format!(
+                    "0 with {}; the schemes newmark-beta and average-vector-field take it",
+                    time.scheme.name()
+                );
+                return Err(Error::invalid("loads.damping.stiffness", eta, allowed));
+            }
+            if !self.supports.motion.is_empty() && !time.scheme.iterates() {
+                let found = format!("a motion beside the scheme {}", time.scheme.name());
+                let allowed = "with the schemes newmark-beta and average-vector-field";
+                return Err(Error::invalid("supports.motion", found, allowed));
             }
             if time.end / time.step > MOST_STEPS {
                 let found =
