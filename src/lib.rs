@@ -65,6 +65,7 @@
 //! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
 
 pub mod banded;
+mod chain;
 pub mod check;
 pub mod drive;
 pub mod energy;

@@ -2,7 +2,7 @@
 
 use rodfit::Problem;
 use rodfit::model::Model;
-use rodfit::scene::{Clamp, Scene, Scheme, Time};
+use rodfit::scene::{Clamp, Discretization, Scene, Scheme, Time};
 
 mod common;
 use common::{cantilever, cantilever_with, planar};
@@ -38,6 +38,8 @@ fn the_average_vector_field_keeps_the_energy_for_good() {
     let mut halved = false;
     for (clamp, step) in [(Clamp::MidEdge, 1e-2), (Clamp::Nodes, 1e-2), (Clamp::MidEdge, 5e-3)] {
         let mut scene = cantilever_with(0.5, step, 20.0, clamp);
+        // Which steps fail, of the few that do, hangs on every digit: the paper's sums, for good.
+        scene.rod.discretization = Some(Discretization::Paper);
         let newmark = scene.problem().unwrap().simulate();
         scene.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
         let problem = scene.problem().unwrap();
@@ -116,11 +118,12 @@ fn swing(scene: &Scene, speed: f64, h: f64, end: f64) -> ([f64; 2], Vec<f64>) {
     (*simulation.state().q.last_chunk().unwrap(), heights)
 }
 
-/// Observed orders between steps h, h/2, h/4, against h/32. Twelve edges and steps that resolve
-/// their fastest mode (axial, 14,000 rad/s): to the scheme, the motion is smooth.
+/// Observed orders between steps h, h/2, h/4, against h/32. Six edges and steps that resolve
+/// their fastest mode (axial, 7,000 rad/s), over all its 20 periods: to the scheme, the motion is
+/// smooth.
 fn orders(scene: &Scene, beta: f64, scheme: Scheme) -> [f64; 2] {
     let mut scene = scene.clone();
-    scene.rod.segments = Some(12);
+    scene.rod.segments = Some(6);
     scene.time = Some(Time { beta, scheme, ..Time::new(0.02, 1e-3) });
     let at = |h: f64| swing(&scene, 1.0, h, 0.02).0;
     let h = 2e-5;
