@@ -120,9 +120,16 @@ fn castigliano(scene: &Scene, g: Vector3<f64>) -> f64 {
     let mesh = scene.rod.shape.mesh(n, [false; 2], std::path::Path::new("")).unwrap();
     let x = |i: usize| Vector3::from(mesh.nodes[i]);
     let l = mesh.length / n as f64;
-    let [i1, i2] = scene.rod.section.second_moments();
-    let (e, area) = (scene.material.youngs_modulus, scene.rod.section.area());
-    let torsion = e / 3.0 * scene.rod.section.torsion_constant();
+    let (area, [i1, i2], j) = match scene.rod.section {
+        Section::Custom { area, i1, i2, j, .. } => (area, [i1, i2], j),
+        Section::Circle { radius } => {
+            let i = PI * radius.powi(4) / 4.0;
+            (PI * radius * radius, [i; 2], 2.0 * i)
+        }
+        Section::Rectangle { .. } => unreachable!("none here"),
+    };
+    let e = scene.material.youngs_modulus;
+    let torsion = e / 3.0 * j;
     let line = scene.material.density * area;
     // Below node i: mass, and mass times position; half a cell at the ends.
     let (mut mass, mut first, mut sum) = (0.0, Vector3::zeros(), 0.0);
