@@ -62,7 +62,7 @@ fn elements(c: &mut Criterion) {
 fn spatial(c: &mut Criterion) {
     let frame = |t: [f64; 3], d: [f64; 3]| EdgeFrame { tangent: t, director: d };
     let element = BendTwist {
-        stiffness: Stiffness { bend: [0.49, 0.05, 0.3], twist: 0.2 },
+        stiffness: Stiffness { bend: [0.49, 0.05, 0.3], twist: 0.2, coupling: [0.01, -0.02] },
         natural: [0.3, -0.2, 0.05],
         frames: [
             frame([1.0, 0.0, 0.0], [0.0, 0.6, 0.8]),

@@ -11,9 +11,11 @@
 //! `lambda` falls by a factor from step to step until it is zero: the last steps are Newton's own,
 //! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
 //! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
-//! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall.
+//! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. A
+//! long [`Chain`] takes these steps in its edges, with another `M`.
 
 use crate::banded::{BandMatrix, Ldlt};
+use crate::chain::Chain;
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::rod::Rod;
@@ -62,6 +64,9 @@ pub(crate) struct Flow<'a, R, const W: usize> {
     derivatives: Derivatives,
     /// Squared frequencies below this are zero.
     zero: f64,
+    chain: Option<Chain>,
+    /// What `lambda` multiplies: masses, or a chain's metric.
+    metric: Vec<f64>,
     q: Vec<f64>,
     start: Vec<f64>,
     gradient: Vec<f64>,
@@ -83,11 +88,13 @@ enum Step {
 
 impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
     /// A rod at `q` of which only the unknowns in `free` move. `length`, m, is the scale of the
-    /// steps; squared frequencies below `zero`, 1/s^2, count as zero.
+    /// steps; squared frequencies below `zero`, 1/s^2, count as zero. A `chain` is solved by its
+    /// edges.
     pub fn new(
         rod: &'a R,
         free: Range<usize>,
         (length, zero): (f64, f64),
+        chain: Option<Chain>,
         derivatives: Derivatives,
         q: Vec<f64>,
     ) -> Self {
@@ -98,6 +105,8 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             length,
             derivatives,
             zero,
+            metric: chain.map_or_else(|| rod.mass().to_vec(), |chain| chain.metric(rod)),
+            chain,
             start: q.clone(),
             q,
             gradient: vec![0.0; n],
@@ -109,7 +118,13 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
     }
 
     fn assemble(&mut self, frames: &R::Frames) {
-        self.rod.tangent(&self.q, frames, self.derivatives, &mut self.gradient, &mut self.tangent);
+        let (q, derivatives, tangent) = (&self.q, self.derivatives, &mut self.tangent);
+        if self.chain.is_some() {
+            self.rod.gradient(q, frames, derivatives, &mut self.gradient);
+            self.rod.edge_tangent(q, frames, derivatives, tangent);
+        } else {
+            self.rod.tangent(q, frames, derivatives, &mut self.gradient, tangent);
+        }
     }
 
     /// The largest force out of balance, N.
@@ -175,13 +190,12 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
 
     /// Solves one step of the flow from `start`.
     fn step(&mut self, frames: &R::Frames, lambda: f64) -> Step {
-        let mass = self.rod.mass();
         let mut before = f64::INFINITY;
         for iteration in 0..ITERATIONS {
             self.assemble(frames);
             self.iterations += 1;
             let free = self.free.clone();
-            if self.factors.factor_sum(mass, lambda, &self.tangent, 1.0, free).is_err() {
+            if self.factors.factor_sum(&self.metric, lambda, &self.tangent, 1.0, free).is_err() {
                 return Step::Failed;
             }
             // A step from a maximum along some direction would go up it.
@@ -189,17 +203,27 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             // Where nothing, or only upwards, resists, corrections are rounding errors over almost
             // nothing. What is in balance to rounding is in balance.
             let patient = iteration == if downhill { PATIENCE } else { 0 };
-            if patient && lambda == 0.0 && self.in_balance() {
+            if patient && lambda == 0.0 && self.chain.is_none() && self.in_balance() {
                 return Step::Still;
             }
             if iteration == 0 && !downhill {
                 return Step::Failed;
             }
+            self.correction.copy_from_slice(&self.gradient);
+            if let Some(chain) = self.chain {
+                chain.gather::<R, W>(&mut self.correction);
+            }
             for i in self.free.clone() {
-                let pull = lambda * mass[i] * (self.q[i] - self.start[i]);
-                self.correction[i] = -(self.gradient[i] + pull);
+                let change = match self.chain {
+                    Some(chain) => chain.change::<R, W>(i, &self.q, &self.start),
+                    None => self.q[i] - self.start[i],
+                };
+                self.correction[i] = -(self.correction[i] + lambda * self.metric[i] * change);
             }
             self.factors.solve(&mut self.correction);
+            if let Some(chain) = self.chain {
+                chain.spread::<R, W>(&mut self.correction);
+            }
             let mut largest = 0.0_f64;
             for i in self.free.clone() {
                 self.q[i] += self.correction[i];
@@ -243,7 +267,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
         }
         let mut factors = self.factors.clone();
         let free = self.free.clone();
-        factors.factor_sum(self.rod.mass(), self.zero, &self.tangent, 1.0, free).is_ok()
+        factors.factor_sum(&self.metric, self.zero, &self.tangent, 1.0, free).is_ok()
             && factors.negative_pivots() == 0
     }
 }

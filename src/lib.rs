@@ -66,6 +66,7 @@
 //! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
 
 pub mod banded;
+mod chain;
 pub mod check;
 pub mod direct;
 pub mod drive;

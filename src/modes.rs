@@ -198,7 +198,7 @@ fn lowest<M: Model<W>, const W: usize>(
             break;
         }
     }
-    let zero = posed.zero_frequency_squared();
+    let zero = posed.zero_frequency_squared(None);
     Ok((0..count)
         .map(|k| {
             let squared = Some(values[k] - shift).filter(|w2| w2.abs() > zero).unwrap_or(0.0);

@@ -326,9 +326,8 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             for (q, q0) in q.iter_mut().zip(&self.previous.q).take(self.free.start) {
                 *q = *q0;
             }
-            for i in self.free.end..q.len() {
-                q[i] = self.previous.q[i];
-            }
+            let end = self.free.end;
+            q[end..].copy_from_slice(&self.previous.q[end..]);
             let [from, to] = [self.previous.time, time].map(Moment::Time);
             drive.advance::<D, R, W>(from, to, q, frames);
             drive.velocities(time, v);

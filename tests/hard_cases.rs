@@ -92,8 +92,8 @@ fn strike(problem: &rodfit::Problem, spatial: bool, rebounds: bool) -> Result<()
             let mut v = vec![0.0; q.len()];
             for (i, end, way) in [(0, a, 200.0), (2, c, -200.0)] {
                 let arm = [end[0] - b[0], end[1] - b[1]];
-                v[$stride * i] = way * -arm[1] * -1.0;
-                v[$stride * i + 1] = way * arm[0] * -1.0;
+                v[$stride * i] = way * arm[1];
+                v[$stride * i + 1] = -way * arm[0];
             }
             simulation.set_velocity(&v);
             for k in 1..=steps {

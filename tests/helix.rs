@@ -114,6 +114,15 @@ impl Rod<f64, 10> for PublishedRod {
             tangent.add_block(4 * i, &local.hessian);
         }
     }
+    fn edge_tangent(
+        &self,
+        q: &[f64],
+        frames: &Frames<f64>,
+        derivatives: Derivatives,
+        tangent: &mut BandMatrix<f64, 10>,
+    ) {
+        self.0.edge_tangent(q, frames, derivatives, tangent);
+    }
     fn gradient_rate(
         seeded: &SpatialRod<Dual64>,
         q: &[f64],

@@ -54,7 +54,9 @@ fn case(random: &mut ChaCha8Rng, turn: f64, rotation: f64) -> Case {
             let across = 10f64.powf(random.random_range(-1.0..1.0));
             let coupling = random.random_range(-0.9..0.9) * across.sqrt();
             let twist = random.random_range(0.1..2.0);
-            Stiffness { bend: [1.0, coupling, across], twist }.map(|k| stiffness * k)
+            let with_twist = [0.1, -0.2];
+            Stiffness { bend: [1.0, coupling, across], twist, coupling: with_twist }
+                .map(|k| stiffness * k)
         },
         natural: [0; 3].map(|_| random.random_range(-2.0..2.0)),
         frames: before.map(|t| frame(random, t)),
@@ -179,7 +181,7 @@ fn nearly_straight_rods_stay_finite_in_every_scalar() {
     for length in [1e-6, 0.01, 10.0] {
         for off in [0.0, 1e-300, 1e-160, 1e-12, -1e-300, -1e-12] {
             let element = BendTwist {
-                stiffness: Stiffness { bend: [2.0, 0.3, 1.0], twist: 0.7 },
+                stiffness: Stiffness { bend: [2.0, 0.3, 1.0], twist: 0.7, coupling: [0.1, -0.2] },
                 natural: [0.1, 0.0, -0.2],
                 frames: [frame; 2],
                 twist: 0.0,

@@ -9,7 +9,7 @@
 //! tau = theta_f - theta_e + reference twist      see [`crate::frame`]
 //! ```
 //!
-//! with `K = (EI1, EI2, GJ)/dl` (or a symmetric 2x2 bending stiffness, see
+//! with `K = (EI1, EI2, GJ)/dl` (or a full symmetric stiffness, see
 //! [`Stiffness`]), the edges `e` and `f` before and after the node, unit tangents
 //! `t` and material directors `m1`, `m2`. `1 + t_e.t_f` is `|t_e + t_f|^2/2`, which keeps its
 //! digits in a fold.
@@ -34,13 +34,13 @@
 //!
 //! | rotation since the reference, degrees | published gradient | published Hessian | exact, both |
 //! |---|---|---|---|
-//! | 0 | 1.4e-15 | 4.0e-16 | 6.3e-16 |
-//! | 0.1 | 2.0e-2 | 2.9e-3 | 5.9e-16 |
-//! | 1 | 1.1e-1 | 2.2e-2 | 6.6e-16 |
-//! | 10 | 5.1e-1 | 1.5e-1 | 7.1e-16 |
-//! | 30 | 1.5 | 4.0e-1 | 6.1e-16 |
-//! | 60 | 1.5 | 6.9e-1 | 6.0e-16 |
-//! | 120 | 1.1 | 7.9e-1 | 1.8e-15 |
+//! | 0 | 6.3e-16 | 3.5e-16 | 5.4e-16 |
+//! | 0.1 | 8.2e-3 | 1.2e-3 | 4.4e-16 |
+//! | 1 | 4.2e-2 | 1.0e-2 | 4.9e-16 |
+//! | 10 | 4.2e-1 | 7.3e-2 | 7.4e-16 |
+//! | 30 | 9.0e-1 | 2.5e-1 | 4.4e-16 |
+//! | 60 | 1.2 | 3.4e-1 | 4.8e-16 |
+//! | 120 | 8.9e-1 | 5.8e-1 | 1.6e-15 |
 //!
 //! A simulation that steps with the published Hessian needs about twice the Newton iterations: on
 //! the paper's helix at steps of 5 ms 6.4 instead of 3.3
@@ -70,19 +70,29 @@ pub struct Stiffness<D> {
     pub bend: [D; 3],
     /// Of twisting, GJ/dl.
     pub twist: D,
+    /// Between each curvature and twisting, zero where nothing couples them.
+    pub coupling: [D; 2],
 }
 
 impl<D: Scalar> Stiffness<D> {
     /// Applied to three strains.
     #[inline]
     fn times(&self, s: &[D; 3]) -> [D; 3] {
-        let [b11, b12, b22] = self.bend;
-        [b11 * s[0] + b12 * s[1], b12 * s[0] + b22 * s[1], self.twist * s[2]]
+        let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
+        [
+            b11 * s[0] + b12 * s[1] + c1 * s[2],
+            b12 * s[0] + b22 * s[1] + c2 * s[2],
+            c1 * s[0] + c2 * s[1] + self.twist * s[2],
+        ]
     }
 
     /// Converts every number.
     pub fn map<E>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
-        Stiffness { bend: self.bend.map(&mut convert), twist: convert(self.twist) }
+        Stiffness {
+            bend: self.bend.map(&mut convert),
+            twist: convert(self.twist),
+            coupling: self.coupling.map(&mut convert),
+        }
     }
 }
 
@@ -213,7 +223,7 @@ impl<D: Scalar> BendTwist<D> {
         self.joint(&to_edges(q)).strains
     }
 
-    /// Energies of bending and twisting, J.
+    /// Energies of bending and twisting, J; of a coupling between them, half each.
     #[inline]
     pub fn energies(&self, q: &[D; UNKNOWNS]) -> [D; 2] {
         let (stress, strain) = self.stress(&self.strains(q));

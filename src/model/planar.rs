@@ -1,6 +1,7 @@
 //! The model of a scene that lies in a plane.
 
-use super::{Model, NodalLoad, rolling, voronoi_share};
+use super::line::Line;
+use super::{Arcs, Model, NodalLoad, rolling};
 use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::error::Error;
 use crate::parameter::Properties;
@@ -18,8 +19,7 @@ pub struct PlanarModel {
     /// Rest positions, m.
     nodes: Vec<[f64; 2]>,
     rest_length: Vec<f64>,
-    /// What dl, masses and weight count: chords, or arcs in the corrected form.
-    line_length: Vec<f64>,
+    line: Line,
     /// The corrected form's.
     corrected: bool,
     rest_curvature: Vec<f64>,
@@ -37,7 +37,7 @@ impl PlanarModel {
         scene: &Scene,
         nodes: &[[f64; 3]],
         start: Option<&[[f64; 3]]>,
-        arcs: Option<&[f64]>,
+        arcs: Option<Arcs>,
         loads: &[NodalLoad],
     ) -> Result<Result<Self, String>, Error> {
         let along = Vector3::from(nodes[1]) - Vector3::from(nodes[0]);
@@ -96,7 +96,7 @@ impl PlanarModel {
             loads: loads.to_vec(),
             plane,
             nodes,
-            line_length: arcs.map_or(rest_length.clone(), <[f64]>::to_vec),
+            line: arcs.map_or_else(|| Line::plain(&rest_length), Line::corrected),
             corrected: arcs.is_some(),
             rest_length,
             rest_curvature,
@@ -120,25 +120,23 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
     fn rod<D: Nestable>(&self, p: &Properties<D>) -> PlanarRod<D> {
         let axial = p.youngs_modulus * p.area;
         let bending = p.youngs_modulus * p.second_moments[self.second_moment];
-        let stretch = self.rest_length.iter().zip(&self.line_length).map(|(l, arc)| Stretch {
+        let stretch = self.rest_length.iter().zip(&self.line.stretch).map(|(l, arc)| Stretch {
             stiffness: axial * (l / arc),
             rest_length: D::from(*l),
             natural_strain: D::from(0.0),
         });
-        let bends = self.line_length.windows(2).zip(&self.rest_curvature);
+        let bends = self.line.joint.iter().zip(&self.rest_curvature);
         let bend = bends.map(|(l, k)| {
             let natural = p.natural_curvature * *k;
-            // EI over the Voronoi length, times cos^4(phi/2) in the corrected form.
-            let mut stiffness = bending * (2.0 / (l[0] + l[1]));
+            // EI over the joint's length, times cos^4(phi/2) in the corrected form.
+            let mut stiffness = bending * l.recip();
             if self.corrected {
-                stiffness = stiffness / (natural * natural * 0.25 + 1.0).powi(2);
+                stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });
         let line_density = p.density * p.area;
-        let node_mass: Vec<D> = (0..self.nodes.len())
-            .map(|i| line_density * voronoi_share(&self.line_length, i))
-            .collect();
+        let node_mass: Vec<D> = self.line.node.iter().map(|l| line_density * *l).collect();
         // Turning the rod turns the weight the other way, as the rod sees it.
         let (sin, cos) = (p.clamp_angle.sin(), p.clamp_angle.cos());
         let [x, y] = self.gravity;

@@ -1,6 +1,8 @@
 //! The model of a scene in space.
 
-use super::{Model, NodalLoad, rolling, voronoi_share};
+use super::line::Line;
+use super::polygon::{PLAIN, lean, resistances, slants};
+use super::{Arcs, Model, NodalLoad, rolling};
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::{DeadLoad, Stretch};
 use crate::error::Error;
@@ -8,7 +10,7 @@ use crate::frame::{EdgeFrame, Frames};
 use crate::parameter::Properties;
 use crate::rod::SpatialRod;
 use crate::rod::spatial::HALF_BANDWIDTH;
-use crate::scalar::{Nestable, Scalar};
+use crate::scalar::Nestable;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
 
@@ -18,10 +20,9 @@ pub struct SpatialModel {
     /// Rest positions, m.
     nodes: Vec<[f64; 3]>,
     rest_length: Vec<f64>,
-    /// What dl, masses and weight count: chords, or arcs in the corrected form.
-    line_length: Vec<f64>,
-    /// The corrected form's.
-    corrected: bool,
+    line: Line,
+    /// The corrected form's: how the curve's tangents lie to the joints'.
+    slants: Option<Vec<[f64; 2]>>,
     /// Integrated curvatures of the rest shape in the material frame.
     rest_curvature: Vec<[f64; 2]>,
     /// Space-parallel at rest: no twist.
@@ -38,7 +39,7 @@ impl SpatialModel {
     pub(crate) fn new(
         scene: &Scene,
         nodes: &[[f64; 3]],
-        arcs: Option<&[f64]>,
+        arcs: Option<Arcs>,
         loads: &[NodalLoad],
     ) -> Result<Self, Error> {
         if let Some(load) = loads.iter().find(|load| load.moment != [0.0; 3]) {
@@ -77,9 +78,9 @@ impl SpatialModel {
             }
         };
         let frames = Frames::bishop(&tangents, director.into());
-        let stiffness = Stiffness { bend: [0.0; 3], twist: 0.0 };
+        let stiffness = Stiffness { bend: [0.0; 3], twist: 0.0, coupling: [0.0; 2] };
         let zero = JointLaw { stiffness, natural: [0.0; 3] };
-        let rest_curvature = (0..nodes.len() - 2)
+        let rest_curvature: Vec<[f64; 2]> = (0..nodes.len() - 2)
             .map(|i| {
                 let joint = zero.at([frames.edges[i], frames.edges[i + 1]], 0.0);
                 let [a, b, c] = [nodes[i], nodes[i + 1], nodes[i + 2]];
@@ -90,9 +91,9 @@ impl SpatialModel {
             .collect();
         let rest_length: Vec<f64> = edges.iter().map(Vector3::norm).collect();
         Ok(Self {
+            line: arcs.map_or_else(|| Line::plain(&rest_length), Line::corrected),
+            slants: arcs.map(|arcs| slants(&nodes, arcs, &frames.edges, &rest_curvature)),
             nodes,
-            line_length: arcs.map_or(rest_length.clone(), <[f64]>::to_vec),
-            corrected: arcs.is_some(),
             rest_length,
             rest_curvature,
             frames,
@@ -111,42 +112,41 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let axial = p.youngs_modulus * p.area;
         let [ei1, ei2] = p.second_moments.map(|i| p.youngs_modulus * i);
         let gj = p.shear_modulus * p.torsion_constant;
-        let stretch = self.rest_length.iter().zip(&self.line_length).map(|(l, arc)| Stretch {
+        let stretch = self.rest_length.iter().zip(&self.line.stretch).map(|(l, arc)| Stretch {
             stiffness: axial * (l / arc),
             rest_length: D::from(*l),
             natural_strain: D::from(0.0),
         });
-        let joints = self.line_length.windows(2).zip(&self.rest_curvature);
-        let joint = joints.map(|(l, k)| {
-            let per_length = 2.0 / (l[0] + l[1]);
+        let joint = self.rest_curvature.iter().enumerate().map(|(i, k)| {
+            let per_length = self.line.joint[i].recip();
             let natural = k.map(|k| p.natural_curvature * k);
-            let ([s11, s12, s22], twist) = match self.corrected {
-                true => polygon_factors(natural),
-                false => ([1.0, 0.0, 1.0].map(D::from), D::from(1.0)),
+            let twist = p.natural_twist * (0.5 * (self.line.spin[i] + self.line.spin[i + 1]));
+            let [a, b, c] = match &self.slants {
+                Some(slants) => {
+                    resistances(natural, lean(slants[i], p.natural_curvature, *k, twist))
+                }
+                None => PLAIN.map(|a| a.map(D::from)),
             };
-            // S diag(EI1, EI2) S.
-            let bend = [
-                ei1 * (s11 * s11) + ei2 * (s12 * s12),
-                ei1 * (s11 * s12) + ei2 * (s12 * s22),
-                ei1 * (s12 * s12) + ei2 * (s22 * s22),
-            ];
+            let entry = |r: usize, s: usize| {
+                (ei1 * (a[r] * a[s]) + ei2 * (b[r] * b[s]) + gj * (c[r] * c[s])) * per_length
+            };
             JointLaw {
                 stiffness: Stiffness {
-                    bend: bend.map(|b| b * per_length),
-                    twist: gj * twist * per_length,
+                    bend: [entry(0, 0), entry(0, 1), entry(1, 1)],
+                    twist: entry(2, 2),
+                    coupling: [entry(0, 2), entry(1, 2)],
                 },
-                natural: [natural[0], natural[1], p.natural_twist * per_length.recip()],
+                natural: [natural[0], natural[1], twist],
             }
         });
         let line_density = p.density * p.area;
         let line_inertia = p.density * (p.second_moments[0] + p.second_moments[1]);
-        let count = self.nodes.len();
         let mut mass = Vec::with_capacity(self.dof());
-        let mut load = Vec::with_capacity(count);
-        for i in 0..count {
-            let node_mass = line_density * voronoi_share(&self.line_length, i);
+        let mut load = Vec::with_capacity(self.nodes.len());
+        for (i, length) in self.line.node.iter().enumerate() {
+            let node_mass = line_density * *length;
             mass.extend([node_mass; 3]);
-            mass.extend(self.line_length.get(i).map(|l| line_inertia * *l));
+            mass.extend(self.line.spin.get(i).map(|l| line_inertia * *l));
             load.push(DeadLoad { force: self.gravity.map(|g| node_mass * g) });
         }
         let mut rod = SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load };
@@ -211,16 +211,4 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
     fn rate(&self, v: &[f64], i: usize) -> [f64; 3] {
         self.position(v, i)
     }
-}
-
-/// How much softer than the curve's a joint with the natural curvature `k` must be: the symmetric
-/// matrix `S = [s11, s12, s22]` that takes strains to rotations of one edge against the other, and
-/// the factor of the torsional stiffness. See [`super`].
-fn polygon_factors<D: Scalar>(k: [D; 2]) -> ([D; 3], D) {
-    let squared = k[0] * k[0] + k[1] * k[1];
-    let c2 = (squared * 0.25 + 1.0).recip();
-    let c = c2.sqrt();
-    // (c2 - c)/squared: 1 - c = (1 - c2)/(1 + c), and 1 - c2 = c2 squared/4.
-    let along = -(c2 * c) / (c + 1.0) * 0.25;
-    ([c + along * k[0] * k[0], along * k[0] * k[1], c + along * k[1] * k[1]], c2)
 }

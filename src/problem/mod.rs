@@ -5,7 +5,7 @@ mod start;
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
-use crate::model::{Model, NodalLoad, PlanarModel, SpatialModel};
+use crate::model::{Arcs, Model, NodalLoad, PlanarModel, SpatialModel};
 use crate::parameter::{Parameter, Properties};
 use crate::point::{Point, Stencil};
 use crate::rod::{Rod, planar, spatial};
@@ -438,9 +438,10 @@ fn cuts(scene: &Scene) -> [bool; 2] {
     [cut(scene.supports.start), cut(scene.supports.end)]
 }
 
-/// The lengths of the edges' arcs, where the discretisation counts them.
-fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<&'a [f64]> {
-    (scene.discretization() == Discretization::Corrected).then_some(&mesh.arcs[..])
+/// The edges' arcs, where the discretisation counts them.
+fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<Arcs<'a>> {
+    let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene) };
+    (scene.discretization() == Discretization::Corrected).then_some(arcs)
 }
 
 /// The smallest model that can hold the scene, or the one asked for; and why.

@@ -3,6 +3,7 @@
 
 use super::{FramesOf, Posed, SpatialProblem};
 use crate::banded::{BandMatrix, Ldlt};
+use crate::chain::Chain;
 use crate::drive::{Drive, DrivenEnd};
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -127,9 +128,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 drive.carry(from, to, &mut q, |end, node| self.reach(end, node));
                 drive.advance::<f64, M::Rod<f64>, W>(from, to, &mut q, &frames);
             }
-            let scales = (self.problem.length(), self.zero_frequency_squared());
+            let chain = self.chain();
+            let scales = (self.problem.length(), self.zero_frequency_squared(chain));
             let derivatives = self.problem.derivatives();
-            let rest = Flow::new(rod, self.free(), scales, derivatives, q).descend(frames)?;
+            let rest =
+                Flow::new(rod, self.free(), scales, chain, derivatives, q).descend(frames)?;
             iterations += rest.newton_iterations;
             if k == parts {
                 return Ok(Rest { newton_iterations: iterations, ..rest });
@@ -151,11 +154,17 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         if other == Support::Free { 1.0 } else { part }
     }
 
+    /// The rod as a chain, where it is one and long.
+    pub(crate) fn chain(&self) -> Option<Chain> {
+        Chain::of(M::STRIDE, &self.free(), self.model.dof())
+    }
+
     /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending
     /// vibration's, or what rounding errors in a tangent that goes with the fourth power of the
-    /// mesh amount to.
-    pub(crate) fn zero_frequency_squared(&self) -> f64 {
-        let noise = f64::EPSILON * (self.nodes() as f64).powi(4);
+    /// mesh, or a chain's with the second, amount to.
+    pub(crate) fn zero_frequency_squared(&self, chain: Option<Chain>) -> f64 {
+        let power = if chain.is_some() { 2 } else { 4 };
+        let noise = f64::EPSILON * (self.nodes() as f64).powi(power);
         self.bending_frequency_squared() * (1e-9 + 10.0 * noise)
     }
 
@@ -191,7 +200,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             // Where nothing resists, such as the spin of a round rod between hinges, any answer
             // along that direction will do.
             if factors.factor(&tangent, self.free()).is_err() {
-                let (free, zero) = (self.free(), D::from(self.zero_frequency_squared()));
+                let (free, zero) = (self.free(), D::from(self.zero_frequency_squared(None)));
                 let (mass, one) = (held.mass(), D::from(1.0));
                 if factors.factor_sum(mass, zero, &tangent, one, free).is_err() {
                     // Not finite: the first step says so.

@@ -72,6 +72,16 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
         tangent: &mut BandMatrix<D, W>,
     );
 
+    /// Writes the tangent in terms of edges instead of nodes: edge `j` stands where node `j + 1`
+    /// does, and the first node has no stiffness left.
+    fn edge_tangent(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        tangent: &mut BandMatrix<D, W>,
+    );
+
     /// Writes the derivative of the gradient along the parameter `seeded` carries, at fixed `q` and
     /// frames (their derivatives are ignored).
     fn gradient_rate(

@@ -4,6 +4,7 @@
 
 use super::{Energies, Rod, half_a_turn_apart};
 use crate::banded::BandMatrix;
+use crate::chain::add_edges;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
     dual_gradient_rate, dual_tangent,
@@ -222,6 +223,37 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
                 self.sweep(q, gradient, tangent, |e, q| e.tangent(q), |e, q| e.tangent(q));
             }
             Derivatives::Dual => self.sweep(q, gradient, tangent, dual_tangent, dual_tangent),
+        }
+    }
+
+    fn edge_tangent(
+        &self,
+        q: &[D],
+        (): &(),
+        derivatives: Derivatives,
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) {
+        const EDGE: [(usize, f64); 2] = [(0, -1.0), (1, -1.0)];
+        const EDGES: [(usize, f64); 4] = [(0, -1.0), (1, -1.0), (4, 1.0), (5, 1.0)];
+        tangent.clear();
+        for (i, element) in self.stretch.iter().enumerate() {
+            let own = unknowns(q, i);
+            let local = match derivatives {
+                Derivatives::Hand => element.tangent(own),
+                Derivatives::Dual => dual_tangent(element, own),
+            };
+            add_edges(tangent, 2 * i + 2, &local.hessian, &EDGE);
+        }
+        for (i, element) in self.bend.iter().enumerate() {
+            let own = unknowns(q, i);
+            let local = match derivatives {
+                Derivatives::Hand => element.tangent(own),
+                Derivatives::Dual => dual_tangent(element, own),
+            };
+            add_edges(tangent, 2 * i + 2, &local.hessian, &EDGES);
+        }
+        for (i, moment) in &self.moment {
+            add_edges(tangent, 2 * i + 2, &moment.tangent(unknowns(q, *i)).hessian, &EDGE);
         }
     }
 

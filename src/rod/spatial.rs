@@ -4,6 +4,7 @@
 
 use super::{Energies, Rod, half_a_turn_apart};
 use crate::banded::BandMatrix;
+use crate::chain::add_edges;
 use crate::energy::bend_twist::{self, BendTwist, Edge, EdgeState, JointLaw};
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
@@ -233,6 +234,36 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             Derivatives::Dual => self.sweep(q, gradient, tangent, dual_tangent, |i| {
                 bend_twist::dual_tangent(&self.bend_twist(i, frames), around(q, i))
             }),
+        }
+    }
+
+    fn edge_tangent(
+        &self,
+        q: &[D],
+        frames: &Frames<D>,
+        derivatives: Derivatives,
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) {
+        const EDGE: [(usize, f64); 3] = [(0, -1.0), (1, -1.0), (2, -1.0)];
+        // Angle, edge, angle, edge.
+        const EDGES: [(usize, f64); 8] =
+            [(3, 1.0), (0, -1.0), (1, -1.0), (2, -1.0), (7, 1.0), (8, 1.0), (9, 1.0), (10, 1.0)];
+        tangent.clear();
+        for (i, element) in self.stretch.iter().enumerate() {
+            let own = ends(q, i);
+            let local = match derivatives {
+                Derivatives::Hand => element.tangent(&own),
+                Derivatives::Dual => dual_tangent(element, &own),
+            };
+            add_edges(tangent, STRIDE * (i + 1), &local.hessian, &EDGE);
+        }
+        for i in 0..self.joint.len() {
+            let (element, own) = (self.bend_twist(i, frames), around(q, i));
+            let local = match derivatives {
+                Derivatives::Hand => element.tangent(own),
+                Derivatives::Dual => bend_twist::dual_tangent(&element, own),
+            };
+            add_edges(tangent, STRIDE * i + 3, &local.hessian, &EDGES);
         }
     }
 

@@ -111,13 +111,14 @@ pub enum Dimension {
     Spatial,
 }
 
-/// Which constants the elements of a curved rod get; those of a straight rod are the same.
+/// Which constants the elements get.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Discretization {
     /// The paper's: chords and plain stiffnesses. A curved rod comes out too stiff.
     Paper,
-    /// Arc lengths, and stiffnesses that make up for the polygon: see [`crate::model`].
+    /// Arc lengths, stiffnesses that make up for the polygon, and sums that end at walls in the
+    /// middle of an edge: see [`crate::model`].
     Corrected,
 }
 

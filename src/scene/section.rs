@@ -148,7 +148,8 @@ mod tests {
     /// Timoshenko & Goodier, Theory of Elasticity, table of section 109: J = k1 (long) (short)^3.
     #[test]
     fn torsion_of_a_rectangle_is_saint_venants() {
-        for (ratio, k1) in [(1.0, 0.1406), (1.5, 0.196), (2.0, 0.229), (5.0, 0.291), (10.0, 0.312)]
+        for (ratio, k1) in
+            [(1.0_f64, 0.1406), (1.5, 0.196), (2.0, 0.229), (5.0, 0.291), (10.0, 0.312)]
         {
             let flat = rectangle(0.01 * ratio, 0.01);
             let j = flat.torsion_constant;
