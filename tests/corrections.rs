@@ -73,30 +73,34 @@ fn stretching_is_exact_at_the_nodes() {
 }
 
 /// Small deflections of cantilevers under their weight and under a force at the tip are third order
-/// in the mesh, and second without the correction at the wall.
+/// in the mesh where they are curved ever so little, and second without the correction at the wall.
 #[test]
 fn small_deflections_of_cantilevers() {
     for (length, radius) in [(0.5, 0.005), (2.0, 0.05), (0.1, 0.0001)] {
         for load in ["weight", "force"] {
             let error = |segments: usize, discretization: Discretization| {
-                let mut scene = straight(segments, length, radius);
+                // By 6e-6 a joint; the curve changes the sag by 1e-7.
+                let shape = Shape::Arc { length, angle: 3e-4 };
+                let mut scene = rod(segments, shape, Section::Circle { radius });
                 scene.rod.discretization = Some(discretization);
                 let bending = 1e7 * PI * radius.powi(4) / 4.0;
                 // Sags of 1e-4 of the length: geometry adds 1e-8 of that.
                 let sag = match load {
                     "weight" => {
                         let line = 1e3 * PI * radius * radius;
-                        scene.loads.gravity = [8e-4 * bending / (line * length.powi(3)), 0.0, 0.0];
+                        scene.loads.gravity = [0.0, 8e-4 * bending / (line * length.powi(3)), 0.0];
                         1e-4 * length
                     }
                     _ => {
-                        let force = [3e-4 * bending / length.powi(2), 0.0, 0.0];
+                        let force = [0.0, 3e-4 * bending / length.powi(2), 0.0];
                         scene.loads.point =
                             vec![PointForce { node: Node::TIP, force, moment: [0.0; 3] }];
                         1e-4 * length
                     }
                 };
-                scene.problem().unwrap().equilibrium().unwrap().tip[0] / sag - 1.0
+                let problem = scene.problem().unwrap();
+                let rest = problem.planar().unwrap().rest();
+                (problem.equilibrium().unwrap().tip[1] - rest[rest.len() - 1]) / sag - 1.0
             };
             let corrected = [13, 25, 49].map(|n| error(n, Discretization::Corrected));
             let paper = [13, 25, 49].map(|n| error(n, Discretization::Paper));

@@ -7,6 +7,8 @@ pub(crate) struct Arcs<'a> {
     pub lengths: &'a [f64],
     /// At the start and at the end.
     pub cut: [bool; 2],
+    /// Whether the rod is curved by nature, and they are longer than its chords.
+    pub curved: bool,
 }
 
 /// Lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
@@ -49,7 +51,7 @@ impl Line {
             line.stretch[at(1, edges)] += 0.5 * inside;
             line.node[at(1, edges + 1)] -= 0.25 * inside;
             line.node[at(2, edges + 1)] += 0.25 * inside;
-            if edges > 2 {
+            if arcs.curved && edges > 2 {
                 let [first, second] = [0, 1].map(|k| at(k, edges - 1));
                 let shift = (inside * inside / 8.0 - next * next / 12.0) / next;
                 // Twice a neighbour's length or more is no smooth mesh.
@@ -70,14 +72,15 @@ mod tests {
     fn walls_shift_lengths_and_lose_none() {
         for lengths in [&[1.0; 2][..], &[1.0; 3], &[0.9, 1.0, 1.2, 1.1, 1.0], &[5.0, 1.0, 1.0]] {
             for cut in [[true, false], [false, true], [true, true]] {
-                let (plain, line) = (Line::plain(lengths), Line::corrected(Arcs { lengths, cut }));
+                let (plain, line) =
+                    (Line::plain(lengths), Line::corrected(Arcs { lengths, cut, curved: true }));
                 let sum = |v: &[f64]| v.iter().sum::<f64>();
                 assert!((sum(&line.joint) - sum(&plain.joint)).abs() < 1e-15 * sum(lengths));
                 assert!((sum(&line.node) - sum(&plain.node)).abs() < 1e-15 * sum(lengths));
                 assert!(line.joint.iter().chain(&line.node).all(|l| *l > 0.0), "{line:?}");
             }
         }
-        let line = Line::corrected(Arcs { lengths: &[24.0; 5], cut: [true, false] });
+        let line = Line::corrected(Arcs { lengths: &[24.0; 5], cut: [true, false], curved: true });
         assert_eq!(line.joint, [25.0, 23.0, 24.0, 24.0]);
         assert_eq!(line.stretch, [24.0, 36.0, 24.0, 24.0, 24.0]);
         assert_eq!(line.node, [12.0, 18.0, 30.0, 24.0, 24.0, 12.0]);
@@ -88,7 +91,7 @@ mod tests {
     #[test]
     fn joints_integrate_from_the_wall() {
         let lengths = [1.1, 1.0, 0.9, 0.8, 0.7];
-        let line = Line::corrected(Arcs { lengths: &lengths, cut: [true, false] });
+        let line = Line::corrected(Arcs { lengths: &lengths, cut: [true, false], curved: true });
         let mut at = -0.55;
         let mut sum = [0.0; 2];
         for (joint, edge) in line.joint.iter().zip(&lengths) {

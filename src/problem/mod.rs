@@ -440,7 +440,14 @@ fn cuts(scene: &Scene) -> [bool; 2] {
 
 /// The edges' arcs, where the discretisation counts them.
 fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<Arcs<'a>> {
-    let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene) };
+    let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
+    // Turns of 5e-6 a joint and more, which rounding errors do not make.
+    let mut longer = edges.map(|(p, arc)| {
+        let [x, y, z] = [0, 1, 2].map(|c| p[1][c] - p[0][c]);
+        arc / (x * x + y * y + z * z).sqrt() - 1.0 > 1e-12
+    });
+    let curved = scene.rod.natural_curvature != 0.0 && longer.any(|longer| longer);
+    let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene), curved };
     (scene.discretization() == Discretization::Corrected).then_some(arcs)
 }
 
