@@ -11,10 +11,10 @@
 //!      - f.q
 //! ```
 //!
-//! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme
-//! steps through time with Newton's method on an exact banded tangent; [`scheme`] has four more
-//! schemes and says when to take which. Given where a
-//! point of the rod was seen, [`Fit`] finds the parameters that explain it:
+//! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme steps through
+//! time with Newton's method on an exact banded tangent; [`scheme`] has four more schemes and says
+//! when to take which. Given where a point of the rod was seen, [`Fit`] finds the parameters that
+//! explain it:
 //!
 //! ```text
 //! minimise over p   1/2 sum_k |x(s, t_k; p) - x_seen_k|^2 / sigma^2

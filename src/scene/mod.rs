@@ -189,7 +189,7 @@ pub enum Scheme {
     /// The paper's, corrected: [`crate::scheme`].
     #[default]
     NewmarkBeta,
-    /// Keeps energy exactly, at about 2.6 times the cost.
+    /// Keeps energy exactly, at about 2.7 times the cost.
     AverageVectorField,
     /// Explicit, second order, symplectic; for steps below a limit of stability.
     Verlet,
