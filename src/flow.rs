@@ -12,7 +12,7 @@
 //! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
 //! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
 //! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. A
-//! long [`Chain`] takes these steps in its edges, with another `M`.
+//! long rod that hangs from one end takes these steps in its edges, with another `M`.
 
 use crate::banded::{BandMatrix, Ldlt};
 use crate::chain::Chain;

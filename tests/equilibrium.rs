@@ -92,6 +92,53 @@ fn very_fine_meshes() {
     }
 }
 
+/// The tangent by edges is `T' K T` of that by nodes.
+fn edges_are_congruent<R: Rod<f64, W>, const W: usize>(
+    rod: &R,
+    frames: &R::Frames,
+    rest: &[f64],
+    stride: usize,
+) {
+    let n = rest.len();
+    let q: Vec<f64> = (0..n).map(|i| rest[i] + 2e-3 * (7.0 * i as f64).sin()).collect();
+    let (mut nodes, mut edges) = (BandMatrix::<f64, W>::zeros(n), BandMatrix::<f64, W>::zeros(n));
+    rod.tangent(&q, frames, Derivatives::Hand, &mut vec![0.0; n], &mut nodes);
+    for derivatives in [Derivatives::Hand, Derivatives::Dual] {
+        rod.edge_tangent(&q, frames, derivatives, &mut edges);
+        // An edge moves all nodes beyond.
+        let moves = |i: usize| {
+            let beyond = (i..n).step_by(stride).take_while(move |k| !R::is_angle(i) || *k == i);
+            beyond.collect::<Vec<_>>()
+        };
+        let largest = (0..n).map(|i| nodes.get(i, i)).fold(0.0, f64::max);
+        for i in 0..n {
+            for j in 0..n {
+                let sum = |k: usize| moves(j).iter().map(|m| nodes.get(k, *m)).sum::<f64>();
+                let exact: f64 = moves(i).into_iter().map(sum).sum();
+                let found = edges.get(i, j);
+                assert!((found - exact).abs() < 1e-12 * largest, "{i} {j}: {found} {exact}");
+            }
+        }
+    }
+}
+
+#[test]
+fn tangents_by_edges() {
+    let mut plane = cantilever();
+    plane.rod.segments = Some(7);
+    plane.loads.point =
+        vec![PointForce { node: Node::TIP, force: [0.0; 3], moment: [0.0, 0.0, 0.1] }];
+    let problem = plane.problem().unwrap();
+    let posed = problem.planar().unwrap();
+    edges_are_congruent(&posed.rod(), &(), &posed.rest(), 2);
+    let mut space = helix_with(0.5, 1e-3, 1.0, Clamp::MidEdge);
+    space.rod.segments = Some(20);
+    let problem = space.problem().unwrap();
+    let posed = problem.spatial().unwrap();
+    let frames = posed.simulation().state().frames.clone();
+    edges_are_congruent(&posed.rod(), &frames, &posed.rest(), 4);
+}
+
 /// A straight rod of unit length and bending stiffness without weight, clamped at x = 0.
 fn unit_rod(segments: usize, slenderness: f64) -> Scene {
     let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };

@@ -5,6 +5,7 @@ use rodfit::Derivatives;
 use rodfit::banded::BandMatrix;
 use rodfit::frame::Frames;
 use rodfit::rod::Rod;
+use rodfit::scene::section::{circle, rectangle};
 use rodfit::scene::{
     Clamp, Dimension, Material, Node, PointForce, Scene, Section, Shape, Support, Time,
 };
@@ -77,12 +78,14 @@ fn planar_and_spatial_models_agree_on_planar_scenes() {
 /// rod is `pi/(2 L) sqrt(G J/(rho (I1 + I2)))`, and nothing else moves.
 #[test]
 fn torsional_vibration() {
-    for section in [
-        Section::Circle { radius: 0.005 },
-        Section::Rectangle { width: 0.02, height: 0.005, up: [0.0, 1.0, 0.0] },
+    for (section, moments) in [
+        (Section::Circle { radius: 0.005 }, circle(0.005)),
+        (
+            Section::Rectangle { width: 0.02, height: 0.005, up: [0.0, 1.0, 0.0] },
+            rectangle(0.02, 0.005),
+        ),
     ] {
-        let wave = (section.torsion_constant() / section.second_moments().iter().sum::<f64>()
-            * 4e7
+        let wave = (moments.torsion_constant / section.second_moments().iter().sum::<f64>() * 4e7
             / 1000.0)
             .sqrt();
         let exact = std::f64::consts::FRAC_PI_2 / 0.5 * wave;

@@ -345,7 +345,7 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// The identified values, as [`Problem::with`] takes them.
+    /// The identified values, as [`Problem::with`](crate::Problem::with) takes them.
     pub fn parameters(&self) -> Vec<(Parameter, f64)> {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
