@@ -3,6 +3,12 @@
 //! [`Fit`] minimises the distance between the simulated and the recorded points by
 //! [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a start of its own
 //! making ([`search`](self)), and says how well the data determine each parameter.
+//!
+//! A number comes with what speaks against it: what the data cannot tell
+//! ([`FitReport::not_identifiable`]), its statistical error (the covariance of the exact Jacobian;
+//! [on request](Analysis) the exact Hessian, the likelihood's profile, a bootstrap), what mesh and
+//! step may be off ([`DiscretizationError`]), and whether the residuals look like noise
+//! ([`ResidualTests`]).
 
 mod analysis;
 mod bootstrap;
@@ -43,6 +49,8 @@ use std::rc::Rc;
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
 /// on a finer grid, and before the report warns.
 const UNEXPLAINED: f64 = 0.1;
+/// Bootstrap replicates beyond this are a slip of the pen.
+const MOST_REPLICATES: usize = 1_000_000;
 
 /// An identification in the making.
 ///
@@ -229,6 +237,10 @@ impl Fit {
                 ));
             }
             unknown.check(&self.problem, &key)?;
+        }
+        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
+            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
         }
         let end = self.problem.time()?.end;
         let mut values = 0;
