@@ -6,9 +6,9 @@
 //! mesh and step never cancelling.
 
 use super::analysis::Refinement;
-use super::search::{Optimum, Search};
+use super::search::{Optimum, Search, Task};
 use super::uncertainty::Local;
-use super::{Observation, Residuals, Unknown};
+use super::{Observation, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Point;
@@ -69,33 +69,31 @@ fn same_points(observations: &[Observation], problem: &Problem) -> Result<Vec<Ob
     observations.iter().map(moved).collect()
 }
 
-/// How the unknowns move, on their scales, when the model of `search` becomes `finer`.
+/// How the unknowns move, on their scales, when the model of `task` becomes `finer`; and the work
+/// that took.
 fn change(
-    search: &Search,
+    task: Task,
     finer: &Problem,
     optimum: &Optimum,
     local: &Local,
     how: Refinement,
-) -> Result<Vec<Option<f64>>, Error> {
-    let observations = same_points(search.observations, search.problem)?;
-    let search = Search {
-        problem: finer,
-        observations: &observations,
-        sigmas: search.sigmas.clone(),
-        unknowns: search.unknowns,
-        full_work: search.full_work,
-        work: search.work.clone(),
-        progress: search.progress.clone(),
+) -> Result<(Vec<Option<f64>>, f64), Error> {
+    let observations = same_points(task.observations, task.problem)?;
+    let search = Task { problem: finer, observations: &observations, ..task }.search();
+    let moved = match how {
+        Refinement::Refitted => {
+            let there = search.polish(&optimum.x)?.x;
+            let moved = there.iter().zip(&optimum.x).map(|(a, b)| a - b);
+            moved.zip(&local.deviation).map(|(d, sd)| sd.map(|_| d)).collect()
+        }
+        _ => {
+            let there = search.residuals(search.duration())?.residuals(&optimum.x)?;
+            let change: Vec<f64> =
+                there.iter().zip(&optimum.residuals).map(|(a, b)| a - b).collect();
+            local.response(&optimum.jacobian, &change)
+        }
     };
-    if how == Refinement::Refitted {
-        let there = search.polish(&optimum.x)?.x;
-        let moved = there.iter().zip(&optimum.x).map(|(a, b)| a - b);
-        return Ok(moved.zip(&local.deviation).map(|(d, sd)| sd.map(|_| d)).collect());
-    }
-    let residuals: Residuals = search.residuals(search.duration())?;
-    let there = residuals.residuals(&optimum.x)?;
-    let change: Vec<f64> = there.iter().zip(&optimum.residuals).map(|(a, b)| a - b).collect();
-    Ok(local.response(&optimum.jacobian, &change))
+    Ok((moved, search.work.get()))
 }
 
 /// The discretisation error of every unknown.
@@ -105,14 +103,19 @@ pub(super) fn errors(
     local: &Local,
     how: Refinement,
 ) -> Result<Vec<DiscretizationError>, Error> {
-    let parts = [finer_mesh(search.problem)?, finer_step(search.problem, search.unknowns)?];
-    let mut moved = Vec::new();
-    for finer in &parts {
-        let finer = finer.as_ref();
-        let part = finer.map(|finer| change(search, finer, optimum, local, how)).transpose()?;
-        search.report("discretisation error");
-        moved.push(part);
-    }
+    let (mesh, step) = (finer_mesh(search.problem)?, finer_step(search.problem, search.unknowns)?);
+    let task = search.task();
+    let part = |finer: &Option<Problem>| {
+        finer.as_ref().map(|finer| change(task, finer, optimum, local, how)).transpose()
+    };
+    let (mesh, step) = rayon::join(|| part(&mesh), || part(&step));
+    let moved = [mesh?, step?].map(|part| {
+        part.map(|(moved, work)| {
+            search.count(work);
+            moved
+        })
+    });
+    search.report("discretisation error");
     let error = |(i, unknown): (usize, &Unknown)| {
         let value = unknown.from_scale(optimum.x[i]);
         let relative = |part: &Option<Vec<Option<f64>>>| {

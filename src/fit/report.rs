@@ -69,8 +69,8 @@ impl Fit {
             self.add_discretization(search, optimum, &local, reach, &mut report);
         }
         if optimum.converged && local.findings.is_empty() {
-            self.add_observed_information(search, optimum, variance, &mut report)?;
-            self.add_profiles(search, optimum, (&local, variance, reach), &mut report)?;
+            self.add_observed_information(search, optimum, variance, &mut report);
+            self.add_profiles(search, optimum, (&local, variance, reach), &mut report);
             self.add_bootstrap(search, optimum, &mut report);
         }
         let identified = report.parameters.iter().all(|e| e.identifiable);
@@ -219,19 +219,24 @@ impl Fit {
         optimum: &Optimum,
         variance: f64,
         report: &mut FitReport,
-    ) -> Result<(), Error> {
+    ) {
         if !self.analysis.observed_information {
-            return Ok(());
+            return;
         }
-        let hessian = search.residuals(search.duration())?.hessian_at(&optimum.x)?;
+        let hessian = search.residuals(search.duration()).and_then(|r| r.hessian_at(&optimum.x));
+        let hessian = match hessian {
+            Ok(hessian) => hessian,
+            Err(error) => {
+                let words = format!("no observed information: its simulation failed ({error})");
+                return report.warnings.push(words);
+            }
+        };
         let n = self.unknowns.len();
         let Some(factors) = nalgebra::DMatrix::from_fn(n, n, |i, j| hessian[i][j]).cholesky()
         else {
-            report.warnings.push(
-                "the Hessian of the misfit is not positive: this is not a minimum of its own"
-                    .into(),
-            );
-            return Ok(());
+            let words =
+                "the Hessian of the misfit is not positive: this is not a minimum of its own";
+            return report.warnings.push(words.into());
         };
         let inverse = factors.inverse();
         for (i, estimate) in report.parameters.iter_mut().enumerate() {
@@ -239,7 +244,6 @@ impl Fit {
             estimate.observed_std_error =
                 estimate.value.map(|value| sd * self.unknowns[i].slope(value));
         }
-        Ok(())
     }
 
     fn add_profiles(
@@ -248,13 +252,13 @@ impl Fit {
         optimum: &Optimum,
         (local, variance, reach): (&Local, f64, f64),
         report: &mut FitReport,
-    ) -> Result<(), Error> {
+    ) {
         if !self.analysis.profile {
-            return Ok(());
+            return;
         }
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let Some(sd) = local.deviation[i].filter(|sd| *sd > 0.0) else { continue };
-            let found = profile::interval(search, optimum, i, (sd, variance.sqrt(), reach))?;
+            let found = profile::interval(search, optimum, i, (sd, variance.sqrt(), reach));
             report.parameters[i].profile95 = Some(found.values(unknown));
             if let Some(x) = found.better {
                 report.warnings.push(format!(
@@ -264,7 +268,6 @@ impl Fit {
                 ));
             }
         }
-        Ok(())
     }
 
     fn add_bootstrap(&self, search: &Search, optimum: &Optimum, report: &mut FitReport) {
@@ -345,7 +348,7 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// The identified values, as [`Problem::with`] takes them.
+    /// The identified values, as [`Problem::with`](crate::Problem::with) takes them.
     pub fn parameters(&self) -> Vec<(Parameter, f64)> {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
     }
