@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{FitReport, Sample};
+use rodfit::fit::{Analysis, FitReport, Refinement, Sample};
 use rodfit::scene::{Clamp, PointForce, Scene, Section, Shape, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
@@ -180,7 +180,10 @@ fn standard_error_is_the_spread() {
         for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
             *x += noise.sample(&mut random);
         }
-        let report = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap();
+        // Of the mesh and the step of the data.
+        let same = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
+        let fit = Fit::new(&problem).observe(data).identify(YoungsModulus).analyse(same);
+        let report = fit.solve().unwrap();
         let estimate = report.estimate(YoungsModulus).unwrap();
         estimates.push((estimate.value.unwrap() / 1e8).ln());
         errors.push(estimate.std_error.unwrap() / estimate.value.unwrap());

@@ -202,7 +202,7 @@ impl Fit {
         for (estimate, error) in report.parameters.iter().zip(&report.discretization_error) {
             if let (Some(value), Some(sd), Some(relative)) =
                 (estimate.value, estimate.std_error, error.relative)
-                && relative * value.abs() > reach * sd
+                && relative * value.abs() > 2.0 * reach * sd
             {
                 report.warnings.push(format!(
                     "{}: mesh and step may be {:.2} % off, more than the 95 % interval is wide; refine segments or step",
