@@ -256,6 +256,36 @@ fn nothing_wrong_looks_fine() {
     doubtful(&report, "mesh and step may be");
 }
 
+/// Every coordinate is tested with its own residuals, also where some are missing.
+#[test]
+fn residuals_are_tested_where_they_belong() {
+    let scene = small(1.0);
+    let mut data = noisy(&scene, 120, 1e-3, 8);
+    for (k, sample) in data.samples.iter_mut().enumerate() {
+        if k % 7 == 0 {
+            sample.position[0] = None;
+        }
+        // A camera that sinks by 3 mm.
+        let t = sample.time;
+        sample.position[1] = sample.position[1].map(|y| y - 3e-3 * (t - 0.5));
+    }
+    let report = fit(&scene, &data, &[YoungsModulus, DampingMass], Analysis::default());
+    let [x, y] = &report.residual_tests[..] else { panic!("{report:?}") };
+    assert!(x.axis == "x" && x.passed && y.axis == "y" && !y.is_noise(), "{x:?} {y:?}");
+    assert!(y.trend < 1e-6 || y.whiteness < 1e-6, "{y:?}");
+}
+
+/// Much noise is not a wrong model.
+#[test]
+fn noise_is_no_objection() {
+    let mut scene = small(1.0);
+    scene.rod.segments = Some(20);
+    let data = noisy(&scene, 100, 1.2e-2, 2);
+    let report = fit(&scene, &data, &[YoungsModulus], Analysis::default());
+    assert!(report.residual_rms > 0.1 * 7e-2 && report.warnings.is_empty(), "{report}");
+    assert!(report.simulations < 20.0, "{report}");
+}
+
 /// Data of a mesh four times finer and a tenth of the step: the reported error covers the bias.
 #[test]
 fn the_discretization_error_covers_the_bias() {

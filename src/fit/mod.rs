@@ -11,6 +11,7 @@
 //! ([`ResidualTests`]).
 
 mod analysis;
+mod assessment;
 mod bootstrap;
 mod discretization;
 mod file;
@@ -47,7 +48,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
-/// on a finer grid, and before the report warns.
+/// on a finer grid, and before the report warns, unless it is noise.
 const UNEXPLAINED: f64 = 0.1;
 /// Bootstrap replicates beyond this are a slip of the pen.
 const MOST_REPLICATES: usize = 1_000_000;
@@ -153,7 +154,7 @@ impl Fit {
                 }
             }
         }
-        let mut report = self.report(&search(&sigmas), &optimum)?;
+        let mut report = self.assess(&search(&sigmas), &optimum)?;
         report.simulations = work.get() / full_work;
         report.wall_seconds = clock.elapsed().as_secs_f64();
         Ok(report)
@@ -188,13 +189,17 @@ impl Fit {
         })
     }
 
-    /// Whether every observation is explained but for a tenth of its motion or three sigma.
+    /// Whether every observation is explained but for a tenth of its motion, three sigma, or noise.
     fn explained(&self, optimum: &Optimum, sigmas: &[f64]) -> bool {
         let rms = rms_per_observation(optimum, sigmas);
-        self.observations.iter().zip(rms).all(|(observation, rms)| {
+        let mut rest = &optimum.residuals[..];
+        self.observations.iter().zip(rms).zip(&optimum.counts).all(|((observation, rms), count)| {
+            let (own, others) = rest.split_at(*count);
+            rest = others;
             let spread = observation.spread();
             rms <= (UNEXPLAINED * spread).max(3.0 * observation.sigma.unwrap_or(0.0))
                 || spread == 0.0
+                || self.is_noisy(observation, rms, own)
         })
     }
 
