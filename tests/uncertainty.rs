@@ -149,7 +149,7 @@ fn intervals_cover() {
 }
 
 /// E from the first tenth of a second: the misfit is far from a parabola. A slice of the same
-/// campaign, where the standard error's interval covers 88.5 % and the profile's 94.3 %.
+/// campaign, where the standard error's interval covers 88.6 % and the profile's 94.3 %.
 #[test]
 fn profiles_cover_where_standard_errors_do_not() {
     let mut scene = cantilever_with(0.5, 4e-3, 0.1, Clamp::MidEdge);
