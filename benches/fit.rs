@@ -1,9 +1,9 @@
-//! The shipped fits, from no start.
+//! The shipped fits, from no start, with and without their discretisation errors.
 //!
 //! `cargo bench --bench fit`
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use rodfit::fit::FitFile;
+use rodfit::fit::{Analysis, FitFile, Refinement};
 
 fn shipped(c: &mut Criterion) {
     let mut group = c.benchmark_group("shipped fit");
@@ -13,6 +13,11 @@ fn shipped(c: &mut Criterion) {
         let report = fit.solve().expect("a fit");
         println!("{file}: {:.2} simulations", report.simulations);
         group.bench_function(file, |b| b.iter(|| fit.solve()));
+        let none = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
+        let plain = fit.analyse(none);
+        group.bench_function(format!("{file}, no discretisation error"), |b| {
+            b.iter(|| plain.solve())
+        });
     }
     group.finish();
 }

@@ -1,11 +1,15 @@
-//! The residuals of a fit in argmin's own solvers: Brent's method and Nelder-Mead.
+//! The residuals of a fit in argmin's own solvers, which know nothing of rods: Brent's method and
+//! Nelder-Mead on the misfit, L-BFGS on its gradient, a trust region on its exact Hessian.
 //!
 //! They find a minimum near where they start; the search for that start is what `Fit::solve` adds.
 //! `cargo run --release --example argmin_solver`
 
 use argmin::core::{CostFunction, Error, Executor, State};
 use argmin::solver::brent::BrentOpt;
+use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::neldermead::NelderMead;
+use argmin::solver::quasinewton::LBFGS;
+use argmin::solver::trustregion::{Steihaug, TrustRegion};
 use rodfit::fit::Residuals;
 use rodfit::{Fit, Observation, Parameter, Scene};
 
@@ -42,6 +46,22 @@ fn main() -> Result<(), Error> {
         .run()?;
     let e = result.state().get_best_param().map_or(f64::NAN, |x| x[0].exp());
     println!("NelderMead          E = {e:.6e} Pa, {} iterations", result.state().get_iter());
+
+    let line_search = MoreThuenteLineSearch::new();
+    let lbfgs = LBFGS::new(line_search, 5).with_tolerance_grad(1e-8)?;
+    let result = Executor::new(fit.residuals()?, lbfgs)
+        .configure(|state| state.param(vec![7e7_f64.ln()]).max_iters(100))
+        .run()?;
+    let e = result.state().get_best_param().map_or(f64::NAN, |x| x[0].exp());
+    println!("L-BFGS              E = {e:.6e} Pa, {} iterations", result.state().get_iter());
+
+    // This solver never reports convergence; it stops after its iterations.
+    let trust_region = TrustRegion::new(Steihaug::new().with_max_iters(10)).with_radius(0.1)?;
+    let result = Executor::new(fit.residuals()?, trust_region)
+        .configure(|state| state.param(vec![7e7_f64.ln()]).max_iters(12))
+        .run()?;
+    let e = result.state().get_best_param().map_or(f64::NAN, |x| x[0].exp());
+    println!("TrustRegion         E = {e:.6e} Pa, {} iterations", result.state().get_iter());
 
     let report = fit.solve()?;
     let e = report.parameters[0].value.unwrap_or(f64::NAN);

@@ -508,6 +508,35 @@ fn bad_polylines_are_refused() {
     }
 }
 
+/// What is asked for is in the JSON, what is not is not.
+#[test]
+fn analysis_on_request() {
+    let folder = Folder::new();
+    let plain = {
+        folder.run(&["fit", "fit.toml", "--json", "fit.json", "-q"]);
+        folder.json("fit.json")
+    };
+    assert_eq!(plain["discretization_error"][0]["name"], "youngs_modulus");
+    assert!(plain["discretization_error"][0]["relative"].as_f64().unwrap() > 0.0);
+    assert_eq!(plain["residual_tests"].as_array().unwrap().len(), 2);
+    assert!(plain["verdict"].as_str().unwrap().contains("doubtful"), "{plain}");
+    assert!(plain["parameters"][0].get("profile95").is_none());
+    let analysis = "[analysis]\nprofile = true\nbootstrap = 20\nseed = 3\n\
+                    observed_information = true\ndiscretization_error = \"none\"\n";
+    folder.write("fit.toml", &format!("{FIT}{analysis}"));
+    let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let fit = folder.json("fit.json");
+    let e = &fit["parameters"][0];
+    for key in ["profile95", "observed_std_error"] {
+        assert!(!e[key].is_null(), "{key}: {e}");
+    }
+    assert!(e["bootstrap"]["std_error"].as_f64().unwrap() > 0.0, "{e}");
+    assert!(fit["discretization_error"].as_array().unwrap().is_empty());
+    let shown = String::from_utf8_lossy(&output.stdout).to_string();
+    assert!(shown.contains("profile") && shown.contains("bootstrap"), "{shown}");
+}
+
 #[test]
 fn bad_fits_and_data_are_refused() {
     let folder = Folder::new();
@@ -549,6 +578,13 @@ fn bad_fits_and_data_are_refused() {
             &["tip.csv", "0.5 m", "x[mm]"],
         ),
         ("fit.toml", FIT.replace("point = \"tip\"", "y = \"left\""), &["left", "down"]),
+        ("fit.toml", format!("{FIT}[analysis]\nprofiles = true\n"), &["profiles", "bootstrap"]),
+        ("fit.toml", format!("{FIT}[analysis]\nbootstrap = 1\n"), &["analysis.bootstrap", "2 .. "]),
+        (
+            "fit.toml",
+            format!("{FIT}[analysis]\ndiscretization_error = \"all\"\n"),
+            &["all", "refitted"],
+        ),
         ("tip.csv", data.replace("t,x,y", "t,a,b"), &["tip.csv:1", "`a`"]),
         ("tip.csv", data.replace("t,x,y", "t,x,x"), &["tip.csv:1", "two columns `x`"]),
         ("tip.csv", "t\n0\n1\n".into(), &["tip.csv:1", "no column x, y or z"]),

@@ -3,15 +3,16 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{FitReport, Sample};
-use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Time};
+use rodfit::fit::{Analysis, FitReport, Refinement, Sample};
+use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
 mod common;
 use common::{cantilever_with, record};
 
 use Parameter::{
-    Beta, DampingMass, DampingStiffness, Density, PoissonRatio, Radius, YoungsModulus,
+    Beta, DampingMass, DampingStiffness, Density, NaturalCurvature, PoissonRatio, Radius,
+    YoungsModulus,
 };
 
 /// 25 edges for `end` seconds.
@@ -92,6 +93,21 @@ fn exact_beta_alone_and_with_the_modulus() {
         let report = fit(&scene, &data, &[YoungsModulus.into(), Beta.into()]);
         assert!((value(&report, Beta) - truth).abs() < 1e-6, "{truth}: {report}");
         assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{truth}: {report}");
+    }
+}
+
+/// A drooping rod, bent at rest by less than its mould.
+#[test]
+fn exact_natural_curvature_with_the_modulus() {
+    for truth in [0.4, 1.0, 1.3] {
+        let mut scene = small(1.0);
+        scene.rod.shape = Shape::Arc { length: 0.5, angle: 0.8 };
+        scene.rod.natural_curvature = truth;
+        let data = observe(&scene, 100);
+        scene.rod.natural_curvature = 0.8;
+        let report = fit(&scene, &data, &[YoungsModulus.into(), NaturalCurvature.into()]);
+        assert!((value(&report, NaturalCurvature) / truth - 1.0).abs() < 1e-7, "{report}");
+        assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-7, "{report}");
     }
 }
 
@@ -194,7 +210,10 @@ fn standard_error_is_the_spread() {
         for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
             *x += noise.sample(&mut random);
         }
-        let report = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap();
+        // Of the mesh and the step of the data.
+        let same = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
+        let fit = Fit::new(&problem).observe(data).identify(YoungsModulus).analyse(same);
+        let report = fit.solve().unwrap();
         let estimate = report.estimate(YoungsModulus).unwrap();
         estimates.push((estimate.value.unwrap() / 1e8).ln());
         errors.push(estimate.std_error.unwrap() / estimate.value.unwrap());

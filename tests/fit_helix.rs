@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{FitReport, Sample};
+use rodfit::fit::{Analysis, FitReport, Refinement, Sample};
 use rodfit::scene::{Clamp, Scene, Scheme, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
@@ -29,8 +29,10 @@ fn observe(scene: &Scene) -> Observation {
     Observation::new(samples.collect())
 }
 
+/// Data and model have the same mesh.
 fn fit(scene: &Scene, observation: &Observation, unknowns: &[Unknown]) -> FitReport {
-    let fit = Fit::new(&scene.problem().unwrap()).observe(observation.clone());
+    let same = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
+    let fit = Fit::new(&scene.problem().unwrap()).observe(observation.clone()).analyse(same);
     unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown)).solve().unwrap()
 }
 

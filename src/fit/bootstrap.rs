@@ -1,17 +1,14 @@
 //! Parametric bootstrap: fit data made by the fitted model and noise of the estimated size, again
 //! and again, and look at how the estimates spread.
 
-use super::search::{Optimum, Search};
-use super::{Observation, Unknown};
+use super::Unknown;
+use super::search::{Optimum, Search, Task};
 use crate::error::Error;
-use crate::problem::Problem;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
-use std::cell::Cell;
-use std::rc::Rc;
 
 /// Replicates between two reports of progress.
 const BATCH: usize = 16;
@@ -27,11 +24,7 @@ pub struct Bootstrap {
 
 /// What every replicate needs; the threads share it.
 struct Shared<'a> {
-    problem: &'a Problem,
-    observations: &'a [Observation],
-    sigmas: &'a [f64],
-    unknowns: &'a [Unknown],
-    full_work: f64,
+    task: Task<'a>,
     /// Simulated coordinates at the optimum, in the order of the residuals, m.
     simulated: Vec<f64>,
     /// Standard deviation of the noise of each observation, m.
@@ -45,7 +38,7 @@ impl Shared<'_> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number as u64);
         let mut simulated = self.simulated.iter();
-        let mut observations = self.observations.to_vec();
+        let mut observations = self.task.observations.to_vec();
         for (observation, noise) in observations.iter_mut().zip(self.noise) {
             let seen = observation.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten();
             for (seen, simulated) in seen.zip(&mut simulated) {
@@ -53,21 +46,12 @@ impl Shared<'_> {
                 *seen = simulated + noise * random;
             }
         }
-        let work = Rc::new(Cell::new(0.0));
-        let search = Search {
-            problem: self.problem,
-            observations: &observations,
-            sigmas: self.sigmas.to_vec(),
-            unknowns: self.unknowns,
-            full_work: self.full_work,
-            work: work.clone(),
-            progress: None,
-        };
+        let search = Task { observations: &observations, ..self.task }.search();
         let found = search.polish(self.start).and_then(|optimum| match optimum.converged {
             true => Ok(optimum.x),
             false => Err(Error::Fit(optimum.status)),
         });
-        (found, work.get())
+        (found, search.work.get())
     }
 }
 
@@ -84,22 +68,13 @@ pub(super) fn spread(
         let seen = observation.samples.iter().flat_map(|s| s.position).flatten();
         simulated.extend(seen.zip(&mut residuals).map(|(seen, r)| seen + r * sigma));
     }
-    let shared = Shared {
-        problem: search.problem,
-        observations: search.observations,
-        sigmas: &search.sigmas,
-        unknowns: search.unknowns,
-        full_work: search.full_work,
-        simulated,
-        noise,
-        start: &optimum.x,
-    };
+    let shared = Shared { task: search.task(), simulated, noise, start: &optimum.x };
     let mut found: Vec<Vec<f64>> = Vec::new();
     for first in (0..count).step_by(BATCH) {
         let batch = first..(first + BATCH).min(count);
         let results: Vec<_> = batch.into_par_iter().map(|k| shared.replicate(seed, k)).collect();
         for (result, work) in results {
-            search.work.set(search.work.get() + work);
+            search.count(work);
             found.extend(result.ok());
         }
         search.report(&format!("bootstrap, {} of {count}", (first + BATCH).min(count)));

@@ -3,8 +3,15 @@
 //! [`Fit`] minimises the distance between the simulated and the recorded points by
 //! [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a start of its own
 //! making ([`search`](self)), and says how well the data determine each parameter.
+//!
+//! A number comes with what speaks against it: what the data cannot tell
+//! ([`FitReport::not_identifiable`]), its statistical error (the covariance of the exact Jacobian;
+//! [on request](Analysis) the exact Hessian, the likelihood's profile, a bootstrap), what mesh and
+//! step may be off ([`DiscretizationError`]), and whether the residuals look like noise
+//! ([`ResidualTests`]).
 
 mod analysis;
+mod assessment;
 mod bootstrap;
 mod discretization;
 mod file;
@@ -44,8 +51,10 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
-/// on a finer grid, and before the report warns.
+/// on a finer grid, and before the report warns, unless it is noise.
 const UNEXPLAINED: f64 = 0.1;
+/// Bootstrap replicates beyond this are a slip of the pen.
+const MOST_REPLICATES: usize = 1_000_000;
 
 /// An identification in the making.
 ///
@@ -148,7 +157,7 @@ impl Fit {
                 }
             }
         }
-        let mut report = self.report(&search(&sigmas), &optimum)?;
+        let mut report = self.assess(&search(&sigmas), &optimum)?;
         report.simulations = work.get() / full_work;
         report.wall_seconds = clock.elapsed().as_secs_f64();
         Ok(report)
@@ -183,13 +192,17 @@ impl Fit {
         })
     }
 
-    /// Whether every observation is explained but for a tenth of its motion or three sigma.
+    /// Whether every observation is explained but for a tenth of its motion, three sigma, or noise.
     fn explained(&self, optimum: &Optimum, sigmas: &[f64]) -> bool {
         let rms = rms_per_observation(optimum, sigmas);
-        self.observations.iter().zip(rms).all(|(observation, rms)| {
+        let mut rest = &optimum.residuals[..];
+        self.observations.iter().zip(rms).zip(&optimum.counts).all(|((observation, rms), count)| {
+            let (own, others) = rest.split_at(*count);
+            rest = others;
             let spread = observation.spread();
             rms <= (UNEXPLAINED * spread).max(3.0 * observation.sigma.unwrap_or(0.0))
                 || spread == 0.0
+                || self.is_noisy(observation, rms, own)
         })
     }
 
@@ -232,6 +245,10 @@ impl Fit {
                 ));
             }
             unknown.check(&self.problem, &key)?;
+        }
+        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
+            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
         }
         let end = self.problem.time()?.end;
         // With a clock of its own a recording may show later times than the motion lasts.

@@ -4,11 +4,9 @@
 //! interval ends where it has risen by half the squared quantile of the noise. Unlike the standard
 //! error it does not take the model for linear.
 
-use super::search::{Optimum, Search};
-use super::{Residuals, Unknown};
+use super::Unknown;
+use super::search::{Optimum, Search, Task};
 use crate::error::Error;
-use argmin::core::Gradient;
-use std::rc::Rc;
 
 /// The end of an interval is found to this part of a standard deviation.
 const TOLERANCE: f64 = 1e-3;
@@ -43,7 +41,7 @@ pub(super) fn interval(
     optimum: &Optimum,
     i: usize,
     (deviation, noise, reach): (f64, f64, f64),
-) -> Result<Interval, Error> {
+) -> Interval {
     let mut better = None;
     let mut ends = [None; 2];
     for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
@@ -100,7 +98,7 @@ pub(super) fn interval(
         }
         search.report(&format!("profile of {}", search.unknowns[i].parameter));
     }
-    Ok(Interval { ends, better })
+    Interval { ends, better }
 }
 
 fn profile(
@@ -114,40 +112,19 @@ fn profile(
     let mut unknowns = search.unknowns.to_vec();
     let value = unknowns[i].from_scale(held);
     unknowns[i] = unknowns[i].bounds(value, value);
-    let held_search = Search {
-        problem: search.problem,
-        observations: search.observations,
-        sigmas: search.sigmas.clone(),
-        unknowns: &unknowns,
-        full_work: search.full_work,
-        work: Rc::clone(&search.work),
-        progress: None,
-    };
+    let held_search = Task { unknowns: &unknowns, ..search.task() }.search();
     let mut start = from.to_vec();
     start[i] = held;
-    let residuals: Residuals = held_search.residuals(search.duration())?;
-    let (x, cost, gradient) = match unknowns.len() {
-        1 => {
-            let gradient = residuals.gradient(&start).map_err(fit_error)?;
-            let cost = super::residuals::half_square(&residuals.residuals(&start)?);
-            (start, cost, gradient[0])
-        }
-        _ => {
-            let optimum = held_search.polish(&start)?;
-            let rows = optimum.jacobian.iter().zip(&optimum.residuals);
-            let gradient = rows.map(|(row, r)| row[i] * r).sum();
-            (optimum.x, optimum.cost, gradient)
-        }
-    };
+    // With nothing left to fit this takes one run.
+    let optimum = held_search.polish(&start);
+    search.count(held_search.work.get());
+    let Optimum { x, cost, residuals, jacobian, .. } = optimum?;
+    let gradient: f64 = jacobian.iter().zip(&residuals).map(|(row, r)| row[i] * r).sum();
     let excess = 2.0 * (cost - least);
     let rise = excess.abs().sqrt().copysign(excess) / noise;
     // d(rise^2)/dx = 2 gradient/noise^2.
     let slope = gradient / (rise.abs().max(f64::MIN_POSITIVE) * noise * noise);
     Ok(Point { x, rise, slope })
-}
-
-fn fit_error(error: argmin::core::Error) -> Error {
-    error.downcast::<Error>().unwrap_or_else(|error| Error::Fit(error.to_string()))
 }
 
 impl Interval {
@@ -157,5 +134,52 @@ impl Interval {
             let [low, high] = unknown.parameter.limits();
             end.map(|x| unknown.from_scale(x).clamp(low, high))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Scene, Section, Shape, Time};
+    use crate::{Observation, Parameter, Point};
+
+    /// A profile that starts away from the minimum says that it found better; one that starts at
+    /// the minimum of nearly linear data ends where the standard error says.
+    #[test]
+    fn a_better_fit_is_noticed() {
+        let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+        let section = Section::Circle { radius: 0.005 };
+        let mut scene = Scene::new(8, shape, section, Material::new(1273.52, 1e8));
+        scene.loads.gravity = [0.0, -9.8, 0.0];
+        scene.time = Some(Time::new(0.4, 4e-3));
+        let problem = scene.problem().unwrap();
+        let run = problem.simulate().unwrap();
+        let samples = (1..=20).map(|k| {
+            let (x, _) = run.at(Point::Tip, 0.02 * f64::from(k)).unwrap();
+            crate::fit::Sample { time: 0.02 * f64::from(k), position: x.map(Some) }
+        });
+        let observations = [Observation::new(samples.collect())];
+        let unknowns = [Unknown::new(Parameter::YoungsModulus)];
+        let task = Task {
+            problem: &problem,
+            observations: &observations,
+            sigmas: &[1e-3],
+            unknowns: &unknowns,
+            full_work: 1.0,
+        };
+        let search = task.search();
+        let best = search.polish(&[1.01e8_f64.ln()]).unwrap();
+        let norm = best.jacobian.iter().map(|row| row[0] * row[0]).sum::<f64>().sqrt();
+        let sd = 1.0 / norm;
+        let found = interval(&search, &best, 0, (sd, 1.0, 1.96));
+        assert!(found.better.is_none());
+        for (end, side) in found.ends.iter().zip([-1.0, 1.0]) {
+            let expected = 1e8_f64.ln() + side * 1.96 * sd;
+            assert!((end.unwrap() - expected).abs() < 0.05 * sd, "{found:?}");
+        }
+        let away = search.residuals(1.0).unwrap().residuals(&[best.x[0] + 4.0 * sd]).unwrap();
+        let cost = super::super::residuals::half_square(&away);
+        let off = Optimum { x: vec![best.x[0] + 4.0 * sd], cost, ..best };
+        assert!(interval(&search, &off, 0, (sd, 1.0, 1.96)).better.is_some());
     }
 }

@@ -68,6 +68,31 @@ pub(super) struct Search<'a> {
     pub progress: Option<Progress>,
 }
 
+/// What threads share of a search.
+#[derive(Clone, Copy)]
+pub(super) struct Task<'a> {
+    pub problem: &'a Problem,
+    pub observations: &'a [Observation],
+    pub sigmas: &'a [f64],
+    pub unknowns: &'a [Unknown],
+    pub full_work: f64,
+}
+
+impl<'a> Task<'a> {
+    /// A silent search that counts its own work.
+    pub fn search(self) -> Search<'a> {
+        Search {
+            problem: self.problem,
+            observations: self.observations,
+            sigmas: self.sigmas.to_vec(),
+            unknowns: self.unknowns,
+            full_work: self.full_work,
+            work: Rc::default(),
+            progress: None,
+        }
+    }
+}
+
 /// Where an optimisation ended.
 #[derive(Clone, Debug)]
 pub(super) struct Optimum {
@@ -81,6 +106,22 @@ pub(super) struct Optimum {
 }
 
 impl Search<'_> {
+    /// What other searches of the same problem need.
+    pub fn task(&self) -> Task<'_> {
+        Task {
+            problem: self.problem,
+            observations: self.observations,
+            sigmas: &self.sigmas,
+            unknowns: self.unknowns,
+            full_work: self.full_work,
+        }
+    }
+
+    /// Counts the work of another search.
+    pub fn count(&self, work: f64) {
+        self.work.set(self.work.get() + work);
+    }
+
     /// End of the record, s.
     pub fn duration(&self) -> f64 {
         let last = |o: &Observation| o.samples.last().map_or(0.0, |s| s.time);
