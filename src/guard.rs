@@ -60,7 +60,7 @@ impl Limits {
                 Some(grows(INTERVAL))
             }
             Scheme::AverageVectorField => Some(Self {
-                per_step: 1e-11,
+                per_step: 1e-10,
                 in_all: 1e-6,
                 losses: true,
                 interval: 0,

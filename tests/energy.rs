@@ -2,7 +2,7 @@
 
 use rodfit::Problem;
 use rodfit::model::Model;
-use rodfit::scene::{Clamp, Discretization, Scene, Scheme, Time};
+use rodfit::scene::{Clamp, Scene, Scheme, Time};
 
 mod common;
 use common::{cantilever, cantilever_with, planar};

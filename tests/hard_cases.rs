@@ -76,7 +76,8 @@ fn strike(problem: &rodfit::Problem, spatial: bool, rebounds: bool) -> Result<()
     let mut see = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {
         let (e, f) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
         let turn = (e[0] * f[1] - e[1] * f[0]).atan2(e[0] * f[0] + e[1] * f[1]);
-        assert!(turn > 0.0, "the jaws have gone through each other: {turn}");
+        // Swung open beyond straight is another matter.
+        assert!(turn > -0.5 * PI, "the jaws have gone through each other: {turn}");
         closest = closest.min(PI - turn);
         turn
     };
@@ -207,8 +208,8 @@ fn a_hair_moves_as_a_rod_does() {
     assert!(apart < 1e-5);
 }
 
-/// From limp to stiff, over steps of 1 and 100 ms: implicit Euler gets through, every scheme either
-/// does or says why not, and what was computed is finite.
+/// From limp to stiff, over steps of 1 and 100 ms: implicit Euler and the average vector field get
+/// through, every scheme either does or says why not, and what was computed is finite.
 #[test]
 fn stiff_and_soft_rods_in_large_steps() {
     for modulus in [1e3, 1e5, 1e8, 1e10, 1e12] {
@@ -222,12 +223,12 @@ fn stiff_and_soft_rods_in_large_steps() {
                 let outcome = run.run(&problem, problem.time().unwrap().steps(), |now| {
                     assert!(now.position(50).iter().all(|x| x.is_finite()));
                 });
-                let dissipates = scheme.1 == 1.0;
+                let sure = scheme.1 == 1.0 || scheme.0 == Scheme::AverageVectorField;
                 match outcome {
                     Ok(()) => assert_eq!(run.times().len(), problem.time().unwrap().steps() + 1),
                     Err(error) => {
                         println!("E = {modulus:e}, {step} s, {scheme:?}: {error}");
-                        assert!(!dissipates && !error.is_input(), "{modulus:e} {step}: {error}");
+                        assert!(!sure && !error.is_input(), "{modulus:e} {step}: {error}");
                     }
                 }
             }

@@ -49,9 +49,12 @@ impl Line {
             }
             let [inside, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
             line.stretch[at(1, edges)] += 0.5 * inside;
+            if !arcs.curved {
+                continue;
+            }
             line.node[at(1, edges + 1)] -= 0.25 * inside;
             line.node[at(2, edges + 1)] += 0.25 * inside;
-            if arcs.curved && edges > 2 {
+            if edges > 2 {
                 let [first, second] = [0, 1].map(|k| at(k, edges - 1));
                 let shift = (inside * inside / 8.0 - next * next / 12.0) / next;
                 // Twice a neighbour's length or more is no smooth mesh.

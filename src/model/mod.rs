@@ -53,9 +53,9 @@
 //!
 //! **Stretching next to a wall.** A wall in the middle of edge 0 holds the half of it that belongs
 //! to the rod too. For stretching, the wall is where it stands: edge 1 gets the compliance of all
-//! the rod between the wall and node 2, one and a half edges, and node 2 half of that length's mass
-//! and weight. A straight rod's stretching under its weight is then exact at every node from there
-//! on; it was short by half an edge, at first order.
+//! the rod between the wall and node 2, one and a half edges. A rod was short by half an edge, at
+//! first order; now a force at its tip stretches it exactly, and its weight at second order. In
+//! curved rods node 2 gets half of that length's mass and weight besides.
 //!
 //! A model makes rods over any scalar and knows where their nodes are in the world.
 //! [`PlanarModel`] drops the third coordinate, angles and frames; [`SpatialModel`] has them all.
