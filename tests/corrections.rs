@@ -8,6 +8,8 @@ use rodfit::scene::{
 };
 use std::f64::consts::{PI, TAU};
 
+mod common;
+
 /// E = 1e7 Pa, G = E/3, 1000 kg/m^3.
 fn rod(segments: usize, shape: Shape, section: Section) -> Scene {
     let material = Material { poisson_ratio: Some(0.5), ..Material::new(1e3, 1e7) };
@@ -229,5 +231,39 @@ fn small_deflections_of_curves() {
                 "{name} {axis}: {fine}"
             );
         }
+    }
+}
+
+/// The first swing of the paper's cantilever, continuum 0.544335 L: what the walls of a straight rod
+/// make of it, and of the frequency of its small vibrations.
+#[test]
+fn first_swing_of_the_cantilever() {
+    let continuum = |discretization: Discretization, segments: usize| {
+        let mut scene = common::cantilever();
+        scene.rod.segments = Some(segments);
+        scene.rod.discretization = Some(discretization);
+        let time = rodfit::scene::Time::new(0.35, 2e-4);
+        scene.time = Some(rodfit::scene::Time { scheme: rodfit::scene::Scheme::Rodas4, ..time });
+        let problem = scene.problem().unwrap();
+        let run = problem.simulate().unwrap();
+        let swing = common::extremum(run.times(), &common::sag(&run), [0.1, 0.35], 1.0);
+        let lowest = problem.modes(1, rodfit::modes::About::Rest).unwrap().frequencies_rad_s[0];
+        let bending = 1e8 * 0.005_f64.powi(2) / 4.0 / 1273.52;
+        let exact = 1.87510407_f64.powi(2) * bending.sqrt() / 0.25;
+        [swing - 0.544335, lowest / exact - 1.0]
+    };
+    for (discretization, swing, frequency) in [
+        (Discretization::Corrected, 2.0e-4, 7e-5),
+        (Discretization::CorrectedStatics, 1e-4, 1.7e-4),
+    ] {
+        let [coarse, fine] = [50, 100].map(|n| continuum(discretization, n));
+        let order = (coarse[0] / fine[0]).abs().log2();
+        println!(
+            "{discretization:?}: swing off by {:.1e} L at 50 segments, {:.1e} at 100, order {order:.1}; \
+             frequency by {:.1e}",
+            coarse[0], fine[0], coarse[1]
+        );
+        assert!(coarse[0].abs() < swing && coarse[1].abs() < frequency, "{coarse:?}");
+        assert!(order > 1.7, "{coarse:?} {fine:?}");
     }
 }

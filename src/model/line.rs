@@ -7,8 +7,8 @@ pub(crate) struct Arcs<'a> {
     pub lengths: &'a [f64],
     /// At the start and at the end.
     pub cut: [bool; 2],
-    /// Whether the rod is curved by nature, and they are longer than its chords.
-    pub curved: bool,
+    /// Whether joints and masses next to a wall change too.
+    pub joints: bool,
 }
 
 /// Lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
@@ -49,7 +49,7 @@ impl Line {
             }
             let [inside, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
             line.stretch[at(1, edges)] += 0.5 * inside;
-            if !arcs.curved {
+            if !arcs.joints {
                 continue;
             }
             line.node[at(1, edges + 1)] -= 0.25 * inside;
@@ -76,14 +76,14 @@ mod tests {
         for lengths in [&[1.0; 2][..], &[1.0; 3], &[0.9, 1.0, 1.2, 1.1, 1.0], &[5.0, 1.0, 1.0]] {
             for cut in [[true, false], [false, true], [true, true]] {
                 let (plain, line) =
-                    (Line::plain(lengths), Line::corrected(Arcs { lengths, cut, curved: true }));
+                    (Line::plain(lengths), Line::corrected(Arcs { lengths, cut, joints: true }));
                 let sum = |v: &[f64]| v.iter().sum::<f64>();
                 assert!((sum(&line.joint) - sum(&plain.joint)).abs() < 1e-15 * sum(lengths));
                 assert!((sum(&line.node) - sum(&plain.node)).abs() < 1e-15 * sum(lengths));
                 assert!(line.joint.iter().chain(&line.node).all(|l| *l > 0.0), "{line:?}");
             }
         }
-        let line = Line::corrected(Arcs { lengths: &[24.0; 5], cut: [true, false], curved: true });
+        let line = Line::corrected(Arcs { lengths: &[24.0; 5], cut: [true, false], joints: true });
         assert_eq!(line.joint, [25.0, 23.0, 24.0, 24.0]);
         assert_eq!(line.stretch, [24.0, 36.0, 24.0, 24.0, 24.0]);
         assert_eq!(line.node, [12.0, 18.0, 30.0, 24.0, 24.0, 12.0]);
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn joints_integrate_from_the_wall() {
         let lengths = [1.1, 1.0, 0.9, 0.8, 0.7];
-        let line = Line::corrected(Arcs { lengths: &lengths, cut: [true, false], curved: true });
+        let line = Line::corrected(Arcs { lengths: &lengths, cut: [true, false], joints: true });
         let mut at = -0.55;
         let mut sum = [0.0; 2];
         for (joint, edge) in line.joint.iter().zip(&lengths) {

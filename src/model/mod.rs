@@ -34,7 +34,8 @@
 //! `(a^2/8 - b^2/12)/b` instead of `l/24`.
 //!
 //! That is what curved rods get, where `f'(0)` goes with the curvature: the helix's error falls
-//! sixfold. A straight rod's joints keep their lengths. What its sag would gain its frequencies would
+//! sixfold. A straight rod's joints keep their lengths, unless `corrected-statics` is asked for: what
+//! its sag would gain its frequencies would
 //! lose, in units of `(l/L)^2` for small deflections (error of the sag under its weight, and of
 //! squared frequencies):
 //!

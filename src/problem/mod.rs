@@ -447,8 +447,9 @@ fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<Arcs<'a>> {
         arc / (x * x + y * y + z * z).sqrt() - 1.0 > 1e-12
     });
     let curved = scene.rod.natural_curvature != 0.0 && longer.any(|longer| longer);
-    let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene), curved };
-    (scene.discretization() == Discretization::Corrected).then_some(arcs)
+    let joints = curved || scene.discretization() == Discretization::CorrectedStatics;
+    let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene), joints };
+    (scene.discretization() != Discretization::Paper).then_some(arcs)
 }
 
 /// The smallest model that can hold the scene, or the one asked for; and why.
