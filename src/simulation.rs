@@ -160,6 +160,16 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     pub fn drive(&mut self, drive: Drive) {
         drive.velocities(self.state.time, &mut self.state.v);
         self.drive = Some(drive);
+        self.find_strain_rates();
+    }
+
+    /// The strain rates of the velocities at the start.
+    fn find_strain_rates(&mut self) {
+        if self.viscous.is_some() {
+            let State { q, frames, v, strain_rate, .. } = &mut self.state;
+            let v: Vec<f64> = v.iter().map(|v| v.value()).collect();
+            strain_rates(&self.rod, (&*q, &*frames), &v, self.length, strain_rate);
+        }
     }
 
     /// The rod.
@@ -228,11 +238,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             }
             self.state.v[i] = D::from(v[i]);
         }
-        if self.viscous.is_some() {
-            let State { q, frames, v, strain_rate, .. } = &mut self.state;
-            let v: Vec<f64> = v.iter().map(|v| v.value()).collect();
-            strain_rates(&self.rod, (&*q, &*frames), &v, self.length, strain_rate);
-        }
+        self.find_strain_rates();
     }
 
     /// Kinetic energy now, J.

@@ -2,7 +2,7 @@
 
 use rodfit::model::Model;
 use rodfit::rod::Rod;
-use rodfit::scene::{Clamp, Scene, Scheme, Section, Support, Time};
+use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Support, Time};
 use rodfit::{AnyProblem, Derivatives, Error, Posed, Problem, Trajectory};
 
 mod common;
@@ -27,7 +27,9 @@ fn twisted() -> Scene {
 /// both are those of num-dual, and of the tangent's sweep.
 #[test]
 fn gradients_of_all_ways_agree() {
-    for scene in [cantilever(), twisted()] {
+    let mut turned = cantilever();
+    turned.loads.point = vec![PointForce { moment: [0.0, 0.0, 0.02], ..PointForce::default() }];
+    for scene in [cantilever(), turned, twisted()] {
         match scene.problem().unwrap().posed() {
             AnyProblem::Planar(posed) => gradients_agree(&posed),
             AnyProblem::Spatial(posed) => gradients_agree(&posed),

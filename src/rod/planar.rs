@@ -151,9 +151,6 @@ impl<D: Nestable> PlanarRod<D> {
         for (i, load) in self.load.iter().enumerate() {
             gradient[2 * i..2 * i + 2].copy_from_slice(&load.gradient(unknowns(q, i)));
         }
-        for (i, moment) in &self.moment {
-            scatter(&moment.gradient(unknowns(q, *i)), gradient, *i);
-        }
     }
 
     /// The potential of the moments, J: angles are counted on from the first edge's, beyond half
@@ -207,6 +204,9 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
                 add_gradients(&self.stretch, q, gradient, dual_gradient);
                 add_gradients(&self.bend, q, gradient, dual_gradient);
             }
+        }
+        for (i, moment) in &self.moment {
+            scatter(&moment.gradient(unknowns(q, *i)), gradient, *i);
         }
     }
 
