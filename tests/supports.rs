@@ -26,6 +26,8 @@ fn a_moment_rolls_a_rod_into_a_circle() {
     for (turn, exact) in [(PI, [0.0, 2.0 / PI]), (2.0 * PI, [0.0, 0.0]), (4.0 * PI, [0.0, 0.0])] {
         let errors = [50, 100, 200].map(|segments| {
             let mut scene = unit_rod(segments, 1e-3);
+            // Nothing is said of what happens out of the plane, even where torsion is known.
+            scene.material.poisson_ratio = Some(0.3);
             scene.loads.point =
                 vec![PointForce { moment: [0.0, 0.0, turn], ..PointForce::default() }];
             let found = rest(&scene);

@@ -169,10 +169,12 @@ impl Problem {
             AnyModel::Spatial(model) => AnyProblem::Spatial(Posed { problem: self, model }),
         }
     }
-    /// Whether the scene says how stiff the rod is in torsion.
+    /// Whether the scene says how stiff the rod is in torsion, and has no moments, whose work out of
+    /// the plane would depend on the way: whether it can be looked at in space.
     pub(crate) fn can_twist(&self) -> bool {
         let material = &self.scene.material;
-        material.shear_modulus.is_some() || material.poisson_ratio.is_some()
+        let known = material.shear_modulus.is_some() || material.poisson_ratio.is_some();
+        known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
     /// The spatial model of the scene, whatever model it has.
     pub(crate) fn spatial_model(&self) -> Result<SpatialModel, Error> {
@@ -182,7 +184,6 @@ impl Problem {
             let rest = posed.rest();
             mesh.nodes = (0..self.nodes()).map(|i| posed.model.position(&rest, i)).collect();
         }
-        // Moments about the plane's normal would turn with the rod out of it.
         let loads = nodal(&self.scene.loads.point, "loads", mesh.nodes.len())?;
         SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &loads)
     }
