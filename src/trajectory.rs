@@ -123,9 +123,19 @@ impl Trajectory {
         steps: usize,
         mut after: impl FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
+        self.run_seen(problem, steps, &mut after)
+    }
+
+    /// Not generic: whoever calls `run` need not compile the simulation again.
+    fn run_seen(
+        &mut self,
+        problem: &Problem,
+        steps: usize,
+        after: &mut dyn FnMut(&dyn Snapshot),
+    ) -> Result<(), Error> {
         match problem.posed() {
-            AnyProblem::Planar(posed) => self.run_posed(problem, &posed, steps, &mut after),
-            AnyProblem::Spatial(posed) => self.run_posed(problem, &posed, steps, &mut after),
+            AnyProblem::Planar(posed) => self.run_posed(problem, &posed, steps, after),
+            AnyProblem::Spatial(posed) => self.run_posed(problem, &posed, steps, after),
         }
     }
 
