@@ -17,6 +17,7 @@ use crate::scene::{
 };
 use crate::sensitivity::{ImplicitSensitivity, Sensitivity};
 use crate::simulation::Simulation;
+use crate::vector::{add, scale};
 use num_dual::Dual64;
 use std::ops::Range;
 
@@ -229,6 +230,14 @@ impl Problem {
             AnyProblem::Planar(posed) => posed.model.position(&posed.rest(), 0),
             AnyProblem::Spatial(posed) => posed.model.position(&posed.rest(), 0),
         }
+    }
+    /// A point of the rest shape in the world, m.
+    pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
+        let node: &dyn Fn(usize) -> [f64; 3] = match self.posed() {
+            AnyProblem::Planar(posed) => &move |i| posed.model.position(&posed.rest(), i),
+            AnyProblem::Spatial(posed) => &move |i| posed.model.position(&posed.rest(), i),
+        };
+        stencil.nodes.iter().fold([0.0; 3], |sum, (i, w)| add(sum, scale(node(*i), *w)))
     }
     /// The normal of the plane of a planar scene; of a spatial one the z axis.
     pub(crate) fn normal(&self) -> [f64; 3] {
