@@ -2,6 +2,8 @@
 
 mod start;
 
+pub(crate) use start::Settled;
+
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
@@ -359,6 +361,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.problem.scene
+    }
+
+    /// The normal of the plane of a planar scene, whatever the model.
+    pub(crate) fn normal(&self) -> [f64; 3] {
+        self.problem.normal()
     }
 
     /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2.
