@@ -348,7 +348,7 @@ impl Residuals {
                 let seed = |p, value| Dual64::new(value, f64::from(p == unknown.parameter));
                 let track = wanted.iter().position(|p| *p == unknown.parameter);
                 let slope = unknown.slope(unknown.from_scale(x[*i]));
-                let rate = |t: &crate::modes::Tone| track.map_or(0.0, |track| t.derivatives[track]);
+                let rate = |t: &crate::Tone| track.map_or(0.0, |track| t.derivatives[track]);
                 let frequencies: Vec<Dual64> =
                     tones.iter().map(|t| Dual64::new(t.frequency_rad_s, rate(t))).collect();
                 let seeing = Seeing {
