@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::section::{Moments, circle, rectangle};
-use crate::scene::{Scene, Scheme, Section, Time};
+use crate::scene::{Initial, Scene, Scheme, Section, Time};
 use crate::simulation::Damping;
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +48,24 @@ pub enum Parameter {
     /// By how much the rod as a whole is turned about its first node in its plane, rad.
     #[serde(rename = "clamp_angle")]
     ClampAngle,
+    /// Velocity of the rod at t = 0 along x, m/s.
+    #[serde(rename = "initial.velocity.x")]
+    InitialVelocityX,
+    /// The same along y.
+    #[serde(rename = "initial.velocity.y")]
+    InitialVelocityY,
+    /// The same along z.
+    #[serde(rename = "initial.velocity.z")]
+    InitialVelocityZ,
+    /// Angular velocity of the rod at t = 0 about x, rad/s.
+    #[serde(rename = "initial.angular_velocity.x")]
+    InitialAngularVelocityX,
+    /// The same about y.
+    #[serde(rename = "initial.angular_velocity.y")]
+    InitialAngularVelocityY,
+    /// The same about z.
+    #[serde(rename = "initial.angular_velocity.z")]
+    InitialAngularVelocityZ,
     /// What the recording's clock shows when the motion starts, s.
     #[serde(rename = "time_offset")]
     TimeOffset,
@@ -85,6 +103,12 @@ impl Parameter {
             Self::DampingMass => "damping.mass",
             Self::DampingStiffness => "damping.stiffness",
             Self::ClampAngle => "clamp_angle",
+            Self::InitialVelocityX => "initial.velocity.x",
+            Self::InitialVelocityY => "initial.velocity.y",
+            Self::InitialVelocityZ => "initial.velocity.z",
+            Self::InitialAngularVelocityX => "initial.angular_velocity.x",
+            Self::InitialAngularVelocityY => "initial.angular_velocity.y",
+            Self::InitialAngularVelocityZ => "initial.angular_velocity.z",
             Self::TimeOffset => "time_offset",
             Self::PixelScale => "pixel_scale",
             Self::InPlaneRotation => "in_plane_rotation",
@@ -104,6 +128,10 @@ impl Parameter {
             Self::DampingMass => "1/s",
             Self::DampingStiffness | Self::TimeOffset => "s",
             Self::InPlaneRotation | Self::ClampAngle => "rad",
+            Self::InitialVelocityX | Self::InitialVelocityY | Self::InitialVelocityZ => "m/s",
+            Self::InitialAngularVelocityX
+            | Self::InitialAngularVelocityY
+            | Self::InitialAngularVelocityZ => "rad/s",
             Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => "m",
             Self::PoissonRatio | Self::NaturalCurvature | Self::Beta | Self::PixelScale => "",
         }
@@ -118,11 +146,30 @@ impl Parameter {
                 | Self::NaturalTwist
                 | Self::Beta
                 | Self::ClampAngle
+                | Self::InitialVelocityX
+                | Self::InitialVelocityY
+                | Self::InitialVelocityZ
+                | Self::InitialAngularVelocityX
+                | Self::InitialAngularVelocityY
+                | Self::InitialAngularVelocityZ
                 | Self::TimeOffset
                 | Self::InPlaneRotation
                 | Self::ClampPositionX
                 | Self::ClampPositionY
                 | Self::ClampPositionZ
+        )
+    }
+
+    /// Whether it is a velocity at t = 0.
+    pub fn is_initial_velocity(self) -> bool {
+        matches!(
+            self,
+            Self::InitialVelocityX
+                | Self::InitialVelocityY
+                | Self::InitialVelocityZ
+                | Self::InitialAngularVelocityX
+                | Self::InitialAngularVelocityY
+                | Self::InitialAngularVelocityZ
         )
     }
 
@@ -151,6 +198,12 @@ impl Parameter {
                 [-std::f64::consts::PI, std::f64::consts::PI]
             }
             Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => [-1e6, 1e6],
+            Self::InitialVelocityX
+            | Self::InitialVelocityY
+            | Self::InitialVelocityZ
+            | Self::InitialAngularVelocityX
+            | Self::InitialAngularVelocityY
+            | Self::InitialAngularVelocityZ => [-1e6, 1e6],
             _ => [f64::MIN_POSITIVE, f64::MAX],
         }
     }
@@ -186,11 +239,22 @@ impl Parameter {
             Self::ClampAngle => {
                 let weight_only = scene.loads.point.is_empty()
                     && scene.initial.point.is_empty()
-                    && !scene.initial.moves()
                     && scene.initial.shape.is_none()
                     && scene.supports.motion.is_empty()
                     && scene.supports.roller.is_none();
                 weight_only.then_some(scene.supports.angle)
+            }
+            Self::InitialVelocityX => moving(scene).map(|initial| initial.velocity[0]),
+            Self::InitialVelocityY => moving(scene).map(|initial| initial.velocity[1]),
+            Self::InitialVelocityZ => moving(scene).map(|initial| initial.velocity[2]),
+            Self::InitialAngularVelocityX => {
+                moving(scene).map(|initial| initial.angular_velocity[0])
+            }
+            Self::InitialAngularVelocityY => {
+                moving(scene).map(|initial| initial.angular_velocity[1])
+            }
+            Self::InitialAngularVelocityZ => {
+                moving(scene).map(|initial| initial.angular_velocity[2])
             }
             Self::TimeOffset => Some(scene.camera.time_offset),
             Self::PixelScale => Some(scene.camera.pixel_scale),
@@ -226,6 +290,12 @@ impl Parameter {
             Self::DampingMass => Some(&mut scene.loads.damping.mass),
             Self::DampingStiffness => Some(&mut scene.loads.damping.stiffness),
             Self::ClampAngle => Some(&mut scene.supports.angle),
+            Self::InitialVelocityX => Some(&mut scene.initial.velocity[0]),
+            Self::InitialVelocityY => Some(&mut scene.initial.velocity[1]),
+            Self::InitialVelocityZ => Some(&mut scene.initial.velocity[2]),
+            Self::InitialAngularVelocityX => Some(&mut scene.initial.angular_velocity[0]),
+            Self::InitialAngularVelocityY => Some(&mut scene.initial.angular_velocity[1]),
+            Self::InitialAngularVelocityZ => Some(&mut scene.initial.angular_velocity[2]),
             Self::TimeOffset => Some(&mut scene.camera.time_offset),
             Self::PixelScale => Some(&mut scene.camera.pixel_scale),
             Self::InPlaneRotation => Some(&mut scene.camera.in_plane_rotation),
@@ -242,9 +312,14 @@ impl Parameter {
         Error::invalid(
             "parameter",
             self.name(),
-            "a parameter the scene has: radius needs a circle, width and height a rectangle, shear_modulus and poisson_ratio need their key in [material], beta the scheme newmark-beta, clamp_angle a scene without point loads, motions and initial velocity",
+            "a parameter the scene has: radius needs a circle, width and height a rectangle, shear_modulus and poisson_ratio need their key in [material], beta the scheme newmark-beta, clamp_angle a planar scene without point loads and motions, initial.velocity and initial.angular_velocity a [time]",
         )
     }
+}
+
+/// The start of a scene that is to move.
+fn moving(scene: &Scene) -> Option<&Initial> {
+    scene.time.as_ref().map(|_| &scene.initial)
 }
 
 impl std::fmt::Display for Parameter {
@@ -274,6 +349,10 @@ pub struct Properties<D> {
     pub natural_twist: D,
     /// How much further than the scene says the rod is turned: zero, with derivatives, rad.
     pub clamp_angle: D,
+    /// Velocity at t = 0 in world axes, m/s.
+    pub velocity: [D; 3],
+    /// Angular velocity at t = 0 in world axes, rad/s.
+    pub angular_velocity: [D; 3],
     /// Both dampings.
     pub damping: Damping<D>,
     /// Of the scheme.
@@ -315,6 +394,22 @@ impl<D: crate::Scalar> Properties<D> {
             clamp_angle: {
                 let angle = scene.supports.angle;
                 seed(Parameter::ClampAngle, angle) - D::from(angle)
+            },
+            velocity: {
+                let [x, y, z] = scene.initial.velocity;
+                [
+                    seed(Parameter::InitialVelocityX, x),
+                    seed(Parameter::InitialVelocityY, y),
+                    seed(Parameter::InitialVelocityZ, z),
+                ]
+            },
+            angular_velocity: {
+                let [x, y, z] = scene.initial.angular_velocity;
+                [
+                    seed(Parameter::InitialAngularVelocityX, x),
+                    seed(Parameter::InitialAngularVelocityY, y),
+                    seed(Parameter::InitialAngularVelocityZ, z),
+                ]
             },
             damping: Damping {
                 mass: seed(Parameter::DampingMass, scene.loads.damping.mass),

@@ -62,7 +62,7 @@ impl Problem {
         };
         let mut tones: Vec<Tone> = vibrations.modes.iter().map(tone).collect();
         for parameter in parameters {
-            parameter.of(self.scene()).ok_or_else(|| parameter.absent())?;
+            self.check_parameter(*parameter)?;
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
             for (tone, frequency) in tones.iter_mut().zip(vibrations.over(seed)?) {
                 tone.derivatives.push(frequency.eps);

@@ -78,6 +78,12 @@ impl Unknown {
             // Clamps and cameras are set up by eye.
             (
                 Parameter::ClampAngle
+                | Parameter::InitialVelocityX
+                | Parameter::InitialVelocityY
+                | Parameter::InitialVelocityZ
+                | Parameter::InitialAngularVelocityX
+                | Parameter::InitialAngularVelocityY
+                | Parameter::InitialAngularVelocityZ
                 | Parameter::TimeOffset
                 | Parameter::PixelScale
                 | Parameter::InPlaneRotation

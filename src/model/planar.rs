@@ -193,9 +193,9 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         }
     }
 
-    fn components(&self, vector: [f64; 3]) -> [f64; 3] {
-        let (own, normal) = self.plane.components(vector.into());
-        [own.x, own.y, normal]
+    fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
+        let axes = [self.plane.x, self.plane.y, self.plane.x.cross(&self.plane.y)];
+        axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {

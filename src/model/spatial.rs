@@ -104,13 +104,6 @@ impl SpatialModel {
     }
 }
 
-impl SpatialModel {
-    /// A vector of the world in the model's axes.
-    pub(crate) fn own<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
-        self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
-    }
-}
-
 impl Model<HALF_BANDWIDTH> for SpatialModel {
     const STRIDE: usize = 4;
     type Rod<D: Nestable> = SpatialRod<D>;
@@ -206,8 +199,8 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         }
     }
 
-    fn components(&self, vector: [f64; 3]) -> [f64; 3] {
-        self.own(vector)
+    fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
+        self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {

@@ -268,6 +268,7 @@ impl Problem {
         }
         scene.validate()?;
         let turned = scene.supports.angle != self.scene.supports.angle;
+        self.check_velocities(&scene)?;
         let twisted = (scene.rod.natural_twist != 0.0) != (self.scene.rod.natural_twist != 0.0);
         if turned || twisted {
             let path = scene.path.clone();
@@ -278,6 +279,46 @@ impl Problem {
         problem.check_sizes().map_err(|error| error.in_file(self.scene.path.as_deref()))?;
         problem.find_start()?;
         Ok(problem)
+    }
+
+    /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
+    /// model.
+    pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
+        let value = parameter.of(&self.scene).ok_or_else(|| parameter.absent())?;
+        if parameter == Parameter::ClampAngle && self.planar().is_none() {
+            return Err(parameter.absent());
+        }
+        let mut moved = self.scene.clone();
+        let speeds = moved.initial.velocity.iter().chain(&moved.initial.angular_velocity);
+        let step = speeds.fold(1.0_f64, |most, v| most.max(v.abs()));
+        if parameter.is_initial_velocity() {
+            parameter.set(&mut moved, value + step)?;
+            self.check_velocities(&moved)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses initial velocities that leave the plane of the model.
+    fn check_velocities(&self, scene: &Scene) -> Result<(), Error> {
+        let AnyModel::Planar(model) = &self.model else { return Ok(()) };
+        let initial = &scene.initial;
+        let [_, _, out] = model.components(initial.velocity);
+        let [x, y, about] = model.components(initial.angular_velocity);
+        let leaves = |part: f64, other: f64| part.abs() > 1e-9 * part.hypot(other);
+        let found = if leaves(out, initial.velocity.map(f64::abs).into_iter().sum()) {
+            ("initial.velocity", initial.velocity)
+        } else if leaves(x.hypot(y), about) {
+            ("initial.angular_velocity", initial.angular_velocity)
+        } else {
+            return Ok(());
+        };
+        let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);
+        let allowed = format!(
+            "a motion in the plane with normal {n:?} that the scene was found to lie in; \
+             with rod.dimension = \"spatial\" any"
+        );
+        let error = Error::invalid(found.0, format!("{:?}", found.1), allowed);
+        Err(error.in_file(self.scene.path.as_deref()))
     }
 
     /// The scene's `[time]`.
@@ -396,7 +437,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let properties = Properties::of(&self.problem.scene, seed);
         let rod = self.model.rod(&properties);
         let start = self.start(&rod);
-        let values: Vec<f64> = start.0.iter().map(|x| x.value()).collect();
+        let velocity = self.start_velocity(&rod, &start.0, &properties);
         let mut simulation = Simulation::new(
             rod,
             start,
@@ -409,7 +450,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         if let Some(drive) = self.drive() {
             simulation.drive(drive);
         }
-        if let Some(velocity) = self.start_velocity(&values) {
+        if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);
         }
         simulation
@@ -418,20 +459,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The sensitivity of a simulation to one parameter, at the start.
     pub fn sensitivity(&self, parameter: Parameter) -> Sensitivity<M::Rod<Dual64>, W> {
         let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
-        let simulation = self.simulation();
-        if simulation.is_direct() {
-            return Sensitivity::direct(self.simulation_over(seed));
+        let simulation = self.simulation_over(seed);
+        match simulation.is_direct() {
+            true => Sensitivity::direct(simulation),
+            false => Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(&simulation))),
         }
-        let properties = Properties::of(&self.problem.scene, seed);
-        let rod = self.model.rod(&properties);
-        let start = self.start(&rod);
-        Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(
-            rod,
-            start,
-            properties.damping,
-            properties.beta,
-            &simulation,
-        )))
     }
 }
 
