@@ -235,8 +235,8 @@ fn damped_and_twisted_in_space() {
     ] {
         let mut scene = helix_with(0.6, 2e-3, 0.2, Clamp::MidEdge);
         scene.rod.segments = Some(30);
-        scene.rod.natural_curvature = 0.8;
-        scene.rod.natural_twist = 3.0;
+        scene.rod.natural_curvature = 0.8.into();
+        scene.rod.natural_twist = 3.0.into();
         scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [1.0, 0.3, 0.0] };
         scene.supports.start = start;
         scene.supports.end = end;

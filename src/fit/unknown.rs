@@ -77,7 +77,9 @@ impl Unknown {
         let values = match (self.parameter, self.start) {
             // Clamps and cameras are set up by eye.
             (
-                Parameter::ClampAngle
+                Parameter::NaturalCurvatureOf(_)
+                | Parameter::NaturalTwistOf(_)
+                | Parameter::ClampAngle
                 | Parameter::InitialVelocityX
                 | Parameter::InitialVelocityY
                 | Parameter::InitialVelocityZ

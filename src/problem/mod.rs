@@ -187,7 +187,7 @@ impl Problem {
             mesh.nodes = (0..self.nodes()).map(|i| posed.model.position(&rest, i)).collect();
         }
         let loads = nodal(&self.scene.loads.point, "loads", mesh.nodes.len())?;
-        SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &loads)
+        SpatialModel::new(&self.scene, &mesh, arcs(&self.scene, &mesh), &loads)
     }
     /// The problem with another model.
     pub(crate) fn posed_as<'a, M: Model<W>, const W: usize>(
@@ -269,7 +269,7 @@ impl Problem {
         scene.validate()?;
         let turned = scene.supports.angle != self.scene.supports.angle;
         self.check_velocities(&scene)?;
-        let twisted = (scene.rod.natural_twist != 0.0) != (self.scene.rod.natural_twist != 0.0);
+        let twisted = scene.rod.natural_twist.is_zero() != self.scene.rod.natural_twist.is_zero();
         if turned || twisted {
             let path = scene.path.clone();
             let problem = Self::new(scene).map_err(|error| error.in_file(path.as_deref()))?;
@@ -486,7 +486,7 @@ fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<Arcs<'a>> {
         let [x, y, z] = [0, 1, 2].map(|c| p[1][c] - p[0][c]);
         arc / (x * x + y * y + z * z).sqrt() - 1.0 > 1e-12
     });
-    let curved = scene.rod.natural_curvature != 0.0 && longer.any(|longer| longer);
+    let curved = !scene.rod.natural_curvature.is_zero() && longer.any(|longer| longer);
     let joints = curved || scene.discretization() == Discretization::CorrectedStatics;
     let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene), joints };
     (scene.discretization() != Discretization::Paper).then_some(arcs)
@@ -499,12 +499,12 @@ fn choose(
     start: Option<&[[f64; 3]]>,
     loads: &[NodalLoad],
 ) -> Result<(AnyModel, String), Error> {
-    let (nodes, arcs) = (&mesh.nodes[..], arcs(scene, mesh));
+    let arcs = arcs(scene, mesh);
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),
         Dimension::Auto | Dimension::Planar => {
-            match PlanarModel::new(scene, nodes, start, arcs, loads)? {
+            match PlanarModel::new(scene, mesh, start, arcs, loads)? {
                 Ok(model) if asked == Dimension::Planar => {
                     return Ok((AnyModel::Planar(model), "asked for".into()));
                 }
@@ -531,7 +531,7 @@ fn choose(
         let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
     }
-    Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, arcs, loads)?), why))
+    Ok((AnyModel::Spatial(SpatialModel::new(scene, mesh, arcs, loads)?), why))
 }
 
 /// The nodes of the shape the rod begins in, where the scene gives one.
