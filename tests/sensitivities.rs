@@ -428,7 +428,7 @@ fn thrown_rods() {
             let (_, by) = run.at(Point::Node(node), t).unwrap();
             for (parameter, found) in all.iter().zip(by) {
                 let axis = |of: &[Parameter]| of.iter().position(|p| p == parameter);
-                let exact = match (axis(&velocities), axis(&spins)) {
+                let exact = match (axis(velocities), axis(spins)) {
                     (Some(c), _) => Vector3::ith(c, t),
                     (_, Some(c)) => {
                         // About the plane's normal, which is the only one left, or about x, y, z.
