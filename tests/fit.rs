@@ -102,9 +102,9 @@ fn exact_natural_curvature_with_the_modulus() {
     for truth in [0.4, 1.0, 1.3] {
         let mut scene = small(1.0);
         scene.rod.shape = Shape::Arc { length: 0.5, angle: 0.8 };
-        scene.rod.natural_curvature = truth;
+        scene.rod.natural_curvature = truth.into();
         let data = observe(&scene, 100);
-        scene.rod.natural_curvature = 0.8;
+        scene.rod.natural_curvature = 0.8.into();
         let report = fit(&scene, &data, &[YoungsModulus.into(), NaturalCurvature.into()]);
         assert!((value(&report, NaturalCurvature) / truth - 1.0).abs() < 1e-7, "{report}");
         assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-7, "{report}");

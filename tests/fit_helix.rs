@@ -113,9 +113,9 @@ fn exact_modulus_with_the_average_vector_field() {
 #[test]
 fn modulus_and_natural_curvature_together() {
     let mut scene = small();
-    scene.rod.natural_curvature = 0.93;
+    scene.rod.natural_curvature = 0.93.into();
     let data = observe(&scene);
-    scene.rod.natural_curvature = 1.0;
+    scene.rod.natural_curvature = 1.0.into();
     let report = fit(&scene, &data, &[YoungsModulus.into(), NaturalCurvature.into()]);
     assert!(error(&report, YoungsModulus, 1e7) < 1e-7, "{report}");
     assert!(error(&report, NaturalCurvature, 0.93) < 1e-7, "{report}");
