@@ -31,7 +31,6 @@ pub(crate) fn repeat(
 
 /// The rod of [`Trajectory::at_rest`] again, with the parameters that `seed` makes: derivatives as
 /// those of [`repeat`].
-#[cfg_attr(not(test), expect(dead_code))]
 pub(crate) fn rest(
     problem: &Problem,
     plain: &Trajectory,
