@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use rodfit::fit::{Analysis, Refinement, Sample};
-use rodfit::scene::{Material, Section, Shape, Time};
+use rodfit::scene::{Camera, Material, Section, Shape, Time};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Scene};
 
 /// Fits of one kind of data.
@@ -48,7 +48,10 @@ fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(boo
         discretization_error: Refinement::None,
         ..Analysis::default()
     };
-    let fit = Fit::new(&case.scene.problem()?).observe(data).analyse(analysis);
+    // Clamp and camera are set up by eye.
+    let mut scene = case.scene.clone();
+    (scene.supports.angle, scene.camera) = (0.0, Camera::default());
+    let fit = Fit::new(&scene.problem()?).observe(data).analyse(analysis);
     let fit = case.unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown));
     let report = fit.solve()?;
     if !report.is_success() {
@@ -65,8 +68,10 @@ fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(boo
 }
 
 fn main() -> Result<(), Error> {
-    use Parameter::{DampingMass, YoungsModulus};
+    use Parameter::{ClampAngle, DampingMass, TimeOffset, YoungsModulus};
     let count: u64 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(40);
+    let mut tilted = cantilever(0.6, 0.0);
+    (tilted.supports.angle, tilted.camera.time_offset) = (0.02, 0.013);
     let cases = [
         Case {
             name: "E alone",
@@ -83,6 +88,13 @@ fn main() -> Result<(), Error> {
             profile: false,
         },
         Case {
+            name: "E with the clamp's angle and the camera's clock",
+            scene: tilted,
+            noise: 1e-3,
+            unknowns: &[YoungsModulus, TimeOffset, ClampAngle],
+            profile: false,
+        },
+        Case {
             name: "E from the first tenth of a second, strongly nonlinear",
             scene: cantilever(0.1, 0.0),
             noise: 3e-3,
@@ -96,6 +108,7 @@ fn main() -> Result<(), Error> {
         let sample = |k: u32| -> Result<Sample, Error> {
             let time = end * f64::from(k) / 30.0;
             let ([x, y, _], _) = run.at(Point::Tip, time)?;
+            let time = time + case.scene.camera.time_offset;
             Ok(Sample { time, position: [Some(x), Some(y), None] })
         };
         let clean = Observation::new((1..=30).map(sample).collect::<Result<_, _>>()?);

@@ -26,11 +26,11 @@ fn rod(seed: u64, random: &mut ChaCha8Rng) -> Scene {
     let modulus = log(random, 1e7, 1e10);
     let helix = seed % 2 == 1;
     let (shape, segments) = match helix {
-        false => (Shape::Straight { length, direction: [1.0, 0.0, 0.0] }, 16),
+        false => (Shape::Straight { length, direction: [1.0, 0.0, 0.0] }, 30),
         true => {
             let handedness = Handedness::Left;
             let (radius, pitch, axis) = (0.08 * length, 0.25 * length, [0.0, 0.0, -1.0]);
-            (Shape::Helix { length, radius, pitch, axis, handedness }, 24)
+            (Shape::Helix { length, radius, pitch, axis, handedness }, 40)
         }
     };
     let radius = 0.01 * length;
