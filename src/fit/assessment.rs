@@ -4,7 +4,7 @@ use super::residuals::half_square;
 use super::search::{Optimum, Search};
 use super::uncertainty::{Local, quantile95};
 use super::{
-    Estimate, Fit, FitReport, Observation, Refinement, ResidualTests, UNEXPLAINED, Unknown,
+    Basins, Estimate, Fit, FitReport, Observation, Refinement, ResidualTests, UNEXPLAINED, Unknown,
     bootstrap, discretization, profile, rms_per_observation,
 };
 use crate::error::Error;
@@ -54,11 +54,14 @@ impl Fit {
             not_identifiable: local.findings.clone(),
             discretization_error: Vec::new(),
             residual_tests: Vec::new(),
+            basins: Basins::default(),
             simulations: 0.0,
             wall_seconds: 0.0,
             status: String::new(),
             verdict: String::new(),
             warnings: Vec::new(),
+            interrupted: false,
+            evidence: None,
         };
         report.warnings.extend(self.bounds_reached(optimum, &local));
         report.warnings.extend(self.unexplained(optimum, &rms));

@@ -14,6 +14,7 @@ mod analysis;
 mod assessment;
 mod bootstrap;
 mod discretization;
+mod evidence;
 mod file;
 mod hessian;
 mod identifiability;
@@ -33,6 +34,9 @@ mod view;
 pub use analysis::{Analysis, Refinement};
 pub use bootstrap::Bootstrap;
 pub use discretization::DiscretizationError;
+pub use evidence::{
+    Asked, Basin, Basins, Evidence, Iterate, Landscape, Over, Profile, Seen, Series, Setup, Shape,
+};
 pub use file::FitFile;
 pub use identifiability::{Finding, Kind};
 pub use levenberg_marquardt::LevenbergMarquardt;

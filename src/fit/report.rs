@@ -1,6 +1,6 @@
 //! The result of a fit, as it is shown and written.
 
-use super::{Bootstrap, DiscretizationError, Finding, ResidualTests};
+use super::{Basins, Bootstrap, DiscretizationError, Evidence, Finding, ResidualTests};
 use crate::parameter::Parameter;
 use serde::Serialize;
 use std::fmt;
@@ -52,6 +52,8 @@ pub struct FitReport {
     pub discretization_error: Vec<DiscretizationError>,
     /// Whether what is left looks like noise, for every coordinate of every observation.
     pub residual_tests: Vec<ResidualTests>,
+    /// The minima of the misfit that were seen, and why this one was chosen.
+    pub basins: Basins,
     /// Work in full simulations.
     pub simulations: f64,
     /// Wall time of the fit, s.
@@ -62,6 +64,11 @@ pub struct FitReport {
     pub verdict: String,
     /// What the user should know before believing the numbers.
     pub warnings: Vec<String>,
+    /// Whether the fit was told to stop before it was done.
+    pub interrupted: bool,
+    /// What the numbers rest on, if it was to be [kept](super::Fit::keep_evidence).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
 }
 
 impl FitReport {
@@ -75,9 +82,9 @@ impl FitReport {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
-    /// Whether the fit converged and every parameter is identified.
+    /// Whether the fit converged, was not stopped, and every parameter is identified.
     pub fn is_success(&self) -> bool {
-        self.converged && self.parameters.iter().all(|e| e.identifiable)
+        self.converged && !self.interrupted && self.parameters.iter().all(|e| e.identifiable)
     }
 }
 
@@ -124,6 +131,9 @@ impl fmt::Display for FitReport {
                     digits(*high, error)
                 )?;
             }
+        }
+        if !self.basins.words.is_empty() {
+            writeln!(f, "  {}", self.basins.words)?;
         }
         let sigma: Vec<String> = self.sigma.iter().map(|s| format!("{s:.3e}")).collect();
         write!(
