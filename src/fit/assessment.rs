@@ -1,11 +1,12 @@
 //! What an optimum is worth: errors, doubts and a verdict.
 
+use super::journal::Stage;
 use super::residuals::half_square;
 use super::search::{Optimum, Search};
 use super::uncertainty::{Local, quantile95};
 use super::{
-    Basins, Estimate, Fit, FitReport, Observation, Refinement, ResidualTests, UNEXPLAINED, Unknown,
-    bootstrap, discretization, profile, rms_per_observation,
+    Estimate, Fit, FitReport, Observation, Profile, Refinement, ResidualTests, UNEXPLAINED,
+    Unknown, bootstrap, discretization, profile, replay, rms_per_observation,
 };
 use crate::error::Error;
 
@@ -40,6 +41,7 @@ impl Fit {
             })
         };
         let local = Local::new(&self.unknowns, &optimum.jacobian, variance, effect, rise)?;
+        self.problem.check_stop()?;
         let rms = rms_per_observation(optimum, sigmas);
         let squares: f64 = rms.iter().zip(&optimum.counts).map(|(r, c)| r * r * *c as f64).sum();
         let mut noise = sigmas.to_vec();
@@ -54,7 +56,7 @@ impl Fit {
             not_identifiable: local.findings.clone(),
             discretization_error: Vec::new(),
             residual_tests: Vec::new(),
-            basins: Basins::default(),
+            basins: search.journal.basins(&self.unknowns, Some((&optimum.x, optimum.cost))),
             simulations: 0.0,
             wall_seconds: 0.0,
             status: String::new(),
@@ -70,13 +72,25 @@ impl Fit {
             self.test_residuals(optimum, &mut report);
             self.add_discretization(search, optimum, &local, reach, &mut report);
         }
+        let mut profiles = Vec::new();
         if optimum.converged && local.findings.is_empty() {
             self.add_observed_information(search, optimum, variance, &mut report);
-            self.add_profiles(search, optimum, (&local, variance, reach), &mut report);
+            profiles = self.add_profiles(search, optimum, (&local, variance, reach), &mut report);
             self.add_bootstrap(search, optimum, &mut report);
         }
+        if self.keep_evidence {
+            let residuals = Some(&optimum.residuals[..]);
+            let mut evidence = replay::evidence(search, residuals, &report.sigma);
+            if let Err(error) = replay::add_motion(search, &optimum.x, &mut evidence) {
+                report.warnings.push(format!("no shapes of the rod: {error}"));
+            }
+            evidence.profiles = profiles;
+            report.evidence = Some(evidence);
+        }
+        report.interrupted = self.problem.is_stopped();
         let identified = report.parameters.iter().all(|e| e.identifiable);
         report.status = match (optimum.converged, identified) {
+            (true, true) if report.interrupted => "interrupted after convergence".to_string(),
             (true, true) => "converged".to_string(),
             (true, false) => format!("not identifiable: {}", local.in_words()),
             (false, _) => format!("not converged: {}", optimum.status),
@@ -85,12 +99,68 @@ impl Fit {
             report.warnings.extend(local.findings.iter().map(|f| f.words.clone()));
         }
         report.verdict = match (optimum.converged, identified, report.warnings.is_empty()) {
+            (true, true, _) if report.interrupted => {
+                "a minimum, but what was to be done beyond it is not complete".into()
+            }
             (false, ..) => "do not believe this: the fit did not converge".into(),
             (_, false, _) => "the data do not determine all that was asked for".into(),
             (true, true, false) => "doubtful: see the warnings".into(),
             (true, true, true) => "nothing speaks against this".into(),
         };
         Ok(report)
+    }
+
+    /// What an interrupted search has found so far: values without errors.
+    pub(super) fn unfinished(&self, search: &Search) -> Result<FitReport, Error> {
+        let best = search.journal.best().ok_or(Error::Interrupted)?;
+        let (stage, whole) = (best.stage, best.stage == Stage::Full);
+        let optimum = Optimum {
+            x: best.x,
+            cost: best.cost,
+            residuals: best.residuals,
+            jacobian: Vec::new(),
+            counts: best.counts,
+            converged: false,
+            status: "interrupted".into(),
+        };
+        let rms = rms_per_observation(&optimum, &search.sigmas);
+        let squares: f64 = rms.iter().zip(&optimum.counts).map(|(r, c)| r * r * *c as f64).sum();
+        let mut sigma = search.sigmas.clone();
+        self.estimate_sigmas(&optimum, &mut sigma);
+        let parameters = self.unknowns.iter().zip(&optimum.x).map(|(unknown, x)| Estimate {
+            name: unknown.parameter,
+            value: Some(unknown.from_scale(*x)),
+            std_error: None,
+            interval95: None,
+            identifiable: false,
+            observed_std_error: None,
+            profile95: None,
+            bootstrap: None,
+        });
+        let n = self.unknowns.len();
+        let residuals = whole.then_some(&optimum.residuals[..]);
+        Ok(FitReport {
+            converged: false,
+            parameters: parameters.collect(),
+            correlation: vec![vec![None; n]; n],
+            residual_rms: (squares / optimum.residuals.len() as f64).sqrt(),
+            evidence: self.keep_evidence.then(|| replay::evidence(search, residuals, &sigma)),
+            sigma,
+            singular_values: Vec::new(),
+            not_identifiable: Vec::new(),
+            discretization_error: Vec::new(),
+            residual_tests: Vec::new(),
+            basins: search.journal.basins(&self.unknowns, None),
+            simulations: 0.0,
+            wall_seconds: 0.0,
+            status: "interrupted".into(),
+            verdict: format!(
+                "do not believe this: these are the best values when the search was stopped ({})",
+                stage.name()
+            ),
+            warnings: Vec::new(),
+            interrupted: true,
+        })
     }
 
     fn estimates(&self, optimum: &Optimum, local: &Local, reach: f64) -> Vec<Estimate> {
@@ -277,14 +347,20 @@ impl Fit {
         optimum: &Optimum,
         (local, variance, reach): (&Local, f64, f64),
         report: &mut FitReport,
-    ) {
+    ) -> Vec<Profile> {
+        let mut profiles = Vec::new();
         if !self.analysis.profile {
-            return;
+            return profiles;
         }
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let Some(sd) = local.deviation[i].filter(|sd| *sd > 0.0) else { continue };
             let found = profile::interval(search, optimum, i, (sd, variance.sqrt(), reach));
+            if self.problem.is_stopped() {
+                // Half a profile says nothing about its ends.
+                break;
+            }
             report.parameters[i].profile95 = Some(found.values(unknown));
+            profiles.push(found.profile(unknown, reach));
             if let Some(x) = found.better {
                 report.warnings.push(format!(
                     "{} = {:e} fits better: this is not the best minimum",
@@ -293,6 +369,7 @@ impl Fit {
                 ));
             }
         }
+        profiles
     }
 
     fn add_bootstrap(&self, search: &Search, optimum: &Optimum, report: &mut FitReport) {

@@ -49,7 +49,7 @@ fn finer_mesh(problem: &Problem) -> Result<Option<Finer>, Error> {
     }
     let segments = (problem.segments() as f64 * FINER).round();
     scene.rod.segments = Some(segments as usize);
-    let finer = scene.problem()?.with_derivatives(problem.derivatives());
+    let finer = scene.problem()?.computed_as(problem);
     Ok(Some((finer, to_zero(segments / problem.segments() as f64))))
 }
 
@@ -62,7 +62,7 @@ fn finer_step(problem: &Problem, unknowns: &[Unknown]) -> Result<Option<Finer>, 
     if let Some(time) = &mut scene.time {
         time.step /= FINER;
     }
-    Ok(Some((scene.problem()?.with_derivatives(problem.derivatives()), to_zero(FINER))))
+    Ok(Some((scene.problem()?.computed_as(problem), to_zero(FINER))))
 }
 
 /// Observations of the same points on another mesh.

@@ -148,6 +148,8 @@ pub struct Profile {
 pub struct Setup {
     /// The experiment; empty where there is only one.
     pub experiment: String,
+    /// The scene's file, if it was read from one.
+    pub scene: Option<String>,
     /// `planar` or `spatial`, and why.
     pub model: String,
     /// The scheme; none where nothing moves.

@@ -18,11 +18,13 @@ mod evidence;
 mod file;
 mod hessian;
 mod identifiability;
+mod journal;
 pub mod levenberg_marquardt;
 mod linearized;
 mod observation;
 mod profile;
 mod recording;
+mod replay;
 mod report;
 mod residual_tests;
 mod residuals;
@@ -50,9 +52,12 @@ pub use unknown::Unknown;
 
 use crate::error::Error;
 use crate::problem::Problem;
+use journal::Journal;
 use search::{Optimum, Search};
 use std::cell::Cell;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
 /// on a finer grid, and before the report warns, unless it is noise.
@@ -79,6 +84,7 @@ pub struct Fit {
     unknowns: Vec<Unknown>,
     analysis: Analysis,
     progress: Option<Progress>,
+    keep_evidence: bool,
 }
 
 impl Fit {
@@ -90,6 +96,7 @@ impl Fit {
             unknowns: Vec::new(),
             analysis: Analysis::default(),
             progress: None,
+            keep_evidence: false,
         }
     }
 
@@ -116,6 +123,18 @@ impl Fit {
         self
     }
 
+    /// Keeps what the numbers rest on in [`FitReport::evidence`]; costs one more simulation.
+    pub fn keep_evidence(self) -> Self {
+        Self { keep_evidence: true, ..self }
+    }
+
+    /// Stops once `flag` is set, at the next time step of whatever runs then. The report has the
+    /// best values so far and says that it was interrupted.
+    pub fn stop_when(mut self, flag: Arc<AtomicBool>) -> Self {
+        self.problem = self.problem.stop_when(flag);
+        self
+    }
+
     /// The residuals and their derivatives, for any solver of argmin.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
@@ -131,12 +150,13 @@ impl Fit {
     }
 
     /// Finds the parameters. An error means that there is nothing to report; a report may still
-    /// say that the fit did not converge or that a parameter is not identifiable.
+    /// say that the fit did not converge, was interrupted, or that a parameter is not identifiable.
     pub fn solve(&self) -> Result<FitReport, Error> {
         let clock = std::time::Instant::now();
         self.check()?;
         let full_work = self.full_work()?;
         let work = Rc::new(Cell::new(0.0));
+        let journal = Rc::new(Journal::default());
         let mut sigmas = self.first_sigmas();
         let search = |sigmas: &[f64]| Search {
             problem: &self.problem,
@@ -146,25 +166,42 @@ impl Fit {
             full_work,
             work: work.clone(),
             progress: self.progress.clone(),
+            journal: journal.clone(),
         };
-        let mut optimum = self.globally(&search(&sigmas))?;
+        let optimum = self.optimum(&search, &mut sigmas);
+        let search = search(&sigmas);
+        let mut report = match optimum.and_then(|optimum| self.assess(&search, &optimum)) {
+            Err(Error::Interrupted) => self.unfinished(&search)?,
+            report => report?,
+        };
+        report.simulations = work.get() / full_work;
+        report.wall_seconds = clock.elapsed().as_secs_f64();
+        Ok(report)
+    }
+
+    /// The best of all starts, with the weights that belong to it.
+    fn optimum<'a>(
+        &self,
+        search: &impl Fn(&[f64]) -> Search<'a>,
+        sigmas: &mut Vec<f64>,
+    ) -> Result<Optimum, Error> {
+        let mut optimum = self.globally(&search(sigmas))?;
         // Weights of several observations of unknown noise depend on the fit, and it on them.
         let unknown_noise = self.observations.iter().filter(|o| o.sigma.is_none()).count();
         if unknown_noise > 0 && self.observations.len() > 1 {
             for _ in 0..20 {
                 let before = sigmas.clone();
-                self.estimate_sigmas(&optimum, &mut sigmas);
-                optimum = search(&sigmas).polish(&optimum.x)?;
+                self.estimate_sigmas(&optimum, sigmas);
+                let search = search(sigmas);
+                search.journal.reweight();
+                optimum = search.polish(&optimum.x)?;
                 let settled = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-3;
                 if sigmas.iter().zip(&before).all(settled) {
                     break;
                 }
             }
         }
-        let mut report = self.assess(&search(&sigmas), &optimum)?;
-        report.simulations = work.get() / full_work;
-        report.wall_seconds = clock.elapsed().as_secs_f64();
-        Ok(report)
+        Ok(optimum)
     }
 
     /// The best of all starts; searches again, more finely, when much of the motion is left
@@ -180,6 +217,7 @@ impl Fit {
                             best = Some(optimum);
                         }
                     }
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
                     Err(error) => failure = Some(error),
                 }
                 // The first start is nearly always it; the second is for when it was not.

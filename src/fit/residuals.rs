@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Stencil;
 use crate::problem::Problem;
-use crate::trajectory::{Lifted, Trajectory};
+use crate::trajectory::{Lifted, Snapshot, Trajectory};
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
 use num_dual::Dual64;
 use std::cell::{Cell, RefCell};
@@ -149,6 +149,11 @@ impl Residuals {
         }
     }
 
+    /// The problem at `x`.
+    pub(super) fn model(&self, x: &[f64]) -> Result<Problem, Error> {
+        self.problem.with(self.values(x))
+    }
+
     /// Simulates at `x`, with derivatives by the parameters `wanted`, as long as the samples last
     /// on the camera's clock.
     pub(super) fn run(
@@ -156,7 +161,17 @@ impl Residuals {
         x: &[f64],
         wanted: &[Parameter],
     ) -> Result<(Problem, Trajectory), Error> {
-        let problem = self.problem.with(self.values(x))?;
+        self.run_seen(x, wanted, |_| {})
+    }
+
+    /// The same; `after` sees the simulation at the start and after every step.
+    pub(super) fn run_seen(
+        &self,
+        x: &[f64],
+        wanted: &[Parameter],
+        after: impl FnMut(&dyn Snapshot),
+    ) -> Result<(Problem, Trajectory), Error> {
+        let problem = self.model(x)?;
         let time = problem.time()?;
         let end = self.end - problem.scene().camera.time_offset;
         let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
@@ -166,7 +181,7 @@ impl Residuals {
         };
         let steps = steps.min(problem.time()?.steps());
         let mut trajectory = Trajectory::new(&problem, &self.tracked, wanted)?;
-        let outcome = trajectory.run(&problem, steps, |_| {});
+        let outcome = trajectory.run(&problem, steps, after);
         let steps = trajectory.work().steps + usize::from(outcome.is_err());
         self.work.set(self.work.get() + (steps * problem.segments()) as f64);
         outcome?;

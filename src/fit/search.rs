@@ -5,6 +5,7 @@
 //! first period, refine the best candidates there while the horizon doubles, and only then turn to
 //! the full model, whose own horizon starts where the coarse model's bias is still harmless.
 
+use super::journal::{Grid, Journal, Stage, Visit};
 use super::levenberg_marquardt::{LeastSquaresState, LevenbergMarquardt};
 use super::{Observation, Residuals, Unknown};
 use crate::direct::splitting::stability_limit;
@@ -14,7 +15,7 @@ use crate::point::Point;
 use crate::problem::Problem;
 use crate::scene::{Clamp, Scheme, Support};
 use argmin::core::observers::{Observe, ObserverMode};
-use argmin::core::{Executor, IterState, KV, State, TerminationReason};
+use argmin::core::{Executor, KV, State, TerminationReason};
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -66,6 +67,8 @@ pub(super) struct Search<'a> {
     /// Work so far, steps times segments.
     pub work: Rc<Cell<f64>>,
     pub progress: Option<Progress>,
+    /// What it comes across.
+    pub journal: Rc<Journal>,
 }
 
 /// What threads share of a search.
@@ -89,6 +92,7 @@ impl<'a> Task<'a> {
             full_work: self.full_work,
             work: Rc::default(),
             progress: None,
+            journal: Rc::default(),
         }
     }
 }
@@ -144,6 +148,17 @@ impl Search<'_> {
         }
     }
 
+    /// Notes a point.
+    fn note(
+        &self,
+        (stage, horizon): (Stage, f64),
+        (x, cost): (Vec<f64>, f64),
+        (residuals, counts): (Vec<f64>, Vec<usize>),
+    ) {
+        let visit = Visit { stage, horizon, x, cost, residuals, counts };
+        self.journal.visit(visit, self.work.get() / self.full_work);
+    }
+
     /// Starts for the full model, most promising first.
     pub fn starts(&self, effort: &Effort) -> Result<Vec<Vec<f64>>, Error> {
         let grid = effort.grid;
@@ -162,9 +177,16 @@ impl Search<'_> {
         loop {
             for (x, cost) in &mut candidates {
                 let residuals = coarse.residuals(self, horizon)?;
-                // A candidate whose refinement fails stays where it is.
-                if let Ok(optimum) = self.optimize(residuals, x, 1e-4, 1e-2, 12) {
-                    (*x, *cost) = (optimum.x, optimum.cost);
+                match self.optimize(residuals, x, (1e-4, 1e-2, 12), None) {
+                    Ok(optimum) => {
+                        (*x, *cost) = (optimum.x, optimum.cost);
+                        let corrected = coarse.correct(self, x.clone());
+                        let left = (optimum.residuals, optimum.counts);
+                        self.note((Stage::Coarse, horizon), (corrected, *cost), left);
+                    }
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    // A candidate whose refinement fails stays where it is.
+                    Err(_) => {}
                 }
             }
             candidates.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -188,6 +210,7 @@ impl Search<'_> {
         grid: usize,
     ) -> Result<Vec<(Vec<f64>, f64)>, Error> {
         let mut points = vec![Vec::new()];
+        let mut axes = Vec::new();
         for unknown in self.unknowns {
             let mut values = unknown.candidates(
                 self.problem,
@@ -199,7 +222,9 @@ impl Search<'_> {
                 let middles: Vec<f64> =
                     values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
                 values.extend(middles);
+                values.sort_by(f64::total_cmp);
             }
+            axes.push(values.iter().map(|v| unknown.to_scale(*v)).collect());
             points = points
                 .iter()
                 .flat_map(|point| {
@@ -222,17 +247,32 @@ impl Search<'_> {
             }
         }
         let residuals = coarse.residuals(self, first)?;
-        let mut scanned = Vec::new();
+        let mut grid = Grid { axes, points: Vec::new() };
+        let mut least = f64::INFINITY;
         let mut failure = None;
         for (i, x) in points.into_iter().enumerate() {
+            let mut cost = f64::INFINITY;
             match residuals.residuals(&x) {
-                Ok(r) => scanned.push((x, super::residuals::half_square(&r))),
+                Ok(left) => {
+                    cost = super::residuals::half_square(&left);
+                    if cost < least {
+                        least = cost;
+                        let corrected = coarse.correct(self, x.clone());
+                        let left = (left, residuals.counts());
+                        self.note((Stage::Scan, first), (corrected, cost), left);
+                    }
+                }
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => failure = Some(error),
             }
+            grid.points.push((x, cost));
             if i % 16 == 0 {
                 self.report("scan");
             }
         }
+        let scanned: Vec<_> =
+            grid.points.iter().filter(|(_, cost)| *cost < f64::INFINITY).cloned().collect();
+        self.journal.scan(grid);
         match failure {
             Some(error) if scanned.is_empty() => Err(Error::Fit(format!(
                 "no start found: every trial simulation failed, the last one with: {error}"
@@ -247,16 +287,20 @@ impl Search<'_> {
         let mut horizon = effort.trusted_periods * self.first_period(effort.stretch);
         let mut x = start.to_vec();
         while horizon < duration / (0.5 + 0.5 * effort.growth) {
-            x = self.optimize(self.residuals(horizon)?, &x, 1e-5, 1e-2, 20)?.x;
+            let part = Some((Stage::Growing, horizon));
+            x = self.optimize(self.residuals(horizon)?, &x, (1e-5, 1e-2, 20), part)?.x;
             self.report("growing horizon");
             horizon *= effort.growth;
         }
-        self.polish(&x)
+        let optimum = self.polish(&x)?;
+        self.journal.reach(&optimum);
+        Ok(optimum)
     }
 
     /// Fits the full model to the whole record.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
-        self.optimize(self.residuals(self.duration())?, start, 1e-10, 1e-3, 60)
+        let whole = Some((Stage::Full, self.duration()));
+        self.optimize(self.residuals(self.duration())?, start, (1e-10, 1e-3, 60), whole)
     }
 
     /// The residuals of the full model up to `horizon`, s.
@@ -272,26 +316,31 @@ impl Search<'_> {
         Ok(residuals.counting(self.work.clone()))
     }
 
+    /// Fits `residuals` with these tolerances of step and noise and this many iterations, and notes
+    /// each as of this stage and horizon.
     fn optimize(
         &self,
         residuals: Residuals,
         start: &[f64],
-        step_tolerance: f64,
-        noise_tolerance: f64,
-        iterations: u64,
+        (step_tolerance, noise_tolerance, iterations): (f64, f64, u64),
+        part: Option<(Stage, f64)>,
     ) -> Result<Optimum, Error> {
         let counts = residuals.counts();
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
         let solver = LevenbergMarquardt::new(bounds)
             .step_tolerance(step_tolerance)
             .noise_tolerance(noise_tolerance);
-        let mut executor = Executor::new(residuals, solver)
-            .configure(|state| state.param(start.to_vec()).max_iters(iterations));
-        if let Some(progress) = self.progress.clone() {
-            let observer =
-                Observer { progress, work: self.work.clone(), full_work: self.full_work };
-            executor = executor.add_observer(observer, ObserverMode::Always);
-        }
+        let observer = Observer {
+            progress: self.progress.clone(),
+            work: self.work.clone(),
+            full_work: self.full_work,
+            journal: self.journal.clone(),
+            part,
+            counts: counts.clone(),
+        };
+        let executor = Executor::new(residuals, solver)
+            .configure(|state| state.param(start.to_vec()).max_iters(iterations))
+            .add_observer(observer, ObserverMode::Always);
         let mut result = executor.run().map_err(|error| match error.downcast::<Error>() {
             Ok(error) => error,
             Err(error) => Error::Fit(error.to_string()),
@@ -314,22 +363,55 @@ impl Search<'_> {
 
 /// Passes the optimiser's iterations on.
 struct Observer {
-    progress: Progress,
+    progress: Option<Progress>,
     work: Rc<Cell<f64>>,
     full_work: f64,
+    journal: Rc<Journal>,
+    part: Option<(Stage, f64)>,
+    counts: Vec<usize>,
 }
 
-impl<P, G, J, H, R> Observe<IterState<P, G, J, H, R, f64>> for Observer
-where
-    IterState<P, G, J, H, R, f64>: State<Float = f64>,
-{
-    fn observe_iter(
+impl Observer {
+    fn see(&self, state: &LeastSquaresState) {
+        let simulations = self.work.get() / self.full_work;
+        if let (Some((stage, horizon)), Some(x), Some(residuals)) =
+            (self.part, state.get_param(), state.get_residuals())
+        {
+            let visit = Visit {
+                stage,
+                horizon,
+                x: x.clone(),
+                cost: state.get_cost(),
+                residuals: residuals.clone(),
+                counts: self.counts.clone(),
+            };
+            self.journal.visit(visit, simulations);
+        }
+    }
+}
+
+impl Observe<LeastSquaresState> for Observer {
+    fn observe_init(
         &mut self,
-        state: &IterState<P, G, J, H, R, f64>,
+        _: &str,
+        state: &LeastSquaresState,
         _: &KV,
     ) -> Result<(), argmin::core::Error> {
-        let stage = format!("iteration {}, misfit {:.6e}", state.get_iter() + 1, state.get_cost());
-        (self.progress)(&stage, self.work.get() / self.full_work);
+        self.see(state);
+        Ok(())
+    }
+
+    fn observe_iter(
+        &mut self,
+        state: &LeastSquaresState,
+        _: &KV,
+    ) -> Result<(), argmin::core::Error> {
+        self.see(state);
+        if let Some(progress) = &self.progress {
+            let (iteration, misfit) = (state.get_iter() + 1, state.get_cost());
+            let stage = format!("iteration {iteration}, misfit {misfit:.6e}");
+            progress(&stage, self.work.get() / self.full_work);
+        }
         Ok(())
     }
 }
@@ -372,7 +454,7 @@ impl Coarse {
             Ok(Observation { point, ..observation.clone() })
         };
         let observations = search.observations.iter().map(moved).collect::<Result<_, Error>>()?;
-        let problem = scene.problem()?.with_derivatives(search.problem.derivatives());
+        let problem = scene.problem()?.computed_as(search.problem);
         Ok(Self { problem, observations })
     }
 
