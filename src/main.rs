@@ -13,6 +13,8 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Simulates slender elastic rods and identifies their parameters from recorded motion.
 #[derive(Parser)]
@@ -95,6 +97,9 @@ enum Command {
         /// Write the scene with the fitted values here (TOML).
         #[arg(long, value_name = "FILE")]
         save: Option<PathBuf>,
+        /// Write a page with data, model and doubts, `fit.html`, and `fit.json` into this folder.
+        #[arg(long, value_name = "DIR")]
+        report: Option<PathBuf>,
         /// Which derivatives to step with.
         #[arg(long, value_enum, default_value = "hand")]
         derivatives: Route,
@@ -135,8 +140,9 @@ fn main() -> ExitCode {
             study(&scene, json.as_deref(), report.as_deref(), quiet)
         }
         Command::Check { scene, json } => check(&scene, json.as_deref(), quiet),
-        Command::Fit { fit, json, save, derivatives } => {
-            identify(&fit, json.as_deref(), save.as_deref(), derivatives.into(), quiet)
+        Command::Fit { fit, json, save, report, derivatives } => {
+            let written = Written { json, save, report };
+            identify(&fit, &written, derivatives.into(), quiet)
         }
     };
     match outcome {
@@ -156,6 +162,7 @@ fn simulate(
     quiet: bool,
 ) -> Result<ExitCode, Error> {
     let problem = Scene::load(scene)?.problem()?.with_derivatives(derivatives);
+    let problem = problem.stop_when(stop_on_ctrl_c(quiet));
     let steps = problem.time()?.steps();
     let mut table = out.map(|path| NodeTable::create(path, problem.nodes())).transpose()?;
     let mut report = SimulationReport::new(&problem);
@@ -248,10 +255,7 @@ fn study(
     bar.finish_and_clear();
     write_json(json, &study)?;
     if let Some(folder) = report {
-        let path = folder.join("study.html");
-        std::fs::create_dir_all(folder)
-            .and_then(|()| std::fs::write(&path, report::study_page(&study, &scene_name)))
-            .map_err(|source| Error::Io { path, source })?;
+        write_page(folder, "study.html", &report::study_page(&study, &scene_name))?;
     }
     if !quiet && !is_stdout(json) {
         println!("{study}");
@@ -269,19 +273,29 @@ fn check(scene: &Path, json: Option<&Path>, quiet: bool) -> Result<ExitCode, Err
     Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
+/// What a fit writes.
+struct Written {
+    json: Option<PathBuf>,
+    save: Option<PathBuf>,
+    report: Option<PathBuf>,
+}
+
 fn identify(
     path: &Path,
-    json: Option<&Path>,
-    save: Option<&Path>,
+    written: &Written,
     derivatives: Derivatives,
     quiet: bool,
 ) -> Result<ExitCode, Error> {
+    let json = written.json.as_deref();
     let mut file = FitFile::load(path)?;
     file.problem = file.problem.with_derivatives(derivatives);
     let bar = spinner(quiet);
     let shown = bar.clone();
-    let report = file
-        .fit()
+    let mut fit = file.fit().stop_when(stop_on_ctrl_c(quiet));
+    if written.report.is_some() {
+        fit = fit.keep_evidence();
+    }
+    let report = fit
         .on_progress(move |stage, simulations| {
             shown.set_message(format!("{stage} ({simulations:.1} simulations)"));
             shown.tick();
@@ -293,7 +307,12 @@ fn identify(
     if !quiet && !is_stdout(json) {
         println!("{report}");
     }
-    if let Some(path) = save {
+    if let Some(folder) = &written.report {
+        let title = path.display().to_string();
+        write_page(folder, "fit.html", &report::fit_page(&report, &title))?;
+        write_json(Some(&folder.join("fit.json")), &report)?;
+    }
+    if let Some(path) = &written.save {
         let mut scene = file.problem.with(report.parameters())?.scene().clone();
         scene.make_paths_absolute()?;
         std::fs::write(path, scene.to_toml()?)
@@ -308,6 +327,31 @@ fn identify(
 
 fn is_stdout(json: Option<&Path>) -> bool {
     json == Some(Path::new("-"))
+}
+
+fn write_page(folder: &Path, name: &str, page: &str) -> Result<(), Error> {
+    let path = folder.join(name);
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, page))
+        .map_err(|source| Error::Io { path, source })
+}
+
+/// A flag that Ctrl-C sets. A second one ends the process at once.
+fn stop_on_ctrl_c(quiet: bool) -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let seen = flag.clone();
+    let handler = ctrlc::set_handler(move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        if !quiet {
+            eprintln!("\nstopping; Ctrl-C again ends at once");
+        }
+    });
+    if let Err(error) = handler {
+        eprintln!("warning: Ctrl-C will lose what was computed: {error}");
+    }
+    flag
 }
 
 fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result<(), Error> {

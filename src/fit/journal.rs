@@ -266,24 +266,28 @@ fn in_words(unknowns: &[Unknown], fitted: &[Basin], scanned: &[Basin], points: u
     if let Some(next) = fitted.get(1) {
         words += &match next.misfit / chosen.misfit {
             more if more >= 1.0 => format!(
-                "; this one, because the next, {}, leaves {:.2} times its misfit of the whole record",
+                "; this one, because the next, {}, has {} times its misfit over the whole record",
                 at(next),
-                more
+                times(more)
             ),
             _ => format!("; {} fits better than this one", at(next)),
         };
     }
     if let Some(next) = scanned.first() {
         words += &format!(
-            "; not followed: {}, whose misfit over the first period is {:.2} times the least there",
+            "; not followed: {}, whose misfit over the first period is {} times the least there",
             at(next),
-            next.relative
+            times(next.relative)
         );
         if scanned.len() > 1 {
             words += &format!(", and {} with more", scanned.len() - 1);
         }
     }
     words
+}
+
+fn times(ratio: f64) -> String {
+    if ratio < 100.0 { format!("{ratio:.2}") } else { format!("{ratio:.0e}") }
 }
 
 fn values(unknowns: &[Unknown], x: &[f64]) -> Vec<f64> {
