@@ -7,8 +7,11 @@ use crate::banded::{BandMatrix, Ldlt};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::model::Model;
-use crate::problem::{AnyProblem, FramesOf, Posed, Problem};
+use crate::parameter::{Parameter, Properties};
+use crate::problem::{AnyProblem, FramesOf, Posed, Problem, Settled};
 use crate::rod::{Energies, Rod};
+use crate::scalar::Nestable;
+use crate::vector::{add, sub, turned};
 use serde::Serialize;
 
 /// A rod at rest.
@@ -106,6 +109,26 @@ fn at_rest<M: Model<W>, const W: usize>(
         negative_directions: negative_directions(posed, &rest.q, &rest.frames)?,
         nodes,
     })
+}
+
+/// Where the nodes `tracked` of a rod at rest are in the world, m, with the derivatives of the
+/// numbers that `seed` makes of the parameters. The clamp angle turns the rod about `pivot`, a point
+/// and an axis.
+pub(crate) fn nodes_over<D: Nestable, M: Model<W>, const W: usize>(
+    posed: &Posed<'_, M, W>,
+    settled: &Settled<FramesOf<M, W>>,
+    tracked: &[usize],
+    (wall, axis): ([f64; 3], [f64; 3]),
+    seed: impl Fn(Parameter, f64) -> D,
+) -> Result<Vec<[D; 3]>, Error> {
+    let properties = Properties::of(posed.scene(), seed);
+    let (_, q) = posed.settled_over(settled, &properties)?;
+    let (rotation, wall) = (axis.map(|a| properties.clamp_angle * a), wall.map(D::from));
+    let node = |i: &usize| {
+        let x = posed.model.position(&q, *i);
+        add(wall, turned(rotation, sub(x, wall)))
+    };
+    Ok(tracked.iter().map(node).collect())
 }
 
 /// How many directions lead down from a state. A direction along which nothing changes, such as

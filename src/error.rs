@@ -109,6 +109,25 @@ pub enum Error {
         /// Largest force out of balance, N.
         residual: f64,
     },
+    /// A rod at rest that can move without a force, so that its place has no derivatives.
+    #[error(
+        "the rod at rest can move without a force, most at node {node}, so that nothing says how it follows a \
+         parameter: it is at the limit of its stability, or nothing holds it"
+    )]
+    Indifferent {
+        /// The node that moves most.
+        node: usize,
+    },
+    /// A mode whose frequency cannot be differentiated.
+    #[error("mode {number}, at {frequency_rad_s} rad/s: {reason}")]
+    Mode {
+        /// Counted from 1.
+        number: usize,
+        /// Its angular frequency; minus the growth rate of an unstable direction.
+        frequency_rad_s: f64,
+        /// Why not.
+        reason: String,
+    },
     /// A query outside the simulated time or the rod.
     #[error("{what} = {found} is outside {low} .. {high}")]
     OutOfRange {
@@ -170,6 +189,8 @@ impl Error {
                 | Self::SingularTangent { .. }
                 | Self::Equilibrium { .. }
                 | Self::Interrupted
+                | Self::Indifferent { .. }
+                | Self::Mode { .. }
                 | Self::Fit(_)
         )
     }

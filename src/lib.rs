@@ -95,6 +95,7 @@ mod stability;
 pub mod state;
 pub mod study;
 mod table;
+pub mod tones;
 pub mod trajectory;
 pub mod vector;
 
@@ -107,6 +108,7 @@ pub use point::Point;
 pub use problem::{AnyProblem, PlanarProblem, Posed, Problem, SpatialProblem};
 pub use scalar::Scalar;
 pub use scene::Scene;
+pub use tones::Tone;
 pub use trajectory::{Snapshot, Trajectory};
 
 /// The README's code, compiled and run with the documentation's.

@@ -94,7 +94,8 @@ enum Command {
         /// Write the result here (JSON); `-` is stdout.
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
-        /// Write the scene with the fitted values here (TOML).
+        /// Write the scene with the fitted values here (TOML); those of several experiments, with
+        /// their names added to this one.
         #[arg(long, value_name = "FILE")]
         save: Option<PathBuf>,
         /// Write a page with data, model and doubts, `fit.html`, and `fit.json` into this folder.
@@ -288,7 +289,9 @@ fn identify(
 ) -> Result<ExitCode, Error> {
     let json = written.json.as_deref();
     let mut file = FitFile::load(path)?;
-    file.problem = file.problem.with_derivatives(derivatives);
+    for experiment in &mut file.experiments {
+        experiment.problem = experiment.problem.clone().with_derivatives(derivatives);
+    }
     let bar = spinner(quiet);
     let shown = bar.clone();
     let mut fit = file.fit().stop_when(stop_on_ctrl_c(quiet));
@@ -312,17 +315,31 @@ fn identify(
         write_page(folder, "fit.html", &report::fit_page(&report, &title))?;
         write_json(Some(&folder.join("fit.json")), &report)?;
     }
-    if let Some(path) = &written.save {
-        let mut scene = file.problem.with(report.parameters())?.scene().clone();
+    let save = written.save.as_deref();
+    for experiment in save.iter().flat_map(|_| &file.experiments) {
+        let values = report.parameters_of(experiment);
+        let mut scene = experiment.problem.with(values)?.scene().clone();
         scene.make_paths_absolute()?;
-        std::fs::write(path, scene.to_toml()?)
-            .map_err(|source| Error::Io { path: path.into(), source })?;
+        let path = save_path(save.unwrap_or(path), &experiment.name);
+        std::fs::write(&path, scene.to_toml()?).map_err(|source| Error::Io { path, source })?;
     }
     if report.is_success() {
         return Ok(ExitCode::SUCCESS);
     }
     eprintln!("error: {}", report.status);
     Ok(ExitCode::from(3))
+}
+
+/// Where the fitted scene of an experiment is written: `fitted.toml`, or `fitted-NAME.toml` for one
+/// of several.
+fn save_path(path: &Path, experiment: &str) -> PathBuf {
+    if experiment.is_empty() {
+        return path.into();
+    }
+    let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name: String = experiment.chars().map(plain).collect();
+    path.with_file_name(format!("{stem}-{name}.toml"))
 }
 
 fn is_stdout(json: Option<&Path>) -> bool {

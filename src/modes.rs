@@ -10,7 +10,7 @@ use crate::banded::{BandMatrix, Ldlt};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::model::Model;
-use crate::problem::{AnyProblem, FramesOf, Posed, Problem};
+use crate::problem::{AnyProblem, FramesOf, PlanarProblem, Posed, Problem, SpatialProblem};
 use crate::rod::Rod;
 use faer::{Mat, Side};
 use nalgebra::Vector3;
@@ -78,21 +78,21 @@ impl Problem {
         let mut modes = match self.posed() {
             AnyProblem::Planar(posed) => {
                 let state = state(&posed, about)?;
-                let mut modes = lowest(&posed, &state, count, Kind::InPlane, |x| x)?;
+                let modes = lowest(&posed, (&state.0, &state.1), count, Kind::InPlane)?;
+                let mut modes: Vec<Mode> =
+                    modes.into_iter().map(|own| own.mode(&posed, Kind::InPlane)).collect();
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.posed_as(&model);
-                    let place = |i: usize| posed.model.position(&state.0, i);
-                    let placed = spatial.placed(&(0..self.nodes()).map(place).collect::<Vec<_>>());
-                    let normal = posed.model.plane.x.cross(&posed.model.plane.y);
-                    let out = |x: Vector3<f64>| normal * normal.dot(&x);
-                    modes.extend(lowest(&spatial, &placed, count, Kind::OutOfPlane, out)?);
+                    let own = out_of_plane(&posed, &spatial, &state.0, count)?;
+                    modes.extend(own.into_iter().map(|own| own.mode(&spatial, Kind::OutOfPlane)));
                 }
                 modes
             }
             AnyProblem::Spatial(posed) => {
                 let state = state(&posed, about)?;
-                lowest(&posed, &state, count, Kind::Spatial, |x| x)?
+                let modes = lowest(&posed, (&state.0, &state.1), count, Kind::Spatial)?;
+                modes.into_iter().map(|own| own.mode(&posed, Kind::Spatial)).collect()
             }
         };
         modes.sort_by(|a, b| a.frequency_rad_s.total_cmp(&b.frequency_rad_s));
@@ -117,14 +117,50 @@ fn state<M: Model<W>, const W: usize>(
     })
 }
 
-/// The lowest modes of a model; out of plane, of those that `keep` leaves as they are.
-fn lowest<M: Model<W>, const W: usize>(
+/// A vibration in a model's own terms.
+#[derive(Clone, Debug)]
+pub(crate) struct Own {
+    /// Square of the angular frequency, 1/s^2.
+    pub squared: f64,
+    /// Rates of the unknowns.
+    pub vector: Vec<f64>,
+}
+
+impl Own {
+    /// As in [`Mode::frequency_rad_s`].
+    pub fn frequency(&self) -> f64 {
+        self.squared.signum() * self.squared.abs().sqrt()
+    }
+
+    fn mode<M: Model<W>, const W: usize>(&self, posed: &Posed<'_, M, W>, kind: Kind) -> Mode {
+        let mut shape: Vec<[f64; 3]> =
+            (0..posed.nodes()).map(|i| posed.model.rate(&self.vector, i)).collect();
+        let largest =
+            shape.iter().map(|x| Vector3::from(*x).norm()).fold(f64::MIN_POSITIVE, f64::max);
+        shape.iter_mut().flatten().for_each(|x| *x /= largest);
+        Mode { frequency_rad_s: self.frequency(), kind, shape }
+    }
+}
+
+/// The lowest modes out of the plane of a planar problem that is at `q`.
+pub(crate) fn out_of_plane(
+    planar: &PlanarProblem<'_>,
+    spatial: &SpatialProblem<'_>,
+    q: &[f64],
+    count: usize,
+) -> Result<Vec<Own>, Error> {
+    let place = |i: usize| planar.model.position(q, i);
+    let (q, frames) = spatial.placed(&(0..planar.nodes()).map(place).collect::<Vec<_>>());
+    lowest(spatial, (&q, &frames), count, Kind::OutOfPlane)
+}
+
+/// The lowest modes of a model; out of plane, of those that go along its normal.
+pub(crate) fn lowest<M: Model<W>, const W: usize>(
     posed: &Posed<'_, M, W>,
-    (q, frames): &State<M, W>,
+    (q, frames): (&[f64], &FramesOf<M, W>),
     count: usize,
     kind: Kind,
-    keep: impl Fn(Vector3<f64>) -> Vector3<f64>,
-) -> Result<Vec<Mode>, Error> {
+) -> Result<Vec<Own>, Error> {
     let (rod, free) = (posed.rod(), posed.free());
     let n = q.len();
     let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
@@ -138,11 +174,12 @@ fn lowest<M: Model<W>, const W: usize>(
         .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })?;
 
     // Rounding errors must not bring the plane's modes back in.
+    let normal = posed.model.components(posed.normal());
     let project = |x: &mut [f64]| {
         if kind == Kind::OutOfPlane {
             for x in x.chunks_mut(4) {
-                let kept = keep(Vector3::new(x[0], x[1], x[2]));
-                x[..3].copy_from_slice(kept.as_slice());
+                let along = dot(&normal, &x[..3]);
+                x.iter_mut().zip(normal).for_each(|(x, normal)| *x = normal * along);
             }
         }
     };
@@ -202,12 +239,7 @@ fn lowest<M: Model<W>, const W: usize>(
     Ok((0..count)
         .map(|k| {
             let squared = Some(values[k] - shift).filter(|w2| w2.abs() > zero).unwrap_or(0.0);
-            let mut shape: Vec<[f64; 3]> =
-                (0..posed.nodes()).map(|i| posed.model.rate(&basis[k], i)).collect();
-            let largest =
-                shape.iter().map(|x| Vector3::from(*x).norm()).fold(f64::MIN_POSITIVE, f64::max);
-            shape.iter_mut().flatten().for_each(|x| *x /= largest);
-            Mode { frequency_rad_s: squared.signum() * squared.abs().sqrt(), kind, shape }
+            Own { squared, vector: std::mem::take(&mut basis[k]) }
         })
         .collect())
 }

@@ -3,6 +3,7 @@
 //! A hyper-dual number carries the derivatives along two directions and the mixed one. The run
 //! follows the steps of one in plain numbers, which decides where steps are halved.
 
+use crate::equilibrium::nodes_over;
 use crate::error::Error;
 use crate::model::Model;
 use crate::parameter::Parameter;
@@ -26,6 +27,37 @@ pub(crate) fn repeat(
         AnyProblem::Planar(posed) => repeat_posed(&posed, plain, pair, seed),
         AnyProblem::Spatial(posed) => repeat_posed(&posed, plain, pair, seed),
     }
+}
+
+/// The rod of [`Trajectory::at_rest`] again, with the parameters that `seed` makes: derivatives as
+/// those of [`repeat`].
+#[cfg_attr(not(test), expect(dead_code))]
+pub(crate) fn rest(
+    problem: &Problem,
+    plain: &Trajectory,
+    pair: [Parameter; 2],
+    seed: impl Fn(Parameter, f64) -> HyperDual64,
+) -> Result<Trajectory, Error> {
+    match problem.posed() {
+        AnyProblem::Planar(posed) => rest_posed(&posed, plain, pair, seed),
+        AnyProblem::Spatial(posed) => rest_posed(&posed, plain, pair, seed),
+    }
+}
+
+fn rest_posed<M: Model<W>, const W: usize>(
+    posed: &Posed<'_, M, W>,
+    plain: &Trajectory,
+    [one, two]: [Parameter; 2],
+    seed: impl Fn(Parameter, f64) -> HyperDual64,
+) -> Result<Trajectory, Error> {
+    let mut record = plain.emptied(&[one, two, two]);
+    let tracked = plain.tracked();
+    let nodes = nodes_over(posed, &posed.settled()?, tracked, plain.pivot(), seed)?;
+    record.push(0.0, |k, node| {
+        let place = tracked.binary_search(&node).expect("records go over the tracked nodes");
+        [nodes[place].map(|x| PARTS[k](&x)), [0.0; 3]]
+    });
+    Ok(record)
 }
 
 fn repeat_posed<M: Model<W>, const W: usize>(
@@ -58,7 +90,7 @@ fn repeat_posed<M: Model<W>, const W: usize>(
             record.push(state.time, |k, node| -> Motion {
                 let place = |k: usize| -> Motion {
                     let (q, v) = &part[k];
-                    let position = if k == 0 { M::position } else { M::rate };
+                    let position = if k == 0 { M::position::<f64> } else { M::rate::<f64> };
                     [position(posed.model, q, node), posed.model.rate(v, node)]
                 };
                 match turns {
@@ -87,4 +119,76 @@ fn turned_with(
     let x = add(wall, turned(rotation, sub(x, wall)));
     let v = turned(rotation, v);
     PARTS.map(|part| [x.map(|c| part(&c)), v.map(|c| part(&c))])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Point;
+    use crate::scene::{Handedness, Material, Scene, Section, Shape};
+    use Parameter::{Density, NaturalCurvature, YoungsModulus};
+
+    fn helix() -> Scene {
+        let shape = Shape::Helix {
+            length: 0.3,
+            radius: 0.02,
+            pitch: 0.05,
+            axis: [0.0, 0.0, -1.0],
+            handedness: Handedness::Left,
+        };
+        let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 1e7) };
+        let mut scene = Scene::new(16, shape, Section::Circle { radius: 4e-3 }, material);
+        scene.loads.gravity = [0.0, 0.0, -9.8];
+        scene
+    }
+
+    /// Second derivatives of the place of rest against differences of the first.
+    #[test]
+    fn rods_at_rest() {
+        let mut arc = helix();
+        arc.rod.shape = Shape::Arc { length: 0.3, angle: 1.0 };
+        arc.loads.gravity = [0.0, -9.8, 0.0];
+        for scene in [helix(), arc] {
+            let problem = scene.problem().unwrap();
+            let tip = problem.nodes() - 1;
+            let plain = Trajectory::at_rest(&problem, &[tip], &[]).unwrap();
+            for pair in [
+                [YoungsModulus, YoungsModulus],
+                [YoungsModulus, Density],
+                [YoungsModulus, NaturalCurvature],
+                [NaturalCurvature, NaturalCurvature],
+                [Parameter::ClampAngle, YoungsModulus],
+            ] {
+                let [one, two] = pair;
+                if one.of(&scene).is_none()
+                    || problem.planar().is_none() && one == Parameter::ClampAngle
+                {
+                    continue;
+                }
+                let along = |p: Parameter, q: Parameter| f64::from(u8::from(p == q));
+                let seed = |p, value| HyperDual64::new(value, along(p, one), along(p, two), 0.0);
+                let run = rest(&problem, &plain, pair, seed).unwrap();
+                let (_, [_, _, both]) = run
+                    .at(Point::Tip, 0.0)
+                    .map(|(x, d)| (x, <[_; 3]>::try_from(d).unwrap()))
+                    .unwrap();
+                let value = two.of(&scene).unwrap();
+                let h = 2e-3 * value;
+                let slope = |k: f64| {
+                    let other = problem.with([(two, value + k * h)]).unwrap();
+                    let run = Trajectory::at_rest(&other, &[tip], &[one]).unwrap();
+                    run.at(Point::Tip, 0.0).unwrap().1[0]
+                };
+                let [a, b, c, d] = [1.0, -1.0, 2.0, -2.0].map(slope);
+                let (mut off, mut size) = (0.0_f64, 0.0_f64);
+                for i in 0..3 {
+                    let difference = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
+                    off = off.max((both[i] - difference).abs());
+                    size = size.max(difference.abs());
+                }
+                println!("{one}, {two}: {:.1e}", off / size);
+                assert!(off < 1e-7 * size, "{one}, {two}: {both:?} {off:e} {size:e}");
+            }
+        }
+    }
 }

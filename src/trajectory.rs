@@ -1,6 +1,7 @@
 //! What a simulation leaves behind: positions and velocities of the tracked nodes at every step,
 //! and their derivatives where asked for.
 
+use crate::equilibrium::nodes_over;
 use crate::error::Error;
 use crate::guard::{Guard, HALVINGS};
 use crate::model::Model;
@@ -115,6 +116,43 @@ impl Trajectory {
         })
     }
 
+    /// The [equilibrium](Problem::equilibrium) of a problem as a record at time 0: the nodes
+    /// `tracked` (ascending) where the rod comes to rest under its loads, and their exact derivatives
+    /// by `parameters`. The scene needs no `[time]`. The work counts the Newton iterations of the way.
+    ///
+    /// A rod that can move without a force, as at the limit of its stability, has no derivatives:
+    /// [`Error::Indifferent`].
+    pub fn at_rest(
+        problem: &Problem,
+        tracked: &[usize],
+        parameters: &[Parameter],
+    ) -> Result<Self, Error> {
+        let mut record = Self::new(problem, tracked, parameters)?;
+        match problem.posed() {
+            AnyProblem::Planar(posed) => record.rest_posed(&posed)?,
+            AnyProblem::Spatial(posed) => record.rest_posed(&posed)?,
+        }
+        Ok(record)
+    }
+
+    fn rest_posed<M: Model<W>, const W: usize>(
+        &mut self,
+        posed: &Posed<'_, M, W>,
+    ) -> Result<(), Error> {
+        let settled = posed.settled()?;
+        let rest = &settled.rest;
+        self.work.newton_iterations = rest.newton_iterations;
+        self.times.push(0.0);
+        let place = |i: &usize| [posed.model.position(&rest.q, *i), [0.0; 3]];
+        self.motion.extend(self.tracked.iter().map(place));
+        for (parameter, track) in self.parameters.iter().zip(&mut self.derivatives) {
+            let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
+            let nodes = nodes_over(posed, &settled, &self.tracked, self.pivot, seed)?;
+            track.extend(nodes.iter().map(|x| [x.map(|x| x.eps), [0.0; 3]]));
+        }
+        Ok(())
+    }
+
     /// Simulates `steps` steps of the scene from its start and records them; `after` sees the
     /// simulation at the start and after every step. What was recorded stays when a step fails.
     pub fn run(
@@ -215,6 +253,11 @@ impl Trajectory {
         for (k, track) in self.derivatives.iter_mut().enumerate() {
             track.extend(self.tracked.iter().map(|i| motion(k + 1, *i)));
         }
+    }
+
+    /// The nodes that are recorded, ascending.
+    pub(crate) fn tracked(&self) -> &[usize] {
+        &self.tracked
     }
 
     /// The point and axis that the clamp angle turns the rod about.

@@ -60,6 +60,23 @@ fn bending_frequencies() {
     }
 }
 
+/// A roller takes the model's axes along; out of the plane it holds as a hinge does.
+#[test]
+fn between_a_hinge_and_a_roller() {
+    for direction in [[1.0, 0.0, 0.0], [0.6, 0.8, 0.0], [0.0, 0.3, 0.1]] {
+        let mut scene = rod(40, Support::Pinned, Support::Roller);
+        scene.rod.shape = Shape::Straight { length: 0.5, direction };
+        let found = modes(&scene, 8);
+        let [inside, outside] = [Kind::InPlane, Kind::OutOfPlane].map(|kind| {
+            let resisted = of_kind(&found, kind).into_iter().filter(|w| *w > 0.0);
+            resisted.take(2).collect::<Vec<f64>>()
+        });
+        for k in 0..2 {
+            assert!((inside[k] / outside[k] - 1.0).abs() < 1e-9, "{inside:?} {outside:?}");
+        }
+    }
+}
+
 /// Torsion and stretch of a clamped rod: odd quarter waves.
 #[test]
 fn torsional_and_axial_frequencies() {

@@ -25,9 +25,9 @@ pub struct Bootstrap {
 /// What every replicate needs; the threads share it.
 struct Shared<'a> {
     task: Task<'a>,
-    /// Simulated coordinates at the optimum, in the order of the residuals, m.
+    /// Simulated values at the optimum, in the order of the residuals.
     simulated: Vec<f64>,
-    /// Standard deviation of the noise of each observation, m.
+    /// Standard deviation of the noise of each measurement, in its unit.
     noise: &'a [f64],
     start: &'a [f64],
 }
@@ -38,15 +38,24 @@ impl Shared<'_> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number as u64);
         let mut simulated = self.simulated.iter();
-        let mut observations = self.task.observations.to_vec();
-        for (observation, noise) in observations.iter_mut().zip(self.noise) {
-            let seen = observation.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten();
-            for (seen, simulated) in seen.zip(&mut simulated) {
-                let random: f64 = StandardNormal.sample(&mut random);
-                *seen = simulated + noise * random;
+        let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut experiments = self.task.experiments.to_vec();
+        let measurements = experiments.iter_mut().flat_map(|e| e.measurements.iter_mut());
+        for (measurement, noise) in measurements.zip(self.noise) {
+            for (seen, simulated) in measurement.seen_mut().into_iter().zip(&mut simulated) {
+                *seen = simulated + noise * draw();
             }
         }
-        let search = Task { observations: &observations, ..self.task }.search();
+        // What was known before is one more measurement.
+        let mut unknowns = self.task.unknowns.to_vec();
+        for (unknown, x) in unknowns.iter_mut().zip(self.start) {
+            let value = unknown.from_scale(*x);
+            if let Some(prior) = &mut unknown.prior {
+                prior.mean = value + prior.sigma * draw();
+            }
+        }
+        let task = Task { experiments: &experiments, unknowns: &unknowns, ..self.task };
+        let search = task.search();
         let found = search.polish(self.start).and_then(|optimum| match optimum.converged {
             true => Ok(optimum.x),
             false => Err(Error::Fit(optimum.status)),
@@ -62,11 +71,11 @@ pub(super) fn spread(
     noise: &[f64],
     (count, seed): (usize, u64),
 ) -> (Vec<Option<Bootstrap>>, usize) {
-    let mut residuals = optimum.residuals.iter();
     let mut simulated = Vec::new();
-    for (observation, sigma) in search.observations.iter().zip(&search.sigmas) {
-        let seen = observation.samples.iter().flat_map(|s| s.position).flatten();
-        simulated.extend(seen.zip(&mut residuals).map(|(seen, r)| seen + r * sigma));
+    for (_, measurement, sigma, residuals) in search.measured(optimum) {
+        let mut measurement = measurement.clone();
+        let seen = measurement.seen_mut().into_iter().zip(residuals);
+        simulated.extend(seen.map(|(seen, r)| *seen + r * sigma));
     }
     let shared = Shared { task: search.task(), simulated, noise, start: &optimum.x };
     let mut found: Vec<Vec<f64>> = Vec::new();

@@ -10,11 +10,11 @@
 use super::analysis::Refinement;
 use super::search::{Optimum, Search, Task};
 use super::uncertainty::Local;
-use super::{Observation, Unknown};
+use super::{Experiment, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
-use crate::point::Point;
 use crate::problem::Problem;
+use crate::scene::Node;
 use serde::Serialize;
 
 /// How much finer.
@@ -25,6 +25,9 @@ const FINER: f64 = 1.25;
 pub struct DiscretizationError {
     /// Which.
     pub name: Parameter,
+    /// Of which experiments; of all that have it when empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub experiments: Vec<String>,
     /// Error over the value; none where the parameter is not identifiable.
     pub relative: Option<f64>,
     /// The part of the mesh; none where the scene fixes its mesh.
@@ -33,94 +36,109 @@ pub struct DiscretizationError {
     pub step: Option<f64>,
 }
 
-/// A finer problem, and the error over the change it makes, at first order.
-type Finer = (Problem, f64);
+/// An experiment of finer mesh or step, and the error over the change that makes, at first order.
+type Finer = (Experiment, f64);
 
 /// The error over the change when what it is proportional to becomes smaller by `ratio`.
 fn to_zero(ratio: f64) -> f64 {
     1.0 / (1.0 - 1.0 / ratio)
 }
 
-/// The scene with more edges, if its mesh is its own choice.
-fn finer_mesh(problem: &Problem) -> Result<Option<Finer>, Error> {
+/// The experiment with more edges, if its mesh is its own choice.
+fn finer_mesh(experiment: &Experiment) -> Result<Option<Finer>, Error> {
+    let problem = &experiment.problem;
     let mut scene = problem.scene().clone();
-    if scene.mesh_is_given() {
+    let forces = scene.loads.point.iter().chain(&scene.initial.point);
+    // On another mesh an inner node is elsewhere, and its load with it.
+    let inner = |node: &Node| matches!(node, Node::Index(i) if (1..problem.segments()).contains(i));
+    if scene.mesh_is_given() || forces.clone().any(|f| inner(&f.node)) {
         return Ok(None);
     }
     let segments = (problem.segments() as f64 * FINER).round();
+    for load in scene.loads.point.iter_mut().chain(&mut scene.initial.point) {
+        if load.node == Node::Index(problem.segments()) {
+            load.node = Node::Index(segments as usize);
+        }
+    }
     scene.rod.segments = Some(segments as usize);
     let finer = scene.problem()?.computed_as(problem);
-    Ok(Some((finer, to_zero(segments / problem.segments() as f64))))
+    Ok(Some((experiment.posed_as(finer)?, to_zero(segments / problem.segments() as f64))))
 }
 
-/// The scene with a smaller step, unless its beta is to be found.
-fn finer_step(problem: &Problem, unknowns: &[Unknown]) -> Result<Option<Finer>, Error> {
-    if unknowns.iter().any(|u| u.parameter == Parameter::Beta) {
+/// The experiment with a smaller step, unless nothing moves or its beta is to be found.
+fn finer_step(experiment: &Experiment, unknowns: &[Unknown]) -> Result<Option<Finer>, Error> {
+    let beta = |u: &Unknown| u.parameter == Parameter::Beta && u.is_of(experiment);
+    if unknowns.iter().any(beta) || experiment.motions().next().is_none() {
         return Ok(None);
     }
-    let mut scene = problem.scene().clone();
+    let mut scene = experiment.problem.scene().clone();
     if let Some(time) = &mut scene.time {
         time.step /= FINER;
     }
-    Ok(Some((scene.problem()?.computed_as(problem), to_zero(FINER))))
+    let finer: Problem = scene.problem()?.computed_as(&experiment.problem);
+    Ok(Some((experiment.posed_as(finer)?, to_zero(FINER))))
 }
 
-/// Observations of the same points on another mesh.
-fn same_points(observations: &[Observation], problem: &Problem) -> Result<Vec<Observation>, Error> {
-    let moved = |o: &Observation| {
-        let point = match o.point {
-            Point::Node(i) if i + 1 == problem.nodes() => Point::Tip,
-            Point::Node(_) => {
-                Point::ArcLength(problem.arc_length(o.point)?.clamp(0.0, problem.length()))
-            }
-            point => point,
-        };
-        Ok(Observation { point, ..o.clone() })
-    };
-    observations.iter().map(moved).collect()
-}
-
-/// How far the unknowns, on their scales, are from those of the limit that the model `finer` than
-/// that of `task` is on the way to; and the work that took.
+/// How far the unknowns, on their scales, are from those of the limit that the models `finer` than
+/// those of `task` are on the way to, one per experiment; and the work that took. None if no
+/// experiment has a finer one.
 fn change(
     task: Task,
-    (finer, to_zero): &Finer,
+    finer: Vec<Option<Finer>>,
     optimum: &Optimum,
-    local: &Local,
+    (local, weights): (&Local, &[f64]),
     how: Refinement,
-) -> Result<(Vec<Option<f64>>, f64), Error> {
-    let observations = same_points(task.observations, task.problem)?;
-    let search = Task { problem: finer, observations: &observations, ..task }.search();
+) -> Result<Option<Change>, Error> {
+    if finer.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let (experiments, to_zero): (Vec<Experiment>, Vec<f64>) = finer
+        .into_iter()
+        .zip(task.experiments)
+        .map(|(finer, experiment)| finer.unwrap_or_else(|| (experiment.clone(), 0.0)))
+        .unzip();
+    let search = Task { experiments: &experiments, ..task }.search();
     let moved: Vec<Option<f64>> = match how {
         Refinement::Refitted => {
             let there = search.polish(&optimum.x)?.x;
-            let moved = there.iter().zip(&optimum.x).map(|(a, b)| a - b);
+            let most = to_zero.iter().copied().fold(0.0, f64::max);
+            let moved = there.iter().zip(&optimum.x).map(|(a, b)| most * (a - b));
             moved.zip(&local.deviation).map(|(d, sd)| sd.map(|_| d)).collect()
         }
         _ => {
-            let there = search.residuals(search.duration())?.residuals(&optimum.x)?;
-            let change: Vec<f64> =
-                there.iter().zip(&optimum.residuals).map(|(a, b)| a - b).collect();
+            let there = search.all_residuals()?.straight(&optimum.x)?;
+            let mut factors = Vec::with_capacity(there.len());
+            let mut counts = optimum.counts.iter();
+            for (experiment, to_zero) in experiments.iter().zip(&to_zero) {
+                let own = counts.by_ref().take(experiment.measurements.len()).sum();
+                factors.extend(std::iter::repeat_n(*to_zero, own));
+            }
+            factors.resize(there.len(), 0.0);
+            let pairs = there.iter().zip(&optimum.residuals).zip(factors.iter().zip(weights));
+            // Once for the change, once for the row it meets.
+            let change: Vec<f64> = pairs.map(|((a, b), (f, w))| w * w * f * (a - b)).collect();
             local.response(&optimum.jacobian, &change)
         }
     };
-    let carried_on = moved.into_iter().map(|d| d.map(|d| d * to_zero));
-    Ok((carried_on.collect(), search.work.get()))
+    Ok(Some((moved, search.work.get())))
 }
+
+/// Of the unknowns on their scales, where they are identifiable; and the work to find it.
+type Change = (Vec<Option<f64>>, f64);
 
 /// The discretisation error of every unknown.
 pub(super) fn errors(
     search: &Search,
     optimum: &Optimum,
-    local: &Local,
+    local: (&Local, &[f64]),
     how: Refinement,
 ) -> Result<Vec<DiscretizationError>, Error> {
-    let (mesh, step) = (finer_mesh(search.problem)?, finer_step(search.problem, search.unknowns)?);
+    let mesh = search.experiments.iter().map(finer_mesh).collect::<Result<Vec<_>, Error>>()?;
+    let step = search.experiments.iter().map(|e| finer_step(e, search.unknowns));
+    let step = step.collect::<Result<Vec<_>, Error>>()?;
     let task = search.task();
-    let part = |finer: &Option<Finer>| {
-        finer.as_ref().map(|finer| change(task, finer, optimum, local, how)).transpose()
-    };
-    let (mesh, step) = rayon::join(|| part(&mesh), || part(&step));
+    let part = |finer| change(task, finer, optimum, local, how);
+    let (mesh, step) = rayon::join(|| part(mesh), || part(step));
     let moved = [mesh?, step?].map(|part| {
         part.map(|(moved, work)| {
             search.count(work);
@@ -139,7 +157,8 @@ pub(super) fn errors(
         let (mesh, step) = (relative(&moved[0]), relative(&moved[1]));
         let known = mesh.is_some() || step.is_some();
         let relative = known.then_some(mesh.unwrap_or(0.0) + step.unwrap_or(0.0));
-        DiscretizationError { name: unknown.parameter, relative, mesh, step }
+        let experiments = unknown.experiments.clone();
+        DiscretizationError { name: unknown.parameter, experiments, relative, mesh, step }
     };
     Ok(search.unknowns.iter().enumerate().map(error).collect())
 }

@@ -36,8 +36,6 @@ pub struct Asked {
     pub start: Option<f64>,
     /// The bounds, if any were given.
     pub bounds: Option<[f64; 2]>,
-    /// The prior in words, if one was given.
-    pub prior: Option<String>,
 }
 
 /// What an observation is given over.
@@ -57,7 +55,7 @@ pub enum Over {
 pub struct Series {
     /// The experiment; empty where there is only one.
     pub experiment: String,
-    /// The observation: its file, or the point.
+    /// The measurement: its file, or what it is.
     pub label: String,
     /// x, y or z; or what else was observed.
     pub axis: String,
@@ -103,7 +101,7 @@ pub struct Iterate {
     pub stage: String,
     /// Work so far, in full simulations.
     pub simulations: f64,
-    /// Half the sum of squared residuals, over the part of the record that the stage looks at.
+    /// Half the sum of squared residuals (or their losses), over the part of the record that the stage looks at.
     pub misfit: f64,
     /// Number of residuals in it.
     pub residuals: usize,
@@ -123,6 +121,8 @@ impl Iterate {
 pub struct Landscape {
     /// The unknown.
     pub name: Parameter,
+    /// Its name with the experiments it is of, if it is not of all.
+    pub label: String,
     /// Its values, ascending.
     pub values: Vec<f64>,
     /// The least misfit over all values of the others.
@@ -134,6 +134,8 @@ pub struct Landscape {
 pub struct Profile {
     /// The unknown.
     pub name: Parameter,
+    /// Its name with the experiments it is of, if it is not of all.
+    pub label: String,
     /// Its values, ascending.
     pub values: Vec<f64>,
     /// Rise of twice the misfit over the optimum, all others fitted, in units of the noise's

@@ -1,21 +1,21 @@
 //! The fit file.
 
-use super::{Analysis, Fit, Observation, Recording, Unknown, Vertical};
+use super::{
+    Analysis, Experiment, Fit, Frequencies, Loss, Measurement, Observation, Prior, Recording,
+    RestShape, Unknown, Vertical,
+};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::point::Point;
-use crate::problem::Problem;
 use crate::scene::{Scene, parse};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// A fit file and the scene it names, ready to solve.
+/// A fit file and the scenes it names, ready to solve.
 #[derive(Clone, Debug)]
 pub struct FitFile {
-    /// The scene.
-    pub problem: Problem,
-    /// The recorded motion.
-    pub observations: Vec<Observation>,
+    /// The scenes, and what was measured in each.
+    pub experiments: Vec<Experiment>,
     /// What to identify.
     pub unknowns: Vec<Unknown>,
     /// What to do beyond finding them.
@@ -25,11 +25,31 @@ pub struct FitFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Form {
-    scene: PathBuf,
+    scene: Option<PathBuf>,
+    #[serde(default)]
     observation: Vec<ObservationForm>,
+    #[serde(default)]
+    shape: Vec<ShapeForm>,
+    #[serde(default)]
+    frequencies: Vec<FrequenciesForm>,
+    #[serde(default)]
+    experiment: Vec<ExperimentForm>,
     parameter: Vec<ParameterForm>,
     #[serde(default)]
     analysis: Analysis,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ExperimentForm {
+    name: String,
+    scene: PathBuf,
+    #[serde(default)]
+    observation: Vec<ObservationForm>,
+    #[serde(default)]
+    shape: Vec<ShapeForm>,
+    #[serde(default)]
+    frequencies: Vec<FrequenciesForm>,
 }
 
 #[derive(Deserialize)]
@@ -39,6 +59,10 @@ struct ObservationForm {
     #[serde(default)]
     point: Point,
     sigma: Option<f64>,
+    #[serde(default)]
+    loss: Loss,
+    #[serde(default)]
+    held_out: bool,
     fps: Option<f64>,
     scale: Option<f64>,
     origin: Option<[f64; 3]>,
@@ -46,11 +70,31 @@ struct ObservationForm {
     time_zero: Option<f64>,
 }
 
-impl ObservationForm {
-    fn recording(&self) -> Recording {
-        let Self { fps, scale, origin, y, time_zero, .. } = *self;
-        Recording { fps, scale, origin, y, time_zero }
-    }
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ShapeForm {
+    file: PathBuf,
+    sigma: Option<f64>,
+    #[serde(default)]
+    loss: Loss,
+    #[serde(default)]
+    held_out: bool,
+    scale: Option<f64>,
+    origin: Option<[f64; 3]>,
+    y: Option<Vertical>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrequenciesForm {
+    hz: Option<Vec<f64>>,
+    rad_s: Option<Vec<f64>>,
+    modes: Option<Vec<usize>>,
+    sigma: f64,
+    #[serde(default)]
+    loss: Loss,
+    #[serde(default)]
+    held_out: bool,
 }
 
 #[derive(Deserialize)]
@@ -59,41 +103,146 @@ struct ParameterForm {
     name: Parameter,
     start: Option<f64>,
     bounds: Option<[f64; 2]>,
+    prior: Option<Prior>,
+    #[serde(default)]
+    experiment: Names,
+}
+
+/// One name or several.
+#[derive(Default, Deserialize)]
+#[serde(untagged, expecting = "expected the name of an experiment, or a list of names")]
+enum Names {
+    #[default]
+    All,
+    One(String),
+    Some(Vec<String>),
+}
+
+impl ObservationForm {
+    fn read(self, folder: &Path) -> Result<Measurement, Error> {
+        let Self { fps, scale, origin, y, time_zero, .. } = self;
+        let recording = Recording { fps, scale, origin, y, time_zero };
+        let read = recording.read(folder.join(self.file))?.at(self.point);
+        let Self { sigma, loss, held_out, .. } = self;
+        Ok(Measurement::Motion(Observation { sigma, loss, held_out, ..read }))
+    }
+}
+
+impl ShapeForm {
+    fn read(self, folder: &Path) -> Result<Measurement, Error> {
+        let Self { sigma, loss, held_out, scale, origin, y, .. } = self;
+        let recording = Recording { scale, origin, y, ..Recording::default() };
+        let read = RestShape::read_as(folder.join(self.file), &recording)?;
+        Ok(Measurement::RestShape(RestShape { sigma, loss, held_out, ..read }))
+    }
+}
+
+impl FrequenciesForm {
+    fn read(self, key: &str) -> Result<Measurement, Error> {
+        let (values, all): (_, fn(&[f64], f64) -> Frequencies) = match (self.hz, self.rad_s) {
+            (Some(hz), None) => (hz, Frequencies::hz),
+            (None, Some(rad_s)) => (rad_s, Frequencies::new),
+            (hz, _) => {
+                let found = if hz.is_some() { "both hz and rad_s" } else { "neither hz nor rad_s" };
+                return Err(Error::invalid(key, found, "one of the two"));
+            }
+        };
+        let mut frequencies = all(&values, self.sigma);
+        if let Some(modes) = self.modes {
+            if modes.len() != values.len() {
+                let found = format!("{} modes for {} values", modes.len(), values.len());
+                return Err(Error::invalid(format!("{key}.modes"), found, "one each"));
+            }
+            frequencies = frequencies.of_modes(&modes);
+        }
+        let Self { loss, held_out, .. } = self;
+        Ok(Measurement::Frequencies(Frequencies { loss, held_out, ..frequencies }))
+    }
+}
+
+impl ExperimentForm {
+    fn read(self, folder: &Path) -> Result<Experiment, Error> {
+        let problem = Scene::load(folder.join(self.scene))?.problem()?;
+        let observations = self.observation.into_iter().map(|o| o.read(folder));
+        let shapes = self.shape.into_iter().map(|s| s.read(folder));
+        let read = |(k, f): (usize, FrequenciesForm)| f.read(&format!("frequencies[{k}]"));
+        let frequencies = self.frequencies.into_iter().enumerate().map(read);
+        let measurements: Vec<Measurement> =
+            observations.chain(shapes).chain(frequencies).collect::<Result<_, Error>>()?;
+        for measurement in &measurements {
+            measurement.check_units(&problem)?;
+        }
+        Ok(Experiment { name: self.name, problem, measurements })
+    }
 }
 
 impl FitFile {
-    /// Reads and validates a fit file, its scene and its data.
+    /// Reads and validates a fit file, its scenes and its data.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
-        let form: Form = parse(&text).map_err(|error| error.in_file(Some(path)))?;
+        let mut form: Form = parse(&text).map_err(|error| error.in_file(Some(path)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let problem = Scene::load(folder.join(form.scene))?.problem()?;
-        let observations = form
-            .observation
-            .into_iter()
-            .map(|o| {
-                let read = o.recording().read(folder.join(o.file))?;
-                read.check_units(&problem)?;
-                Ok(Observation { sigma: o.sigma, ..read.at(o.point) })
-            })
-            .collect::<Result<_, Error>>()?;
+        let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;
+        let read = |e: ExperimentForm| e.read(folder);
+        let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
+        let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
         let unknowns = form
             .parameter
             .into_iter()
-            .map(|p| Unknown { parameter: p.name, start: p.start, bounds: p.bounds })
+            .map(|p| Unknown {
+                parameter: p.name,
+                start: p.start,
+                bounds: p.bounds,
+                prior: p.prior,
+                experiments: match p.experiment {
+                    Names::All => Vec::new(),
+                    Names::One(name) => vec![name],
+                    Names::Some(names) => names,
+                },
+            })
             .collect();
-        let file = Self { problem, observations, unknowns, analysis: form.analysis };
+        let file = Self { experiments, unknowns, analysis: form.analysis };
         file.fit().check().map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
     }
 
     /// The fit the file describes.
     pub fn fit(&self) -> Fit {
-        let mut fit = Fit::new(&self.problem);
-        fit.observations = self.observations.clone();
-        fit.unknowns = self.unknowns.clone();
-        fit.analysis = self.analysis.clone();
-        fit
+        let fit = Fit::of(self.experiments.clone()).analyse(self.analysis.clone());
+        self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()))
+    }
+}
+
+impl Form {
+    /// The experiments: those of the list, or the only one.
+    fn experiments(&mut self) -> Result<Vec<ExperimentForm>, Error> {
+        let listed = std::mem::take(&mut self.experiment);
+        let (observation, shape) =
+            (std::mem::take(&mut self.observation), std::mem::take(&mut self.shape));
+        let frequencies = std::mem::take(&mut self.frequencies);
+        let alone = observation.len() + shape.len() + frequencies.len();
+        match self.scene.take() {
+            Some(scene) if listed.is_empty() => {
+                let name = String::new();
+                Ok(vec![ExperimentForm { name, scene, observation, shape, frequencies }])
+            }
+            Some(_) => {
+                let allowed = "either scene, or [[experiment]] with a scene each";
+                Err(Error::invalid("scene", "besides [[experiment]]", allowed))
+            }
+            None if listed.is_empty() => {
+                Err(Error::invalid("scene", "none", "a scene, or [[experiment]] with a scene each"))
+            }
+            None if alone > 0 => {
+                let allowed = "[[experiment.observation]], [[experiment.shape]] and \
+                               [[experiment.frequencies]] below their [[experiment]]";
+                Err(Error::invalid("observation", "besides [[experiment]]", allowed))
+            }
+            None => match listed.iter().find(|e| e.name.trim().is_empty()) {
+                Some(_) => Err(Error::invalid("experiment.name", "\"\"", "a name")),
+                None => Ok(listed),
+            },
+        }
     }
 }

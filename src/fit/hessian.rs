@@ -5,8 +5,9 @@
 //! the two differ: it vanishes with the residuals, and on average over noise. Every pair of
 //! unknowns costs one simulation in hyper-dual numbers.
 
+use super::residuals::{Run, Seeing};
 use super::view::View;
-use super::{Residuals, Unknown};
+use super::{Loss, Residuals, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::second_order;
@@ -25,26 +26,60 @@ impl Residuals {
     pub fn hessian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let n = self.unknowns().len();
         let mut hessian = vec![vec![0.0; n]; n];
-        let (problem, plain) = self.run(x, &[])?;
+        let runs = self.runs(x, false)?;
         for i in 0..n {
             for j in 0..=i {
-                let pair = [i, j].map(|k| self.unknowns()[k].parameter);
-                let seed = |parameter: Parameter, value: f64| {
-                    let place = self.unknowns().iter().position(|u| u.parameter == parameter);
-                    let Some(k) = place else { return HyperDual64::from(value) };
-                    let along = |direction: usize| f64::from(u8::from(k == direction));
-                    self.unknowns()[k].lifted(HyperDual64::new(x[k], along(i), along(j), 0.0))
-                };
-                let run = second_order::repeat(&problem, &plain, pair, seed)?;
-                let view = View::new(&problem, seed);
                 let mut sum = 0.0;
-                self.each_residual(&run, &view, [0, 1, 2].map(Some), |r: HyperDual64| {
+                for (k, run) in runs.iter().enumerate() {
+                    if self.has(k, i) && self.has(k, j) {
+                        sum += self.second(x, (k, run), [i, j])?;
+                    }
+                }
+                let known = HyperDual64::new(x[i], 1.0, 1.0, 0.0);
+                if let Some(r) = self.unknowns()[i].surprise(known).filter(|_| i == j) {
                     sum += r.eps1 * r.eps2 + r.re * r.eps1eps2;
-                })?;
+                }
                 (hessian[i][j], hessian[j][i]) = (sum, sum);
             }
         }
         Ok(hessian)
+    }
+
+    /// What experiment `k` adds to one entry.
+    fn second(&self, x: &[f64], (k, run): (usize, &Run), [i, j]: [usize; 2]) -> Result<f64, Error> {
+        let pair = [i, j].map(|k| self.unknowns()[k].parameter);
+        let seed = |parameter: Parameter, value: f64| {
+            let own = |u: usize| self.has(k, u) && self.unknowns()[u].parameter == parameter;
+            let Some(u) = (0..x.len()).find(|u| own(*u)) else { return HyperDual64::from(value) };
+            let along = |direction: usize| f64::from(u8::from(u == direction));
+            self.unknowns()[u].lifted(HyperDual64::new(x[u], along(i), along(j), 0.0))
+        };
+        let Run { problem, moving, resting } = run;
+        let moving = moving
+            .as_ref()
+            .map(|plain| second_order::repeat(problem, plain, pair, seed))
+            .transpose()?;
+        let resting = resting
+            .as_ref()
+            .map(|plain| second_order::rest(problem, plain, pair, seed))
+            .transpose()?;
+        let frequencies = match self.modes(k) {
+            [] => Vec::new(),
+            modes => problem.tones_over(modes, seed)?,
+        };
+        let seeing = Seeing {
+            moving: moving.as_ref(),
+            resting: resting.as_ref(),
+            frequencies: &frequencies,
+            view: &View::new(problem, seed),
+            tracks: [0, 1, 2].map(Some),
+        };
+        let mut sum = 0.0;
+        self.each_residual(k, &seeing, |r: HyperDual64, loss: Loss| {
+            let [psi, slope] = loss.influence(r.re);
+            sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
+        })?;
+        Ok(sum)
     }
 }
 

@@ -30,22 +30,30 @@ pub struct Finding {
     pub parameters: Vec<Parameter>,
     /// What is wrong.
     pub words: String,
+    /// The places of the parameters among the unknowns.
+    #[serde(skip)]
+    places: Vec<usize>,
 }
 
 impl Finding {
-    /// Whether it is about this unknown.
-    pub(super) fn has(&self, unknown: &Unknown) -> bool {
-        self.parameters.contains(&unknown.parameter)
+    /// Whether it is about the unknown in this place.
+    pub(super) fn has(&self, place: usize) -> bool {
+        self.places.contains(&place)
     }
 }
 
 /// A parameter that nothing observed depends on.
-pub(super) fn without_effect(unknown: &Unknown) -> Finding {
+pub(super) fn without_effect(unknown: &Unknown, place: usize) -> Finding {
     Finding {
         kind: Kind::Structural,
         parameters: vec![unknown.parameter],
-        words: format!("{} has no effect on the observed motion", unknown.parameter),
+        words: no_effect(unknown),
+        places: vec![place],
     }
+}
+
+fn no_effect(unknown: &Unknown) -> String {
+    format!("{unknown} has no effect on what was observed")
 }
 
 /// The undetermined combinations along `directions` (changes of the unknowns on their scales), and
@@ -65,7 +73,7 @@ pub(super) fn findings(
             Kind::Practical => practical(&combination, &part, &deviation),
         };
         let parameters = combination.iter().map(|(u, _)| u.parameter).collect();
-        Finding { kind, parameters, words }
+        Finding { kind, parameters, words, places: part }
     };
     directions.into_iter().map(name).collect()
 }
@@ -106,7 +114,7 @@ fn invariant(combination: &[(&Unknown, f64)]) -> Option<String> {
         [(one, a), (two, b)] if one.parameter.is_positive() && two.parameter.is_positive() => {
             let unit = a.abs().min(b.abs()) * b.signum();
             let (p, q) = (b / unit, -a / unit);
-            Some(power_product(&[(one.parameter.name(), p), (two.parameter.name(), q)]))
+            Some(power_product(&[(one.to_string(), p), (two.to_string(), q)]))
         }
         _ => None,
     }
@@ -114,10 +122,9 @@ fn invariant(combination: &[(&Unknown, f64)]) -> Option<String> {
 
 fn structural(combination: &[(&Unknown, f64)]) -> String {
     match (combination, invariant(combination)) {
-        ([(one, _)], _) => without_effect(one).words,
+        ([(one, _)], _) => no_effect(one),
         ([(one, _), (two, _)], Some(invariant)) => format!(
-            "{} and {} enter only as {invariant}; neither can be identified without the other",
-            one.parameter, two.parameter
+            "{one} and {two} enter only as {invariant}; neither can be identified without the other"
         ),
         _ => format!(
             "the data do not change along the combination {} (logarithms of positive parameters)",
@@ -150,12 +157,11 @@ fn practical(
     };
     match (combination, invariant(combination)) {
         ([(one, _)], _) => {
-            format!("{} is practically not identifiable from these data: {why}", one.parameter)
+            format!("{one} is practically not identifiable from these data: {why}")
         }
         ([(one, _), (two, _)], Some(invariant)) => format!(
-            "{} and {} are practically not identifiable from these data: all but their {invariant} \
-             is lost in the noise ({why})",
-            one.parameter, two.parameter
+            "{one} and {two} are practically not identifiable from these data: all but their \
+             {invariant} is lost in the noise ({why})"
         ),
         _ => format!(
             "practically not identifiable from these data: the combination {} (logarithms of \
@@ -168,12 +174,12 @@ fn practical(
 fn sum(combination: &[(&Unknown, f64)]) -> String {
     let most = combination.iter().fold(0.0_f64, |m, (_, a)| m.max(a.abs()));
     let parts: Vec<String> =
-        combination.iter().map(|(u, a)| format!("{:+.3} {}", a / most, u.parameter)).collect();
+        combination.iter().map(|(u, a)| format!("{:+.3} {u}", a / most)).collect();
     parts.join(" ")
 }
 
 /// `a^p b^q` with exponents rounded to what the singular vectors are good for.
-fn power_product(factors: &[(&str, f64)]) -> String {
+fn power_product(factors: &[(String, f64)]) -> String {
     let power = |name: &str, p: f64| {
         let p = (p.abs() * 1e2).round() / 1e2;
         if p == 1.0 { name.to_string() } else { format!("{name}^{p}") }

@@ -33,13 +33,12 @@ impl Stage {
 #[derive(Clone, Debug)]
 pub(super) struct Visit {
     pub stage: Stage,
-    /// End of the part of the record that was looked at, s.
-    pub horizon: f64,
     pub x: Vec<f64>,
     pub cost: f64,
-    /// The residuals there.
+    /// The residuals there, not bent by a robust loss: more of them the more of the record was
+    /// looked at.
     pub residuals: Vec<f64>,
-    /// How many each observation has.
+    /// How many each measurement has.
     pub counts: Vec<usize>,
 }
 
@@ -64,7 +63,7 @@ impl Journal {
     /// Notes a point, after the work of this many simulations.
     pub fn visit(&self, mut visit: Visit, simulations: f64) {
         let mut best = self.best.borrow_mut();
-        let rank = |v: &Visit| (v.stage, v.horizon);
+        let rank = |v: &Visit| (v.stage, v.residuals.len());
         let better = best.as_ref().is_none_or(|b| {
             rank(&visit) > rank(b) || rank(&visit) == rank(b) && visit.cost <= b.cost
         });
@@ -118,6 +117,7 @@ impl Journal {
             };
             Landscape {
                 name: unknowns[i].parameter,
+                label: unknowns[i].to_string(),
                 values: axis.iter().map(|x| unknowns[i].from_scale(*x)).collect(),
                 misfit: axis.iter().map(least).collect(),
             }
@@ -247,7 +247,7 @@ fn in_words(unknowns: &[Unknown], fitted: &[Basin], scanned: &[Basin], points: u
     let at = |basin: &Basin| {
         let pairs = unknowns.iter().zip(&basin.values);
         let words = pairs.map(|(unknown, value)| {
-            format!("{} = {value:.3e} {}", unknown.parameter, unknown.parameter.unit())
+            format!("{unknown} = {value:.3e} {}", unknown.parameter.unit())
         });
         words.collect::<Vec<_>>().join(", ").replace(" ,", ",").trim_end().to_string()
     };
@@ -371,19 +371,18 @@ mod tests {
     #[test]
     fn the_best_is_that_of_the_farthest_stage() {
         let journal = Journal::default();
-        let visit = |stage, horizon, cost| Visit {
+        let visit = |stage, count, cost| Visit {
             stage,
-            horizon,
             x: vec![cost],
             cost,
-            residuals: vec![0.0],
-            counts: vec![1],
+            residuals: vec![0.0; count],
+            counts: vec![count],
         };
-        journal.visit(visit(Stage::Coarse, 1.0, 3.0), 0.1);
-        journal.visit(visit(Stage::Full, 2.0, 8.0), 1.0);
-        journal.visit(visit(Stage::Full, 2.0, 5.0), 2.0);
-        journal.visit(visit(Stage::Full, 2.0, 6.0), 3.0);
-        journal.visit(visit(Stage::Growing, 1.0, 1.0), 4.0);
+        journal.visit(visit(Stage::Coarse, 1, 3.0), 0.1);
+        journal.visit(visit(Stage::Full, 2, 8.0), 1.0);
+        journal.visit(visit(Stage::Full, 2, 5.0), 2.0);
+        journal.visit(visit(Stage::Full, 2, 6.0), 3.0);
+        journal.visit(visit(Stage::Growing, 1, 1.0), 4.0);
         assert_eq!(journal.best().map(|best| best.cost), Some(5.0));
         assert_eq!(journal.history(&unknowns()[..1]).len(), 5);
     }

@@ -1,14 +1,9 @@
 //! Recorded motion: where a point of the rod was seen at which times.
 
-use super::Recording;
+use super::{Loss, Recording};
 use crate::error::Error;
 use crate::point::Point;
-use crate::problem::Problem;
-use crate::scene::Support;
 use std::path::{Path, PathBuf};
-
-/// Points this many lengths from the wall of a held rod are not points of it.
-const FARTHEST: f64 = 2.5;
 
 /// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +23,10 @@ pub struct Observation {
     pub samples: Vec<Sample>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Not fitted, but predicted.
+    pub held_out: bool,
     /// The file, for messages.
     pub source: Option<PathBuf>,
 }
@@ -35,7 +34,14 @@ pub struct Observation {
 impl Observation {
     /// Sightings of the tip.
     pub fn new(samples: Vec<Sample>) -> Self {
-        Self { point: Point::Tip, samples, sigma: None, source: None }
+        Self {
+            point: Point::Tip,
+            samples,
+            sigma: None,
+            loss: Loss::Squares,
+            held_out: false,
+            source: None,
+        }
     }
 
     /// Reads a CSV file as [`Recording::read`] does, in SI units or those of its header.
@@ -53,36 +59,19 @@ impl Observation {
         Self { sigma: Some(sigma), ..self }
     }
 
+    /// With another loss than squares.
+    pub fn loss(self, loss: Loss) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Kept out of the fit, to be predicted by it.
+    pub fn held_out(self) -> Self {
+        Self { held_out: true, ..self }
+    }
+
     /// Number of coordinates seen.
     pub fn values(&self) -> usize {
         self.samples.iter().flat_map(|s| s.position).flatten().count()
-    }
-
-    /// Refuses positions that no point of a held rod can have: most likely in other units.
-    pub(crate) fn check_units(&self, problem: &Problem) -> Result<(), Error> {
-        let supports = &problem.scene().supports;
-        if (supports.start, supports.end) == (Support::Free, Support::Free) {
-            return Ok(());
-        }
-        let wall = problem.wall();
-        let distance = |s: &Sample| {
-            let parts = (0..3).filter_map(|c| Some((s.position[c]? - wall[c]).abs()));
-            parts.fold(0.0, f64::max)
-        };
-        let mut distances: Vec<f64> = self.samples.iter().map(distance).collect();
-        distances.sort_by(f64::total_cmp);
-        // Single outliers are another matter.
-        let typical = distances[distances.len() / 2];
-        if typical <= FARTHEST * problem.length() {
-            return Ok(());
-        }
-        let found = format!("points typically {typical:.4} m from the wall of the rod");
-        let allowed = format!(
-            "points of a rod of {} m; a unit in the header, as in x[mm], an origin, or another scale \
-             may be missing",
-            problem.length()
-        );
-        Err(Error::invalid(self.label(), found, allowed))
     }
 
     /// The file or the point, for messages.

@@ -101,7 +101,7 @@ pub(super) fn interval(
             distance =
                 if newton.is_finite() { newton.clamp(low, high) } else { 0.5 * (low + high) };
         }
-        search.report(&format!("profile of {}", search.unknowns[i].parameter));
+        search.report(&format!("profile of {}", search.unknowns[i]));
     }
     Interval { ends, better, points }
 }
@@ -116,7 +116,7 @@ fn profile(
 ) -> Result<Point, Error> {
     let mut unknowns = search.unknowns.to_vec();
     let value = unknowns[i].from_scale(held);
-    unknowns[i] = unknowns[i].bounds(value, value);
+    unknowns[i] = unknowns[i].clone().bounds(value, value);
     let held_search = Task { unknowns: &unknowns, ..search.task() }.search();
     let mut start = from.to_vec();
     start[i] = held;
@@ -124,7 +124,12 @@ fn profile(
     let optimum = held_search.polish(&start);
     search.count(held_search.work.get());
     let Optimum { x, cost, residuals, jacobian, .. } = optimum?;
-    let gradient: f64 = jacobian.iter().zip(&residuals).map(|(row, r)| row[i] * r).sum();
+    let losses = held_search.all_residuals()?.losses();
+    let gradient: f64 = losses
+        .iter()
+        .zip(jacobian.iter().zip(&residuals))
+        .map(|(loss, (row, r))| row[i] * loss.influence(*r)[0])
+        .sum();
     let excess = 2.0 * (cost - least);
     let rise = excess.abs().sqrt().copysign(excess) / noise;
     // d(rise^2)/dx = 2 gradient/noise^2.
@@ -147,6 +152,7 @@ impl Interval {
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         Profile {
             name: unknown.parameter,
+            label: unknown.to_string(),
             values: points.iter().map(|(x, _)| unknown.from_scale(*x)).collect(),
             rise: points.iter().map(|(_, rise)| *rise).collect(),
             level: reach * reach,
@@ -157,6 +163,7 @@ impl Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::Experiment;
     use crate::scene::{Material, Scene, Section, Shape, Time};
     use crate::{Observation, Parameter, Point};
 
@@ -175,11 +182,11 @@ mod tests {
             let (x, _) = run.at(Point::Tip, 0.02 * f64::from(k)).unwrap();
             crate::fit::Sample { time: 0.02 * f64::from(k), position: x.map(Some) }
         });
-        let observations = [Observation::new(samples.collect())];
+        let observation = Observation::new(samples.collect());
+        let experiments = [Experiment::new("", &problem).observe(observation)];
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         let task = Task {
-            problem: &problem,
-            observations: &observations,
+            experiments: &experiments,
             sigmas: &[1e-3],
             unknowns: &unknowns,
             full_work: 1.0,
@@ -194,7 +201,7 @@ mod tests {
             let expected = 1e8_f64.ln() + side * 1.96 * sd;
             assert!((end.unwrap() - expected).abs() < 0.05 * sd, "{found:?}");
         }
-        let away = search.residuals(1.0).unwrap().residuals(&[best.x[0] + 4.0 * sd]).unwrap();
+        let away = search.all_residuals().unwrap().residuals(&[best.x[0] + 4.0 * sd]).unwrap();
         let cost = super::super::residuals::half_square(&away);
         let off = Optimum { x: vec![best.x[0] + 4.0 * sd], cost, ..best };
         assert!(interval(&search, &off, 0, (sd, 1.0, 1.96)).better.is_some());

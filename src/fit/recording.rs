@@ -53,13 +53,15 @@ pub enum Vertical {
 }
 
 const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
-const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
+pub(super) const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
+
+/// The columns x, y, z with their factors to metres.
+pub(super) type Axes = [Option<(usize, f64)>; 3];
 
 /// The columns of a recording.
 struct Columns {
     time: (usize, f64),
-    /// x, y, z with the factor to metres.
-    axes: [Option<(usize, f64)>; 3],
+    axes: Axes,
 }
 
 impl Recording {
@@ -72,7 +74,6 @@ impl Recording {
         let table = Table::read(path)?;
         let columns = self.columns(&table)?;
         let (clock, unit) = columns.time;
-        let origin = self.origin.unwrap_or_default();
         let mut samples: Vec<Sample> = Vec::with_capacity(table.rows.len());
         for row in &table.rows {
             let read = row.values[clock]
@@ -92,12 +93,7 @@ impl Recording {
                     format!("t = {time} s after {} s, allowed: increasing times", before.time);
                 return Err(table.error(row.line, &message));
             }
-            let mut position = [None; 3];
-            for (c, slot) in position.iter_mut().enumerate() {
-                let Some((column, factor)) = columns.axes[c] else { continue };
-                *slot = row.values[column].map(|value| (value - origin[c]) * factor);
-            }
-            samples.push(Sample { time, position });
+            samples.push(Sample { time, position: self.position(&columns.axes, &row.values) });
         }
         let observation = Observation { source: Some(path.into()), ..Observation::new(samples) };
         if observation.values() == 0 {
@@ -106,17 +102,31 @@ impl Recording {
         Ok(observation)
     }
 
-    fn columns(&self, table: &Table) -> Result<Columns, Error> {
-        const NAMES: [&str; 6] = ["t", "time", "frame", "x", "y", "z"];
+    /// Where a row saw the point, m.
+    pub(super) fn position(&self, axes: &Axes, row: &[Option<f64>]) -> [Option<f64>; 3] {
+        let origin = self.origin.unwrap_or_default();
+        std::array::from_fn(|c| {
+            let (column, factor) = axes[c]?;
+            row[column].map(|value| (value - origin[c]) * factor)
+        })
+    }
+
+    /// Refuses columns of other names, and two of one.
+    pub(super) fn check_columns(table: &Table, names: &[&str]) -> Result<(), Error> {
         for (i, (name, _)) in table.columns.iter().enumerate() {
-            if !NAMES.contains(&name.as_str()) {
-                let allowed = "t (or time, or frame), x, y, z";
+            if !names.contains(&name.as_str()) {
+                let allowed = names.join(", ");
                 return Err(table.error(1, &format!("column `{name}`, allowed: {allowed}")));
             }
             if table.columns[..i].iter().any(|(before, _)| before == name) {
                 return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
             }
         }
+        Ok(())
+    }
+
+    fn columns(&self, table: &Table) -> Result<Columns, Error> {
+        Self::check_columns(table, &["t", "time", "frame", "x", "y", "z"])?;
         let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
         let clocks: Vec<usize> = clocks.collect();
         let time = match clocks[..] {
@@ -129,6 +139,11 @@ impl Recording {
             }
             _ => return Err(table.error(1, "two clocks, allowed: one of t, time and frame")),
         };
+        Ok(Columns { time, axes: self.axes(table)? })
+    }
+
+    /// The columns of positions.
+    pub(super) fn axes(&self, table: &Table) -> Result<Axes, Error> {
         let mut axes = [None; 3];
         for (slot, name) in axes.iter_mut().zip(["x", "y", "z"]) {
             if let Some(column) = table.find(name) {
@@ -138,7 +153,7 @@ impl Recording {
         if axes.iter().all(Option::is_none) {
             return Err(table.error(1, "no column x, y or z"));
         }
-        Ok(Columns { time, axes })
+        Ok(axes)
     }
 
     /// Seconds a frame.
@@ -178,7 +193,7 @@ impl Recording {
     }
 }
 
-fn unit(table: &Table, column: usize, known: &[(&str, f64)]) -> Result<f64, Error> {
+pub(super) fn unit(table: &Table, column: usize, known: &[(&str, f64)]) -> Result<f64, Error> {
     let (name, unit) = &table.columns[column];
     let Some(unit) = unit else { return Ok(1.0) };
     known.iter().find(|(symbol, _)| symbol == unit).map(|(_, factor)| *factor).ok_or_else(|| {

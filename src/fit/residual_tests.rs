@@ -4,6 +4,7 @@
 //! or a wrong minimum, leaves motion behind: neighbouring residuals resemble each other, or grow
 //! with time.
 
+use super::Loss;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
@@ -20,7 +21,7 @@ const LAGS: usize = 10;
 pub struct ResidualTests {
     /// The file, or the point.
     pub observation: String,
-    /// x, y or z.
+    /// x, y or z; f for frequencies.
     pub axis: &'static str,
     /// How probable correlations between neighbours as large as these are for white noise
     /// (Ljung and Box 1978).
@@ -36,21 +37,24 @@ pub struct ResidualTests {
 }
 
 impl ResidualTests {
-    /// Tests residuals in the order of their times; none for too few of them.
+    /// Tests residuals, in units of the noise, in the order of their times; none for too few.
     pub(super) fn new(
         observation: String,
         axis: &'static str,
         times: &[f64],
         residuals: &[f64],
+        loss: Loss,
     ) -> Option<Self> {
         if residuals.len() < FEWEST {
             return None;
         }
-        let whiteness = whiteness(residuals);
+        // What the fit went by: outliers that count less may be where they like.
+        let felt: Vec<f64> = residuals.iter().map(|r| loss.influence(*r)[0]).collect();
+        let whiteness = whiteness(&felt);
         let normality = normality(residuals);
-        let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+        let sizes: Vec<f64> = felt.iter().map(|r| r.abs()).collect();
         // Two chances to find one.
-        let trend = (2.0 * trend(times, residuals).min(trend(times, &sizes))).min(1.0);
+        let trend = (2.0 * trend(times, &felt).min(trend(times, &sizes))).min(1.0);
         let mut wrong = Vec::new();
         if whiteness < DOUBT {
             wrong.push(format!("neighbouring residuals resemble each other (p = {whiteness:.0e})"));
@@ -133,7 +137,7 @@ mod tests {
 
     fn tests(r: &[f64]) -> ResidualTests {
         let times: Vec<f64> = (0..r.len()).map(|k| k as f64).collect();
-        ResidualTests::new("o".into(), "x", &times, r).unwrap()
+        ResidualTests::new("o".into(), "x", &times, r, Loss::Squares).unwrap()
     }
 
     /// For noise every p-value is uniform: a tenth of them below a tenth.

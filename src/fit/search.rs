@@ -7,13 +7,12 @@
 
 use super::journal::{Grid, Journal, Stage, Visit};
 use super::levenberg_marquardt::{LeastSquaresState, LevenbergMarquardt};
-use super::{Observation, Residuals, Unknown};
+use super::{Experiment, Loss, Observation, Residuals, Unknown};
 use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::parameter::Parameter;
-use crate::point::Point;
 use crate::problem::Problem;
-use crate::scene::{Clamp, Scheme, Support};
+use crate::scene::{Clamp, Node, Scheme, Support};
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, KV, State, TerminationReason};
 use std::cell::Cell;
@@ -30,6 +29,8 @@ const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
 const COARSE_STEPS: f64 = 48.0;
 /// Candidates of the scan that are refined.
 const CANDIDATES: usize = 4;
+/// Points of the scan at most; with more unknowns, each is tried at fewer values.
+const MOST_POINTS: usize = 6000;
 
 /// How much a search does before it believes its start.
 pub(super) struct Effort {
@@ -58,8 +59,8 @@ pub type Progress = Rc<dyn Fn(&str, f64)>;
 
 /// What every stage needs.
 pub(super) struct Search<'a> {
-    pub problem: &'a Problem,
-    pub observations: &'a [Observation],
+    pub experiments: &'a [Experiment],
+    /// One per measurement, in its unit.
     pub sigmas: Vec<f64>,
     pub unknowns: &'a [Unknown],
     /// Work of one full simulation, steps times segments.
@@ -74,8 +75,7 @@ pub(super) struct Search<'a> {
 /// What threads share of a search.
 #[derive(Clone, Copy)]
 pub(super) struct Task<'a> {
-    pub problem: &'a Problem,
-    pub observations: &'a [Observation],
+    pub experiments: &'a [Experiment],
     pub sigmas: &'a [f64],
     pub unknowns: &'a [Unknown],
     pub full_work: f64,
@@ -85,8 +85,7 @@ impl<'a> Task<'a> {
     /// A silent search that counts its own work.
     pub fn search(self) -> Search<'a> {
         Search {
-            problem: self.problem,
-            observations: self.observations,
+            experiments: self.experiments,
             sigmas: self.sigmas.to_vec(),
             unknowns: self.unknowns,
             full_work: self.full_work,
@@ -101,9 +100,13 @@ impl<'a> Task<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Optimum {
     pub x: Vec<f64>,
+    /// Half the sum of the losses.
     pub cost: f64,
+    /// Of all measurements and then of the priors, not bent by a robust loss.
     pub residuals: Vec<f64>,
+    /// Of the same.
     pub jacobian: Vec<Vec<f64>>,
+    /// Residuals of each measurement.
     pub counts: Vec<usize>,
     pub converged: bool,
     pub status: String,
@@ -113,8 +116,7 @@ impl Search<'_> {
     /// What other searches of the same problem need.
     pub fn task(&self) -> Task<'_> {
         Task {
-            problem: self.problem,
-            observations: self.observations,
+            experiments: self.experiments,
             sigmas: &self.sigmas,
             unknowns: self.unknowns,
             full_work: self.full_work,
@@ -126,19 +128,24 @@ impl Search<'_> {
         self.work.set(self.work.get() + work);
     }
 
-    /// End of the record, s.
-    pub fn duration(&self) -> f64 {
-        let last = |o: &Observation| o.samples.last().map_or(0.0, |s| s.time);
-        self.observations.iter().map(last).fold(0.0, f64::max)
+    /// Ends of the records, s.
+    fn durations(&self) -> Vec<f64> {
+        self.experiments.iter().map(Experiment::duration).collect()
     }
 
-    /// About the first period, s, with enough samples to tell the unknowns.
-    fn first_period(&self, stretch: f64) -> f64 {
-        let rise = self.observations.iter().map(Observation::rise_time).fold(f64::MAX, f64::min);
+    /// About the first period of every experiment, s, with enough samples to tell the unknowns;
+    /// zero without motion.
+    fn first_periods(&self, stretch: f64) -> Vec<f64> {
         let enough = 8 + 4 * self.unknowns.len();
         let wait = |o: &Observation| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
-        let sampled = self.observations.iter().map(wait).fold(f64::MAX, f64::min);
-        (2.0 * rise * stretch).max(sampled).min(self.duration())
+        let first = |experiment: &Experiment| {
+            let least = |part: &dyn Fn(&Observation) -> f64| {
+                experiment.motions().map(part).fold(f64::MAX, f64::min)
+            };
+            let (rise, sampled) = (least(&Observation::rise_time), least(&wait));
+            (2.0 * rise * stretch).max(sampled).min(experiment.duration())
+        };
+        self.experiments.iter().map(first).collect()
     }
 
     /// Tells the progress.
@@ -148,23 +155,22 @@ impl Search<'_> {
         }
     }
 
+    /// Whether the fit shall stop.
+    pub fn is_stopped(&self) -> bool {
+        self.experiments.iter().any(|e| e.problem.is_stopped())
+    }
+
     /// Notes a point.
-    fn note(
-        &self,
-        (stage, horizon): (Stage, f64),
-        (x, cost): (Vec<f64>, f64),
-        (residuals, counts): (Vec<f64>, Vec<usize>),
-    ) {
-        let visit = Visit { stage, horizon, x, cost, residuals, counts };
+    fn note(&self, visit: Visit) {
         self.journal.visit(visit, self.work.get() / self.full_work);
     }
 
     /// Starts for the full model, most promising first.
     pub fn starts(&self, effort: &Effort) -> Result<Vec<Vec<f64>>, Error> {
         let grid = effort.grid;
-        let first = self.first_period(effort.stretch);
-        let coarse = Coarse::new(self, first)?;
-        let mut scanned = self.scan(&coarse, first, grid)?;
+        let first = self.first_periods(effort.stretch);
+        let coarse = Coarse::new(self, &first)?;
+        let mut scanned = self.scan(&coarse, &first, grid)?;
         scanned.sort_by(|a, b| a.1.total_cmp(&b.1));
         let mut candidates: Vec<(Vec<f64>, f64)> = Vec::new();
         for (x, cost) in scanned {
@@ -173,16 +179,16 @@ impl Search<'_> {
                 candidates.push((x, cost));
             }
         }
-        let mut horizon = first;
+        let mut horizons = first.clone();
         loop {
             for (x, cost) in &mut candidates {
-                let residuals = coarse.residuals(self, horizon)?;
+                let residuals = coarse.residuals(self, &horizons)?;
                 match self.optimize(residuals, x, (1e-4, 1e-2, 12), None) {
-                    Ok(optimum) => {
-                        (*x, *cost) = (optimum.x, optimum.cost);
+                    Ok(Optimum { x: there, cost: least, residuals, counts, .. }) => {
+                        (*x, *cost) = (there, least);
                         let corrected = coarse.correct(self, x.clone());
-                        let left = (optimum.residuals, optimum.counts);
-                        self.note((Stage::Coarse, horizon), (corrected, *cost), left);
+                        let stage = Stage::Coarse;
+                        self.note(Visit { stage, x: corrected, cost: least, residuals, counts });
                     }
                     Err(Error::Interrupted) => return Err(Error::Interrupted),
                     // A candidate whose refinement fails stays where it is.
@@ -194,10 +200,15 @@ impl Search<'_> {
             candidates.retain(|(_, cost)| *cost <= 4.0 * best);
             candidates.dedup_by(|a, b| a.0.iter().zip(&b.0).all(|(a, b)| (a - b).abs() < 1e-2));
             self.report("coarse model");
-            if horizon >= self.duration().min(effort.trusted_periods * first) {
+            let durations = self.durations();
+            let trusted = first.iter().zip(&durations).map(|(t, end)| {
+                // The coarse model is not trusted further.
+                end.min(effort.trusted_periods * t)
+            });
+            if horizons.iter().zip(trusted).all(|(h, most)| *h >= most) {
                 break;
             }
-            horizon = (2.0 * horizon).min(self.duration());
+            horizons.iter_mut().zip(&durations).for_each(|(h, end)| *h = (2.0 * *h).min(*end));
         }
         Ok(candidates.into_iter().take(2).map(|(x, _)| coarse.correct(self, x)).collect())
     }
@@ -206,25 +217,30 @@ impl Search<'_> {
     fn scan(
         &self,
         coarse: &Coarse,
-        first: f64,
+        first: &[f64],
         grid: usize,
     ) -> Result<Vec<(Vec<f64>, f64)>, Error> {
+        let mut lists: Vec<Vec<f64>> = self
+            .unknowns
+            .iter()
+            .map(|unknown| {
+                let mut values = self.candidates(unknown, first);
+                if grid > 1 {
+                    let middles: Vec<f64> =
+                        values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
+                    values.extend(middles);
+                    values.sort_by(f64::total_cmp);
+                }
+                values
+            })
+            .collect();
+        thin(&mut lists, self.unknowns);
+        let scaled = |(unknown, values): (&Unknown, &Vec<f64>)| {
+            values.iter().map(|v| unknown.to_scale(*v)).collect()
+        };
+        let axes = self.unknowns.iter().zip(&lists).map(scaled).collect();
         let mut points = vec![Vec::new()];
-        let mut axes = Vec::new();
-        for unknown in self.unknowns {
-            let mut values = unknown.candidates(
-                self.problem,
-                self.duration(),
-                0.5 * first,
-                self.unknowns.iter().any(|u| u.parameter == Parameter::YoungsModulus),
-            );
-            if grid > 1 {
-                let middles: Vec<f64> =
-                    values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
-                values.extend(middles);
-                values.sort_by(f64::total_cmp);
-            }
-            axes.push(values.iter().map(|v| unknown.to_scale(*v)).collect());
+        for (unknown, values) in self.unknowns.iter().zip(lists) {
             points = points
                 .iter()
                 .flat_map(|point| {
@@ -236,11 +252,7 @@ impl Search<'_> {
                 })
                 .collect();
         }
-        let place = |p| self.unknowns.iter().position(|u| u.parameter == p);
-        if let (Some(e), Some(g)) =
-            (place(Parameter::YoungsModulus), place(Parameter::ShearModulus))
-            && self.unknowns[g].start.is_none()
-        {
+        for (g, e) in self.tied_shear_moduli() {
             let [low, high] = self.unknowns[g].scaled_bounds();
             for point in &mut points {
                 point[g] = (point[e] + SHEAR_OF_YOUNGS.ln()).clamp(low, high);
@@ -257,9 +269,13 @@ impl Search<'_> {
                     cost = super::residuals::half_square(&left);
                     if cost < least {
                         least = cost;
-                        let corrected = coarse.correct(self, x.clone());
-                        let left = (left, residuals.counts());
-                        self.note((Stage::Scan, first), (corrected, cost), left);
+                        self.note(Visit {
+                            stage: Stage::Scan,
+                            x: coarse.correct(self, x.clone()),
+                            cost,
+                            residuals: residuals.straight(&x)?,
+                            counts: residuals.counts(),
+                        });
                     }
                 }
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
@@ -281,16 +297,44 @@ impl Search<'_> {
         }
     }
 
+    /// Values of an unknown worth trying, as the first experiment that has it suggests.
+    fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
+        let own = self.experiments.iter().zip(first).find(|(e, _)| unknown.is_of(e));
+        let Some((experiment, first)) = own else { return Vec::new() };
+        let with_modulus = self.youngs_modulus_beside(unknown).is_some();
+        let (duration, rise) = (experiment.duration(), 0.5 * first);
+        unknown.candidates(&experiment.problem, duration, rise, with_modulus)
+    }
+
+    /// The unknown Young's modulus of the same rod as another unknown.
+    fn youngs_modulus_beside(&self, unknown: &Unknown) -> Option<usize> {
+        self.unknowns.iter().position(|u| {
+            u.parameter == Parameter::YoungsModulus
+                && self.experiments.iter().any(|e| u.is_of(e) && unknown.is_of(e))
+        })
+    }
+
+    /// Unknown shear moduli of which nothing is known, with the Young's modulus beside each.
+    fn tied_shear_moduli(&self) -> Vec<(usize, usize)> {
+        let free = |u: &Unknown| {
+            u.parameter == Parameter::ShearModulus && u.start.is_none() && u.prior.is_none()
+        };
+        let shear = self.unknowns.iter().enumerate().filter(|(_, u)| free(u));
+        shear.filter_map(|(g, u)| Some((g, self.youngs_modulus_beside(u)?))).collect()
+    }
+
     /// Fits the full model from `start`, over growing horizons where the record is long.
     pub fn refine(&self, start: &[f64], effort: &Effort) -> Result<Optimum, Error> {
-        let duration = self.duration();
-        let mut horizon = effort.trusted_periods * self.first_period(effort.stretch);
+        let durations = self.durations();
+        let first = self.first_periods(effort.stretch);
+        let mut horizons: Vec<f64> = first.iter().map(|t| effort.trusted_periods * t).collect();
+        let nearly = 0.5 + 0.5 * effort.growth;
         let mut x = start.to_vec();
-        while horizon < duration / (0.5 + 0.5 * effort.growth) {
-            let part = Some((Stage::Growing, horizon));
-            x = self.optimize(self.residuals(horizon)?, &x, (1e-5, 1e-2, 20), part)?.x;
+        while horizons.iter().zip(&durations).any(|(h, end)| *h < end / nearly) {
+            let part = self.residuals(&horizons)?;
+            x = self.optimize(part, &x, (1e-5, 1e-2, 20), Some(Stage::Growing))?.x;
             self.report("growing horizon");
-            horizon *= effort.growth;
+            horizons.iter_mut().for_each(|h| *h *= effort.growth);
         }
         let optimum = self.polish(&x)?;
         self.journal.reach(&optimum);
@@ -299,33 +343,39 @@ impl Search<'_> {
 
     /// Fits the full model to the whole record.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
-        let whole = Some((Stage::Full, self.duration()));
-        self.optimize(self.residuals(self.duration())?, start, (1e-10, 1e-3, 60), whole)
+        self.optimize(self.all_residuals()?, start, (1e-10, 1e-3, 60), Some(Stage::Full))
     }
 
-    /// The residuals of the full model up to `horizon`, s.
-    pub fn residuals(&self, horizon: f64) -> Result<Residuals, Error> {
-        let residuals = Residuals::new(
-            self.problem,
-            self.observations,
-            &self.sigmas,
-            self.unknowns,
-            horizon,
-            self.full_work,
-        )?;
+    /// The residuals of the full model.
+    pub fn all_residuals(&self) -> Result<Residuals, Error> {
+        self.residuals(&self.durations())
+    }
+
+    /// The residuals of the full model up to `horizons`, s.
+    fn residuals(&self, horizons: &[f64]) -> Result<Residuals, Error> {
+        self.residuals_of(self.experiments, horizons)
+    }
+
+    fn residuals_of(
+        &self,
+        experiments: &[Experiment],
+        horizons: &[f64],
+    ) -> Result<Residuals, Error> {
+        let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
+        let residuals = Residuals::new(experiments, sigmas, unknowns, horizons, self.full_work)?;
         Ok(residuals.counting(self.work.clone()))
     }
 
     /// Fits `residuals` with these tolerances of step and noise and this many iterations, and notes
-    /// each as of this stage and horizon.
+    /// each of them as of this stage.
     fn optimize(
         &self,
         residuals: Residuals,
         start: &[f64],
         (step_tolerance, noise_tolerance, iterations): (f64, f64, u64),
-        part: Option<(Stage, f64)>,
+        stage: Option<Stage>,
     ) -> Result<Optimum, Error> {
-        let counts = residuals.counts();
+        let (counts, losses) = (residuals.counts(), residuals.losses());
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
         let solver = LevenbergMarquardt::new(bounds)
             .step_tolerance(step_tolerance)
@@ -335,8 +385,9 @@ impl Search<'_> {
             work: self.work.clone(),
             full_work: self.full_work,
             journal: self.journal.clone(),
-            part,
+            stage,
             counts: counts.clone(),
+            losses: losses.clone(),
         };
         let executor = Executor::new(residuals, solver)
             .configure(|state| state.param(start.to_vec()).max_iters(iterations))
@@ -349,11 +400,20 @@ impl Search<'_> {
         let state: &mut LeastSquaresState = &mut result.state;
         let reason = state.get_termination_reason().cloned();
         let cost = state.get_cost();
+        let mut residuals = state.take_residuals().ok_or_else(lost)?;
+        let mut jacobian = state.take_jacobian().ok_or_else(lost)?;
+        for ((r, row), loss) in residuals.iter_mut().zip(&mut jacobian).zip(losses) {
+            if loss.is_robust() {
+                *r = loss.straight(*r);
+                let [_, slope] = loss.bent(*r);
+                row.iter_mut().for_each(|d| *d /= slope);
+            }
+        }
         Ok(Optimum {
             x: state.take_param().or_else(|| state.take_best_param()).ok_or_else(lost)?,
             cost,
-            residuals: state.take_residuals().ok_or_else(lost)?,
-            jacobian: state.take_jacobian().ok_or_else(lost)?,
+            residuals,
+            jacobian,
             counts,
             converged: reason == Some(TerminationReason::SolverConverged),
             status: reason.map_or("not terminated".into(), |reason| reason.text().to_string()),
@@ -367,25 +427,26 @@ struct Observer {
     work: Rc<Cell<f64>>,
     full_work: f64,
     journal: Rc<Journal>,
-    part: Option<(Stage, f64)>,
+    /// None: not worth noting.
+    stage: Option<Stage>,
     counts: Vec<usize>,
+    losses: Vec<Loss>,
 }
 
 impl Observer {
-    fn see(&self, state: &LeastSquaresState) {
-        let simulations = self.work.get() / self.full_work;
-        if let (Some((stage, horizon)), Some(x), Some(residuals)) =
-            (self.part, state.get_param(), state.get_residuals())
+    fn note(&self, state: &LeastSquaresState) {
+        if let (Some(stage), Some(x), Some(bent)) =
+            (self.stage, state.get_param(), state.get_residuals())
         {
+            let residuals = bent.iter().zip(&self.losses).map(|(r, loss)| loss.straight(*r));
             let visit = Visit {
                 stage,
-                horizon,
                 x: x.clone(),
                 cost: state.get_cost(),
-                residuals: residuals.clone(),
+                residuals: residuals.collect(),
                 counts: self.counts.clone(),
             };
-            self.journal.visit(visit, simulations);
+            self.journal.visit(visit, self.work.get() / self.full_work);
         }
     }
 }
@@ -397,7 +458,7 @@ impl Observe<LeastSquaresState> for Observer {
         state: &LeastSquaresState,
         _: &KV,
     ) -> Result<(), argmin::core::Error> {
-        self.see(state);
+        self.note(state);
         Ok(())
     }
 
@@ -406,7 +467,7 @@ impl Observe<LeastSquaresState> for Observer {
         state: &LeastSquaresState,
         _: &KV,
     ) -> Result<(), argmin::core::Error> {
-        self.see(state);
+        self.note(state);
         if let Some(progress) = &self.progress {
             let (iteration, misfit) = (state.get_iter() + 1, state.get_cost());
             let stage = format!("iteration {iteration}, misfit {misfit:.6e}");
@@ -416,75 +477,92 @@ impl Observe<LeastSquaresState> for Observer {
     }
 }
 
-/// The scene on a coarse mesh with large steps.
+/// Halves the longest lists of values until their combinations are few enough; Young's modulus, over
+/// which the misfit has most minima, keeps its values longest.
+fn thin(lists: &mut [Vec<f64>], unknowns: &[Unknown]) {
+    let points = |lists: &[Vec<f64>]| lists.iter().map(|l| l.len() as f64).product::<f64>();
+    while points(lists) > MOST_POINTS as f64 {
+        let weight = |i: usize| match unknowns[i].parameter {
+            Parameter::YoungsModulus => lists[i].len() / 8,
+            _ => lists[i].len(),
+        };
+        let Some(longest) = (0..lists.len()).max_by_key(|i| weight(*i)) else { return };
+        let kept = lists[longest].iter().skip(lists[longest].len() / 2 % 2).step_by(2).copied();
+        lists[longest] = kept.collect();
+    }
+}
+
+/// The experiments on coarse meshes with large steps.
 struct Coarse {
-    problem: Problem,
-    observations: Vec<Observation>,
+    experiments: Vec<Experiment>,
 }
 
 impl Coarse {
-    fn new(search: &Search, first: f64) -> Result<Self, Error> {
-        let mut scene = search.problem.scene().clone();
-        if !scene.mesh_is_given() {
-            let turns = scene.rod.shape.turning() / COARSE_TURN;
-            let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize);
-            scene.rod.segments = scene.rod.segments.map(|n| n.min(coarse));
-        }
-        let beta_is_known = search.unknowns.iter().all(|u| u.parameter != Parameter::Beta);
-        if let Some(time) = &mut scene.time
-            && beta_is_known
-        {
-            let step = (first / COARSE_STEPS).max(time.step);
-            // The scheme damps like (beta - 1/2) h.
-            time.beta = 0.5 + (time.beta - 0.5) * time.step / step;
-            if stability_limit(time.scheme).is_some() {
-                time.scheme = Scheme::NewmarkBeta;
-            }
-            time.step = step;
-        }
-        // Nodes of the full mesh are elsewhere on the coarse one.
-        let moved = |observation: &Observation| {
-            let point = match observation.point {
-                Point::Node(_) => {
-                    let s = search.problem.arc_length(observation.point)?;
-                    Point::ArcLength(s.clamp(0.0, search.problem.length()))
-                }
-                point => point,
-            };
-            Ok(Observation { point, ..observation.clone() })
+    fn new(search: &Search, first: &[f64]) -> Result<Self, Error> {
+        let coarse = |(experiment, first): (&Experiment, &f64)| {
+            let unknowns: Vec<&Unknown> =
+                search.unknowns.iter().filter(|u| u.is_of(experiment)).collect();
+            experiment.posed_as(coarse(&experiment.problem, &unknowns, *first)?)
         };
-        let observations = search.observations.iter().map(moved).collect::<Result<_, Error>>()?;
-        let problem = scene.problem()?.computed_as(search.problem);
-        Ok(Self { problem, observations })
+        let experiments = search.experiments.iter().zip(first).map(coarse);
+        Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    fn residuals(&self, search: &Search, horizon: f64) -> Result<Residuals, Error> {
-        let residuals = Residuals::new(
-            &self.problem,
-            &self.observations,
-            &search.sigmas,
-            search.unknowns,
-            horizon,
-            search.full_work,
-        )?;
-        Ok(residuals.counting(search.work.clone()))
+    fn residuals(&self, search: &Search, horizons: &[f64]) -> Result<Residuals, Error> {
+        search.residuals_of(&self.experiments, horizons)
     }
 
     /// Walls at nodes make a rod half an edge too short, on the coarse mesh more than on the full
     /// one; frequencies go with sqrt(E)/length^2.
     fn correct(&self, search: &Search, mut x: Vec<f64>) -> Vec<f64> {
-        let supports = &search.problem.scene().supports;
-        if supports.clamp != Clamp::Nodes {
-            return x;
-        }
-        let walls =
-            [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
-        let free = |problem: &Problem| 1.0 - 0.5 * walls as f64 / problem.segments() as f64;
-        let ratio = free(search.problem) / free(&self.problem);
-        let modulus = search.unknowns.iter().position(|u| u.parameter == Parameter::YoungsModulus);
-        if let Some(i) = modulus {
-            x[i] += 4.0 * ratio.ln();
+        for (x, unknown) in x.iter_mut().zip(search.unknowns) {
+            let mut both = search.experiments.iter().zip(&self.experiments);
+            let own = both.find(|(e, _)| unknown.is_of(e));
+            if let Some((full, coarse)) = own
+                && unknown.parameter == Parameter::YoungsModulus
+            {
+                *x += 4.0 * (free(&full.problem) / free(&coarse.problem)).ln();
+            }
         }
         x
     }
+}
+
+/// The part of a rod's length that walls at nodes leave free.
+fn free(problem: &Problem) -> f64 {
+    let supports = &problem.scene().supports;
+    let walls = [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
+    match supports.clamp {
+        Clamp::Nodes => 1.0 - 0.5 * walls as f64 / problem.segments() as f64,
+        Clamp::MidEdge => 1.0,
+    }
+}
+
+/// A problem on a coarse mesh with large steps, of which `first` are its first period, s.
+fn coarse(problem: &Problem, unknowns: &[&Unknown], first: f64) -> Result<Problem, Error> {
+    let mut scene = problem.scene().clone();
+    if !scene.mesh_is_given() {
+        let turns = scene.rod.shape.turning() / COARSE_TURN;
+        let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize);
+        scene.rod.segments = scene.rod.segments.map(|n| n.min(coarse));
+        let ratio = scene.rod.segments.unwrap_or(1) as f64 / problem.segments() as f64;
+        for load in scene.loads.point.iter_mut().chain(&mut scene.initial.point) {
+            if let Node::Index(i) = &mut load.node {
+                *i = (*i as f64 * ratio).round() as usize;
+            }
+        }
+    }
+    let beta_is_known = unknowns.iter().all(|u| u.parameter != Parameter::Beta);
+    if let Some(time) = &mut scene.time
+        && beta_is_known
+    {
+        let step = (first / COARSE_STEPS).max(time.step);
+        // The scheme damps like (beta - 1/2) h.
+        time.beta = 0.5 + (time.beta - 0.5) * time.step / step;
+        if stability_limit(time.scheme).is_some() {
+            time.scheme = Scheme::NewmarkBeta;
+        }
+        time.step = step;
+    }
+    Ok(scene.problem()?.computed_as(problem))
 }

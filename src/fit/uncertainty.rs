@@ -34,6 +34,8 @@ pub(super) struct Local {
     pub singular_values: Vec<f64>,
     /// Covariance over the variance of the noise, along the directions the data see.
     inverse: Vec<Vec<f64>>,
+    /// Of the noise.
+    variance: f64,
 }
 
 impl Local {
@@ -58,9 +60,10 @@ impl Local {
         let mut local = Self {
             deviation: vec![None; n],
             correlation: vec![vec![None; n]; n],
-            findings: out.map(|j| without_effect(&unknowns[j])).collect(),
+            findings: out.map(|j| without_effect(&unknowns[j], j)).collect(),
             singular_values: Vec::new(),
             inverse: vec![vec![0.0; n]; n],
+            variance,
         };
         if active.is_empty() {
             return Ok(local);
@@ -115,8 +118,7 @@ impl Local {
         let structural = findings(unknowns, unseen, Kind::Structural, deviation);
         let mut practical = findings(unknowns, hidden, Kind::Practical, deviation);
         let named = structural.iter().chain(&practical);
-        let mut refused: Vec<bool> =
-            unknowns.iter().map(|u| named.clone().any(|f| f.has(u))).collect();
+        let mut refused: Vec<bool> = (0..n).map(|j| named.clone().any(|f| f.has(j))).collect();
         for j in active.iter().copied().filter(|j| deviation(*j) > limit(*j)) {
             // No single direction is to blame.
             if !refused[j] {
@@ -152,6 +154,14 @@ impl Local {
             -self.inverse[j].iter().zip(&gradient).map(|(c, g)| c * g).sum::<f64>()
         };
         (0..n).map(|j| self.deviation[j].map(|_| answer(j))).collect()
+    }
+
+    /// Variance, by the errors of the identifiable unknowns, of a quantity with these derivatives.
+    pub fn variance_along(&self, row: &[f64]) -> f64 {
+        let n = self.inverse.len();
+        let known = (0..n).filter(|j| self.deviation[*j].is_some());
+        let pairs = known.clone().flat_map(|a| known.clone().map(move |b| (a, b)));
+        self.variance * pairs.map(|(a, b)| row[a] * self.inverse[a][b] * row[b]).sum::<f64>()
     }
 
     /// All findings in one line.

@@ -1,11 +1,25 @@
 //! A parameter to be identified, and the scale it is identified on.
 
+use super::Experiment;
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::problem::Problem;
+use crate::scalar::Scalar;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// What is known of a parameter before the data: a normal distribution of its value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Prior {
+    /// In the parameter's unit.
+    pub mean: f64,
+    /// Standard deviation, in the same unit.
+    pub sigma: f64,
+}
 
 /// A parameter to be identified.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Unknown {
     /// Which.
     pub parameter: Parameter,
@@ -13,11 +27,24 @@ pub struct Unknown {
     pub start: Option<f64>,
     /// Smallest and largest value allowed.
     pub bounds: Option<[f64; 2]>,
+    /// What is known of it besides the data.
+    pub prior: Option<Prior>,
+    /// The experiments that share it; all that have it when empty.
+    pub experiments: Vec<String>,
 }
 
 impl From<Parameter> for Unknown {
     fn from(parameter: Parameter) -> Self {
-        Self { parameter, start: None, bounds: None }
+        Self { parameter, start: None, bounds: None, prior: None, experiments: Vec::new() }
+    }
+}
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.experiments.is_empty() {
+            true => self.parameter.fmt(f),
+            false => write!(f, "{} ({})", self.parameter, self.experiments.join(", ")),
+        }
     }
 }
 
@@ -35,6 +62,33 @@ impl Unknown {
     /// With bounds, in the parameter's unit.
     pub fn bounds(self, low: f64, high: f64) -> Self {
         Self { bounds: Some([low, high]), ..self }
+    }
+
+    /// Known to be `mean` but for a standard deviation `sigma`, in the parameter's unit.
+    pub fn prior(self, mean: f64, sigma: f64) -> Self {
+        Self { prior: Some(Prior { mean, sigma }), ..self }
+    }
+
+    /// Of one more experiment only; without any it is shared by all that have the parameter.
+    pub fn of_experiment(mut self, name: impl Into<String>) -> Self {
+        self.experiments.push(name.into());
+        self
+    }
+
+    /// Whether an experiment's scene takes its value from it.
+    pub(super) fn is_of(&self, experiment: &Experiment) -> bool {
+        match self.experiments.is_empty() {
+            true => self.parameter.of(experiment.problem.scene()).is_some(),
+            false => self.experiments.contains(&experiment.name),
+        }
+    }
+
+    /// How far `x`, on the scale of the fit, is from what is known, in standard deviations; none
+    /// when nothing is. `x` may carry derivatives.
+    pub(super) fn surprise<D: Scalar>(&self, x: D) -> Option<D> {
+        let Prior { mean, sigma } = self.prior?;
+        let value = if self.parameter.is_positive() { x.exp() } else { x };
+        Some((value - mean) * sigma.recip())
     }
 
     /// From the parameter to the scale of the fit: logarithmic for positive parameters.
@@ -74,7 +128,8 @@ impl Unknown {
         };
         let length = problem.length();
         let here = self.start.or(self.parameter.of(problem.scene()));
-        let values = match (self.parameter, self.start) {
+        let hint = self.start.or(self.prior.map(|prior| prior.mean));
+        let values = match (self.parameter, hint) {
             // Clamps and cameras are set up by eye.
             (
                 Parameter::ClampAngle
@@ -122,10 +177,18 @@ impl Unknown {
         inside
     }
 
-    /// Checks start and bounds; `key` names them in messages.
-    pub(crate) fn check(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+    /// Checks names, start, bounds and prior; `key` names them in messages.
+    pub(crate) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
         let parameter = self.parameter;
-        parameter.of(problem.scene()).ok_or_else(|| parameter.absent())?;
+        let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
+        if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {
+            let allowed = format!("one of {}", names.join(", "));
+            return Err(Error::invalid(format!("{key}.experiment"), other, allowed));
+        }
+        let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
+        if takers.peek().is_none() || takers.any(|e| parameter.of(e.problem.scene()).is_none()) {
+            return Err(parameter.absent());
+        }
         let [least, most] = parameter.limits();
         let allowed = || match parameter.is_positive() {
             true => "finite and above 0".to_string(),
@@ -143,6 +206,12 @@ impl Unknown {
                     allowed,
                 ));
             }
+        }
+        if let Some(Prior { mean, sigma }) = self.prior {
+            if !fits(mean) {
+                return Err(Error::invalid(format!("{key}.prior.mean"), mean, allowed()));
+            }
+            crate::scene::positive(&format!("{key}.prior.sigma"), sigma)?;
         }
         match self.start {
             Some(start) if !fits(start) => {

@@ -72,7 +72,7 @@ pub use spatial::SpatialModel;
 
 use crate::parameter::Properties;
 use crate::rod::Rod;
-use crate::scalar::Nestable;
+use crate::scalar::{Nestable, Scalar};
 use crate::scene::{End, Support};
 use nalgebra::Vector3;
 use num_dual::Dual64;
@@ -122,10 +122,10 @@ pub trait Model<const W: usize> {
     fn components(&self, vector: [f64; 3]) -> [f64; 3];
 
     /// The position of node `i` in the world, m.
-    fn position(&self, q: &[f64], i: usize) -> [f64; 3];
+    fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3];
 
     /// A rate of the position of node `i` in world axes, from the rates of all unknowns.
-    fn rate(&self, v: &[f64], i: usize) -> [f64; 3];
+    fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3];
 }
 
 /// Where an end rolls: as the scene says, or along the rod.

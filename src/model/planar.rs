@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::parameter::Properties;
 use crate::rod::PlanarRod;
 use crate::rod::planar::HALF_BANDWIDTH;
-use crate::scalar::Nestable;
+use crate::scalar::{Nestable, Scalar};
 use crate::scene::{End, Plane, Scene, Support};
 use nalgebra::{Rotation3, Vector3};
 
@@ -198,12 +198,12 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         [own.x, own.y, normal]
     }
 
-    fn position(&self, q: &[f64], i: usize) -> [f64; 3] {
+    fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         self.plane.to_world([q[2 * i], q[2 * i + 1]])
     }
 
-    fn rate(&self, v: &[f64], i: usize) -> [f64; 3] {
-        self.plane.direction_to_world([v[2 * i], v[2 * i + 1]]).into()
+    fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
+        self.plane.direction_to_world([v[2 * i], v[2 * i + 1]])
     }
 }
 

@@ -10,7 +10,7 @@ use crate::frame::{EdgeFrame, Frames};
 use crate::parameter::Properties;
 use crate::rod::SpatialRod;
 use crate::rod::spatial::HALF_BANDWIDTH;
-use crate::scalar::Nestable;
+use crate::scalar::{Nestable, Scalar};
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
 
@@ -101,6 +101,13 @@ impl SpatialModel {
             loads: loads.to_vec(),
             axes,
         })
+    }
+}
+
+impl SpatialModel {
+    /// A vector of the world in the model's axes.
+    pub(crate) fn own<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
+        self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 }
 
@@ -200,15 +207,15 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
     }
 
     fn components(&self, vector: [f64; 3]) -> [f64; 3] {
-        self.axes.map(|axis| axis.dot(&Vector3::from(vector)))
+        self.own(vector)
     }
 
-    fn position(&self, q: &[f64], i: usize) -> [f64; 3] {
+    fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         let [x, y, z] = self.axes;
-        (x * q[4 * i] + y * q[4 * i + 1] + z * q[4 * i + 2]).into()
+        [0, 1, 2].map(|c| q[4 * i] * x[c] + q[4 * i + 1] * y[c] + q[4 * i + 2] * z[c])
     }
 
-    fn rate(&self, v: &[f64], i: usize) -> [f64; 3] {
+    fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.position(v, i)
     }
 }

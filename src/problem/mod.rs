@@ -2,6 +2,8 @@
 
 mod start;
 
+pub(crate) use start::Settled;
+
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
@@ -17,6 +19,7 @@ use crate::scene::{
 };
 use crate::sensitivity::{ImplicitSensitivity, Sensitivity};
 use crate::simulation::Simulation;
+use crate::vector::{add, scale};
 use num_dual::Dual64;
 use std::ops::Range;
 use std::sync::Arc;
@@ -235,6 +238,14 @@ impl Problem {
             AnyProblem::Spatial(posed) => posed.model.position(&posed.rest(), 0),
         }
     }
+    /// A point of the rest shape in the world, m.
+    pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
+        let node: &dyn Fn(usize) -> [f64; 3] = match self.posed() {
+            AnyProblem::Planar(posed) => &move |i| posed.model.position(&posed.rest(), i),
+            AnyProblem::Spatial(posed) => &move |i| posed.model.position(&posed.rest(), i),
+        };
+        stencil.nodes.iter().fold([0.0; 3], |sum, (i, w)| add(sum, scale(node(*i), *w)))
+    }
     /// The normal of the plane of a planar scene; of a spatial one the z axis.
     pub(crate) fn normal(&self) -> [f64; 3] {
         match self.posed() {
@@ -373,6 +384,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.problem.scene
+    }
+
+    /// The normal of the plane of a planar scene, whatever the model.
+    pub(crate) fn normal(&self) -> [f64; 3] {
+        self.problem.normal()
     }
 
     /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2.

@@ -2,33 +2,42 @@
 //! equilibria that `rodfit static` looks for from there.
 
 use super::{FramesOf, Posed, SpatialProblem};
-use crate::banded::{BandMatrix, Ldlt};
+use crate::banded::{BandMatrix, Ldlt, Singular};
 use crate::chain::Chain;
 use crate::drive::{Drive, DrivenEnd};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::flow::{Flow, Rest};
 use crate::frame::Frames;
-use crate::model::Model;
-
+use crate::model::{Model, SpatialModel};
+use crate::parameter::Properties;
 use crate::rod::{Rod, SpatialRod};
 use crate::scalar::Nestable;
 use crate::scene::supports::Moment;
 use crate::scene::{Clamp, End, Motion, Support};
+use crate::simulation::strain_rates;
 use crate::vector::{add, cross, dot, scale, sub, unit};
 
 /// Unknowns with the frames their angles count from.
 pub(crate) type Placed<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
 
+/// An equilibrium, and what its [derivatives](Posed::settled_over) need beside it.
+pub(crate) struct Settled<F> {
+    /// The equilibrium.
+    pub rest: Rest<F>,
+    /// By how much frequencies squared are shifted, 1/s^2.
+    shift: f64,
+}
+
 impl SpatialProblem<'_> {
     /// The unknowns and frames of a rod that has moved to `nodes` without turning about itself.
-    pub(crate) fn placed(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
-        let mut q = self.rest();
+    pub(crate) fn placed<D: Nestable>(&self, nodes: &[[D; 3]]) -> (Vec<D>, Frames<D>) {
+        let mut q: Vec<D> = self.rest().into_iter().map(D::from).collect();
         for (i, x) in nodes.iter().enumerate() {
-            q[4 * i..4 * i + 3].copy_from_slice(&self.model.components(*x));
+            q[4 * i..4 * i + 3].copy_from_slice(&self.model.own(*x));
         }
-        let mut frames = self.model.frames();
-        SpatialRod::<f64>::rebase(&mut frames, &q);
+        let mut frames = SpatialModel::lift(&self.model.frames());
+        SpatialRod::<D>::rebase(&mut frames, &q);
         (q, frames)
     }
 }
@@ -178,8 +187,95 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         Ok(q)
     }
 
-    /// The unknowns at t = 0 with their frames. One step of Newton's method per order of
-    /// derivatives that `D` carries gives an equilibrium its exact derivatives.
+    /// Gives an equilibrium `q` of a rod its exact derivatives: one step of Newton's method per
+    /// order that `D` carries, with masses times `shift`, 1/s^2, added to the tangent; that needs
+    /// one more.
+    fn follow<D: Nestable>(
+        &self,
+        rod: &M::Rod<D>,
+        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+        q: &mut [D],
+        shift: f64,
+    ) -> Result<(), Singular> {
+        let n = q.len();
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        let mut factors = Ldlt::with_order(n);
+        let (free, one) = (self.free(), D::from(1.0));
+        for _ in 0..D::ORDER + usize::from(shift != 0.0) {
+            rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+            factors.factor_sum(rod.mass(), D::from(shift), &tangent, one, free.clone())?;
+            factors.solve(&mut gradient);
+            for i in free.clone() {
+                q[i] -= gradient[i];
+            }
+        }
+        Ok(())
+    }
+
+    /// An [equilibrium](Self::equilibrium) to be differentiated.
+    pub(crate) fn settled(&self) -> Result<Settled<FramesOf<M, W>>, Error> {
+        let rest = self.equilibrium()?;
+        Ok(Settled { shift: self.indifference(&rest)?, rest })
+    }
+
+    /// Its unknowns with the derivatives that `D` carries, and the rod that is in it. The frames stay
+    /// where they are.
+    pub(crate) fn settled_over<D: Nestable>(
+        &self,
+        Settled { rest, shift }: &Settled<FramesOf<M, W>>,
+        properties: &Properties<D>,
+    ) -> Result<(M::Rod<D>, Vec<D>), Error> {
+        let rod = self.model.rod(properties);
+        let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
+        self.follow(&rod, &M::lift(&rest.frames), &mut q, *shift)
+            .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
+        Ok((rod, q))
+    }
+
+    /// What must be added to the frequencies squared of a rod at rest, 1/s^2, to make its tangent
+    /// regular: nothing, unless a direction is left in which no force resists. That may be a motion
+    /// as a rigid body, or the spin of a round rod between hinges, which does not move a node:
+    /// parameters do not push that way, and any answer will do. Everything else is refused.
+    fn indifference(&self, rest: &Rest<FramesOf<M, W>>) -> Result<f64, Error> {
+        let (rod, free, n) = (self.rod(), self.free(), rest.q.len());
+        let zero = self.zero_frequency_squared(None);
+        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        rod.tangent(&rest.q, &rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        let mut factors = Ldlt::with_order(n);
+        let mut below = |shift: f64| {
+            let factored = factors.factor_sum(rod.mass(), shift, &tangent, 1.0, free.clone());
+            factored
+                .map(|()| factors.negative_pivots())
+                .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })
+        };
+        if below(-zero)? == below(zero)? {
+            return Ok(0.0);
+        }
+        // Inverse iteration finds such a direction.
+        let mut x: Vec<f64> = (0..n).map(|i| 1.0 + (i * 71 % 101) as f64 / 101.0).collect();
+        for _ in 0..3 {
+            factors.solve(&mut x);
+            let largest = x.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+            x.iter_mut().zip(rod.mass()).for_each(|(x, m)| *x *= m / largest);
+        }
+        factors.solve(&mut x);
+        let size = |of_angles: bool| {
+            let own = free.clone().filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);
+            own.map(|i| (i / M::STRIDE, x[i].abs()))
+                .fold((0, 0.0), |a: (usize, f64), b| if b.1 > a.1 { b } else { a })
+        };
+        let ((node, moved), (_, turned)) = (size(false), size(true));
+        let length = self.problem.length();
+        let mut strains = Vec::new();
+        strain_rates(&rod, (&rest.q, &rest.frames), &x, length, &mut strains);
+        let deformed: f64 = strains.iter().map(|rate| rate.abs()).sum();
+        match moved <= 1e-6 * turned * length || deformed * length <= 1e-2 * moved {
+            true => Ok(zero),
+            false => Err(Error::Indifferent { node }),
+        }
+    }
+
+    /// The unknowns at t = 0 with their frames, those of an equilibrium with exact derivatives.
     pub(crate) fn start<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
@@ -188,32 +284,20 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let frames = M::lift::<D>(&frames);
         let equilibrium = &self.problem.initial;
         let at = if equilibrium.is_empty() { &begin } else { equilibrium };
-        let mut q: Vec<D> = at.iter().map(|x| D::from(*x)).collect();
+        let q: Vec<D> = at.iter().map(|x| D::from(*x)).collect();
         if equilibrium.is_empty() || D::ORDER == 0 {
             return (q, frames);
         }
         let held = self.held_rod(rod);
-        let n = q.len();
-        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
-        let mut factors = Ldlt::with_order(n);
-        for _ in 0..D::ORDER {
-            held.tangent(&q, &frames, Derivatives::Hand, &mut gradient, &mut tangent);
-            // Where nothing resists, such as the spin of a round rod between hinges, any answer
-            // along that direction will do.
-            if factors.factor(&tangent, self.free()).is_err() {
-                let (free, zero) = (self.free(), D::from(self.zero_frequency_squared(None)));
-                let (mass, one) = (held.mass(), D::from(1.0));
-                if factors.factor_sum(mass, zero, &tangent, one, free).is_err() {
-                    // Not finite: the first step says so.
-                    return (vec![D::from(f64::NAN); n], frames);
-                }
-            }
-            factors.solve(&mut gradient);
-            for i in self.free() {
-                q[i] -= gradient[i];
-            }
-        }
-        (q, frames)
+        // Where nothing resists, such as the spin of a round rod between hinges, any answer along
+        // that direction will do.
+        let shifts = [0.0, self.zero_frequency_squared(None)];
+        let followed = shifts.into_iter().find_map(|shift| {
+            let mut q = q.clone();
+            self.follow(&held, &frames, &mut q, shift).ok().map(|()| q)
+        });
+        // Not finite: the first step says so.
+        (followed.unwrap_or_else(|| vec![D::from(f64::NAN); q.len()]), frames)
     }
 
     /// The velocities at t = 0 of a rod at `q`, as a rigid body's; none at rest.

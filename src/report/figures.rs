@@ -143,19 +143,17 @@ pub(super) fn profile(profile: &Profile, estimate: Option<&Estimate>) -> String 
             (x0 + u * (x1 - x0), (y0 + u * (y1 - y0)).powi(2))
         })
     });
-    let mut chart = Chart::new(
-        labelled(profile.name.name(), &scale.unit),
-        "rise of 2 \u{d7} misfit / noise\u{b2}",
-    )
-    .size(520.0, 280.0)
-    .level(profile.level)
-    .line(between, MODEL)
-    .dots(points.iter().map(|(x, root)| (*x, root * root)), MODEL, 3.5);
+    let mut chart =
+        Chart::new(labelled(&profile.label, &scale.unit), "rise of 2 \u{d7} misfit / noise\u{b2}")
+            .size(520.0, 280.0)
+            .level(profile.level)
+            .line(between, MODEL)
+            .dots(points.iter().map(|(x, root)| (*x, root * root)), MODEL, 3.5);
     for end in estimate.and_then(|e| e.profile95).into_iter().flatten().flatten() {
         chart = chart.mark(end / scale.factor);
     }
     figure(
-        profile.name.name(),
+        &escaped(&profile.label),
         &chart.svg(),
         "dots are fits of all others; dashed: the 95 % level, and where it is crossed",
     )
@@ -203,7 +201,7 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
     let least = landscape.misfit.iter().copied().fold(f64::INFINITY, f64::min);
     let points: Vec<(f64, f64)> =
         values.iter().zip(&landscape.misfit).map(|(x, y)| (x / factor, y / least)).collect();
-    let mut chart = Chart::new(labelled(landscape.name.name(), &unit), "misfit / least")
+    let mut chart = Chart::new(labelled(&landscape.label, &unit), "misfit / least")
         .log(log, true)
         .size(520.0, 280.0)
         .line(points.clone(), MODEL)
@@ -212,7 +210,7 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
         chart = chart.mark(value / factor);
     }
     figure(
-        &format!("Scan over {}", landscape.name),
+        &format!("Scan over {}", escaped(&landscape.label)),
         &chart.svg(),
         "coarse model over the first period, the other unknowns at their best; dashed: the fit",
     )

@@ -2,8 +2,7 @@
 
 use super::number::{Scale, short};
 use super::{escaped, figures};
-use crate::fit::{Basin, Estimate, Evidence, FitReport, Seen};
-use crate::parameter::Parameter;
+use crate::fit::{Basin, Estimate, Evidence, FitReport, Profile, ResidualTests, Seen};
 
 const STYLE: &str = include_str!("fit.css");
 const NONE: &str = "\u{2013}";
@@ -21,7 +20,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     }
     body += &section("How the parameters hang together", &correlation(report));
     if let Some(evidence) = evidence.filter(|e| !e.profiles.is_empty()) {
-        let one = |p| figures::profile(p, report.estimate(p.name));
+        let one = |p: &Profile| figures::profile(p, estimate(report, &p.label));
         let all: String = evidence.profiles.iter().map(one).collect();
         body += &section("Likelihood profiles", &format!("<div class=\"row\">{all}</div>"));
     }
@@ -36,6 +35,11 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
          <meta name=\"color-scheme\" content=\"light dark\"><title>Fit: {title}</title>\n\
          <style>{STYLE}</style></head>\n<body><main>\n{body}</main></body></html>\n"
     )
+}
+
+/// By its name, with its experiments.
+fn estimate<'a>(report: &'a FitReport, label: &str) -> Option<&'a Estimate> {
+    report.parameters.iter().find(|e| e.label() == label)
 }
 
 fn section(title: &str, content: &str) -> String {
@@ -116,7 +120,14 @@ fn parameters(report: &FitReport) -> String {
                 Some(format!("\u{b1} {error}, {}", interval(b.interval95, e, s)))
             }),
         ),
-        ("prior", Box::new(|i, _, _| asked(i)?.prior.as_deref().map(escaped))),
+        (
+            "prior",
+            Box::new(|_, e, s| {
+                let prior = e.prior?;
+                let (mean, sigma) = (prior.mean, Some(prior.sigma));
+                Some(format!("{} \u{b1} {}", s.show(mean, sigma), s.show(prior.sigma, sigma)))
+            }),
+        ),
         (
             "bounds",
             Box::new(|i, e, scale| {
@@ -146,22 +157,44 @@ fn parameters(report: &FitReport) -> String {
                 _ => format!("<td>{NONE}</td>"),
             };
             let cells: String = cells.iter().enumerate().map(cell).collect();
-            format!("<tr><th>{}</th>{cells}</tr>\n", e.name)
+            format!("<tr><th>{}</th>{cells}</tr>\n", escaped(&e.label()))
         })
         .collect();
-    let sigma = report
-        .sigma
-        .iter()
-        .map(|s| Scale::of(*s, "m").show(*s, Some(0.01 * s)) + " " + &Scale::of(*s, "m").unit);
-    let rms = Scale::of(report.residual_rms, "m");
     format!(
         "<div class=\"wide\"><table id=\"parameters\"><thead><tr><th>parameter</th>{head}</tr></thead>\n\
-         <tbody>{body}</tbody></table></div>\n\
-         <p class=\"note\">Root mean square residual {} {}; noise of the observations: {}.</p>",
-        rms.show(report.residual_rms, Some(0.01 * report.residual_rms)),
-        rms.unit,
-        sigma.collect::<Vec<_>>().join(", "),
+         <tbody>{body}</tbody></table></div>\n{}",
+        left_over(report)
     )
+}
+
+/// What is left of the data, what robust losses did, and how what was held out is predicted.
+fn left_over(report: &FitReport) -> String {
+    let series = report.evidence.as_ref().map_or(&[][..], |e| &e.series);
+    let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
+        true => "m",
+        false => series[0].unit,
+    };
+    let with_unit = |value: f64, unit: &str| {
+        let scale = Scale::of(value, unit);
+        format!("{} {}", scale.show(value, Some(0.01 * value)), scale.unit)
+    };
+    let mut lines =
+        vec![format!("Root mean square residual {}", with_unit(report.residual_rms, unit))];
+    lines.extend(report.losses.iter().map(|l| {
+        format!(
+            "{}: {} of {} values count less, {} are beyond 5 \u{3c3}; standard errors times {:.2}",
+            l.observation, l.beyond_scale, l.values, l.beyond_5_sigma, l.error_factor
+        )
+    }));
+    lines.extend(report.predictions.iter().map(|p| {
+        format!(
+            "{}, held out: off by {}, {} expected",
+            p.observation,
+            with_unit(p.rms, p.unit),
+            with_unit(p.expected, p.unit)
+        )
+    }));
+    lines.iter().map(|line| format!("<p class=\"note\">{}.</p>\n", escaped(line))).collect()
 }
 
 /// Every observation with its coordinates.
@@ -174,22 +207,21 @@ fn data(report: &FitReport, evidence: &Evidence) -> String {
     let mut before = None;
     for series in &evidence.series {
         let this = (&series.experiment, &series.label);
+        let parts = [series.experiment.as_str(), series.label.as_str()];
+        let named: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
         if before != Some(this) {
-            let parts = [series.experiment.as_str(), series.label.as_str()];
-            let named: Vec<String> =
-                parts.iter().filter(|p| !p.is_empty()).map(|p| escaped(p)).collect();
-            html += &format!("<h3>{}</h3>\n", named.join(": "));
+            html += &format!("<h3>{}</h3>\n", escaped(&named.join(": ")));
         }
         before = Some(this);
-        let own =
-            |t: &&crate::fit::ResidualTests| t.observation == series.label && t.axis == series.axis;
+        let name = named.join(": ");
+        let own = |t: &&ResidualTests| t.observation == name && t.axis == series.axis;
         html += &figures::series(series, report.residual_tests.iter().find(own));
     }
     html
 }
 
 fn correlation(report: &FitReport) -> String {
-    let names: Vec<&str> = report.parameters.iter().map(|e| e.name.name()).collect();
+    let names: Vec<String> = report.parameters.iter().map(|e| escaped(&e.label())).collect();
     let head: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
     let cell = |value: &Option<f64>| match value.filter(|c| c.is_finite()) {
         Some(c) => {
@@ -202,7 +234,7 @@ fn correlation(report: &FitReport) -> String {
         }
         None => format!("<td>{NONE}</td>"),
     };
-    let row = |(name, row): (&&str, &Vec<Option<f64>>)| {
+    let row = |(name, row): (&String, &Vec<Option<f64>>)| {
         format!("<tr><th>{name}</th>{}</tr>\n", row.iter().map(cell).collect::<String>())
     };
     let rows: String = names.iter().zip(&report.correlation).map(row).collect();
@@ -230,7 +262,7 @@ fn search(report: &FitReport, evidence: Option<&Evidence>) -> String {
     if let Some(evidence) = evidence {
         html += &format!("<div class=\"row\">{}", figures::history(evidence));
         for landscape in &evidence.landscape {
-            let value = report.estimate(landscape.name).and_then(|e| e.value);
+            let value = estimate(report, &landscape.label).and_then(|e| e.value);
             html += &figures::landscape(landscape, value);
         }
         html += "</div>\n";
@@ -238,9 +270,9 @@ fn search(report: &FitReport, evidence: Option<&Evidence>) -> String {
     if basins.list.is_empty() {
         return html;
     }
-    let names: Vec<Parameter> = report.parameters.iter().map(|e| e.name).collect();
+    let names: Vec<String> = report.parameters.iter().map(|e| escaped(&e.label())).collect();
     let scale = |i: usize, value: f64| {
-        let scale = Scale::of(value, names[i].unit());
+        let scale = Scale::of(value, report.parameters[i].name.unit());
         escaped(format!("{} {}", scale.show(value, Some(value * 1e-3)), scale.unit).trim())
     };
     let row = |basin: &Basin| {

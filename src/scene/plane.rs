@@ -1,5 +1,6 @@
 //! The plane a scene lies in.
 
+use crate::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
 
 /// How far out of the plane, relative to its own length, a vector may point.
@@ -60,13 +61,14 @@ impl Plane {
     }
 
     /// A point of the plane in world coordinates, m.
-    pub fn to_world(&self, point: [f64; 2]) -> [f64; 3] {
-        (self.origin + self.direction_to_world(point)).into()
+    pub fn to_world<D: Scalar>(&self, point: [D; 2]) -> [D; 3] {
+        let [x, y, z] = self.direction_to_world(point);
+        [x + self.origin.x, y + self.origin.y, z + self.origin.z]
     }
 
     /// A vector of the plane in world axes.
-    pub fn direction_to_world(&self, [x, y]: [f64; 2]) -> Vector3<f64> {
-        self.x * x + self.y * y
+    pub fn direction_to_world<D: Scalar>(&self, [x, y]: [D; 2]) -> [D; 3] {
+        [0, 1, 2].map(|c| x * self.x[c] + y * self.y[c])
     }
 
     /// Components of a vector in the plane's axes and along its normal.

@@ -1,0 +1,90 @@
+//! A rod, and what was measured of it.
+
+use super::{Measurement, Observation};
+use crate::error::Error;
+use crate::problem::Problem;
+
+/// A static solution counts as this many time steps: about as many Newton iterations.
+const STEPS_OF_REST: f64 = 20.0;
+
+/// A scene with what was measured in it. Several of them may share parameters.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// Told apart by it; empty where there is only one.
+    pub name: String,
+    /// The scene.
+    pub problem: Problem,
+    /// What was measured.
+    pub measurements: Vec<Measurement>,
+}
+
+impl Experiment {
+    /// An experiment without measurements yet.
+    pub fn new(name: impl Into<String>, problem: &Problem) -> Self {
+        Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
+    }
+
+    /// With another measurement.
+    pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
+        self.measurements.push(measurement.into());
+        self
+    }
+
+    /// The recorded motions.
+    pub(super) fn motions(&self) -> impl Iterator<Item = &Observation> {
+        self.measurements.iter().filter_map(Measurement::motion)
+    }
+
+    /// Whether its shape at rest or its frequencies were measured.
+    pub(super) fn rests(&self) -> bool {
+        self.motions().count() < self.measurements.len()
+    }
+
+    /// End of the recorded motion, s.
+    pub(super) fn duration(&self) -> f64 {
+        let last = |o: &Observation| o.samples.last().map_or(0.0, |s| s.time);
+        self.motions().map(last).fold(0.0, f64::max)
+    }
+
+    /// Work of one full simulation of it, steps times segments.
+    pub(super) fn full_work(&self) -> Result<f64, Error> {
+        let steps = match self.motions().next() {
+            Some(_) => self.problem.time()?.steps() as f64,
+            None => 0.0,
+        };
+        Ok(steps * self.problem.segments() as f64 + self.rest_work())
+    }
+
+    /// Work of the static solutions it needs.
+    pub(super) fn rest_work(&self) -> f64 {
+        if self.rests() { STEPS_OF_REST * self.problem.segments() as f64 } else { 0.0 }
+    }
+
+    /// What the name adds to the label of a measurement.
+    pub(super) fn label(&self, measurement: &Measurement) -> String {
+        match self.name.is_empty() {
+            true => measurement.label(),
+            false => format!("{}: {}", self.name, measurement.label()),
+        }
+    }
+
+    /// The experiment with the measurements that `keep` chooses.
+    pub(super) fn only(&self, keep: impl Fn(&Measurement) -> bool) -> Self {
+        let measurements = self.measurements.iter().filter(|m| keep(m)).cloned().collect();
+        Self { measurements, ..self.clone() }
+    }
+
+    /// The same measurements of the same points on the mesh of another problem.
+    pub(super) fn posed_as(&self, problem: Problem) -> Result<Self, Error> {
+        let moved = |m: &Measurement| m.on_another_mesh(&self.problem);
+        let measurements = self.measurements.iter().map(moved).collect::<Result<_, Error>>()?;
+        Ok(Self { name: self.name.clone(), problem, measurements })
+    }
+}
+
+/// All measurements of all experiments, in the order of the residuals.
+pub(super) fn all(
+    experiments: &[Experiment],
+) -> impl Iterator<Item = (&Experiment, &Measurement)> + Clone {
+    experiments.iter().flat_map(|e| e.measurements.iter().map(move |m| (e, m)))
+}

@@ -1,0 +1,60 @@
+//! Measured natural frequencies.
+
+use super::Loss;
+
+/// A measured natural frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frequency {
+    /// Which mode, from 1 on in the order of rising frequency, as `rodfit modes` counts.
+    pub mode: usize,
+    /// rad/s.
+    pub rad_s: f64,
+}
+
+/// Frequencies of small vibrations about the equilibrium.
+#[derive(Clone, Debug)]
+pub struct Frequencies {
+    /// The frequencies.
+    pub values: Vec<Frequency>,
+    /// Standard deviation of each, rad/s.
+    pub sigma: f64,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Not fitted, but predicted.
+    pub held_out: bool,
+}
+
+impl Frequencies {
+    /// The lowest frequencies, rad/s, in order, with the standard deviation of each.
+    pub fn new(rad_s: &[f64], sigma: f64) -> Self {
+        let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
+        Self {
+            values: rad_s.iter().enumerate().map(number).collect(),
+            sigma,
+            loss: Loss::Squares,
+            held_out: false,
+        }
+    }
+
+    /// The same in Hz.
+    pub fn hz(hz: &[f64], sigma: f64) -> Self {
+        let tau = std::f64::consts::TAU;
+        Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau)
+    }
+
+    /// Of other modes than the lowest; as many as there are frequencies.
+    pub fn of_modes(mut self, modes: &[usize]) -> Self {
+        self.values.iter_mut().zip(modes).for_each(|(value, mode)| value.mode = *mode);
+        self
+    }
+
+    /// With another loss than squares.
+    pub fn loss(self, loss: Loss) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Kept out of the fit, to be predicted by it.
+    pub fn held_out(self) -> Self {
+        Self { held_out: true, ..self }
+    }
+}

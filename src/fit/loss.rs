@@ -1,0 +1,170 @@
+//! Robust losses: outliers that count less than their squares.
+//!
+//! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the
+//! bent residuals `sign(r) sqrt(rho(r))` minimises their sum, so that any least-squares solver does.
+//! Clean normal data pay for that with standard errors 2.6 % larger (95 % efficiency, the usual
+//! choice of the scales).
+
+use serde::{Deserialize, Serialize};
+use statrs::statistics::{Data, Median};
+
+/// How residuals count. Near zero all losses are the square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Loss {
+    /// `r^2`: best for normal noise, at the mercy of outliers.
+    #[default]
+    Squares,
+    /// Linear beyond 1.345 sigma (Huber 1964).
+    Huber,
+    /// `2 c^2 (sqrt(1 + (r/c)^2) - 1)` with c = 1.29 sigma: Huber's without its corners.
+    SoftL1,
+    /// `c^2 ln(1 + (r/c)^2)` with c = 2.385 sigma: far outliers count for nothing.
+    Cauchy,
+}
+
+impl Loss {
+    /// Where it leaves the square, in units of the noise.
+    pub fn scale(self) -> f64 {
+        match self {
+            Self::Squares => f64::INFINITY,
+            Self::Huber => 1.345,
+            Self::SoftL1 => 1.29,
+            Self::Cauchy => 2.385,
+        }
+    }
+
+    /// Whether outliers count less than their squares.
+    pub fn is_robust(self) -> bool {
+        self != Self::Squares
+    }
+
+    /// The loss of a residual in units of the noise.
+    pub fn rho(self, r: f64) -> f64 {
+        let c = self.scale();
+        let square = r * r;
+        let z = square / (c * c);
+        match self {
+            Self::Squares => square,
+            Self::Huber if r.abs() <= c => square,
+            Self::Huber => c * (2.0 * r.abs() - c),
+            // Without the cancellation of sqrt(1 + z) - 1.
+            Self::SoftL1 => square * 2.0 / ((z + 1.0).sqrt() + 1.0),
+            Self::Cauchy => z.ln_1p() * (c * c),
+        }
+    }
+
+    /// Half the loss's first and second derivative: for squares the residual itself and 1.
+    pub fn influence(self, r: f64) -> [f64; 2] {
+        let c = self.scale();
+        let z = (r / c).powi(2);
+        match self {
+            Self::Squares => [r, 1.0],
+            Self::Huber => [r.clamp(-c, c), f64::from(u8::from(r.abs() <= c))],
+            Self::SoftL1 => [r / (1.0 + z).sqrt(), (1.0 + z).powf(-1.5)],
+            Self::Cauchy => [r / (1.0 + z), (1.0 - z) / (1.0 + z).powi(2)],
+        }
+    }
+
+    /// The residual whose square is the loss, and its derivative.
+    pub fn bent(self, r: f64) -> [f64; 2] {
+        if !self.is_robust() || r == 0.0 {
+            return [r, 1.0];
+        }
+        let bent = self.rho(r).sqrt().copysign(r);
+        [bent, self.influence(r)[0] / bent]
+    }
+
+    /// The residual that [`bent`](Self::bent) bends into this one.
+    pub fn straight(self, bent: f64) -> f64 {
+        let c = self.scale();
+        let size = match self {
+            Self::Squares => return bent,
+            Self::Huber if bent.abs() <= c => return bent,
+            Self::Huber => (bent * bent + c * c) / (2.0 * c),
+            Self::SoftL1 => {
+                let half = bent * bent / (2.0 * c * c);
+                c * (half * (half + 2.0)).sqrt()
+            }
+            Self::Cauchy => c * (bent / c).powi(2).exp_m1().sqrt(),
+        };
+        size.copysign(bent)
+    }
+
+    /// The size of the noise in these residuals: their root mean square, or with a robust loss,
+    /// whatever outliers do, 1.4826 times the median of their sizes.
+    pub fn spread(self, residuals: &[f64]) -> f64 {
+        if residuals.is_empty() {
+            return 0.0;
+        }
+        if !self.is_robust() {
+            let mean = residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64;
+            return mean.sqrt();
+        }
+        let sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+        1.482602218505602 * Data::new(sizes).median()
+    }
+
+    /// How much the data say under this loss, over what they would say with normal noise of
+    /// standard deviation 1 under squares: the inverse of the variance of an M-estimate,
+    /// `(mean psi')^2/mean psi^2` (Huber 1981, with his correction for `unknowns` fitted).
+    pub fn information(self, residuals: &[f64], unknowns: usize) -> f64 {
+        if !self.is_robust() || residuals.is_empty() {
+            return 1.0;
+        }
+        let n = residuals.len() as f64;
+        let mean = |part: &dyn Fn(f64) -> f64| residuals.iter().map(|r| part(*r)).sum::<f64>() / n;
+        let slope = mean(&|r| self.influence(r)[1]);
+        let square = mean(&|r| self.influence(r)[0].powi(2));
+        let scatter = mean(&|r| (self.influence(r)[1] - slope).powi(2));
+        if slope <= 0.0 || square == 0.0 {
+            return 0.0;
+        }
+        let p = unknowns as f64;
+        let correction = 1.0 + p / n * scatter / (slope * slope);
+        let freedom = ((n - p) / n).max(1.0 / n);
+        slope * slope / (square / freedom * correction * correction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    const ALL: [Loss; 4] = [Loss::Squares, Loss::Huber, Loss::SoftL1, Loss::Cauchy];
+
+    #[test]
+    fn derivatives_and_inverse() {
+        for loss in ALL {
+            for r in [-40.0_f64, -1.4, -0.3, 1e-6, 0.7, 1.3, 2.6, 1e3] {
+                let h = 1e-3 * r.abs();
+                let central = |f: &dyn Fn(f64) -> f64| {
+                    (8.0 * (f(r + h) - f(r - h)) - f(r + 2.0 * h) + f(r - 2.0 * h)) / (12.0 * h)
+                };
+                let [psi, slope] = loss.influence(r);
+                assert_relative_eq!(psi, 0.5 * central(&|r| loss.rho(r)), max_relative = 1e-9);
+                let second = central(&|r| loss.influence(r)[0]);
+                assert_relative_eq!(slope, second, max_relative = 1e-9, epsilon = 1e-12);
+                let [bent, by_r] = loss.bent(r);
+                assert_relative_eq!(bent * bent, loss.rho(r), max_relative = 1e-14);
+                assert_relative_eq!(bent * by_r, psi, max_relative = 1e-14);
+                assert_relative_eq!(loss.straight(bent), r, max_relative = 1e-9);
+            }
+        }
+    }
+
+    /// On normal noise every robust loss keeps 95 % of the information, and its spread is right.
+    #[test]
+    fn efficiency_on_normal_noise() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let r: Vec<f64> = (0..200_000).map(|_| StandardNormal.sample(&mut random)).collect();
+        for loss in &ALL[1..] {
+            assert_relative_eq!(loss.information(&r, 1), 0.95, epsilon = 6e-3);
+            assert_relative_eq!(loss.spread(&r), 1.0, epsilon = 1e-2);
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What was held out of a fit, as the fit predicts it.
+
+use super::experiment::all;
+use super::report::FitReport;
+use super::search::{Optimum, Search};
+use super::uncertainty::Local;
+use super::{Experiment, Residuals};
+use crate::error::Error;
+use serde::Serialize;
+
+/// A prediction off by more than this many times what noise and the parameters' errors explain
+/// speaks against the model.
+const OFF: f64 = 1.5;
+
+/// How well a measurement that was held out is predicted.
+#[derive(Clone, Debug, Serialize)]
+pub struct Prediction {
+    /// The file, or what was measured.
+    pub observation: String,
+    /// Unit of the following.
+    pub unit: &'static str,
+    /// Root mean square difference between what was predicted and what was measured.
+    pub rms: f64,
+    /// What the noise, where its sigma is given, and the parameters' errors let one expect.
+    pub expected: f64,
+    /// Number of values.
+    pub values: usize,
+}
+
+/// Adds predictions of what `experiments` held out, and warnings where they fail.
+pub(super) fn add(
+    experiments: &[Experiment],
+    fitted: (&Search, &Optimum),
+    local: &Local,
+    report: &mut FitReport,
+) {
+    let held_out: Vec<Experiment> = experiments.iter().map(|e| e.only(|m| m.held_out())).collect();
+    if all(&held_out).next().is_none() {
+        return;
+    }
+    match predictions(&held_out, fitted, local, &report.sigma) {
+        Ok(predictions) => {
+            for p in &predictions {
+                if p.rms > OFF * p.expected {
+                    report.warnings.push(format!(
+                        "{}, held out, is {:.1} times as far from its prediction as noise and the \
+                         parameters' errors explain",
+                        p.observation,
+                        p.rms / p.expected.max(f64::MIN_POSITIVE)
+                    ));
+                }
+            }
+            report.predictions = predictions;
+        }
+        Err(error) => report
+            .warnings
+            .push(format!("what was held out could not be predicted: its run failed ({error})")),
+    }
+}
+
+fn predictions(
+    held_out: &[Experiment],
+    (search, optimum): (&Search, &Optimum),
+    local: &Local,
+    noise: &[f64],
+) -> Result<Vec<Prediction>, Error> {
+    // In plain units, and without priors.
+    let unknowns: Vec<_> =
+        search.unknowns.iter().map(|u| super::Unknown { prior: None, ..u.clone() }).collect();
+    let ones = vec![1.0; all(held_out).count()];
+    let horizons = vec![f64::MAX; held_out.len()];
+    let residuals = Residuals::new(held_out, &ones, &unknowns, &horizons, search.full_work)?
+        .counting(search.work.clone());
+    let differences = residuals.straight(&optimum.x)?;
+    let rows = residuals.straight_jacobian(&optimum.x)?;
+    // Where nothing is said of the noise, that of what was fitted.
+    let like = |unit: &str| {
+        let fitted = all(search.experiments).zip(noise);
+        let same: Vec<f64> =
+            fitted.filter(|((_, m), _)| m.unit() == unit).map(|(_, s)| *s).collect();
+        same.iter().copied().fold(0.0, f64::max)
+    };
+    let mut first = 0;
+    let mut found = Vec::new();
+    for ((experiment, measurement), count) in all(held_out).zip(residuals.counts()) {
+        let own = first..first + count;
+        first += count;
+        let sigma = measurement.sigma().unwrap_or_else(|| like(measurement.unit()));
+        let n = count.max(1) as f64;
+        let square = differences[own.clone()].iter().map(|d| d * d).sum::<f64>() / n;
+        let model = rows[own].iter().map(|row| local.variance_along(row)).sum::<f64>() / n;
+        found.push(Prediction {
+            observation: experiment.label(measurement),
+            unit: measurement.unit(),
+            rms: square.sqrt(),
+            expected: (sigma * sigma + model).sqrt(),
+            values: count,
+        });
+    }
+    Ok(found)
+}
