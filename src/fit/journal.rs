@@ -311,14 +311,15 @@ mod tests {
         [Parameter::YoungsModulus, Parameter::Beta].map(Unknown::new)
     }
 
-    /// Two wells, at (1, 2) and (5, 2) of a grid with flat ground at its edges.
+    /// Two wells, at (1, 0.7) and (5, 0.7) of a grid with flat ground between.
     fn grid() -> Grid {
         let axes = vec![(0..8).map(f64::from).collect(), vec![0.5, 0.6, 0.7, 0.8, 0.9]];
-        let well = |x: f64, y: f64, a: f64| ((x - a).powi(2) + 25.0 * (y - 0.7).powi(2)).min(2.0);
+        let well = |x: f64, y: f64, a: f64| (x - a).powi(2) + 25.0 * (y - 0.7).powi(2);
         let points = axes[0].iter().flat_map(|x| {
             let row: &Vec<f64> = &axes[1];
             row.iter().map(|y| {
-                (vec![*x, *y], (1.0 + well(*x, *y, 1.0)).min(3.0 + 0.1 * well(*x, *y, 5.0)))
+                let (deep, shallow) = (1.0 + well(*x, *y, 1.0), 3.0 + 0.5 * well(*x, *y, 5.0));
+                (vec![*x, *y], deep.min(shallow).min(5.0))
             })
         });
         Grid { points: points.collect(), axes: axes.clone() }
