@@ -11,7 +11,7 @@ use crate::banded::Ldlt;
 use crate::error::Error;
 use crate::rod::Rod;
 use crate::scheme::{Formulas, Stage};
-use crate::simulation::{Damping, Simulation, strain_rates};
+use crate::simulation::{Damping, Simulation};
 use num_dual::Dual64;
 
 /// The derivative of a simulation's state with respect to one parameter.
@@ -79,41 +79,24 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
 }
 
 impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
-    /// At the start of `simulation`. Everything carries the parameter's derivative, the unknowns
-    /// `q` and their frames too.
-    pub fn new<R: Rod<f64, W, Seeded = S>>(
-        rod: S,
-        (q, frames): (Vec<Dual64>, S::Frames),
-        damping: Damping<Dual64>,
-        beta: Dual64,
-        simulation: &Simulation<f64, R, W>,
-    ) -> Self {
+    /// At the start of a simulation whose numbers all carry the parameter's derivative.
+    pub fn new(simulation: &Simulation<Dual64, S, W>) -> Self {
         let state = simulation.state();
         let zero = vec![0.0; state.q.len()];
-        let mut unbalanced = vec![Dual64::from(0.0); q.len()];
-        rod.gradient(&q, &frames, simulation.derivatives(), &mut unbalanced);
-        for (i, unbalanced) in unbalanced.iter_mut().enumerate() {
-            *unbalanced += damping.mass * rod.mass()[i] * state.v[i];
-        }
-        let strains = state.strain.len();
-        let (mut strain, mut strain_rate) = (Vec::new(), Vec::new());
-        if strains > 0 {
-            rod.strains(&q, &frames, &mut strain);
-            let length = simulation.length();
-            strain_rates(&rod, (&q, &frames), &state.v, length, &mut strain_rate);
-        }
         let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
+        let strains = state.strain.len();
+        let rod = simulation.rod().clone();
         Self {
             viscous: (strains > 0).then(|| rod.clone()),
             rod,
-            damping,
-            beta,
-            frames,
-            q: rates(&q),
-            v: zero.clone(),
-            unbalanced: rates(&unbalanced),
-            strain: rates(&strain),
-            strain_rate: rates(&strain_rate),
+            damping: simulation.damping(),
+            beta: simulation.beta(),
+            frames: state.frames.clone(),
+            q: rates(&state.q),
+            v: rates(&state.v),
+            unbalanced: rates(&state.unbalanced),
+            strain: rates(&state.strain),
+            strain_rate: rates(&state.strain_rate),
             direct: zero.clone(),
             start: zero,
             shift: vec![Dual64::from(0.0); strains],

@@ -167,8 +167,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     fn find_strain_rates(&mut self) {
         if self.viscous.is_some() {
             let State { q, frames, v, strain_rate, .. } = &mut self.state;
-            let v: Vec<f64> = v.iter().map(|v| v.value()).collect();
-            strain_rates(&self.rod, (&*q, &*frames), &v, self.length, strain_rate);
+            strain_rates(&self.rod, (&*q, &*frames), v, self.length, strain_rate);
         }
     }
 
@@ -195,6 +194,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// The unknowns that move.
     pub fn free(&self) -> Range<usize> {
         self.free.clone()
+    }
+    /// Both dampings.
+    pub fn damping(&self) -> Damping<D> {
+        self.damping
+    }
+    /// The scheme's parameter.
+    pub fn beta(&self) -> D {
+        self.beta
     }
     /// The scale of the stopping rule, m.
     pub fn length(&self) -> f64 {
@@ -229,14 +236,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
 
     /// Gives the rod a velocity, m/s (rad/s for angles); entries outside the free unknowns are
     /// ignored.
-    pub fn set_velocity(&mut self, v: &[f64]) {
+    pub fn set_velocity(&mut self, v: &[D]) {
         for i in self.free.clone() {
             // The forces that direct schemes keep are without damping.
             if self.direct.is_none() {
-                let change = D::from(v[i]) - self.state.v[i];
+                let change = v[i] - self.state.v[i];
                 self.state.unbalanced[i] += self.damping.mass * self.rod.mass()[i] * change;
             }
-            self.state.v[i] = D::from(v[i]);
+            self.state.v[i] = v[i];
         }
         self.find_strain_rates();
     }
@@ -557,18 +564,19 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
 }
 
 /// Writes the rates of all strains of a rod that moves with `v`, 1/s: the central difference over
-/// a motion of a hundred-thousandth of its length, right to about ten digits.
+/// a motion of a hundred-thousandth of its length, right to about ten digits. A velocity below a
+/// thousandth of its length per second counts as that, as its derivatives may be much larger.
 pub(crate) fn strain_rates<D: Scalar, R: Rod<D, W>, const W: usize>(
     rod: &R,
     (q, frames): (&[D], &R::Frames),
-    v: &[f64],
+    v: &[D],
     length: f64,
     rates: &mut Vec<D>,
 ) {
-    let fastest = v.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v.abs()));
+    let fastest = v.iter().fold(1e-3 * length, |most, v| most.max(v.value().abs()));
     let dt = 1e-5 * length / fastest;
     let at = |dt: f64| {
-        let moved: Vec<D> = q.iter().zip(v).map(|(q, v)| *q + v * dt).collect();
+        let moved: Vec<D> = q.iter().zip(v).map(|(q, v)| *q + *v * dt).collect();
         let mut strains = Vec::new();
         rod.strains(&moved, frames, &mut strains);
         strains

@@ -62,7 +62,7 @@ impl Problem {
         };
         let mut tones: Vec<Tone> = vibrations.modes.iter().map(tone).collect();
         for parameter in parameters {
-            parameter.of(self.scene()).ok_or_else(|| parameter.absent())?;
+            self.check_parameter(*parameter)?;
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
             for (tone, frequency) in tones.iter_mut().zip(vibrations.over(seed)?) {
                 tone.derivatives.push(frequency.eps);
@@ -84,7 +84,7 @@ impl Problem {
 /// An equilibrium by its model.
 enum AnySettled {
     /// With the spatial model, where modes out of the plane are asked for.
-    Planar(Settled<()>, Option<SpatialModel>),
+    Planar(Settled<()>, Option<Box<SpatialModel>>),
     Spatial(Settled<Frames<f64>>),
 }
 
@@ -108,7 +108,7 @@ impl<'a> Vibrations<'a> {
                     of_kind(Kind::InPlane, lowest(&posed, (q, &()), count, Kind::InPlane)?);
                 let mut model = None;
                 if problem.can_twist() {
-                    let spatial = model.insert(problem.spatial_model()?);
+                    let spatial = &**model.insert(Box::new(problem.spatial_model()?));
                     let outside = out_of_plane(&posed, &problem.posed_as(spatial), q, count)?;
                     all.extend(of_kind(Kind::OutOfPlane, outside));
                 }
@@ -143,7 +143,7 @@ impl<'a> Vibrations<'a> {
                 let tangent = Tangent::at(&posed, &rod, &q, &());
                 add(Kind::InPlane, &|own| tangent.frequency(own))?;
                 if let Some(model) =
-                    spatial.as_ref().filter(|_| picked(Kind::OutOfPlane).count() > 0)
+                    spatial.as_deref().filter(|_| picked(Kind::OutOfPlane).count() > 0)
                 {
                     let place = |i: usize| posed.model.position(&q, i);
                     let nodes: Vec<[D; 3]> = (0..posed.nodes()).map(place).collect();
@@ -237,7 +237,7 @@ impl<'a, D: Nestable, const W: usize> Tangent<'a, D, W> {
             }
             squared = shift + across / own;
             let scale = own.sqrt().recip();
-            x.iter_mut().for_each(|x| *x = *x * scale);
+            x.iter_mut().for_each(|x| *x *= scale);
         }
         // Rounding errors of the quotient are larger than those of the modes.
         Ok((squared - D::from(squared.value()) + own.squared).sqrt())

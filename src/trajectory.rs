@@ -98,7 +98,7 @@ impl Trajectory {
         parameters: &[Parameter],
     ) -> Result<Self, Error> {
         for parameter in parameters {
-            parameter.of(problem.scene()).ok_or_else(|| parameter.absent())?;
+            problem.check_parameter(*parameter)?;
         }
         Ok(Self {
             tip: problem.nodes() - 1,

@@ -41,7 +41,7 @@ fn michells_ring() {
     let ring = |segments: usize| {
         let shape = Shape::Arc { length: 1.0, angle: 2.0 * PI };
         let mut scene = unit_rod(segments, shape, torsion);
-        scene.rod.natural_curvature = 0.0;
+        scene.rod.natural_curvature = 0.0.into();
         scene.rod.dimension = rodfit::scene::Dimension::Spatial;
         scene.supports.end = Support::Clamped;
         scene

@@ -542,7 +542,7 @@ fn bad_fits_and_data_are_refused() {
     let folder = Folder::new();
     let data = std::fs::read_to_string(folder.path("tip.csv")).unwrap();
     let cases: Vec<(&str, String, &[&str])> = vec![
-        ("fit.toml", FIT.replace("scene = \"scene.toml\"", ""), &["fit.toml", "scene", "missing"]),
+        ("fit.toml", FIT.replace("scene = \"scene.toml\"", ""), &["fit.toml", "scene", "found none"]),
         ("fit.toml", FIT.replace("scene.toml", "none.toml"), &["none.toml", "No such file"]),
         ("fit.toml", FIT.replace("youngs_modulus", "stiffness"), &["stiffness", "youngs_modulus"]),
         ("fit.toml", FIT.replace("point = \"tip\"", "point = \"nose\""), &["tip", "arc_length"]),

@@ -19,7 +19,7 @@ fn with_scheme(mut scene: Scene, scheme: Scheme, end: f64, step: f64) -> Scene {
 fn twisted() -> Scene {
     let mut scene = helix_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
     scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [1.0, 0.3, 0.0] };
-    scene.rod.natural_curvature = 0.7;
+    scene.rod.natural_curvature = 0.7.into();
     scene
 }
 

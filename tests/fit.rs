@@ -28,7 +28,7 @@ fn observe(scene: &Scene, count: usize) -> Observation {
 
 fn fit(scene: &Scene, observation: &Observation, unknowns: &[Unknown]) -> FitReport {
     let fit = Fit::new(&scene.problem().unwrap()).observe(observation.clone());
-    unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown)).solve().unwrap()
+    unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone())).solve().unwrap()
 }
 
 fn value(report: &FitReport, parameter: Parameter) -> f64 {
@@ -51,8 +51,8 @@ fn exact_modulus_from_anywhere() {
             let start = truth * 100f64.powf(random.random_range(-1.0..1.0));
             let starts = [truth / 100.0, truth * 100.0, start];
             let unknown = Unknown::new(YoungsModulus);
-            for unknown in [unknown, unknown.start(starts[k % 3])] {
-                let report = fit(&scene, &data, &[unknown]);
+            for unknown in [unknown.clone(), unknown.start(starts[k % 3])] {
+                let report = fit(&scene, &data, &[unknown.clone()]);
                 let error = (value(&report, YoungsModulus) / truth - 1.0).abs();
                 worst = worst.max(error);
                 work.push(report.simulations);
@@ -102,9 +102,9 @@ fn exact_natural_curvature_with_the_modulus() {
     for truth in [0.4, 1.0, 1.3] {
         let mut scene = small(1.0);
         scene.rod.shape = Shape::Arc { length: 0.5, angle: 0.8 };
-        scene.rod.natural_curvature = truth;
+        scene.rod.natural_curvature = truth.into();
         let data = observe(&scene, 100);
-        scene.rod.natural_curvature = 0.8;
+        scene.rod.natural_curvature = 0.8.into();
         let report = fit(&scene, &data, &[YoungsModulus.into(), NaturalCurvature.into()]);
         assert!((value(&report, NaturalCurvature) / truth - 1.0).abs() < 1e-7, "{report}");
         assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-7, "{report}");

@@ -33,7 +33,7 @@ fn observe(scene: &Scene) -> Observation {
 fn fit(scene: &Scene, observation: &Observation, unknowns: &[Unknown]) -> FitReport {
     let same = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
     let fit = Fit::new(&scene.problem().unwrap()).observe(observation.clone()).analyse(same);
-    unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown)).solve().unwrap()
+    unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone())).solve().unwrap()
 }
 
 fn error(report: &FitReport, parameter: Parameter, truth: f64) -> f64 {
@@ -53,9 +53,9 @@ fn exact_modulus_from_anywhere() {
         let data = observe(&scene);
         scene.material.youngs_modulus = 1.0;
         let unknown = Unknown::new(YoungsModulus);
-        let starts = [0.01, 0.1, 1.0, 10.0, 100.0].map(|factor| unknown.start(factor * truth));
-        for unknown in [unknown].into_iter().chain(starts) {
-            let report = fit(&scene, &data, &[unknown]);
+        let starts = [0.01, 0.1, 1.0, 10.0, 100.0].map(|factor| unknown.clone().start(factor * truth));
+        for unknown in [unknown.clone()].into_iter().chain(starts) {
+            let report = fit(&scene, &data, &[unknown.clone()]);
             let error = error(&report, YoungsModulus, truth);
             worst = worst.max(error);
             work.push(report.simulations);
@@ -113,9 +113,9 @@ fn exact_modulus_with_the_average_vector_field() {
 #[test]
 fn modulus_and_natural_curvature_together() {
     let mut scene = small();
-    scene.rod.natural_curvature = 0.93;
+    scene.rod.natural_curvature = 0.93.into();
     let data = observe(&scene);
-    scene.rod.natural_curvature = 1.0;
+    scene.rod.natural_curvature = 1.0.into();
     let report = fit(&scene, &data, &[YoungsModulus.into(), NaturalCurvature.into()]);
     assert!(error(&report, YoungsModulus, 1e7) < 1e-7, "{report}");
     assert!(error(&report, NaturalCurvature, 0.93) < 1e-7, "{report}");

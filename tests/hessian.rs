@@ -10,8 +10,8 @@ mod common;
 use common::{cantilever_with, helix_with, record};
 
 use Parameter::{
-    Beta, DampingMass, DampingStiffness, Density, NaturalCurvature, Radius, ShearModulus,
-    YoungsModulus,
+    Beta, ClampAngle, DampingMass, DampingStiffness, Density, InitialAngularVelocityZ,
+    InitialVelocityY, NaturalCurvature, Radius, ShearModulus, YoungsModulus,
 };
 
 fn small(end: f64) -> Scene {
@@ -78,6 +78,9 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
     drooping.initial.point = vec![PointForce { force: [0.0, 0.05, 0.0], ..PointForce::default() }];
     let mut averaged = small(0.4);
     averaged.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(0.4, 4e-3) });
+    let mut thrown = small(0.3);
+    thrown.loads.damping.stiffness = 2e-3;
+    thrown.initial.velocity = [0.1, -0.2, 0.0];
     let mut helix = helix_with(0.55, 4e-3, 0.3, Clamp::MidEdge);
     helix.rod.segments = Some(14);
     (helix.material.poisson_ratio, helix.material.shear_modulus) = (None, Some(4e6));
@@ -85,6 +88,11 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
         ("damped", damped, planar),
         ("from equilibrium", drooping, vec![YoungsModulus, Density]),
         ("average vector field", averaged, vec![YoungsModulus]),
+        (
+            "thrown",
+            thrown,
+            vec![YoungsModulus, InitialVelocityY, InitialAngularVelocityZ, ClampAngle],
+        ),
         ("helix", helix, vec![YoungsModulus, ShearModulus, NaturalCurvature]),
     ];
     for (name, scene, parameters) in cases {

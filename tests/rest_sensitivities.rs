@@ -59,7 +59,7 @@ fn hinged() -> Scene {
 fn rectangular() -> Scene {
     let mut scene = helix();
     scene.rod.section = Section::Rectangle { width: 0.012, height: 0.008, up: [1.0, 0.3, 0.0] };
-    scene.rod.natural_twist = 3.0;
+    scene.rod.natural_twist = 3.0.into();
     scene
 }
 

@@ -235,8 +235,8 @@ fn damped_and_twisted_in_space() {
     ] {
         let mut scene = helix_with(0.6, 2e-3, 0.2, Clamp::MidEdge);
         scene.rod.segments = Some(30);
-        scene.rod.natural_curvature = 0.8;
-        scene.rod.natural_twist = 3.0;
+        scene.rod.natural_curvature = 0.8.into();
+        scene.rod.natural_twist = 3.0.into();
         scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [1.0, 0.3, 0.0] };
         scene.supports.start = start;
         scene.supports.end = end;
@@ -380,7 +380,12 @@ fn difference(scene: &Scene, parameter: Parameter) -> f64 {
     let end = problem.time().unwrap().end;
     let value = parameter.of(scene).unwrap();
     // Axial vibrations turn through thousands of radians: small differences.
-    let h = value * if parameter == DampingMass { 1e-2 } else { 1e-4 };
+    let h = match parameter {
+        DampingMass => 1e-2 * value,
+        _ if parameter.is_initial_velocity() => 1e-3,
+        ClampAngle => 1e-3,
+        _ => 1e-4 * value,
+    };
     let at = |k: f64| {
         let other = problem.with([(parameter, value + k * h)]).unwrap();
         Vector3::from(other.simulate().unwrap().at(Point::Tip, end).unwrap().0)
@@ -389,4 +394,129 @@ fn difference(scene: &Scene, parameter: Parameter) -> f64 {
     let run = problem.simulate_with(&[parameter]).unwrap();
     let exact = Vector3::from(run.at(Point::Tip, end).unwrap().1[0]);
     (slope - exact).norm() / exact.norm()
+}
+
+/// Where every node of a free rod is follows its velocity at t = 0 as t, and the angular velocity as
+/// t times the arm from the centre of mass, exactly at zero.
+#[test]
+fn thrown_rods() {
+    let planar = |direction: [f64; 3]| {
+        let mut scene = cantilever_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
+        scene.rod.shape = Shape::Straight { length: 0.5, direction };
+        scene.rod.segments = Some(12);
+        scene
+    };
+    let mut helix = helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
+    helix.rod.segments = Some(16);
+    let velocities = [InitialVelocityX, InitialVelocityY, InitialVelocityZ];
+    let spins = [InitialAngularVelocityX, InitialAngularVelocityY, InitialAngularVelocityZ];
+    for (mut scene, velocities, spins) in [
+        (planar([0.6, 0.8, 0.0]), &velocities[..2], &spins[2..]),
+        (helix, &velocities[..], &spins[..]),
+    ] {
+        scene.supports.start = Support::Free;
+        let problem = scene.problem().unwrap();
+        let all: Vec<Parameter> = velocities.iter().chain(spins).copied().collect();
+        let run = problem.simulate_with(&all).unwrap();
+        let last = run.times().len() - 1;
+        let (n, t) = (problem.nodes(), run.times()[last]);
+        let place = |i: usize| Vector3::from(run.node(i, 0));
+        // Masses of the outer nodes are half.
+        let ends = (place(0) + place(n - 1)) * 0.5;
+        let centre = ((1..n - 1).map(place).sum::<Vector3<f64>>() + ends) / (n - 1) as f64;
+        for node in [0, 5, n - 1] {
+            let (_, by) = run.at(Point::Node(node), t).unwrap();
+            for (parameter, found) in all.iter().zip(by) {
+                let axis = |of: &[Parameter]| of.iter().position(|p| p == parameter);
+                let exact = match (axis(velocities), axis(spins)) {
+                    (Some(c), _) => Vector3::ith(c, t),
+                    (_, Some(c)) => {
+                        // About the plane's normal, which is the only one left, or about x, y, z.
+                        let c = if spins.len() == 1 { 2 } else { c };
+                        Vector3::ith(c, t).cross(&(place(node) - centre))
+                    }
+                    _ => unreachable!(),
+                };
+                let off = (Vector3::from(found) - exact).norm();
+                assert!(off < 1e-9 * t, "{parameter}, node {node}: {found:?} {exact}");
+            }
+        }
+    }
+}
+
+/// Velocities at t = 0 of held and damped rods, from rest and in motion, by every kind of scheme;
+/// against simulations in dual numbers, and against differences.
+#[test]
+fn initial_velocities() {
+    let mut arc = rich_scene();
+    arc.rod.segments = Some(16);
+    arc.time = Some(Time { beta: 0.6, ..Time::new(0.1, 2e-3) });
+    let mut moving = arc.clone();
+    moving.initial.velocity = [0.3, -0.4, 0.0];
+    moving.initial.angular_velocity = [0.0, 0.0, 2.0];
+    moving.supports.start = Support::Pinned;
+    let mut turned = moving.clone();
+    turned.loads.point.clear();
+    let mut helix = helix_with(0.6, 2e-3, 0.1, Clamp::MidEdge);
+    helix.rod.segments = Some(16);
+    helix.loads.damping = arc.loads.damping;
+    let mut spinning = helix.clone();
+    spinning.initial.state = InitialState::Equilibrium;
+    spinning.initial.angular_velocity = [1.0, -2.0, 3.0];
+    let scheme = |mut scene: Scene, scheme: Scheme, step: f64| {
+        scene.loads.damping.stiffness = 0.0;
+        scene.time = Some(Time { scheme, ..Time::new(0.1, step) });
+        scene
+    };
+    let plane = [InitialVelocityX, InitialVelocityY, InitialAngularVelocityZ];
+    let mut averaged = moving.clone();
+    averaged.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
+    let scenes = [
+        ("arc", arc.clone(), plane.to_vec()),
+        ("moving arc", moving.clone(), [&plane[..], &[YoungsModulus, DampingMass]].concat()),
+        ("turned arc", turned, vec![ClampAngle, InitialVelocityX]),
+        ("averaged", averaged, plane.to_vec()),
+        ("helix", helix, vec![InitialVelocityZ, InitialAngularVelocityX]),
+        (
+            "spinning helix",
+            spinning,
+            vec![InitialVelocityX, InitialAngularVelocityZ, YoungsModulus, DampingStiffness],
+        ),
+        ("verlet", scheme(arc.clone(), Scheme::Verlet, 1e-4), plane.to_vec()),
+        ("rodas4", scheme(moving, Scheme::Rodas4, 1e-3), plane.to_vec()),
+    ];
+    for (name, scene, parameters) in scenes {
+        for parameter in parameters {
+            let dual = match parameter {
+                // The rod in dual numbers is not turned as a whole.
+                ClampAngle => 0.0,
+                _ => mismatch(&scene, parameter, Derivatives::Hand),
+            };
+            let difference = difference(&scene, parameter);
+            println!("{name}, {parameter}: {dual:.1e}, {difference:.1e}");
+            assert!(dual < LARGEST, "{name}, {parameter}: {dual:e}");
+            assert!(difference < 1e-7, "{name}, {parameter}: {difference:e}");
+        }
+    }
+}
+
+/// A planar model has no velocities out of its plane; it says so, and a spatial one has them.
+#[test]
+fn velocities_out_of_the_plane() {
+    let mut scene = cantilever_with(0.5, 1e-3, 0.01, Clamp::MidEdge);
+    scene.material.poisson_ratio = Some(0.3);
+    let problem = scene.problem().unwrap();
+    for parameter in [InitialVelocityZ, InitialAngularVelocityX, InitialAngularVelocityY] {
+        let refused = problem.simulate_with(&[parameter]).unwrap_err().to_string();
+        assert!(refused.contains("rod.dimension"), "{refused}");
+        assert!(problem.with([(parameter, 0.1)]).is_err());
+    }
+    let moved = problem.with([(InitialVelocityY, 0.1)]).unwrap();
+    assert!(moved.simulate_with(&[InitialVelocityY, InitialAngularVelocityZ]).is_ok());
+    scene.rod.dimension = rodfit::scene::Dimension::Spatial;
+    let spatial = scene.problem().unwrap();
+    assert!(spatial.simulate_with(&[InitialVelocityZ, InitialAngularVelocityX]).is_ok());
+    assert!(spatial.simulate_with(&[ClampAngle]).is_err(), "a spatial rod is not turned");
+    scene.time = None;
+    assert!(InitialVelocityX.of(&scene).is_none());
 }

@@ -43,7 +43,7 @@ fn planar_and_spatial_models_agree_on_planar_scenes() {
     };
     let curved = |mut scene: Scene| {
         scene.rod.shape = Shape::Arc { length: 0.5, angle: 2.0 };
-        scene.rod.natural_curvature = 0.7;
+        scene.rod.natural_curvature = 0.7.into();
         scene.loads.damping.mass = 0.5;
         scene.loads.damping.stiffness = 1e-3;
         scene.supports.end = Support::Pinned;

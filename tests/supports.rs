@@ -387,7 +387,7 @@ fn natural_twist() {
     let mut scene = unit_rod(30, 1e-2);
     let up = [0.0, 0.0, 1.0];
     scene.rod.section = Section::Rectangle { width: 0.03, height: 0.01, up };
-    scene.rod.natural_twist = 8.0;
+    scene.rod.natural_twist = 8.0.into();
     scene.material = Material { poisson_ratio: Some(0.3), ..Material::new(1e3, 1e9) };
     let problem = scene.problem().unwrap();
     assert_eq!(problem.model(), ("spatial", "rod.natural_twist leaves the plane of the rest"));

@@ -132,7 +132,15 @@ impl Unknown {
         let values = match (self.parameter, hint) {
             // Clamps and cameras are set up by eye.
             (
-                Parameter::ClampAngle
+                Parameter::NaturalCurvatureOf(_)
+                | Parameter::NaturalTwistOf(_)
+                | Parameter::ClampAngle
+                | Parameter::InitialVelocityX
+                | Parameter::InitialVelocityY
+                | Parameter::InitialVelocityZ
+                | Parameter::InitialAngularVelocityX
+                | Parameter::InitialAngularVelocityY
+                | Parameter::InitialAngularVelocityZ
                 | Parameter::TimeOffset
                 | Parameter::PixelScale
                 | Parameter::InPlaneRotation

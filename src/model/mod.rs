@@ -119,7 +119,7 @@ pub trait Model<const W: usize> {
     fn held(&self, support: Support) -> usize;
 
     /// A vector of the world in the model's axes; its third component leaves a plane.
-    fn components(&self, vector: [f64; 3]) -> [f64; 3];
+    fn components<D: Scalar>(&self, vector: [D; 3]) -> [D; 3];
 
     /// The position of node `i` in the world, m.
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3];

@@ -8,6 +8,7 @@ use crate::parameter::Properties;
 use crate::rod::PlanarRod;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::scalar::{Nestable, Scalar};
+use crate::scene::shape::Mesh;
 use crate::scene::{End, Plane, Scene, Support};
 use nalgebra::{Rotation3, Vector3};
 
@@ -23,6 +24,8 @@ pub struct PlanarModel {
     /// The corrected form's.
     corrected: bool,
     rest_curvature: Vec<f64>,
+    /// Where the joints are, as parts of the length.
+    places: Vec<f64>,
     /// Which of the section's two second moments resists bending in the plane.
     second_moment: usize,
     /// m/s^2.
@@ -32,14 +35,15 @@ pub struct PlanarModel {
 
 impl PlanarModel {
     /// The model, or what leaves the plane of the rest. `start` is the shape the rod starts in, if
-    /// not the rest shape's `nodes`.
+    /// not the rest shape of the `mesh`.
     pub(crate) fn new(
         scene: &Scene,
-        nodes: &[[f64; 3]],
+        mesh: &Mesh,
         start: Option<&[[f64; 3]]>,
         arcs: Option<Arcs>,
         loads: &[NodalLoad],
     ) -> Result<Result<Self, String>, Error> {
+        let nodes = &mesh.nodes[..];
         let along = Vector3::from(nodes[1]) - Vector3::from(nodes[0]);
         let (mut vectors, turns) = vectors(scene, nodes, start);
         // A turn lies across its plane.
@@ -55,7 +59,7 @@ impl PlanarModel {
                 return leaves(key);
             }
         }
-        if scene.rod.natural_twist != 0.0 {
+        if !scene.rod.natural_twist.is_zero() {
             return leaves("rod.natural_twist");
         }
         if let Some(i) = scene.supports.motion.iter().position(|motion| motion.twist != 0.0) {
@@ -100,6 +104,7 @@ impl PlanarModel {
             corrected: arcs.is_some(),
             rest_length,
             rest_curvature,
+            places: mesh.places(),
             second_moment,
         }))
     }
@@ -125,9 +130,9 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             rest_length: D::from(*l),
             natural_strain: D::from(0.0),
         });
-        let bends = self.line.joint.iter().zip(&self.rest_curvature);
-        let bend = bends.map(|(l, k)| {
-            let natural = p.natural_curvature * *k;
+        let bends = self.line.joint.iter().zip(&self.rest_curvature).zip(&self.places);
+        let bend = bends.map(|((l, k), place)| {
+            let natural = p.natural_curvature.at(*place) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
             let mut stiffness = bending * l.recip();
             if self.corrected {
@@ -193,9 +198,9 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         }
     }
 
-    fn components(&self, vector: [f64; 3]) -> [f64; 3] {
-        let (own, normal) = self.plane.components(vector.into());
-        [own.x, own.y, normal]
+    fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
+        let axes = [self.plane.x, self.plane.y, self.plane.x.cross(&self.plane.y)];
+        axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {

@@ -11,6 +11,7 @@ use crate::parameter::Properties;
 use crate::rod::SpatialRod;
 use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::scalar::{Nestable, Scalar};
+use crate::scene::shape::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
 
@@ -25,6 +26,8 @@ pub struct SpatialModel {
     slants: Option<Vec<[f64; 2]>>,
     /// Integrated curvatures of the rest shape in the material frame.
     rest_curvature: Vec<[f64; 2]>,
+    /// Where the joints are, as parts of the length.
+    places: Vec<f64>,
     /// Space-parallel at rest: no twist.
     frames: Frames<f64>,
     /// m/s^2.
@@ -38,7 +41,7 @@ pub struct SpatialModel {
 impl SpatialModel {
     pub(crate) fn new(
         scene: &Scene,
-        nodes: &[[f64; 3]],
+        mesh: &Mesh,
         arcs: Option<Arcs>,
         loads: &[NodalLoad],
     ) -> Result<Self, Error> {
@@ -48,6 +51,7 @@ impl SpatialModel {
                            the way; turn an end by [[supports.motion]]";
             return Err(Error::invalid("loads.point.moment", found, allowed));
         }
+        let nodes = &mesh.nodes[..];
         let axes = match rolling(scene, nodes) {
             None => [Vector3::x(), Vector3::y(), Vector3::z()],
             // A roller at the end holds the last two coordinates of its node, one at the start the
@@ -96,18 +100,12 @@ impl SpatialModel {
             nodes,
             rest_length,
             rest_curvature,
+            places: mesh.places(),
             frames,
             gravity: own(&scene.loads.gravity),
             loads: loads.to_vec(),
             axes,
         })
-    }
-}
-
-impl SpatialModel {
-    /// A vector of the world in the model's axes.
-    pub(crate) fn own<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
-        self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 }
 
@@ -126,12 +124,12 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         });
         let joint = self.rest_curvature.iter().enumerate().map(|(i, k)| {
             let per_length = self.line.joint[i].recip();
-            let natural = k.map(|k| p.natural_curvature * k);
-            let twist = p.natural_twist * (0.5 * (self.line.spin[i] + self.line.spin[i + 1]));
+            let factor = p.natural_curvature.at(self.places[i]);
+            let natural = k.map(|k| factor * k);
+            let twist = p.natural_twist.at(self.places[i])
+                * (0.5 * (self.line.spin[i] + self.line.spin[i + 1]));
             let [a, b, c] = match &self.slants {
-                Some(slants) => {
-                    resistances(natural, lean(slants[i], p.natural_curvature, *k, twist))
-                }
+                Some(slants) => resistances(natural, lean(slants[i], factor, *k, twist)),
                 None => PLAIN.map(|a| a.map(D::from)),
             };
             let entry = |r: usize, s: usize| {
@@ -206,8 +204,8 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         }
     }
 
-    fn components(&self, vector: [f64; 3]) -> [f64; 3] {
-        self.own(vector)
+    fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
+        self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {

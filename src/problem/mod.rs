@@ -193,7 +193,7 @@ impl Problem {
             mesh.nodes = (0..self.nodes()).map(|i| posed.model.position(&rest, i)).collect();
         }
         let loads = nodal(&self.scene.loads.point, "loads", mesh.nodes.len())?;
-        SpatialModel::new(&self.scene, &mesh.nodes, arcs(&self.scene, &mesh), &loads)
+        SpatialModel::new(&self.scene, &mesh, arcs(&self.scene, &mesh), &loads)
     }
     /// The problem with another model.
     pub(crate) fn posed_as<'a, M: Model<W>, const W: usize>(
@@ -300,7 +300,8 @@ impl Problem {
         }
         scene.validate()?;
         let turned = scene.supports.angle != self.scene.supports.angle;
-        let twisted = (scene.rod.natural_twist != 0.0) != (self.scene.rod.natural_twist != 0.0);
+        self.check_velocities(&scene)?;
+        let twisted = scene.rod.natural_twist.is_zero() != self.scene.rod.natural_twist.is_zero();
         if turned || twisted {
             let path = scene.path.clone();
             let problem = Self::new(scene).map_err(|error| error.in_file(path.as_deref()))?;
@@ -310,6 +311,46 @@ impl Problem {
         problem.check_sizes().map_err(|error| error.in_file(self.scene.path.as_deref()))?;
         problem.find_start()?;
         Ok(problem)
+    }
+
+    /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
+    /// model.
+    pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
+        let value = parameter.of(&self.scene).ok_or_else(|| parameter.absent())?;
+        if parameter == Parameter::ClampAngle && self.planar().is_none() {
+            return Err(parameter.absent());
+        }
+        let mut moved = self.scene.clone();
+        let speeds = moved.initial.velocity.iter().chain(&moved.initial.angular_velocity);
+        let step = speeds.fold(1.0_f64, |most, v| most.max(v.abs()));
+        if parameter.is_initial_velocity() {
+            parameter.set(&mut moved, value + step)?;
+            self.check_velocities(&moved)?;
+        }
+        Ok(())
+    }
+
+    /// Refuses initial velocities that leave the plane of the model.
+    fn check_velocities(&self, scene: &Scene) -> Result<(), Error> {
+        let AnyModel::Planar(model) = &self.model else { return Ok(()) };
+        let initial = &scene.initial;
+        let [_, _, out] = model.components(initial.velocity);
+        let [x, y, about] = model.components(initial.angular_velocity);
+        let leaves = |part: f64, other: f64| part.abs() > 1e-9 * part.hypot(other);
+        let found = if leaves(out, initial.velocity.map(f64::abs).into_iter().sum()) {
+            ("initial.velocity", initial.velocity)
+        } else if leaves(x.hypot(y), about) {
+            ("initial.angular_velocity", initial.angular_velocity)
+        } else {
+            return Ok(());
+        };
+        let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);
+        let allowed = format!(
+            "a motion in the plane with normal {n:?} that the scene was found to lie in; \
+             with rod.dimension = \"spatial\" any"
+        );
+        let error = Error::invalid(found.0, format!("{:?}", found.1), allowed);
+        Err(error.in_file(self.scene.path.as_deref()))
     }
 
     /// The scene's `[time]`.
@@ -428,7 +469,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let properties = Properties::of(&self.problem.scene, seed);
         let rod = self.model.rod(&properties);
         let start = self.start(&rod);
-        let values: Vec<f64> = start.0.iter().map(|x| x.value()).collect();
+        let velocity = self.start_velocity(&rod, &start.0, &properties);
         let mut simulation = Simulation::new(
             rod,
             start,
@@ -441,7 +482,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         if let Some(drive) = self.drive() {
             simulation.drive(drive);
         }
-        if let Some(velocity) = self.start_velocity(&values) {
+        if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);
         }
         simulation
@@ -450,20 +491,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The sensitivity of a simulation to one parameter, at the start.
     pub fn sensitivity(&self, parameter: Parameter) -> Sensitivity<M::Rod<Dual64>, W> {
         let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
-        let simulation = self.simulation();
-        if simulation.is_direct() {
-            return Sensitivity::direct(self.simulation_over(seed));
+        let simulation = self.simulation_over(seed);
+        match simulation.is_direct() {
+            true => Sensitivity::direct(simulation),
+            false => Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(&simulation))),
         }
-        let properties = Properties::of(&self.problem.scene, seed);
-        let rod = self.model.rod(&properties);
-        let start = self.start(&rod);
-        Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(
-            rod,
-            start,
-            properties.damping,
-            properties.beta,
-            &simulation,
-        )))
     }
 }
 
@@ -486,7 +518,7 @@ fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<Arcs<'a>> {
         let [x, y, z] = [0, 1, 2].map(|c| p[1][c] - p[0][c]);
         arc / (x * x + y * y + z * z).sqrt() - 1.0 > 1e-12
     });
-    let curved = scene.rod.natural_curvature != 0.0 && longer.any(|longer| longer);
+    let curved = !scene.rod.natural_curvature.is_zero() && longer.any(|longer| longer);
     let joints = curved || scene.discretization() == Discretization::CorrectedStatics;
     let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene), joints };
     (scene.discretization() != Discretization::Paper).then_some(arcs)
@@ -499,12 +531,12 @@ fn choose(
     start: Option<&[[f64; 3]]>,
     loads: &[NodalLoad],
 ) -> Result<(AnyModel, String), Error> {
-    let (nodes, arcs) = (&mesh.nodes[..], arcs(scene, mesh));
+    let arcs = arcs(scene, mesh);
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),
         Dimension::Auto | Dimension::Planar => {
-            match PlanarModel::new(scene, nodes, start, arcs, loads)? {
+            match PlanarModel::new(scene, mesh, start, arcs, loads)? {
                 Ok(model) if asked == Dimension::Planar => {
                     return Ok((AnyModel::Planar(model), "asked for".into()));
                 }
@@ -531,7 +563,7 @@ fn choose(
         let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
     }
-    Ok((AnyModel::Spatial(SpatialModel::new(scene, nodes, arcs, loads)?), why))
+    Ok((AnyModel::Spatial(SpatialModel::new(scene, mesh, arcs, loads)?), why))
 }
 
 /// The nodes of the shape the rod begins in, where the scene gives one.

@@ -16,7 +16,7 @@ use crate::scalar::Nestable;
 use crate::scene::supports::Moment;
 use crate::scene::{Clamp, End, Motion, Support};
 use crate::simulation::strain_rates;
-use crate::vector::{add, cross, dot, scale, sub, unit};
+use crate::vector::{add, cross, dot, scale, sub, turned, unit};
 
 /// Unknowns with the frames their angles count from.
 pub(crate) type Placed<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
@@ -34,7 +34,7 @@ impl SpatialProblem<'_> {
     pub(crate) fn placed<D: Nestable>(&self, nodes: &[[D; 3]]) -> (Vec<D>, Frames<D>) {
         let mut q: Vec<D> = self.rest().into_iter().map(D::from).collect();
         for (i, x) in nodes.iter().enumerate() {
-            q[4 * i..4 * i + 3].copy_from_slice(&self.model.own(*x));
+            q[4 * i..4 * i + 3].copy_from_slice(&self.model.components(*x));
         }
         let mut frames = SpatialModel::lift(&self.model.frames());
         SpatialRod::<D>::rebase(&mut frames, &q);
@@ -300,26 +300,34 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         (followed.unwrap_or_else(|| vec![D::from(f64::NAN); q.len()]), frames)
     }
 
-    /// The velocities at t = 0 of a rod at `q`, as a rigid body's; none at rest.
-    pub(crate) fn start_velocity(&self, q: &[f64]) -> Option<Vec<f64>> {
-        let initial = &self.problem.scene().initial;
-        if !initial.moves() {
+    /// The velocities at t = 0 of a rod at `q`, as a rigid body's; none of one at rest whose numbers
+    /// carry no derivatives.
+    pub(crate) fn start_velocity<D: Nestable>(
+        &self,
+        rod: &M::Rod<D>,
+        q: &[D],
+        properties: &Properties<D>,
+    ) -> Option<Vec<D>> {
+        if D::ORDER == 0 && !self.problem.scene().initial.moves() {
             return None;
         }
-        let velocity = self.model.components(initial.velocity);
-        let spin = self.model.components(initial.angular_velocity);
-        let rod = self.rod();
+        // The rod as a whole is turned by the clamp angle: as it sees it, the world turns back.
+        let back = self.normal().map(|n| properties.clamp_angle * -n);
+        let velocity = self.model.components(turned(back, properties.velocity));
+        let spin = self.model.components(turned(back, properties.angular_velocity));
         let axes = M::STRIDE.min(3);
+        let zero = D::from(0.0);
         let place = |i: usize| {
-            let mut x = [0.0; 3];
+            let mut x = [zero; 3];
             x[..axes].copy_from_slice(&q[M::STRIDE * i..][..axes]);
             x
         };
         let nodes = self.nodes();
         let mass = |i: usize| rod.mass()[M::STRIDE * i];
-        let total: f64 = (0..nodes).map(mass).sum();
-        let centre = (0..nodes).fold([0.0; 3], |sum, i| add(sum, scale(place(i), mass(i) / total)));
-        let mut v = vec![0.0; q.len()];
+        let total = (0..nodes).map(mass).fold(zero, |sum, mass| sum + mass);
+        let centre =
+            (0..nodes).fold([zero; 3], |sum, i| add(sum, scale(place(i), mass(i) / total)));
+        let mut v = vec![zero; q.len()];
         for i in 0..nodes {
             let own = add(velocity, cross(spin, sub(place(i), centre)));
             v[M::STRIDE * i..][..axes].copy_from_slice(&own[..axes]);

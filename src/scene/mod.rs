@@ -1,5 +1,6 @@
 //! The scene file: what it may say, and whether it makes sense. All quantities are SI.
 
+pub mod along;
 pub mod camera;
 pub mod initial;
 pub mod loads;
@@ -8,6 +9,7 @@ pub mod section;
 pub mod shape;
 pub mod supports;
 
+pub use along::Along;
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
 pub use loads::{DampingSpec, Loads, NamedNode, Node, PointForce};
@@ -75,12 +77,13 @@ pub struct RodSpec {
     /// Cross-section.
     pub section: Section,
     /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
-    /// so many times as curved.
+    /// so many times as curved. A list gives one for each of as many equal parts of its length; a
+    /// rest shape that is straight has no curvature to be multiplied.
     #[serde(default = "one")]
-    pub natural_curvature: f64,
-    /// Twist per length that the rod has when nothing acts on it, rad/m.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub natural_twist: f64,
+    pub natural_curvature: Along,
+    /// Twist per length that the rod has when nothing acts on it, rad/m; or a list likewise.
+    #[serde(default = "zero", skip_serializing_if = "is_zero")]
+    pub natural_twist: Along,
     /// Which model to use.
     #[serde(default)]
     pub dimension: Dimension,
@@ -90,12 +93,16 @@ pub struct RodSpec {
     pub discretization: Option<Discretization>,
 }
 
-fn one() -> f64 {
-    1.0
+fn one() -> Along {
+    Along::Whole(1.0)
 }
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
+fn zero() -> Along {
+    Along::Whole(0.0)
+}
+
+fn is_zero(along: &Along) -> bool {
+    *along == zero()
 }
 
 /// Which model to use.
@@ -252,8 +259,8 @@ impl Scene {
             segments: Some(segments),
             shape,
             section,
-            natural_curvature: 1.0,
-            natural_twist: 0.0,
+            natural_curvature: one(),
+            natural_twist: zero(),
             dimension: Dimension::Auto,
             discretization: None,
         };
@@ -338,14 +345,8 @@ impl Scene {
             }
             _ => {}
         }
-        if !self.rod.natural_curvature.is_finite() {
-            let found = self.rod.natural_curvature;
-            return Err(Error::invalid("rod.natural_curvature", found, "a finite number"));
-        }
-        if !self.rod.natural_twist.is_finite() {
-            let found = self.rod.natural_twist;
-            return Err(Error::invalid("rod.natural_twist", found, "a finite number"));
-        }
+        self.rod.natural_curvature.check("rod.natural_curvature")?;
+        self.rod.natural_twist.check("rod.natural_twist")?;
         let material = &self.material;
         positive("material.density", material.density)?;
         positive("material.youngs_modulus", material.youngs_modulus)?;

@@ -69,6 +69,14 @@ pub struct Mesh {
     pub arcs: Vec<f64>,
 }
 
+impl Mesh {
+    /// Where the inner nodes are, as parts of the length.
+    pub(crate) fn places(&self) -> Vec<f64> {
+        let inner = &self.arc_length[1..self.arc_length.len() - 1];
+        inner.iter().map(|s| s / self.length).collect()
+    }
+}
+
 impl Shape {
     /// Checks every value; `table` is where it stands.
     pub(crate) fn check(&self, table: &str) -> Result<(), Error> {
