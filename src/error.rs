@@ -140,6 +140,9 @@ pub enum Error {
         /// Largest value allowed.
         high: f64,
     },
+    /// The flag of [`Problem::stop_when`](crate::Problem::stop_when) was set.
+    #[error("interrupted")]
+    Interrupted,
     /// A fit that cannot start or cannot go on.
     #[error("{0}")]
     Fit(String),
@@ -185,6 +188,7 @@ impl Error {
                 | Self::Unstable { .. }
                 | Self::SingularTangent { .. }
                 | Self::Equilibrium { .. }
+                | Self::Interrupted
                 | Self::Indifferent { .. }
                 | Self::Mode { .. }
                 | Self::Fit(_)

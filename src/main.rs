@@ -13,6 +13,8 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Simulates slender elastic rods and identifies their parameters from recorded motion.
 #[derive(Parser)]
@@ -96,6 +98,9 @@ enum Command {
         /// their names added to this one.
         #[arg(long, value_name = "FILE")]
         save: Option<PathBuf>,
+        /// Write a page with data, model and doubts, `fit.html`, and `fit.json` into this folder.
+        #[arg(long, value_name = "DIR")]
+        report: Option<PathBuf>,
         /// Which derivatives to step with.
         #[arg(long, value_enum, default_value = "hand")]
         derivatives: Route,
@@ -136,8 +141,9 @@ fn main() -> ExitCode {
             study(&scene, json.as_deref(), report.as_deref(), quiet)
         }
         Command::Check { scene, json } => check(&scene, json.as_deref(), quiet),
-        Command::Fit { fit, json, save, derivatives } => {
-            identify(&fit, json.as_deref(), save.as_deref(), derivatives.into(), quiet)
+        Command::Fit { fit, json, save, report, derivatives } => {
+            let written = Written { json, save, report };
+            identify(&fit, &written, derivatives.into(), quiet)
         }
     };
     match outcome {
@@ -157,6 +163,7 @@ fn simulate(
     quiet: bool,
 ) -> Result<ExitCode, Error> {
     let problem = Scene::load(scene)?.problem()?.with_derivatives(derivatives);
+    let problem = problem.stop_when(stop_on_ctrl_c(quiet));
     let steps = problem.time()?.steps();
     let mut table = out.map(|path| NodeTable::create(path, problem.nodes())).transpose()?;
     let mut report = SimulationReport::new(&problem);
@@ -249,10 +256,7 @@ fn study(
     bar.finish_and_clear();
     write_json(json, &study)?;
     if let Some(folder) = report {
-        let path = folder.join("study.html");
-        std::fs::create_dir_all(folder)
-            .and_then(|()| std::fs::write(&path, report::study_page(&study, &scene_name)))
-            .map_err(|source| Error::Io { path, source })?;
+        write_page(folder, "study.html", &report::study_page(&study, &scene_name))?;
     }
     if !quiet && !is_stdout(json) {
         println!("{study}");
@@ -270,21 +274,31 @@ fn check(scene: &Path, json: Option<&Path>, quiet: bool) -> Result<ExitCode, Err
     Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(3) })
 }
 
+/// What a fit writes.
+struct Written {
+    json: Option<PathBuf>,
+    save: Option<PathBuf>,
+    report: Option<PathBuf>,
+}
+
 fn identify(
     path: &Path,
-    json: Option<&Path>,
-    save: Option<&Path>,
+    written: &Written,
     derivatives: Derivatives,
     quiet: bool,
 ) -> Result<ExitCode, Error> {
+    let json = written.json.as_deref();
     let mut file = FitFile::load(path)?;
     for experiment in &mut file.experiments {
         experiment.problem = experiment.problem.clone().with_derivatives(derivatives);
     }
     let bar = spinner(quiet);
     let shown = bar.clone();
-    let report = file
-        .fit()
+    let mut fit = file.fit().stop_when(stop_on_ctrl_c(quiet));
+    if written.report.is_some() {
+        fit = fit.keep_evidence();
+    }
+    let report = fit
         .on_progress(move |stage, simulations| {
             shown.set_message(format!("{stage} ({simulations:.1} simulations)"));
             shown.tick();
@@ -296,6 +310,12 @@ fn identify(
     if !quiet && !is_stdout(json) {
         println!("{report}");
     }
+    if let Some(folder) = &written.report {
+        let title = path.display().to_string();
+        write_page(folder, "fit.html", &report::fit_page(&report, &title))?;
+        write_json(Some(&folder.join("fit.json")), &report)?;
+    }
+    let save = written.save.as_deref();
     for experiment in save.iter().flat_map(|_| &file.experiments) {
         let values = report.parameters_of(experiment);
         let mut scene = experiment.problem.with(values)?.scene().clone();
@@ -324,6 +344,31 @@ fn save_path(path: &Path, experiment: &str) -> PathBuf {
 
 fn is_stdout(json: Option<&Path>) -> bool {
     json == Some(Path::new("-"))
+}
+
+fn write_page(folder: &Path, name: &str, page: &str) -> Result<(), Error> {
+    let path = folder.join(name);
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&path, page))
+        .map_err(|source| Error::Io { path, source })
+}
+
+/// A flag that Ctrl-C sets. A second one ends the process at once.
+fn stop_on_ctrl_c(quiet: bool) -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let seen = flag.clone();
+    let handler = ctrlc::set_handler(move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        if !quiet {
+            eprintln!("\nstopping; Ctrl-C again ends at once");
+        }
+    });
+    if let Err(error) = handler {
+        eprintln!("warning: Ctrl-C will lose what was computed: {error}");
+    }
+    flag
 }
 
 fn write_json(path: Option<&Path>, report: &impl Serialize) -> Result<(), Error> {

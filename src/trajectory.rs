@@ -197,6 +197,7 @@ impl Trajectory {
         self.record(model, &simulation, &sensitivities);
         after(&Running { model, simulation: &simulation });
         for k in 1..=steps {
+            problem.check_stop()?;
             let start = std::time::Instant::now();
             let result = advance(
                 &mut simulation,

@@ -211,8 +211,7 @@ fn information_adds_up() {
     let alone = [0, 1].map(|k| {
         sd(&Fit::new(&problems[k]).observe(data(k)).identify(YoungsModulus).solve().unwrap())
     });
-    let experiments =
-        [0, 1].map(|k| Experiment::new(["a", "b"][k], &problems[k]).observe(data(k)));
+    let experiments = [0, 1].map(|k| Experiment::new(["a", "b"][k], &problems[k]).observe(data(k)));
     let together = sd(&Fit::of(experiments).identify(YoungsModulus).solve().unwrap());
     let expected = (alone[0].powi(-2) + alone[1].powi(-2)).powf(-0.5);
     // The errors are those at slightly different optima.

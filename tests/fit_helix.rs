@@ -53,7 +53,8 @@ fn exact_modulus_from_anywhere() {
         let data = observe(&scene);
         scene.material.youngs_modulus = 1.0;
         let unknown = Unknown::new(YoungsModulus);
-        let starts = [0.01, 0.1, 1.0, 10.0, 100.0].map(|factor| unknown.clone().start(factor * truth));
+        let starts =
+            [0.01, 0.1, 1.0, 10.0, 100.0].map(|factor| unknown.clone().start(factor * truth));
         for unknown in [unknown.clone()].into_iter().chain(starts) {
             let report = fit(&scene, &data, &[unknown.clone()]);
             let error = error(&report, YoungsModulus, truth);

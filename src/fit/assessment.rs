@@ -1,12 +1,13 @@
 //! What an optimum is worth: errors, doubts and a verdict.
 
 use super::experiment::all;
+use super::journal::Stage;
 use super::residuals::half_square;
 use super::search::{Optimum, Search};
 use super::uncertainty::{Local, quantile95};
 use super::{
-    Estimate, Experiment, Fit, FitReport, Loss, LossEffect, Measurement, Refinement, ResidualTests,
-    UNEXPLAINED, Unknown, bootstrap, discretization, prediction, profile,
+    Estimate, Experiment, Fit, FitReport, Loss, LossEffect, Measurement, Profile, Refinement,
+    ResidualTests, UNEXPLAINED, Unknown, bootstrap, discretization, prediction, profile, replay,
 };
 use crate::error::Error;
 use nalgebra::DMatrix;
@@ -73,6 +74,10 @@ impl Fit {
         };
         let rows = weighted(&optimum.jacobian, &noise.weights);
         let local = Local::new(&self.unknowns, &rows, noise.variance, effect, rise)?;
+        if search.is_stopped() {
+            // Half an analysis is none.
+            return Err(Error::Interrupted);
+        }
         let mut sigma = search.sigmas.clone();
         search.estimate_sigmas(optimum, &mut sigma);
         let mut report = FitReport {
@@ -87,31 +92,46 @@ impl Fit {
             residual_tests: Vec::new(),
             losses: losses(search, optimum, &noise),
             predictions: Vec::new(),
+            basins: search.journal.basins(&self.unknowns, Some((&optimum.x, optimum.cost))),
             simulations: 0.0,
             wall_seconds: 0.0,
             status: String::new(),
             verdict: String::new(),
             warnings: Vec::new(),
+            interrupted: false,
+            evidence: None,
         };
         report.warnings.extend(self.bounds_reached(optimum, &local));
         report.warnings.extend(unexplained(search, optimum));
         report.warnings.extend(self.surprises(optimum));
         // Rounding errors are neither noise nor made by another mesh.
-        let rounding = search.measured(optimum).zip(search.spreads(optimum)).all(
-            |((experiment, m, ..), spread)| spread <= ROUNDING * m.scale(&experiment.problem),
-        );
+        let rounding = search
+            .measured(optimum)
+            .zip(search.spreads(optimum))
+            .all(|((experiment, m, ..), spread)| spread <= ROUNDING * m.scale(&experiment.problem));
         if !rounding {
             test_residuals(search, optimum, &mut report);
             self.add_discretization(search, optimum, &local, &noise, &mut report);
         }
+        let mut profiles = Vec::new();
         if optimum.converged && local.findings.is_empty() {
             self.add_observed_information(search, optimum, &noise, &mut report);
-            self.add_profiles(search, optimum, (&local, &noise), &mut report);
+            profiles = self.add_profiles(search, optimum, (&local, &noise), &mut report);
             self.add_bootstrap(search, optimum, &mut report);
         }
         prediction::add(&self.experiments, (search, optimum), &local, &mut report);
+        if self.keep_evidence {
+            let mut evidence = replay::evidence(search, Some(optimum), &report.sigma);
+            if let Err(error) = replay::add_motion(search, &optimum.x, &mut evidence) {
+                report.warnings.push(format!("no shapes of the rod: {error}"));
+            }
+            evidence.profiles = profiles;
+            report.evidence = Some(evidence);
+        }
+        report.interrupted = search.is_stopped();
         let identified = report.parameters.iter().all(|e| e.identifiable);
         report.status = match (optimum.converged, identified) {
+            (true, true) if report.interrupted => "interrupted after convergence".to_string(),
             (true, true) => "converged".to_string(),
             (true, false) => format!("not identifiable: {}", local.in_words()),
             (false, _) => format!("not converged: {}", optimum.status),
@@ -120,12 +140,71 @@ impl Fit {
             report.warnings.extend(local.findings.iter().map(|f| f.words.clone()));
         }
         report.verdict = match (optimum.converged, identified, report.warnings.is_empty()) {
+            (true, true, _) if report.interrupted => {
+                "a minimum, but what was to be done beyond it is not complete".into()
+            }
             (false, ..) => "do not believe this: the fit did not converge".into(),
             (_, false, _) => "the data do not determine all that was asked for".into(),
             (true, true, false) => "doubtful: see the warnings".into(),
             (true, true, true) => "nothing speaks against this".into(),
         };
         Ok(report)
+    }
+
+    /// What an interrupted search has found so far: values without errors.
+    pub(super) fn unfinished(&self, search: &Search) -> Result<FitReport, Error> {
+        let best = search.journal.best().ok_or(Error::Interrupted)?;
+        let (stage, whole) = (best.stage, best.stage == Stage::Full);
+        let optimum = Optimum {
+            x: best.x,
+            cost: best.cost,
+            residuals: best.residuals,
+            jacobian: Vec::new(),
+            counts: best.counts,
+            converged: false,
+            status: "interrupted".into(),
+        };
+        let mut sigma = search.sigmas.clone();
+        search.estimate_sigmas(&optimum, &mut sigma);
+        let parameters = self.unknowns.iter().zip(&optimum.x).map(|(unknown, x)| Estimate {
+            name: unknown.parameter,
+            experiments: unknown.experiments.clone(),
+            value: Some(unknown.from_scale(*x)),
+            std_error: None,
+            interval95: None,
+            identifiable: false,
+            prior: unknown.prior,
+            observed_std_error: None,
+            profile95: None,
+            bootstrap: None,
+        });
+        let n = self.unknowns.len();
+        let evidence =
+            self.keep_evidence.then(|| replay::evidence(search, whole.then_some(&optimum), &sigma));
+        Ok(FitReport {
+            converged: false,
+            parameters: parameters.collect(),
+            correlation: vec![vec![None; n]; n],
+            residual_rms: residual_rms(search, &optimum),
+            sigma,
+            singular_values: Vec::new(),
+            not_identifiable: Vec::new(),
+            discretization_error: Vec::new(),
+            residual_tests: Vec::new(),
+            losses: Vec::new(),
+            predictions: Vec::new(),
+            basins: search.journal.basins(&self.unknowns, None),
+            simulations: 0.0,
+            wall_seconds: 0.0,
+            status: optimum.status,
+            verdict: format!(
+                "do not believe this: these are the best values when the search was stopped ({})",
+                stage.name()
+            ),
+            warnings: Vec::new(),
+            interrupted: true,
+            evidence,
+        })
     }
 
     fn estimates(&self, optimum: &Optimum, local: &Local, reach: f64) -> Vec<Estimate> {
@@ -259,14 +338,20 @@ impl Fit {
         optimum: &Optimum,
         (local, noise): (&Local, &Noise),
         report: &mut FitReport,
-    ) {
+    ) -> Vec<Profile> {
+        let mut profiles = Vec::new();
         if !self.analysis.profile {
-            return;
+            return profiles;
         }
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let Some(sd) = local.deviation[i].filter(|sd| *sd > 0.0) else { continue };
             let found = profile::interval(search, optimum, i, (sd, noise.rise.sqrt(), noise.reach));
+            if search.is_stopped() {
+                // Half a profile says nothing about its ends.
+                break;
+            }
             report.parameters[i].profile95 = Some(found.values(unknown));
+            profiles.push(found.profile(unknown, noise.reach));
             if let Some(x) = found.better {
                 report.warnings.push(format!(
                     "{unknown} = {:e} fits better: this is not the best minimum",
@@ -274,6 +359,7 @@ impl Fit {
                 ));
             }
         }
+        profiles
     }
 
     fn add_bootstrap(&self, search: &Search, optimum: &Optimum, report: &mut FitReport) {

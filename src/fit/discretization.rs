@@ -61,7 +61,7 @@ fn finer_mesh(experiment: &Experiment) -> Result<Option<Finer>, Error> {
         }
     }
     scene.rod.segments = Some(segments as usize);
-    let finer = scene.problem()?.with_derivatives(problem.derivatives());
+    let finer = scene.problem()?.computed_as(problem);
     Ok(Some((experiment.posed_as(finer)?, to_zero(segments / problem.segments() as f64))))
 }
 
@@ -75,7 +75,7 @@ fn finer_step(experiment: &Experiment, unknowns: &[Unknown]) -> Result<Option<Fi
     if let Some(time) = &mut scene.time {
         time.step /= FINER;
     }
-    let finer: Problem = scene.problem()?.with_derivatives(experiment.problem.derivatives());
+    let finer: Problem = scene.problem()?.computed_as(&experiment.problem);
     Ok(Some((experiment.posed_as(finer)?, to_zero(FINER))))
 }
 

@@ -253,9 +253,7 @@ impl Measurement {
         let finite = |position: &[Option<f64>; 3]| position.iter().flatten().all(|x| x.is_finite());
         let on_rod = |point: Point| match problem.stencil(point) {
             Ok(_) => Ok(()),
-            Err(error) => {
-                Err(Error::invalid(format!("{key}.point"), error, "a point of the rod"))
-            }
+            Err(error) => Err(Error::invalid(format!("{key}.point"), error, "a point of the rod")),
         };
         let other = |what: &str, allowed: &str| Err(Error::invalid(self.label(), what, allowed));
         match self {
@@ -268,9 +266,8 @@ impl Measurement {
                     let allowed = format!("up to the scene's time.end = {end} s");
                     return Err(Error::invalid(self.label(), found, allowed));
                 }
-                let sane = |s: &super::Sample| {
-                    s.time.is_finite() && s.time >= 0.0 && finite(&s.position)
-                };
+                let sane =
+                    |s: &super::Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
                 let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);
                 if !(o.samples.iter().all(sane) && ascending) {
                     let allowed = "finite positions at increasing times from 0 on";

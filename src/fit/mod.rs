@@ -14,11 +14,13 @@ mod analysis;
 mod assessment;
 mod bootstrap;
 mod discretization;
+mod evidence;
 mod experiment;
 mod file;
 mod frequencies;
 mod hessian;
 mod identifiability;
+mod journal;
 pub mod levenberg_marquardt;
 mod linearized;
 mod loss;
@@ -27,6 +29,7 @@ mod observation;
 mod prediction;
 mod profile;
 mod recording;
+mod replay;
 mod report;
 mod residual_tests;
 mod residuals;
@@ -39,6 +42,9 @@ mod view;
 pub use analysis::{Analysis, Refinement};
 pub use bootstrap::Bootstrap;
 pub use discretization::DiscretizationError;
+pub use evidence::{
+    Asked, Basin, Basins, Evidence, Iterate, Landscape, Over, Profile, Seen, Series, Setup, Shape,
+};
 pub use experiment::Experiment;
 pub use file::FitFile;
 pub use frequencies::{Frequencies, Frequency};
@@ -59,9 +65,12 @@ pub use unknown::{Prior, Unknown};
 use crate::error::Error;
 use crate::problem::Problem;
 use experiment::all;
+use journal::Journal;
 use search::{Optimum, Search};
 use std::cell::Cell;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
 /// on a finer grid, and before the report warns, unless it is noise.
@@ -109,6 +118,7 @@ pub struct Fit {
     unknowns: Vec<Unknown>,
     analysis: Analysis,
     progress: Option<Progress>,
+    keep_evidence: bool,
 }
 
 impl Fit {
@@ -124,6 +134,7 @@ impl Fit {
             unknowns: Vec::new(),
             analysis: Analysis::default(),
             progress: None,
+            keep_evidence: false,
         }
     }
 
@@ -152,6 +163,20 @@ impl Fit {
         self
     }
 
+    /// Keeps what the numbers rest on in [`FitReport::evidence`]; costs one more simulation.
+    pub fn keep_evidence(self) -> Self {
+        Self { keep_evidence: true, ..self }
+    }
+
+    /// Stops once `flag` is set, at the next time step of whatever runs then. The report has the
+    /// best values so far and says that it was interrupted.
+    pub fn stop_when(mut self, flag: Arc<AtomicBool>) -> Self {
+        for experiment in &mut self.experiments {
+            experiment.problem = experiment.problem.clone().stop_when(flag.clone());
+        }
+        self
+    }
+
     /// The residuals and their derivatives, for any solver of argmin.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
@@ -162,13 +187,14 @@ impl Fit {
     }
 
     /// Finds the parameters. An error means that there is nothing to report; a report may still
-    /// say that the fit did not converge or that a parameter is not identifiable.
+    /// say that the fit did not converge, was interrupted, or that a parameter is not identifiable.
     pub fn solve(&self) -> Result<FitReport, Error> {
         let clock = std::time::Instant::now();
         self.check()?;
         let fitted = self.fitted();
         let full_work = full_work(&fitted)?;
         let work = Rc::new(Cell::new(0.0));
+        let journal = Rc::new(Journal::default());
         let mut sigmas = first_sigmas(&fitted);
         let search = |sigmas: &[f64]| Search {
             experiments: &fitted,
@@ -177,23 +203,41 @@ impl Fit {
             full_work,
             work: work.clone(),
             progress: self.progress.clone(),
+            journal: journal.clone(),
         };
-        let mut optimum = globally(&search(&sigmas))?;
-        if self.weights_depend_on_the_fit(&fitted) {
+        let optimum = self.optimum(&search, &mut sigmas);
+        let search = search(&sigmas);
+        let mut report = match optimum.and_then(|optimum| self.assess(&search, &optimum)) {
+            Err(Error::Interrupted) => self.unfinished(&search)?,
+            report => report?,
+        };
+        report.simulations = work.get() / full_work;
+        report.wall_seconds = clock.elapsed().as_secs_f64();
+        Ok(report)
+    }
+
+    /// The best of all starts, with the weights that belong to it.
+    fn optimum<'a>(
+        &self,
+        search: &impl Fn(&[f64]) -> Search<'a>,
+        sigmas: &mut Vec<f64>,
+    ) -> Result<Optimum, Error> {
+        let first = search(sigmas);
+        let mut optimum = globally(&first)?;
+        if self.weights_depend_on_the_fit(first.experiments) {
             for _ in 0..MOST_WEIGHTINGS {
                 let before = sigmas.clone();
-                search(&sigmas).estimate_sigmas(&optimum, &mut sigmas);
-                optimum = search(&sigmas).polish(&optimum.x)?;
+                search(&before).estimate_sigmas(&optimum, sigmas);
+                let search = search(sigmas);
+                search.journal.reweight();
+                optimum = search.polish(&optimum.x)?;
                 let settled = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-3;
                 if sigmas.iter().zip(&before).all(settled) {
                     break;
                 }
             }
         }
-        let mut report = self.assess(&search(&sigmas), &optimum)?;
-        report.simulations = work.get() / full_work;
-        report.wall_seconds = clock.elapsed().as_secs_f64();
-        Ok(report)
+        Ok(optimum)
     }
 
     /// The experiments with the measurements that are fitted.
@@ -221,7 +265,11 @@ impl Fit {
         for (i, experiment) in self.experiments.iter().enumerate() {
             if self.experiments[..i].iter().any(|e| e.name == experiment.name) {
                 let key = format!("experiment[{i}].name");
-                return Err(Error::invalid(key, format!("{:?}", experiment.name), "each name once"));
+                return Err(Error::invalid(
+                    key,
+                    format!("{:?}", experiment.name),
+                    "each name once",
+                ));
             }
         }
         for (i, unknown) in self.unknowns.iter().enumerate() {
@@ -244,9 +292,10 @@ impl Fit {
         for experiment in &self.experiments {
             // With a clock of its own a recording may show later times than the motion lasts.
             let other_clock = experiment.problem.scene().camera.time_offset != 0.0
-                || self.unknowns.iter().any(|u| {
-                    u.parameter == crate::Parameter::TimeOffset && u.is_of(experiment)
-                });
+                || self
+                    .unknowns
+                    .iter()
+                    .any(|u| u.parameter == crate::Parameter::TimeOffset && u.is_of(experiment));
             for (i, measurement) in experiment.measurements.iter().enumerate() {
                 let kind = match measurement {
                     Measurement::Motion(_) => "observation",
@@ -293,6 +342,7 @@ fn globally(search: &Search) -> Result<Optimum, Error> {
                         best = Some(optimum);
                     }
                 }
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => failure = Some(error),
             }
             // The first start is nearly always it; the second is for when it was not.

@@ -34,8 +34,7 @@ pub(super) fn add(
     local: &Local,
     report: &mut FitReport,
 ) {
-    let held_out: Vec<Experiment> =
-        experiments.iter().map(|e| e.only(|m| m.held_out())).collect();
+    let held_out: Vec<Experiment> = experiments.iter().map(|e| e.only(|m| m.held_out())).collect();
     if all(&held_out).next().is_none() {
         return;
     }

@@ -4,8 +4,8 @@
 //! interval ends where it has risen by half the squared quantile of the noise. Unlike the standard
 //! error it does not take the model for linear.
 
-use super::Unknown;
 use super::search::{Optimum, Search, Task};
+use super::{Profile, Unknown};
 use crate::error::Error;
 
 /// The end of an interval is found to this part of a standard deviation.
@@ -16,12 +16,15 @@ const MOST_POINTS: usize = 40;
 const FARTHEST: f64 = 46.0;
 
 /// The profile interval of one unknown, on its scale.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Interval {
     /// Lower and upper end; none where the misfit never rises enough.
     pub ends: [Option<f64>; 2],
     /// A point of the profile with a clearly lower misfit than the fit's.
     pub better: Option<f64>,
+    /// Points of the profile: the unknown, and the rise of twice the misfit in units of the
+    /// noise's variance.
+    pub points: Vec<(f64, f64)>,
 }
 
 /// A point of the profile.
@@ -43,6 +46,7 @@ pub(super) fn interval(
     (deviation, noise, reach): (f64, f64, f64),
 ) -> Interval {
     let mut better = None;
+    let mut points = vec![(optimum.x[i], 0.0)];
     let mut ends = [None; 2];
     for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
         let bound = search.unknowns[i].scaled_bounds()[usize::from(side > 0.0)];
@@ -67,6 +71,7 @@ pub(super) fn interval(
                 }
                 continue;
             };
+            points.push((held, point.rise * point.rise.abs()));
             if point.rise < -1e-2 {
                 better = Some(held);
                 break;
@@ -98,7 +103,7 @@ pub(super) fn interval(
         }
         search.report(&format!("profile of {}", search.unknowns[i]));
     }
-    Interval { ends, better }
+    Interval { ends, better, points }
 }
 
 fn profile(
@@ -140,13 +145,26 @@ impl Interval {
             end.map(|x| unknown.from_scale(x).clamp(low, high))
         })
     }
+
+    /// The curve, and where its 95 % interval ends.
+    pub fn profile(&self, unknown: &Unknown, reach: f64) -> Profile {
+        let mut points = self.points.clone();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Profile {
+            name: unknown.parameter,
+            label: unknown.to_string(),
+            values: points.iter().map(|(x, _)| unknown.from_scale(*x)).collect(),
+            rise: points.iter().map(|(_, rise)| *rise).collect(),
+            level: reach * reach,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Scene, Section, Shape, Time};
     use crate::fit::Experiment;
+    use crate::scene::{Material, Scene, Section, Shape, Time};
     use crate::{Observation, Parameter, Point};
 
     /// A profile that starts away from the minimum says that it found better; one that starts at

@@ -1,7 +1,8 @@
 //! The result of a fit, as it is shown and written.
 
 use super::{
-    Bootstrap, DiscretizationError, Experiment, Finding, Loss, Prediction, Prior, ResidualTests,
+    Basins, Bootstrap, DiscretizationError, Evidence, Experiment, Finding, Loss, Prediction, Prior,
+    ResidualTests,
 };
 use crate::parameter::Parameter;
 use serde::Serialize;
@@ -94,6 +95,8 @@ pub struct FitReport {
     /// How well what was held out is predicted.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub predictions: Vec<Prediction>,
+    /// The minima of the misfit that were seen, and why this one was chosen.
+    pub basins: Basins,
     /// Work in full simulations.
     pub simulations: f64,
     /// Wall time of the fit, s.
@@ -104,6 +107,11 @@ pub struct FitReport {
     pub verdict: String,
     /// What the user should know before believing the numbers.
     pub warnings: Vec<String>,
+    /// Whether the fit was told to stop before it was done.
+    pub interrupted: bool,
+    /// What the numbers rest on, if it was to be [kept](super::Fit::keep_evidence).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
 }
 
 impl FitReport {
@@ -127,9 +135,9 @@ impl FitReport {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
-    /// Whether the fit converged and every parameter is identified.
+    /// Whether the fit converged, was not stopped, and every parameter is identified.
     pub fn is_success(&self) -> bool {
-        self.converged && self.parameters.iter().all(|e| e.identifiable)
+        self.converged && !self.interrupted && self.parameters.iter().all(|e| e.identifiable)
     }
 }
 
@@ -190,6 +198,9 @@ impl fmt::Display for FitReport {
                 "  {}, held out: off by {:.3e} {}, {:.3e} expected",
                 p.observation, p.rms, p.unit, p.expected
             )?;
+        }
+        if !self.basins.words.is_empty() {
+            writeln!(f, "  {}", self.basins.words)?;
         }
         let sigma: Vec<String> = self.sigma.iter().map(|s| format!("{s:.3e}")).collect();
         write!(

@@ -7,7 +7,7 @@ use crate::parameter::Parameter;
 use crate::point::Stencil;
 use crate::problem::Problem;
 use crate::scalar::Scalar;
-use crate::trajectory::{Lifted, Trajectory};
+use crate::trajectory::{Lifted, Snapshot, Trajectory};
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
 use num_dual::Dual64;
 use std::cell::{Cell, RefCell};
@@ -235,9 +235,30 @@ impl Residuals {
         self.parts.iter().map(|part| self.run(part, x, derived)).collect()
     }
 
+    /// What experiment `k` does at `x`; `after` sees its motion at the start and after every step.
+    pub(super) fn run_seen(
+        &self,
+        k: usize,
+        x: &[f64],
+        after: &mut dyn FnMut(&Problem, &dyn Snapshot),
+    ) -> Result<Run, Error> {
+        self.run_part(&self.parts[k], x, false, after)
+    }
+
     fn run(&self, part: &Part, x: &[f64], derived: bool) -> Result<Run, Error> {
+        self.run_part(part, x, derived, &mut |_, _| {})
+    }
+
+    fn run_part(
+        &self,
+        part: &Part,
+        x: &[f64],
+        derived: bool,
+        after: &mut dyn FnMut(&Problem, &dyn Snapshot),
+    ) -> Result<Run, Error> {
         let own = part.unknowns.iter().map(|i| &self.unknowns[*i]);
-        let values = own.clone().zip(&part.unknowns).map(|(u, i)| (u.parameter, u.from_scale(x[*i])));
+        let values =
+            own.clone().zip(&part.unknowns).map(|(u, i)| (u.parameter, u.from_scale(x[*i])));
         let mut problem = part.problem.with(values)?;
         let wanted = if derived { part.of_the_motion(&self.unknowns) } else { Vec::new() };
         let count = |work: f64| self.work.set(self.work.get() + work);
@@ -251,7 +272,7 @@ impl Residuals {
             }
             let steps = steps.min(problem.time()?.steps());
             let mut trajectory = Trajectory::new(&problem, &part.moving, &wanted)?;
-            let outcome = trajectory.run(&problem, steps, |_| {});
+            let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
             let steps = trajectory.work().steps + usize::from(outcome.is_err());
             count((steps * problem.segments()) as f64);
             outcome?;
@@ -323,7 +344,8 @@ impl Residuals {
         let mut rows: Vec<Vec<f64>> = Vec::new();
         for (k, part) in self.parts.iter().enumerate() {
             let run = self.run(part, x, with_jacobian)?;
-            let wanted = if with_jacobian { part.of_the_motion(&self.unknowns) } else { Vec::new() };
+            let wanted =
+                if with_jacobian { part.of_the_motion(&self.unknowns) } else { Vec::new() };
             let tones = match part.modes.is_empty() {
                 true => Vec::new(),
                 false => run.problem.tones(&part.modes, &wanted)?,

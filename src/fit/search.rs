@@ -5,15 +5,16 @@
 //! first period, refine the best candidates there while the horizon doubles, and only then turn to
 //! the full model, whose own horizon starts where the coarse model's bias is still harmless.
 
+use super::journal::{Grid, Journal, Stage, Visit};
 use super::levenberg_marquardt::{LeastSquaresState, LevenbergMarquardt};
-use super::{Experiment, Observation, Residuals, Unknown};
+use super::{Experiment, Loss, Observation, Residuals, Unknown};
 use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::problem::Problem;
 use crate::scene::{Clamp, Node, Scheme, Support};
 use argmin::core::observers::{Observe, ObserverMode};
-use argmin::core::{Executor, IterState, KV, State, TerminationReason};
+use argmin::core::{Executor, KV, State, TerminationReason};
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -67,6 +68,8 @@ pub(super) struct Search<'a> {
     /// Work so far, steps times segments.
     pub work: Rc<Cell<f64>>,
     pub progress: Option<Progress>,
+    /// What it comes across.
+    pub journal: Rc<Journal>,
 }
 
 /// What threads share of a search.
@@ -88,6 +91,7 @@ impl<'a> Task<'a> {
             full_work: self.full_work,
             work: Rc::default(),
             progress: None,
+            journal: Rc::default(),
         }
     }
 }
@@ -151,6 +155,16 @@ impl Search<'_> {
         }
     }
 
+    /// Whether the fit shall stop.
+    pub fn is_stopped(&self) -> bool {
+        self.experiments.iter().any(|e| e.problem.is_stopped())
+    }
+
+    /// Notes a point.
+    fn note(&self, visit: Visit) {
+        self.journal.visit(visit, self.work.get() / self.full_work);
+    }
+
     /// Starts for the full model, most promising first.
     pub fn starts(&self, effort: &Effort) -> Result<Vec<Vec<f64>>, Error> {
         let grid = effort.grid;
@@ -169,9 +183,16 @@ impl Search<'_> {
         loop {
             for (x, cost) in &mut candidates {
                 let residuals = coarse.residuals(self, &horizons)?;
-                // A candidate whose refinement fails stays where it is.
-                if let Ok(optimum) = self.optimize(residuals, x, 1e-4, 1e-2, 12) {
-                    (*x, *cost) = (optimum.x, optimum.cost);
+                match self.optimize(residuals, x, (1e-4, 1e-2, 12), None) {
+                    Ok(Optimum { x: there, cost: least, residuals, counts, .. }) => {
+                        (*x, *cost) = (there, least);
+                        let corrected = coarse.correct(self, x.clone());
+                        let stage = Stage::Coarse;
+                        self.note(Visit { stage, x: corrected, cost: least, residuals, counts });
+                    }
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    // A candidate whose refinement fails stays where it is.
+                    Err(_) => {}
                 }
             }
             candidates.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -208,11 +229,16 @@ impl Search<'_> {
                     let middles: Vec<f64> =
                         values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
                     values.extend(middles);
+                    values.sort_by(f64::total_cmp);
                 }
                 values
             })
             .collect();
         thin(&mut lists, self.unknowns);
+        let scaled = |(unknown, values): (&Unknown, &Vec<f64>)| {
+            values.iter().map(|v| unknown.to_scale(*v)).collect()
+        };
+        let axes = self.unknowns.iter().zip(&lists).map(scaled).collect();
         let mut points = vec![Vec::new()];
         for (unknown, values) in self.unknowns.iter().zip(lists) {
             points = points
@@ -233,17 +259,36 @@ impl Search<'_> {
             }
         }
         let residuals = coarse.residuals(self, first)?;
-        let mut scanned = Vec::new();
+        let mut grid = Grid { axes, points: Vec::new() };
+        let mut least = f64::INFINITY;
         let mut failure = None;
         for (i, x) in points.into_iter().enumerate() {
+            let mut cost = f64::INFINITY;
             match residuals.residuals(&x) {
-                Ok(r) => scanned.push((x, super::residuals::half_square(&r))),
+                Ok(left) => {
+                    cost = super::residuals::half_square(&left);
+                    if cost < least {
+                        least = cost;
+                        self.note(Visit {
+                            stage: Stage::Scan,
+                            x: coarse.correct(self, x.clone()),
+                            cost,
+                            residuals: residuals.straight(&x)?,
+                            counts: residuals.counts(),
+                        });
+                    }
+                }
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
                 Err(error) => failure = Some(error),
             }
+            grid.points.push((x, cost));
             if i % 16 == 0 {
                 self.report("scan");
             }
         }
+        let scanned: Vec<_> =
+            grid.points.iter().filter(|(_, cost)| *cost < f64::INFINITY).cloned().collect();
+        self.journal.scan(grid);
         match failure {
             Some(error) if scanned.is_empty() => Err(Error::Fit(format!(
                 "no start found: every trial simulation failed, the last one with: {error}"
@@ -286,16 +331,19 @@ impl Search<'_> {
         let nearly = 0.5 + 0.5 * effort.growth;
         let mut x = start.to_vec();
         while horizons.iter().zip(&durations).any(|(h, end)| *h < end / nearly) {
-            x = self.optimize(self.residuals(&horizons)?, &x, 1e-5, 1e-2, 20)?.x;
+            let part = self.residuals(&horizons)?;
+            x = self.optimize(part, &x, (1e-5, 1e-2, 20), Some(Stage::Growing))?.x;
             self.report("growing horizon");
             horizons.iter_mut().for_each(|h| *h *= effort.growth);
         }
-        self.polish(&x)
+        let optimum = self.polish(&x)?;
+        self.journal.reach(&optimum);
+        Ok(optimum)
     }
 
     /// Fits the full model to the whole record.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
-        self.optimize(self.all_residuals()?, start, 1e-10, 1e-3, 60)
+        self.optimize(self.all_residuals()?, start, (1e-10, 1e-3, 60), Some(Stage::Full))
     }
 
     /// The residuals of the full model.
@@ -314,31 +362,36 @@ impl Search<'_> {
         horizons: &[f64],
     ) -> Result<Residuals, Error> {
         let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
-        let residuals =
-            Residuals::new(experiments, sigmas, unknowns, horizons, self.full_work)?;
+        let residuals = Residuals::new(experiments, sigmas, unknowns, horizons, self.full_work)?;
         Ok(residuals.counting(self.work.clone()))
     }
 
+    /// Fits `residuals` with these tolerances of step and noise and this many iterations, and notes
+    /// each of them as of this stage.
     fn optimize(
         &self,
         residuals: Residuals,
         start: &[f64],
-        step_tolerance: f64,
-        noise_tolerance: f64,
-        iterations: u64,
+        (step_tolerance, noise_tolerance, iterations): (f64, f64, u64),
+        stage: Option<Stage>,
     ) -> Result<Optimum, Error> {
         let (counts, losses) = (residuals.counts(), residuals.losses());
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
         let solver = LevenbergMarquardt::new(bounds)
             .step_tolerance(step_tolerance)
             .noise_tolerance(noise_tolerance);
-        let mut executor = Executor::new(residuals, solver)
-            .configure(|state| state.param(start.to_vec()).max_iters(iterations));
-        if let Some(progress) = self.progress.clone() {
-            let observer =
-                Observer { progress, work: self.work.clone(), full_work: self.full_work };
-            executor = executor.add_observer(observer, ObserverMode::Always);
-        }
+        let observer = Observer {
+            progress: self.progress.clone(),
+            work: self.work.clone(),
+            full_work: self.full_work,
+            journal: self.journal.clone(),
+            stage,
+            counts: counts.clone(),
+            losses: losses.clone(),
+        };
+        let executor = Executor::new(residuals, solver)
+            .configure(|state| state.param(start.to_vec()).max_iters(iterations))
+            .add_observer(observer, ObserverMode::Always);
         let mut result = executor.run().map_err(|error| match error.downcast::<Error>() {
             Ok(error) => error,
             Err(error) => Error::Fit(error.to_string()),
@@ -370,22 +423,56 @@ impl Search<'_> {
 
 /// Passes the optimiser's iterations on.
 struct Observer {
-    progress: Progress,
+    progress: Option<Progress>,
     work: Rc<Cell<f64>>,
     full_work: f64,
+    journal: Rc<Journal>,
+    /// None: not worth noting.
+    stage: Option<Stage>,
+    counts: Vec<usize>,
+    losses: Vec<Loss>,
 }
 
-impl<P, G, J, H, R> Observe<IterState<P, G, J, H, R, f64>> for Observer
-where
-    IterState<P, G, J, H, R, f64>: State<Float = f64>,
-{
-    fn observe_iter(
+impl Observer {
+    fn note(&self, state: &LeastSquaresState) {
+        if let (Some(stage), Some(x), Some(bent)) =
+            (self.stage, state.get_param(), state.get_residuals())
+        {
+            let residuals = bent.iter().zip(&self.losses).map(|(r, loss)| loss.straight(*r));
+            let visit = Visit {
+                stage,
+                x: x.clone(),
+                cost: state.get_cost(),
+                residuals: residuals.collect(),
+                counts: self.counts.clone(),
+            };
+            self.journal.visit(visit, self.work.get() / self.full_work);
+        }
+    }
+}
+
+impl Observe<LeastSquaresState> for Observer {
+    fn observe_init(
         &mut self,
-        state: &IterState<P, G, J, H, R, f64>,
+        _: &str,
+        state: &LeastSquaresState,
         _: &KV,
     ) -> Result<(), argmin::core::Error> {
-        let stage = format!("iteration {}, misfit {:.6e}", state.get_iter() + 1, state.get_cost());
-        (self.progress)(&stage, self.work.get() / self.full_work);
+        self.note(state);
+        Ok(())
+    }
+
+    fn observe_iter(
+        &mut self,
+        state: &LeastSquaresState,
+        _: &KV,
+    ) -> Result<(), argmin::core::Error> {
+        self.note(state);
+        if let Some(progress) = &self.progress {
+            let (iteration, misfit) = (state.get_iter() + 1, state.get_cost());
+            let stage = format!("iteration {iteration}, misfit {misfit:.6e}");
+            progress(&stage, self.work.get() / self.full_work);
+        }
         Ok(())
     }
 }
@@ -477,5 +564,5 @@ fn coarse(problem: &Problem, unknowns: &[&Unknown], first: f64) -> Result<Proble
         }
         time.step = step;
     }
-    Ok(scene.problem()?.with_derivatives(problem.derivatives()))
+    Ok(scene.problem()?.computed_as(problem))
 }

@@ -118,8 +118,7 @@ impl Local {
         let structural = findings(unknowns, unseen, Kind::Structural, deviation);
         let mut practical = findings(unknowns, hidden, Kind::Practical, deviation);
         let named = structural.iter().chain(&practical);
-        let mut refused: Vec<bool> =
-            (0..n).map(|j| named.clone().any(|f| f.has(j))).collect();
+        let mut refused: Vec<bool> = (0..n).map(|j| named.clone().any(|f| f.has(j))).collect();
         for j in active.iter().copied().filter(|j| deviation(*j) > limit(*j)) {
             // No single direction is to blame.
             if !refused[j] {

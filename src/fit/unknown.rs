@@ -194,9 +194,7 @@ impl Unknown {
             return Err(Error::invalid(format!("{key}.experiment"), other, allowed));
         }
         let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
-        if takers.peek().is_none()
-            || takers.any(|e| parameter.of(e.problem.scene()).is_none())
-        {
+        if takers.peek().is_none() || takers.any(|e| parameter.of(e.problem.scene()).is_none()) {
             return Err(parameter.absent());
         }
         let [least, most] = parameter.limits();

@@ -22,6 +22,8 @@ use crate::simulation::Simulation;
 use crate::vector::{add, scale};
 use num_dual::Dual64;
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A scene with its mesh and model. Made by [`Scene::problem`].
 #[derive(Clone, Debug)]
@@ -41,6 +43,8 @@ pub struct Problem {
     /// The unknowns of the equilibrium the rod starts from, angles measured from the frames it
     /// begins with; empty if it does not.
     initial: Vec<f64>,
+    /// Ends simulations when set.
+    stop: Option<Arc<AtomicBool>>,
 }
 
 #[derive(Clone, Debug)]
@@ -97,6 +101,7 @@ impl Problem {
             arc_length: mesh.arc_length,
             length: mesh.length,
             scene,
+            stop: None,
         };
         problem.check_sizes()?;
         problem.find_start()?;
@@ -269,6 +274,24 @@ impl Problem {
         self
     }
 
+    /// Ends every simulation of the problem at its next step, with [`Error::Interrupted`], once
+    /// `flag` is set.
+    pub fn stop_when(self, flag: Arc<AtomicBool>) -> Self {
+        Self { stop: Some(flag), ..self }
+    }
+    /// With the choices of how to compute that `other` was given.
+    pub(crate) fn computed_as(self, other: &Self) -> Self {
+        Self { derivatives: other.derivatives, stop: other.stop.clone(), ..self }
+    }
+    /// Whether the flag is set.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
+    }
+    /// An error once the flag is set.
+    pub(crate) fn check_stop(&self) -> Result<(), Error> {
+        if self.is_stopped() { Err(Error::Interrupted) } else { Ok(()) }
+    }
+
     /// The problem with other values of some parameters.
     pub fn with(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Self, Error> {
         let mut scene = self.scene.clone();
@@ -282,7 +305,7 @@ impl Problem {
         if turned || twisted {
             let path = scene.path.clone();
             let problem = Self::new(scene).map_err(|error| error.in_file(path.as_deref()))?;
-            return Ok(problem.with_derivatives(self.derivatives));
+            return Ok(problem.computed_as(self));
         }
         let mut problem = Self { scene, ..self.clone() };
         problem.check_sizes().map_err(|error| error.in_file(self.scene.path.as_deref()))?;

@@ -126,6 +126,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         rod: &M::Rod<f64>,
         settled: bool,
     ) -> Result<Rest<FramesOf<M, W>>, Error> {
+        self.problem.check_stop()?;
         let (mut q, mut frames) = self.begin();
         let drive = self.drive();
         let parts = drive.as_ref().map_or(1, |drive| drive.parts(self.problem.length(), settled));

@@ -1,5 +1,6 @@
-//! Pages that open offline.
+//! The page of a study.
 
+use super::escaped;
 use crate::study::{self, Study};
 use kuva::prelude::{Layout, LinePlot, Plot, ScatterPlot, SvgBackend, render_multiple};
 
@@ -79,8 +80,4 @@ fn work_precision(study: &Study) -> String {
         .with_y_label("tip error over length")
         .with_title("work and precision");
     SvgBackend::default().render_scene(&render_multiple(plots, layout))
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

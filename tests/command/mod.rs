@@ -1,0 +1,91 @@
+//! What the tests of the command share: a scene, a fit of it, and a folder to run in.
+#![allow(dead_code)]
+
+use serde_json::Value;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+pub const SCENE: &str = r#"
+[rod]
+segments = 20
+shape = { kind = "straight", length = 0.5, direction = [1, 0, 0] }
+section = { kind = "circle", radius = 0.005 }
+
+[material]
+density = 1273.52
+youngs_modulus = 1e8
+poisson_ratio = 0.5
+
+[loads]
+gravity = [0, -9.8, 0]
+
+[time]
+end = 0.3
+step = 2e-3
+beta = 0.5
+"#;
+
+pub const FIT: &str = r#"
+scene = "scene.toml"
+
+[[observation]]
+file = "tip.csv"
+point = "tip"
+
+[[parameter]]
+name = "youngs_modulus"
+"#;
+
+/// The scene with a part replaced.
+pub fn change(from: &str, to: &str) -> String {
+    assert!(SCENE.contains(from), "{from}");
+    SCENE.replace(from, to)
+}
+
+/// A folder with a scene, a fit file and data.
+pub struct Folder(TempDir);
+
+impl Folder {
+    pub fn new() -> Self {
+        let folder = Self(TempDir::new().unwrap());
+        folder.write("scene.toml", SCENE);
+        folder.write("fit.toml", FIT);
+        // Free fall for a while, then whatever: a fit need not be good to be possible.
+        let rows = (0..30)
+            .map(|k| f64::from(k) * 0.01)
+            .map(|t| format!("{t},{},{}\n", 0.5 - 2.0 * t * t * t, -2.0 * t * t));
+        folder.write("tip.csv", &format!("t,x,y\n{}", rows.collect::<String>()));
+        folder
+    }
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+    pub fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+    pub fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_rodfit"))
+            .args(arguments)
+            .current_dir(self.0.path())
+            .output()
+            .unwrap()
+    }
+    pub fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&std::fs::read_to_string(self.path(name)).unwrap()).unwrap()
+    }
+}
+
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Expects exit code 2 and one message with all of `words`.
+pub fn refused(output: &Output, words: &[&str]) {
+    let message = stderr(output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    for word in words {
+        assert!(message.contains(word), "`{word}` in: {message}");
+    }
+    assert_eq!(message.matches("error: ").count(), 1, "{message}");
+}
