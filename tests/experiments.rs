@@ -112,7 +112,7 @@ fn modulus_and_natural_curvature_of_a_drooping_rod() {
     scene.rod.shape = Shape::Arc { length: 0.5, angle: 1.0 };
     let mut true_scene = scene.clone();
     true_scene.material.youngs_modulus = 3.3e7;
-    true_scene.rod.natural_curvature = 0.8;
+    true_scene.rod.natural_curvature = 0.8.into();
     let report = Fit::new(&scene.problem().unwrap())
         .observe(droop(&true_scene.problem().unwrap(), 20))
         .identify(YoungsModulus)

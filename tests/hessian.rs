@@ -55,7 +55,9 @@ fn differences(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
             let (above, below) = (side(h), side(-h));
             above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * h)).collect()
         };
-        let h = 8e-3;
+        // Angles and times in steps that stay within a time step, where the interpolant is smooth.
+        let positive = residuals.unknowns()[i].parameter.is_positive();
+        let h = if positive { 8e-3 } else { 4e-4 };
         let (coarse, fine, finest) = (central(h), central(0.5 * h), central(0.25 * h));
         let twice = |k: usize| {
             let [a, b] = [(4.0 * fine[k] - coarse[k]) / 3.0, (4.0 * finest[k] - fine[k]) / 3.0];
@@ -158,14 +160,13 @@ fn the_hessian_of_everything() {
         .identify(Unknown::new(Parameter::TimeOffset).of_experiment("b"))
         .residuals()
         .unwrap();
-    let x = vec![1.02e8_f64.ln(), 1240.0_f64.ln(), 0.01, -0.004];
+    let x = vec![1.02e8_f64.ln(), 1240.0_f64.ln(), 0.01, -0.0025];
     let (exact, by_hand) = (residuals.hessian(&x).unwrap(), differences(&residuals, &x));
     let error = mismatch(&exact, &by_hand);
     println!("{error:.1e} from differences");
-    // The clock's second derivative jumps where samples pass from one step to the next.
-    assert!(error < 1e-5, "{error:e}\n{exact:?}\n{by_hand:?}");
+    assert!(error < 1e-7, "{error:e}\n{exact:?}\n{by_hand:?}");
     let still = Fit::of([Experiment::new("b", &problems[1])
-        .observe(Frequencies::new(&tones, 0.2).loss(Loss::Cauchy))])
+        .observe(Frequencies::new(&tones, 2.0).loss(Loss::Cauchy))])
     .identify(YoungsModulus)
     .residuals()
     .unwrap();

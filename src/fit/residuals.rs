@@ -268,6 +268,8 @@ impl Residuals {
             let end = part.end - problem.scene().camera.time_offset;
             let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
             if end > time.end * (1.0 + 1e-9) {
+                // Whole steps: a last one cut to the clock's offset would depend on it.
+                let end = steps as f64 * time.step;
                 problem = problem.lasting(end);
             }
             let steps = steps.min(problem.time()?.steps());

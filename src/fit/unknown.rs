@@ -194,9 +194,10 @@ impl Unknown {
             return Err(Error::invalid(format!("{key}.experiment"), other, allowed));
         }
         let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
-        if takers.peek().is_none() || takers.any(|e| parameter.of(e.problem.scene()).is_none()) {
+        if takers.peek().is_none() {
             return Err(parameter.absent());
         }
+        takers.try_for_each(|e| e.problem.check_parameter(parameter))?;
         let [least, most] = parameter.limits();
         let allowed = || match parameter.is_positive() {
             true => "finite and above 0".to_string(),
