@@ -102,7 +102,11 @@ fn parameters(report: &FitReport) -> String {
             "mesh and step",
             Box::new(|i, _, _| {
                 let relative = report.discretization_error.get(i)?.relative?;
-                Some(format!("\u{2264} {} %", short(100.0 * relative)))
+                let percent = 100.0 * relative;
+                Some(match percent < 1e-3 {
+                    true => "below 0.001 %".into(),
+                    false => format!("\u{2264} {} %", short(percent)),
+                })
             }),
         ),
         (
@@ -229,7 +233,7 @@ fn correlation(report: &FitReport) -> String {
             let strength = 70.0 * c.abs().min(1.0);
             format!(
                 "<td style=\"background:color-mix(in srgb,{color} {strength:.0}%,transparent)\">{}</td>",
-                short((c * 1e3).round() / 1e3)
+                format!("{c:.3}").replace('-', "\u{2212}").replace("\u{2212}0.000", "0.000")
             )
         }
         None => format!("<td>{NONE}</td>"),

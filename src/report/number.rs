@@ -26,6 +26,7 @@ impl Scale {
     /// That suits numbers of this size.
     pub fn of(size: f64, unit: &str) -> Self {
         let size = size.abs();
+        let unit = &unit.replace("^2", "\u{b2}").replace("^3", "\u{b3}")[..];
         if !(size.is_finite() && size > 0.0) {
             return Self { factor: 1.0, unit: unit.into() };
         }
