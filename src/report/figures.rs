@@ -206,7 +206,7 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
         > 20.0 * values.iter().copied().fold(f64::INFINITY, f64::min);
     let log = positive && wide;
     let (factor, unit) = match log {
-        true => (1.0, landscape.name.unit().to_string()),
+        true => (1.0, Scale::of(1.0, landscape.name.unit()).unit),
         false => {
             let scale = Scale::fitting(values.iter().copied(), landscape.name.unit());
             (scale.factor, scale.unit)

@@ -1,6 +1,6 @@
 //! The page of a fit: what to believe first, then the numbers, then what they rest on.
 
-use super::number::{Scale, short};
+use super::number::{Scale, quantity, short};
 use super::{escaped, figures};
 use crate::fit::{Basin, Estimate, Evidence, FitReport, Profile, ResidualTests, Seen};
 
@@ -134,11 +134,12 @@ fn parameters(report: &FitReport) -> String {
         ),
         (
             "bounds",
-            Box::new(|i, e, scale| {
-                Some(interval(asked(i)?.bounds?, &Estimate { std_error: None, ..e.clone() }, scale))
+            Box::new(|i, e, _| {
+                let [low, high] = asked(i)?.bounds?.map(|end| quantity(end, e.name.unit()));
+                Some(format!("{low} \u{2026} {high}"))
             }),
         ),
-        ("start", Box::new(|i, _, scale| Some(scale.show(asked(i)?.start?, None)))),
+        ("start", Box::new(|i, e, _| Some(quantity(asked(i)?.start?, e.name.unit())))),
     ];
     let scales: Vec<Scale> = report
         .parameters
@@ -327,21 +328,16 @@ fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
             row("scheme", scheme.clone());
         }
         if let (Some(step), Some(end)) = (setup.step, setup.end) {
-            let (h, t) = (Scale::of(step, "s"), Scale::of(end, "s"));
-            let show = |x: f64, s: &Scale| format!("{} {}", short(x / s.factor), s.unit);
-            row("step", format!("{} up to {}", show(step, &h), show(end, &t)));
+            row("step", format!("{} up to {}", quantity(step, "s"), quantity(end, "s")));
         }
-        let length = Scale::of(setup.length, "m");
-        let edge = Scale::of(setup.length / setup.segments.max(1) as f64, "m");
+        let edge = setup.length / setup.segments.max(1) as f64;
         row(
             "segments",
             format!(
-                "{} on {} {}, about {} {} each",
+                "{} on {}, about {} each",
                 setup.segments,
-                short(setup.length / length.factor),
-                length.unit,
-                short(edge.factor.recip() * setup.length / setup.segments.max(1) as f64),
-                edge.unit
+                quantity(setup.length, "m"),
+                quantity(edge, "m")
             ),
         );
     }

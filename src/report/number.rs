@@ -70,6 +70,12 @@ impl Scale {
     }
 }
 
+/// A number in three digits with its unit.
+pub(super) fn quantity(value: f64, unit: &str) -> String {
+    let scale = Scale::of(value, unit);
+    format!("{} {}", short(value / scale.factor), scale.unit).trim_end().to_string()
+}
+
 /// A number without a unit in three digits.
 pub(super) fn short(value: f64) -> String {
     match value.abs() {
