@@ -43,16 +43,18 @@ impl Chain {
     }
 
     /// Forces on nodes as forces on edges: those of all nodes beyond.
-    pub fn gather<R: Rod<f64, W>, const W: usize>(&self, forces: &mut [f64]) {
+    pub fn gather<D: Scalar, R: Rod<D, W>, const W: usize>(&self, forces: &mut [D]) {
         for i in (0..forces.len() - self.stride).rev().filter(|i| !R::is_angle(*i)) {
-            forces[i] += forces[i + self.stride];
+            let beyond = forces[i + self.stride];
+            forces[i] += beyond;
         }
     }
 
     /// Changes of edges as changes of nodes.
-    pub fn spread<R: Rod<f64, W>, const W: usize>(&self, changes: &mut [f64]) {
+    pub fn spread<D: Scalar, R: Rod<D, W>, const W: usize>(&self, changes: &mut [D]) {
         for i in (self.stride..changes.len()).filter(|i| !R::is_angle(*i)) {
-            changes[i] += changes[i - self.stride];
+            let before = changes[i - self.stride];
+            changes[i] += before;
         }
     }
 

@@ -211,7 +211,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             }
             self.correction.copy_from_slice(&self.gradient);
             if let Some(chain) = self.chain {
-                chain.gather::<R, W>(&mut self.correction);
+                chain.gather::<f64, R, W>(&mut self.correction);
             }
             for i in self.free.clone() {
                 let change = match self.chain {
@@ -222,7 +222,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             }
             self.factors.solve(&mut self.correction);
             if let Some(chain) = self.chain {
-                chain.spread::<R, W>(&mut self.correction);
+                chain.spread::<f64, R, W>(&mut self.correction);
             }
             let mut largest = 0.0_f64;
             for i in self.free.clone() {

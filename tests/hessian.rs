@@ -2,9 +2,10 @@
 //! Gauss-Newton.
 
 use argmin::core::{Gradient, Hessian};
-use rodfit::fit::Residuals;
-use rodfit::scene::{Clamp, InitialState, PointForce, Scene, Scheme, Time};
-use rodfit::{Fit, Observation, Parameter, Unknown};
+use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, Sighting};
+use rodfit::modes::About;
+use rodfit::scene::{Clamp, InitialState, PointForce, Scene, Scheme, Shape, Time};
+use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
 mod common;
 use common::{cantilever_with, helix_with, record};
@@ -125,6 +126,53 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
         assert!(error < 1e-7, "{name}: {error:e}");
         assert!(second > 1e-4, "{name}: the test must see second derivatives, {second:e}");
     }
+}
+
+/// Two experiments with their own clamp and clock, a droop, a frequency, robust losses and a prior:
+/// everything a misfit may be made of.
+#[test]
+fn the_hessian_of_everything() {
+    let mut scenes = [small(0.2), small(0.2)];
+    scenes[1].rod.shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
+    let problems = scenes.clone().map(|scene| scene.problem().unwrap());
+    let shape = {
+        let nodes = problems[0].equilibrium().unwrap().nodes;
+        let seen = |i: usize| Sighting { point: Point::Node(i), position: nodes[i].map(Some) };
+        RestShape::new((2..11).map(seen).collect()).sigma(1e-3).loss(Loss::SoftL1)
+    };
+    let tones = problems[1].modes(2, About::Equilibrium).unwrap().frequencies_rad_s;
+    let film = |k: usize, loss| {
+        let run = problems[k].simulate().unwrap();
+        record(&run, 20).sigma(2e-3).loss(loss)
+    };
+    let fit = Fit::of([
+        Experiment::new("a", &problems[0]).observe(film(0, Loss::Cauchy)).observe(shape),
+        Experiment::new("b", &problems[1])
+            .observe(film(1, Loss::SoftL1))
+            .observe(Frequencies::new(&tones, 0.2).loss(Loss::Cauchy)),
+    ]);
+    let residuals = fit
+        .identify(Unknown::new(YoungsModulus).prior(1.1e8, 1e6))
+        .identify(Density)
+        .identify(Unknown::new(Parameter::ClampAngle).of_experiment("a"))
+        .identify(Unknown::new(Parameter::TimeOffset).of_experiment("b"))
+        .residuals()
+        .unwrap();
+    let x = vec![1.02e8_f64.ln(), 1240.0_f64.ln(), 0.01, -0.004];
+    let (exact, by_hand) = (residuals.hessian(&x).unwrap(), differences(&residuals, &x));
+    let error = mismatch(&exact, &by_hand);
+    println!("{error:.1e} from differences");
+    // The clock's second derivative jumps where samples pass from one step to the next.
+    assert!(error < 1e-5, "{error:e}\n{exact:?}\n{by_hand:?}");
+    let still = Fit::of([Experiment::new("b", &problems[1])
+        .observe(Frequencies::new(&tones, 0.2).loss(Loss::Cauchy))])
+    .identify(YoungsModulus)
+    .residuals()
+    .unwrap();
+    let x = vec![1.02e8_f64.ln()];
+    let error = mismatch(&still.hessian(&x).unwrap(), &differences(&still, &x));
+    println!("frequencies alone: {error:.1e} from differences");
+    assert!(error < 1e-7, "{error:e}");
 }
 
 fn gauss_newton(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {

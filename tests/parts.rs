@@ -1,8 +1,9 @@
 //! Natural curvature and twist that differ from part to part of the rod.
 
 use nalgebra::Vector3;
+use rodfit::fit::Sample;
 use rodfit::scene::{Clamp, Scene, Shape};
-use rodfit::{Parameter, Point, Problem, Trajectory};
+use rodfit::{Fit, Observation, Parameter, Point, Problem, Trajectory};
 
 mod common;
 use common::{cantilever_with, helix_with};
@@ -168,5 +169,29 @@ fn parameters_are_written_by_name() {
     for wrong in ["natural_curvature.17", "natural_curvature.0", "of no part", "stiffness"] {
         let error = serde_json::from_str::<Parameter>(&format!("\"{wrong}\"")).unwrap_err();
         assert!(error.to_string().contains("youngs_modulus"), "{error}");
+    }
+}
+
+/// Every part's curvature from where the whole rod was seen, from a guess of none being different.
+#[test]
+fn a_fit_finds_the_parts() {
+    let truth = [1.0, 0.8, 1.2];
+    let mut scene = arc();
+    scene.rod.natural_curvature = truth.to_vec().into();
+    let run = scene.problem().unwrap().simulate().unwrap();
+    scene.rod.natural_curvature = vec![1.0; 3].into();
+    let mut fit = Fit::new(&scene.problem().unwrap());
+    for node in [8, 15, 21] {
+        let sample = |k: usize| {
+            let [x, y, _] = run.node(node, 5 * k).map(Some);
+            Sample { time: run.times()[5 * k], position: [x, y, None] }
+        };
+        let samples = (1..=10).map(sample).collect();
+        fit = fit.observe(Observation::new(samples).at(Point::Node(node)));
+    }
+    let fit = [1, 2, 3].map(NaturalCurvatureOf).into_iter().fold(fit, Fit::identify);
+    for ((parameter, found), truth) in fit.solve().unwrap().parameters().iter().zip(truth) {
+        println!("{parameter}: {found}");
+        assert!((found - truth).abs() < 1e-6, "{parameter}: {found} {truth}");
     }
 }

@@ -246,6 +246,28 @@ fn small_sags_of_theory() {
     }
 }
 
+/// On meshes whose tangents by nodes are rounding errors, what coarse ones say.
+#[test]
+fn very_fine_meshes() {
+    let by = |segments: usize| {
+        let mut scene = sagging();
+        scene.rod.segments = Some(segments);
+        let problem = scene.problem().unwrap();
+        let tip = problem.nodes() - 1;
+        let run = Trajectory::at_rest(&problem, &[tip], &[YoungsModulus, Density]).unwrap();
+        run.at(Point::Tip, 0.0).unwrap().1
+    };
+    let finest = by(20_000);
+    for (segments, allowed) in [(400, 1e-5), (3000, 2e-7)] {
+        for (coarse, fine) in by(segments).into_iter().zip(&finest) {
+            let [coarse, fine] = [coarse, *fine].map(Vector3::from);
+            let off = (coarse - fine).norm() / fine.norm();
+            println!("{segments} edges: {off:.1e}");
+            assert!(off < allowed, "{segments}: {coarse} {fine}");
+        }
+    }
+}
+
 /// Turning a clamped rod that nothing pulls turns it as it is.
 #[test]
 fn a_turned_clamp_without_weight() {

@@ -6,10 +6,10 @@ use rodfit::model::Model;
 use rodfit::scene::{
     Clamp, InitialState, PointForce, Scene, Scheme, Section, Shape, Support, Time,
 };
-use rodfit::{AnyProblem, Derivatives, Parameter, Point, Posed, Problem};
+use rodfit::{AnyProblem, Derivatives, Fit, Parameter, Point, Posed, Problem};
 
 mod common;
-use common::{cantilever, cantilever_with, helix_with, planar};
+use common::{cantilever, cantilever_with, helix_with, planar, record};
 
 use Parameter::*;
 
@@ -519,4 +519,21 @@ fn velocities_out_of_the_plane() {
     assert!(spatial.simulate_with(&[ClampAngle]).is_err(), "a spatial rod is not turned");
     scene.time = None;
     assert!(InitialVelocityX.of(&scene).is_none());
+}
+
+/// A fit finds how fast a rod began to move, from a scene in which it does not.
+#[test]
+fn a_fit_finds_the_throw() {
+    let mut scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
+    scene.rod.segments = Some(20);
+    let still = scene.problem().unwrap();
+    scene.initial.velocity = [0.0, 0.7, 0.0];
+    scene.initial.angular_velocity = [0.0, 0.0, -2.0];
+    let seen = record(&scene.problem().unwrap().simulate().unwrap(), 60);
+    let fit = Fit::new(&still).observe(seen);
+    let fit = fit.identify(InitialVelocityY).identify(InitialAngularVelocityZ).solve().unwrap();
+    for ((parameter, found), truth) in fit.parameters().iter().zip([0.7, -2.0]) {
+        println!("{parameter}: {found}");
+        assert!((found - truth).abs() < 1e-6, "{parameter}: {found}");
+    }
 }

@@ -189,7 +189,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// Gives an equilibrium `q` of a rod its exact derivatives: one step of Newton's method per
     /// order that `D` carries, with masses times `shift`, 1/s^2, added to the tangent; that needs
-    /// one more.
+    /// one more. A long chain is solved by its edges.
     fn follow<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
@@ -200,16 +200,34 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let n = q.len();
         let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
         let mut factors = Ldlt::with_order(n);
-        let (free, one) = (self.free(), D::from(1.0));
-        for _ in 0..D::ORDER + usize::from(shift != 0.0) {
-            rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-            factors.factor_sum(rod.mass(), D::from(shift), &tangent, one, free.clone())?;
+        let (free, chain) = (self.free(), self.chain());
+        let (metric, shift, one) = (self.metric(chain), D::from(shift), D::from(1.0));
+        let metric: Vec<D> = metric.into_iter().map(D::from).collect();
+        for _ in 0..D::ORDER + usize::from(shift.value() != 0.0) {
+            match chain {
+                Some(chain) => {
+                    rod.gradient(q, frames, Derivatives::Hand, &mut gradient);
+                    rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
+                    chain.gather::<D, M::Rod<D>, W>(&mut gradient);
+                }
+                None => rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent),
+            }
+            factors.factor_sum(&metric, shift, &tangent, one, free.clone())?;
             factors.solve(&mut gradient);
+            if let Some(chain) = chain {
+                chain.spread::<D, M::Rod<D>, W>(&mut gradient);
+            }
             for i in free.clone() {
                 q[i] -= gradient[i];
             }
         }
         Ok(())
+    }
+
+    /// What measures changes of the unknowns: masses, or a chain's metric.
+    fn metric(&self, chain: Option<Chain>) -> Vec<f64> {
+        let rod = self.rod();
+        chain.map_or_else(|| rod.mass().to_vec(), |chain| chain.metric(&rod))
     }
 
     /// An [equilibrium](Self::equilibrium) to be differentiated.
@@ -238,12 +256,17 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// parameters do not push that way, and any answer will do. Everything else is refused.
     fn indifference(&self, rest: &Rest<FramesOf<M, W>>) -> Result<f64, Error> {
         let (rod, free, n) = (self.rod(), self.free(), rest.q.len());
-        let zero = self.zero_frequency_squared(None);
-        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
-        rod.tangent(&rest.q, &rest.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        let chain = self.chain();
+        let (zero, metric) = (self.zero_frequency_squared(chain), self.metric(chain));
+        let mut tangent = BandMatrix::zeros(n);
+        let (q, frames, hand) = (&rest.q, &rest.frames, Derivatives::Hand);
+        match chain {
+            Some(_) => rod.edge_tangent(q, frames, hand, &mut tangent),
+            None => rod.tangent(q, frames, hand, &mut vec![0.0; n], &mut tangent),
+        }
         let mut factors = Ldlt::with_order(n);
         let mut below = |shift: f64| {
-            let factored = factors.factor_sum(rod.mass(), shift, &tangent, 1.0, free.clone());
+            let factored = factors.factor_sum(&metric, shift, &tangent, 1.0, free.clone());
             factored
                 .map(|()| factors.negative_pivots())
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })
@@ -256,9 +279,12 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         for _ in 0..3 {
             factors.solve(&mut x);
             let largest = x.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
-            x.iter_mut().zip(rod.mass()).for_each(|(x, m)| *x *= m / largest);
+            x.iter_mut().zip(&metric).for_each(|(x, m)| *x *= m / largest);
         }
         factors.solve(&mut x);
+        if let Some(chain) = chain {
+            chain.spread::<f64, M::Rod<f64>, W>(&mut x);
+        }
         let size = |of_angles: bool| {
             let own = free.clone().filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);
             own.map(|i| (i / M::STRIDE, x[i].abs()))
