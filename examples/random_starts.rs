@@ -84,8 +84,7 @@ fn outcome(seed: u64) -> Result<Outcome, Error> {
     let off = |value: f64| (value / truth - 1.0).abs();
     // The global minimum is a few standard deviations from the truth.
     let near = |value, sd: f64| off(value) < 6.0 * sd / truth;
-    let reached =
-        estimate.value.zip(estimate.std_error).is_some_and(|(value, sd)| near(value, sd));
+    let reached = estimate.value.zip(estimate.std_error).is_some_and(|(value, sd)| near(value, sd));
     Ok(Outcome {
         words: format!("{what}: {:.3e} off, {}", estimate.value.map_or(1.0, off), report.verdict),
         reached,

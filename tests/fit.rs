@@ -52,7 +52,7 @@ fn exact_modulus_from_anywhere() {
             let starts = [truth / 100.0, truth * 100.0, start];
             let unknown = Unknown::new(YoungsModulus);
             for unknown in [unknown.clone(), unknown.start(starts[k % 3])] {
-                let report = fit(&scene, &data, &[unknown.clone()]);
+                let report = fit(&scene, &data, std::slice::from_ref(&unknown));
                 let error = (value(&report, YoungsModulus) / truth - 1.0).abs();
                 worst = worst.max(error);
                 work.push(report.simulations);

@@ -56,7 +56,7 @@ fn exact_modulus_from_anywhere() {
         let starts =
             [0.01, 0.1, 1.0, 10.0, 100.0].map(|factor| unknown.clone().start(factor * truth));
         for unknown in [unknown.clone()].into_iter().chain(starts) {
-            let report = fit(&scene, &data, &[unknown.clone()]);
+            let report = fit(&scene, &data, std::slice::from_ref(&unknown));
             let error = error(&report, YoungsModulus, truth);
             worst = worst.max(error);
             work.push(report.simulations);

@@ -247,7 +247,7 @@ fn in_words(unknowns: &[Unknown], fitted: &[Basin], scanned: &[Basin], points: u
     let at = |basin: &Basin| {
         let pairs = unknowns.iter().zip(&basin.values);
         let words = pairs.map(|(unknown, value)| {
-            format!("{unknown} = {value:.3e} {}", unknown.parameter.unit())
+            format!("{unknown} = {} {}", four_digits(*value), unknown.parameter.unit())
         });
         words.collect::<Vec<_>>().join(", ").replace(" ,", ",").trim_end().to_string()
     };
@@ -260,30 +260,39 @@ fn in_words(unknowns: &[Unknown], fitted: &[Basin], scanned: &[Basin], points: u
         _ => return String::new(),
     };
     let mut words = match fitted.len() + scanned.len() {
-        1 => format!("one minimum of the misfit was seen {scan}"),
-        n => format!("{n} minima of the misfit were seen {scan}"),
+        1 => format!("one minimum of the misfit seen {scan}"),
+        n => format!("{n} minima of the misfit seen {scan}"),
     };
     if let Some(next) = fitted.get(1) {
         words += &match next.misfit / chosen.misfit {
-            more if more >= 1.0 => format!(
-                "; this one, because the next, {}, has {} times its misfit over the whole record",
-                at(next),
-                times(more)
-            ),
+            more if more >= 1.0 => {
+                format!("; the next, {}, has {} times this one's misfit", at(next), times(more))
+            }
             _ => format!("; {} fits better than this one", at(next)),
         };
     }
     if let Some(next) = scanned.first() {
+        let more = times(next.relative);
         words += &format!(
-            "; not followed: {}, whose misfit over the first period is {} times the least there",
-            at(next),
-            times(next.relative)
+            "; not followed: {}, {more} times the least misfit over the first period",
+            at(next)
         );
         if scanned.len() > 1 {
             words += &format!(", and {} with more", scanned.len() - 1);
         }
     }
     words
+}
+
+fn four_digits(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        size if (1e-2..1e4).contains(&size) => {
+            let decimals = (3.0 - size.log10().floor()).max(0.0) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ => format!("{value:.3e}"),
+    }
 }
 
 fn times(ratio: f64) -> String {

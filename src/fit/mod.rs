@@ -220,13 +220,13 @@ impl Fit {
     fn optimum<'a>(
         &self,
         search: &impl Fn(&[f64]) -> Search<'a>,
-        sigmas: &mut Vec<f64>,
+        sigmas: &mut [f64],
     ) -> Result<Optimum, Error> {
         let first = search(sigmas);
         let mut optimum = globally(&first)?;
         if self.weights_depend_on_the_fit(first.experiments) {
             for _ in 0..MOST_WEIGHTINGS {
-                let before = sigmas.clone();
+                let before = sigmas.to_vec();
                 search(&before).estimate_sigmas(&optimum, sigmas);
                 let search = search(sigmas);
                 search.journal.reweight();

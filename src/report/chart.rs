@@ -26,6 +26,7 @@ pub(super) struct Chart {
     /// Smallest and largest of both coordinates.
     range: [[f64; 2]; 2],
     equal: bool,
+    whole: bool,
     size: [f64; 2],
 }
 
@@ -39,6 +40,7 @@ impl Chart {
             log: [false; 2],
             range: [[f64::INFINITY, f64::NEG_INFINITY]; 2],
             equal: false,
+            whole: false,
             size: [640.0, 300.0],
         }
     }
@@ -53,6 +55,16 @@ impl Chart {
     /// One unit as long on both axes.
     pub fn equal(self) -> Self {
         Self { equal: true, ..self }
+    }
+
+    /// Whole numbers on the x axis.
+    pub fn whole(self) -> Self {
+        Self { whole: true, ..self }
+    }
+    /// An x axis that reaches over these places.
+    pub fn over(mut self, places: impl IntoIterator<Item = f64>) -> Self {
+        places.into_iter().filter(|x| x.is_finite()).for_each(|x| self.include(0, x));
+        self
     }
 
     pub fn line(mut self, points: impl IntoIterator<Item = (f64, f64)>, color: &str) -> Self {
@@ -151,6 +163,9 @@ impl Chart {
         if self.equal {
             layout = layout.with_equal_aspect();
         }
+        if self.whole {
+            layout = layout.with_x_tick_step(((right - left) / 8.0).ceil().max(1.0));
+        }
         for line in self.lines {
             layout = layout.with_reference_line(line);
         }
@@ -209,7 +224,7 @@ fn dashed(line: ReferenceLine) -> ReferenceLine {
 /// As many decimals as ticks on such an axis need.
 fn ticks([low, high]: [f64; 2], log: bool) -> TickFormat {
     let step = (high - low) / 10.0;
-    let decimals = if log { 0 } else { (-step.log10().floor()).clamp(0.0, 9.0) as usize };
+    let decimals = if log { 0 } else { (1.0 - step.log10().floor()).clamp(0.0, 9.0) as usize };
     TickFormat::Custom(Arc::new(move |x| {
         let text = match log {
             true => return decade(x),

@@ -45,15 +45,21 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         true => points(&series.simulated),
         false => series.curve.iter().map(|[x, y]| (at(*x), y / up.factor)).collect(),
     };
-    let mut both = Chart::new(x_label.clone(), labelled(&series.axis, &up.unit)).size(680.0, 290.0);
-    if series.over == Over::Mode {
-        both = both.dots(curve, MODEL, 6.0).dots(points(&series.observed), SEEN, 3.5);
-    } else {
-        both = both.dots(points(&series.observed), SEEN, 2.6).line(curve, MODEL);
-    }
+    let modes = series.over == Over::Mode;
+    let axis = |y: String| match modes {
+        true => Chart::new(x_label.clone(), y).whole(),
+        false => Chart::new(x_label.clone(), y),
+    };
+    let all = || curve.iter().map(|(x, _)| *x).chain(series.at.iter().map(|x| at(*x)));
+    let both = axis(labelled(&series.axis, &up.unit)).size(680.0, 290.0).over(all());
+    let both = match modes {
+        true => both.dots(curve.clone(), MODEL, 6.0).dots(points(&series.observed), SEEN, 3.5),
+        false => both.dots(points(&series.observed), SEEN, 2.6).line(curve.clone(), MODEL),
+    };
     let residuals = series.residuals();
-    let left = Chart::new(x_label, "(model \u{2212} data) / \u{3c3}")
+    let left = axis("(model \u{2212} data) / \u{3c3}".into())
         .size(680.0, 200.0)
+        .over(all())
         .band(-2.0, 2.0)
         .level(0.0)
         .dots(series.at.iter().zip(&residuals).map(|(x, r)| (at(*x), *r)), SEEN, 2.6);
@@ -62,6 +68,7 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
     let lags = autocorrelation(&residuals);
     let correlation = Chart::new("samples apart", "autocorrelation")
         .size(400.0, 290.0)
+        .whole()
         .band(-band, band)
         .stems(lags.iter().copied(), SEEN)
         .dots(lags.iter().copied(), SEEN, 3.0);
@@ -71,7 +78,10 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         figure(
             &format!("{name}: data and model"),
             &both.svg(),
-            "<i class=\"dot seen\"></i>seen <i class=\"stroke model\"></i>model",
+            &format!(
+                "<i class=\"dot seen\"></i>seen <i class=\"{} model\"></i>model",
+                if modes { "dot" } else { "stroke" }
+            ),
         ),
         figure(
             &format!("{name}: what is left"),
@@ -82,14 +92,18 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
                 sigma.unit
             ),
         ),
-        figure(
-            &format!("{name}: correlation of what is left"),
-            &correlation.svg(),
-            "white noise stays in the band, \u{b1}1.96/\u{221a}n, 95 % of the time",
+        match lags.is_empty() {
+            true => String::new(),
+            false => figure(
+                &format!("{name}: correlation of what is left"),
+                &correlation.svg(),
+                "white noise stays in the band, \u{b1}1.96/\u{221a}n, 95 % of the time",
+            ),
+        },
+        tests.map_or(
+            "<p class=\"none\">too few values to test for noise</p>".to_string(),
+            |tests| { probabilities(tests) }
         ),
-        tests.map_or("<p class=\"none\">too few values to test</p>".to_string(), |tests| {
-            probabilities(tests)
-        }),
     )
 }
 
@@ -192,7 +206,7 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
         > 20.0 * values.iter().copied().fold(f64::INFINITY, f64::min);
     let log = positive && wide;
     let (factor, unit) = match log {
-        true => (1.0, landscape.name.unit().to_string()),
+        true => (1.0, Scale::of(1.0, landscape.name.unit()).unit),
         false => {
             let scale = Scale::fitting(values.iter().copied(), landscape.name.unit());
             (scale.factor, scale.unit)
@@ -234,11 +248,15 @@ pub(super) fn shapes(report: &FitReport, evidence: &Evidence) -> String {
         };
         let extents = [extent(0), extent(1), extent(2)];
         let largest = extents.iter().copied().fold(0.0, f64::max);
-        let planes: Vec<[usize; 2]> = [[0, 1], [0, 2], [1, 2]]
-            .into_iter()
-            .filter(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest))
-            .take(2)
-            .collect();
+        let mut planes = vec![[0, 1], [0, 2], [1, 2]];
+        planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
+        // Those that show most.
+        let smaller = |plane: &[usize; 2]| extents[plane[0]].min(extents[plane[1]]);
+        let larger = |plane: &[usize; 2]| extents[plane[0]].max(extents[plane[1]]);
+        planes.sort_by(|a, b| {
+            larger(b).total_cmp(&larger(a)).then(smaller(b).total_cmp(&smaller(a)))
+        });
+        planes.truncate(2);
         // A rod that stays straight along an axis.
         let planes = if planes.is_empty() { vec![[0, 1]] } else { planes };
         let draw = |plane: &[usize; 2]| projection(&shapes, &seen, *plane, planes.len() > 1);

@@ -1,6 +1,6 @@
 //! The page of a fit: what to believe first, then the numbers, then what they rest on.
 
-use super::number::{Scale, short};
+use super::number::{Scale, quantity, short};
 use super::{escaped, figures};
 use crate::fit::{Basin, Estimate, Evidence, FitReport, Profile, ResidualTests, Seen};
 
@@ -102,7 +102,11 @@ fn parameters(report: &FitReport) -> String {
             "mesh and step",
             Box::new(|i, _, _| {
                 let relative = report.discretization_error.get(i)?.relative?;
-                Some(format!("\u{2264} {} %", short(100.0 * relative)))
+                let percent = 100.0 * relative;
+                Some(match percent < 1e-3 {
+                    true => "below 0.001 %".into(),
+                    false => format!("\u{2264} {} %", short(percent)),
+                })
             }),
         ),
         (
@@ -130,11 +134,12 @@ fn parameters(report: &FitReport) -> String {
         ),
         (
             "bounds",
-            Box::new(|i, e, scale| {
-                Some(interval(asked(i)?.bounds?, &Estimate { std_error: None, ..e.clone() }, scale))
+            Box::new(|i, e, _| {
+                let [low, high] = asked(i)?.bounds?.map(|end| quantity(end, e.name.unit()));
+                Some(format!("{low} \u{2026} {high}"))
             }),
         ),
-        ("start", Box::new(|i, _, scale| Some(scale.show(asked(i)?.start?, None)))),
+        ("start", Box::new(|i, e, _| Some(quantity(asked(i)?.start?, e.name.unit())))),
     ];
     let scales: Vec<Scale> = report
         .parameters
@@ -229,7 +234,7 @@ fn correlation(report: &FitReport) -> String {
             let strength = 70.0 * c.abs().min(1.0);
             format!(
                 "<td style=\"background:color-mix(in srgb,{color} {strength:.0}%,transparent)\">{}</td>",
-                short((c * 1e3).round() / 1e3)
+                format!("{c:.3}").replace('-', "\u{2212}").replace("\u{2212}0.000", "0.000")
             )
         }
         None => format!("<td>{NONE}</td>"),
@@ -323,21 +328,16 @@ fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
             row("scheme", scheme.clone());
         }
         if let (Some(step), Some(end)) = (setup.step, setup.end) {
-            let (h, t) = (Scale::of(step, "s"), Scale::of(end, "s"));
-            let show = |x: f64, s: &Scale| format!("{} {}", short(x / s.factor), s.unit);
-            row("step", format!("{} up to {}", show(step, &h), show(end, &t)));
+            row("step", format!("{} up to {}", quantity(step, "s"), quantity(end, "s")));
         }
-        let length = Scale::of(setup.length, "m");
-        let edge = Scale::of(setup.length / setup.segments.max(1) as f64, "m");
+        let edge = setup.length / setup.segments.max(1) as f64;
         row(
             "segments",
             format!(
-                "{} on {} {}, about {} {} each",
+                "{} on {}, about {} each",
                 setup.segments,
-                short(setup.length / length.factor),
-                length.unit,
-                short(edge.factor.recip() * setup.length / setup.segments.max(1) as f64),
-                edge.unit
+                quantity(setup.length, "m"),
+                quantity(edge, "m")
             ),
         );
     }

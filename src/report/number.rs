@@ -26,6 +26,7 @@ impl Scale {
     /// That suits numbers of this size.
     pub fn of(size: f64, unit: &str) -> Self {
         let size = size.abs();
+        let unit = &unit.replace("^2", "\u{b2}").replace("^3", "\u{b3}")[..];
         if !(size.is_finite() && size > 0.0) {
             return Self { factor: 1.0, unit: unit.into() };
         }
@@ -67,6 +68,12 @@ impl Scale {
         let decimals = decimals.clamp(0.0, 9.0) as usize;
         signed(format!("{value:.decimals$}"))
     }
+}
+
+/// A number in three digits with its unit.
+pub(super) fn quantity(value: f64, unit: &str) -> String {
+    let scale = Scale::of(value, unit);
+    format!("{} {}", short(value / scale.factor), scale.unit).trim_end().to_string()
 }
 
 /// A number without a unit in three digits.
