@@ -19,6 +19,11 @@ fn problem() -> Problem {
 
 /// A fit of the modulus, stopped as soon as its progress says `word`.
 fn stopped_at(word: &'static str) -> Result<FitReport, Error> {
+    stopped_with(word, 0)
+}
+
+/// The same with replicates of a bootstrap.
+fn stopped_with(word: &'static str, bootstrap: usize) -> Result<FitReport, Error> {
     let problem = problem();
     let run = problem.simulate().unwrap();
     let sample = |k: u32| {
@@ -32,7 +37,7 @@ fn stopped_at(word: &'static str) -> Result<FitReport, Error> {
     Fit::new(&problem)
         .observe(Observation::new((1..=20).map(sample).collect()))
         .identify(Parameter::YoungsModulus)
-        .analyse(Analysis { profile: true, ..Analysis::default() })
+        .analyse(Analysis { profile: true, bootstrap, ..Analysis::default() })
         .keep_evidence()
         .stop_when(flag)
         .on_progress(move |stage, _| {
@@ -88,6 +93,16 @@ fn a_stopped_analysis_keeps_the_fit() {
     let estimate = &report.parameters[0];
     assert!(estimate.std_error.is_some() && estimate.profile95.is_none());
     assert!(fit_page(&report, "stopped").contains("class=\"verdict bad\""));
+}
+
+/// Of a million replicates, 16 are done.
+#[test]
+fn a_stopped_bootstrap_says_nothing() {
+    let report = stopped_with("bootstrap", 1_000_000).unwrap();
+    assert!(report.converged && report.interrupted, "{report}");
+    assert!(report.warnings.iter().all(|warning| !warning.contains("bootstrap")), "{report}");
+    let estimate = &report.parameters[0];
+    assert!(estimate.profile95.is_some() && estimate.bootstrap.is_none());
 }
 
 #[test]

@@ -369,6 +369,10 @@ impl Fit {
         }
         let plan = (count, self.analysis.seed);
         let (spreads, failed) = bootstrap::spread(search, optimum, &report.sigma, plan);
+        if search.is_stopped() {
+            // Those that were done in time are no fair sample.
+            return;
+        }
         for (estimate, spread) in report.parameters.iter_mut().zip(spreads) {
             estimate.bootstrap = spread;
         }

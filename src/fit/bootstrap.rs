@@ -80,6 +80,9 @@ pub(super) fn spread(
     let shared = Shared { task: search.task(), simulated, noise, start: &optimum.x };
     let mut found: Vec<Vec<f64>> = Vec::new();
     for first in (0..count).step_by(BATCH) {
+        if search.is_stopped() {
+            break;
+        }
         let batch = first..(first + BATCH).min(count);
         let results: Vec<_> = batch.into_par_iter().map(|k| shared.replicate(seed, k)).collect();
         for (result, work) in results {
