@@ -3,10 +3,12 @@
 //!
 //! `cargo run --release --example make_data`
 
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::{Parameter, Point, Scene};
+use rodfit::modes::About;
+use rodfit::{Observation, Parameter, Point, Scene, Trajectory};
+use std::f64::consts::TAU;
 use std::fmt::Write;
 
 /// Simulates `scene` and writes its tip with noise of `sigma` m a coordinate, 100 samples a second,
@@ -59,5 +61,71 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if let Some(time) = &mut scene.time {
         time.step = 1e-4;
     }
-    record(&scene, 3, 2e-4, &format!("{folder}/helix-tip.csv"))
+    record(&scene, 3, 2e-4, &format!("{folder}/helix-tip.csv"))?;
+
+    // E and density: a rod at rest under a known pull, and what it rings at without it.
+    let mut scene = Scene::load(format!("{folder}/droop.toml"))?;
+    scene.rod.segments = Some(200);
+    (scene.material.youngs_modulus, scene.material.density) = (1.2e8, 1100.0);
+    droop(&scene, 4, 3e-4, &format!("{folder}/droop.csv"))?;
+    scene.loads.point.clear();
+    let tones = scene.problem()?.modes(2, About::Equilibrium)?.frequencies_rad_s;
+    println!("droop-fit.toml: {:.2?} Hz", tones.iter().map(|w| w / TAU).collect::<Vec<_>>());
+
+    // A camera that starts late, loses the tip now and then, and at times takes something else for
+    // it.
+    spoil(
+        &format!("{folder}/cantilever-tip.csv"),
+        5,
+        &format!("{folder}/outliers-tip.csv"),
+    )
+}
+
+/// Where 20 points of `scene` at rest are, with noise of `sigma` m.
+fn droop(
+    scene: &Scene,
+    seed: u64,
+    sigma: f64,
+    file: &str,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let problem = scene.problem()?;
+    let nodes: Vec<usize> = (0..problem.nodes()).collect();
+    let rest = Trajectory::at_rest(&problem, &nodes, &[])?;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let noise = Normal::new(0.0, sigma)?;
+    let mut text = String::from("s[mm],x[mm],y[mm]\n");
+    for k in 1..=20 {
+        let s = problem.length() * f64::from(k) / 20.0;
+        let ([x, y, _], _) = rest.at(Point::ArcLength(s), 0.0)?;
+        let [x, y] = [x, y].map(|x| 1e3 * (x + noise.sample(&mut random)));
+        writeln!(text, "{},{x:.2},{y:.2}", 1e3 * s)?;
+    }
+    std::fs::write(file, text)?;
+    println!("{file}");
+    Ok(())
+}
+
+/// A recording with its clock 30 ms late, a fifth of its frames missing and a twentieth of its
+/// coordinates 50 mm off.
+fn spoil(from: &str, seed: u64, file: &str) -> Result<(), Box<dyn std::error::Error>> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut text = String::from("t[s],x[m],y[m]\n");
+    for sample in Observation::read(from)?.samples {
+        let time = sample.time - 0.03;
+        if time < -1e-9 || random.random_bool(0.2) {
+            continue;
+        }
+        write!(text, "{:.2}", time.max(0.0))?;
+        for x in sample.position.into_iter().flatten() {
+            let off = match random.random_bool(0.05) {
+                true => 0.05 * if random.random_bool(0.5) { 1.0 } else { -1.0 },
+                false => 0.0,
+            };
+            write!(text, ",{:.6}", x + off)?;
+        }
+        writeln!(text)?;
+    }
+    std::fs::write(file, text)?;
+    println!("{file}");
+    Ok(())
 }
