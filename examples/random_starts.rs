@@ -55,11 +55,19 @@ struct Outcome {
 
 fn outcome(seed: u64) -> Result<Outcome, Error> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let scene = rod(seed, &mut random);
-    let (problem, truth) = (scene.problem()?, scene.material.youngs_modulus);
-    let (length, end) = (problem.length(), problem.time()?.end);
+    let mut scene = rod(seed, &mut random);
+    let truth = scene.material.youngs_modulus;
     let factor = 100f64.powf(random.random_range(-1.0..1.0));
-    let run = problem.simulate()?;
+    // A rod that whips about may need smaller steps than its first period suggests.
+    let (problem, run) = loop {
+        let problem = scene.problem()?;
+        match (problem.simulate(), &mut scene.time) {
+            (Ok(run), _) => break (problem, run),
+            (Err(_), Some(time)) if time.step > 1e-5 => time.step *= 0.5,
+            (Err(error), _) => return Err(error),
+        }
+    };
+    let (length, end) = (problem.length(), problem.time()?.end);
     let noise = Normal::new(0.0, NOISE * length).map_err(|e| Error::Fit(e.to_string()))?;
     let mut sample = |k: usize| -> Result<Sample, Error> {
         let time = k as f64 / FPS;
