@@ -2,7 +2,8 @@
 //! and again, and look at how the estimates spread.
 
 use super::Unknown;
-use super::search::{Optimum, Search, Task};
+use super::optimum::Optimum;
+use super::search::{Search, Task};
 use crate::error::Error;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

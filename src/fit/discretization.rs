@@ -8,7 +8,8 @@
 //! (`cargo run --release --example discretization_error -- 100`).
 
 use super::analysis::Refinement;
-use super::search::{Optimum, Search, Task};
+use super::optimum::Optimum;
+use super::search::{Search, Task};
 use super::uncertainty::Local;
 use super::{Experiment, Unknown};
 use crate::error::Error;

@@ -5,7 +5,7 @@
 //! the two differ: it vanishes with the residuals, and on average over noise. Every pair of
 //! unknowns costs one simulation in hyper-dual numbers.
 
-use super::residuals::{Run, Seeing};
+use super::parts::{Part, Run, Seeing};
 use super::view::View;
 use super::{Loss, Residuals, Unknown};
 use crate::error::Error;
@@ -26,13 +26,13 @@ impl Residuals {
     pub fn hessian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let n = self.unknowns().len();
         let mut hessian = vec![vec![0.0; n]; n];
-        let runs = self.runs(x, false)?;
+        let runs = self.runs(x)?;
         for i in 0..n {
             for j in 0..=i {
                 let mut sum = 0.0;
-                for (k, run) in runs.iter().enumerate() {
-                    if self.has(k, i) && self.has(k, j) {
-                        sum += self.second(x, (k, run), [i, j])?;
+                for (part, run) in self.parts().iter().zip(&runs) {
+                    if part.has(i) && part.has(j) {
+                        sum += self.second(x, (part, run), [i, j])?;
                     }
                 }
                 let known = HyperDual64::new(x[i], 1.0, 1.0, 0.0);
@@ -45,11 +45,16 @@ impl Residuals {
         Ok(hessian)
     }
 
-    /// What experiment `k` adds to one entry.
-    fn second(&self, x: &[f64], (k, run): (usize, &Run), [i, j]: [usize; 2]) -> Result<f64, Error> {
+    /// What an experiment adds to one entry.
+    fn second(
+        &self,
+        x: &[f64],
+        (part, run): (&Part, &Run),
+        [i, j]: [usize; 2],
+    ) -> Result<f64, Error> {
         let pair = [i, j].map(|k| self.unknowns()[k].parameter);
         let seed = |parameter: Parameter, value: f64| {
-            let own = |u: usize| self.has(k, u) && self.unknowns()[u].parameter == parameter;
+            let own = |u: usize| part.has(u) && self.unknowns()[u].parameter == parameter;
             let Some(u) = (0..x.len()).find(|u| own(*u)) else { return HyperDual64::from(value) };
             let along = |direction: usize| f64::from(u8::from(u == direction));
             self.unknowns()[u].lifted(HyperDual64::new(x[u], along(i), along(j), 0.0))
@@ -63,7 +68,7 @@ impl Residuals {
             .as_ref()
             .map(|plain| second_order::rest(problem, plain, pair, seed))
             .transpose()?;
-        let frequencies = match self.modes(k) {
+        let frequencies = match part.modes() {
             [] => Vec::new(),
             modes => problem.tones_over(modes, seed)?,
         };
@@ -75,7 +80,7 @@ impl Residuals {
             tracks: [0, 1, 2].map(Some),
         };
         let mut sum = 0.0;
-        self.each_residual(k, &seeing, |r: HyperDual64, loss: Loss| {
+        part.each_residual(&seeing, |r: HyperDual64, loss: Loss| {
             let [psi, slope] = loss.influence(r.re);
             sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
         })?;

@@ -4,10 +4,6 @@ use super::{Frequencies, Loss, Observation, RestShape};
 use crate::error::Error;
 use crate::point::Point;
 use crate::problem::Problem;
-use crate::scene::Support;
-
-/// Points this many lengths from the wall of a held rod are not points of it.
-const FARTHEST: f64 = 2.5;
 
 /// A set of values with a common noise.
 #[derive(Clone, Debug)]
@@ -114,7 +110,7 @@ impl Measurement {
     }
 
     /// Positions with what they are over.
-    fn positions(&self, problem: &Problem) -> Vec<(f64, [Option<f64>; 3])> {
+    pub(super) fn positions(&self, problem: &Problem) -> Vec<(f64, [Option<f64>; 3])> {
         match self {
             Self::Motion(o) => o.samples.iter().map(|s| (s.time, s.position)).collect(),
             Self::RestShape(shape) => {
@@ -212,88 +208,5 @@ impl Measurement {
             },
             Self::Frequencies(_) => "the frequencies".into(),
         }
-    }
-
-    /// Refuses positions that no point of a held rod can have: most likely in other units.
-    pub(super) fn check_units(&self, problem: &Problem) -> Result<(), Error> {
-        let supports = &problem.scene().supports;
-        if (supports.start, supports.end) == (Support::Free, Support::Free) {
-            return Ok(());
-        }
-        let wall = problem.wall();
-        let distance = |(_, position): &(f64, [Option<f64>; 3])| {
-            let parts = (0..3).filter_map(|c| Some((position[c]? - wall[c]).abs()));
-            parts.fold(0.0, f64::max)
-        };
-        let mut distances: Vec<f64> = self.positions(problem).iter().map(distance).collect();
-        distances.sort_by(f64::total_cmp);
-        // Single outliers are another matter.
-        let Some(typical) = distances.get(distances.len() / 2) else { return Ok(()) };
-        if *typical <= FARTHEST * problem.length() {
-            return Ok(());
-        }
-        let found = format!("points typically {typical:.4} m from the wall of the rod");
-        let allowed = format!(
-            "points of a rod of {} m; a unit in the header, as in x[mm], an origin, or another scale \
-             may be missing",
-            problem.length()
-        );
-        Err(Error::invalid(self.label(), found, allowed))
-    }
-
-    /// Refuses what cannot be compared with the problem; `key` names the measurement.
-    pub(super) fn check(
-        &self,
-        problem: &Problem,
-        (key, other_clock): (&str, bool),
-    ) -> Result<(), Error> {
-        if let Some(sigma) = self.sigma() {
-            crate::scene::positive(&format!("{key}.sigma"), sigma)?;
-        }
-        let finite = |position: &[Option<f64>; 3]| position.iter().flatten().all(|x| x.is_finite());
-        let on_rod = |point: Point| match problem.stencil(point) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(Error::invalid(format!("{key}.point"), error, "a point of the rod")),
-        };
-        let other = |what: &str, allowed: &str| Err(Error::invalid(self.label(), what, allowed));
-        match self {
-            Self::Motion(o) => {
-                on_rod(o.point)?;
-                let end = problem.time()?.end;
-                let late = o.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
-                if let Some(late) = late.filter(|_| !other_clock) {
-                    let found = format!("t = {} s", late.time);
-                    let allowed = format!("up to the scene's time.end = {end} s");
-                    return Err(Error::invalid(self.label(), found, allowed));
-                }
-                let sane =
-                    |s: &super::Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
-                let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);
-                if !(o.samples.iter().all(sane) && ascending) {
-                    let allowed = "finite positions at increasing times from 0 on";
-                    return other("other samples", allowed);
-                }
-            }
-            Self::RestShape(shape) => {
-                shape.sightings.iter().try_for_each(|s| on_rod(s.point))?;
-                if !shape.sightings.iter().all(|s| finite(&s.position)) {
-                    return other("other positions", "finite positions");
-                }
-            }
-            Self::Frequencies(f) => {
-                for (k, value) in f.values.iter().enumerate() {
-                    if !(value.rad_s.is_finite() && value.rad_s > 0.0) {
-                        let key = format!("{key}.rad_s[{k}]");
-                        return Err(Error::invalid(key, value.rad_s, "above 0"));
-                    }
-                    let twice = f.values[..k].iter().any(|before| before.mode == value.mode);
-                    if !(1..=200).contains(&value.mode) || twice {
-                        let key = format!("{key}.modes[{k}]");
-                        return Err(Error::invalid(key, value.mode, "1 .. 200, each once"));
-                    }
-                }
-            }
-        }
-        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! [`Fit`] minimises the distance between the simulated and the recorded points by
 //! [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a start of its own
-//! making ([`search`](self)), and says how well the data determine each parameter.
+//! making, and says how well the data determine each parameter.
 //!
 //! A number comes with what speaks against it: what the data cannot tell
 //! ([`FitReport::not_identifiable`]), its statistical error (the covariance of the exact Jacobian;
@@ -12,12 +12,17 @@
 
 mod analysis;
 mod assessment;
+mod basins;
 mod bootstrap;
+mod check;
+mod coarse;
 mod discretization;
+mod doubts;
 mod evidence;
 mod experiment;
 mod file;
 mod frequencies;
+mod grid;
 mod hessian;
 mod identifiability;
 mod journal;
@@ -25,7 +30,12 @@ pub mod levenberg_marquardt;
 mod linearized;
 mod loss;
 mod measurement;
+mod multi_start;
+mod noise;
 mod observation;
+mod on_request;
+mod optimum;
+mod parts;
 mod prediction;
 mod profile;
 mod recording;
@@ -34,6 +44,7 @@ mod report;
 mod residual_tests;
 mod residuals;
 mod rest_shape;
+mod scan;
 mod search;
 mod uncertainty;
 mod unknown;
@@ -64,25 +75,17 @@ pub use unknown::{Prior, Unknown};
 
 use crate::error::Error;
 use crate::problem::Problem;
-use experiment::all;
 use journal::Journal;
-use search::{Optimum, Search};
+use noise::first_sigmas;
+use optimum::Optimum;
+use search::Search;
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Part of the observed motion that a model may leave unexplained before the search is repeated
-/// on a finer grid, and before the report warns, unless it is noise.
-const UNEXPLAINED: f64 = 0.1;
 /// How often weights are estimated from the residuals.
 const MOST_WEIGHTINGS: usize = 20;
-/// Fewer values do not show their own noise beside other measurements.
-const FEW: usize = 8;
-/// Noise below this part of the rod's length is none.
-const EXACT: f64 = 1e-12;
-/// Bootstrap replicates beyond this are a slip of the pen.
-const MOST_REPLICATES: usize = 1_000_000;
 
 /// An identification in the making.
 ///
@@ -223,7 +226,7 @@ impl Fit {
         sigmas: &mut [f64],
     ) -> Result<Optimum, Error> {
         let first = search(sigmas);
-        let mut optimum = globally(&first)?;
+        let mut optimum = first.globally()?;
         if self.weights_depend_on_the_fit(first.experiments) {
             for _ in 0..MOST_WEIGHTINGS {
                 let before = sigmas.to_vec();
@@ -244,182 +247,6 @@ impl Fit {
     fn fitted(&self) -> Vec<Experiment> {
         self.experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()
     }
-
-    /// Whether noise that is estimated from the residuals changes what the residuals come out as:
-    /// not so where all have the same.
-    fn weights_depend_on_the_fit(&self, fitted: &[Experiment]) -> bool {
-        let mut unknown = all(fitted).filter(|(_, m)| m.sigma().is_none());
-        let robust = unknown.clone().any(|(_, m)| m.loss().is_robust());
-        let several = all(fitted).count() > 1 || self.unknowns.iter().any(|u| u.prior.is_some());
-        unknown.next().is_some() && (robust || several)
-    }
-
-    fn check(&self) -> Result<(), Error> {
-        let fitted = self.fitted();
-        if all(&fitted).next().is_none() {
-            return Err(Error::invalid("observation", "none", "at least one that is not held out"));
-        }
-        if self.unknowns.is_empty() {
-            return Err(Error::invalid("parameter", "none", "at least one"));
-        }
-        for (i, experiment) in self.experiments.iter().enumerate() {
-            if self.experiments[..i].iter().any(|e| e.name == experiment.name) {
-                let key = format!("experiment[{i}].name");
-                return Err(Error::invalid(
-                    key,
-                    format!("{:?}", experiment.name),
-                    "each name once",
-                ));
-            }
-        }
-        for (i, unknown) in self.unknowns.iter().enumerate() {
-            let key = format!("parameter[{i}]");
-            unknown.check(&self.experiments, &key)?;
-            let shared = |e: &Experiment, u: &Unknown| u.is_of(e) && unknown.is_of(e);
-            let twice = self.unknowns[..i].iter().any(|u| {
-                u.parameter == unknown.parameter && self.experiments.iter().any(|e| shared(e, u))
-            });
-            if twice {
-                let allowed = "each name once in an experiment";
-                return Err(Error::invalid(format!("{key}.name"), unknown.parameter, allowed));
-            }
-        }
-        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
-            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
-            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
-        }
-        let several = all(&fitted).count() > 1;
-        for experiment in &self.experiments {
-            // With a clock of its own a recording may show later times than the motion lasts.
-            let other_clock = experiment.problem.scene().camera.time_offset != 0.0
-                || self
-                    .unknowns
-                    .iter()
-                    .any(|u| u.parameter == crate::Parameter::TimeOffset && u.is_of(experiment));
-            for (i, measurement) in experiment.measurements.iter().enumerate() {
-                let kind = match measurement {
-                    Measurement::Motion(_) => "observation",
-                    Measurement::RestShape(_) => "shape",
-                    Measurement::Frequencies(_) => "frequencies",
-                };
-                let before = experiment.measurements[..i].iter();
-                let same = |m: &&Measurement| {
-                    std::mem::discriminant(*m) == std::mem::discriminant(measurement)
-                };
-                let key = match experiment.name.is_empty() {
-                    true => format!("{kind}[{}]", before.filter(same).count()),
-                    false => format!("{}.{kind}[{}]", experiment.name, before.filter(same).count()),
-                };
-                measurement.check(&experiment.problem, (&key, other_clock))?;
-                if several && measurement.sigma().is_none() && measurement.values() < FEW {
-                    let found = format!("none, with {} values", measurement.values());
-                    let allowed = format!("a number; only {FEW} values or more show their noise");
-                    return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
-                }
-            }
-        }
-        let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
-        let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
-        let needed = self.unknowns.len() + 1;
-        if values + priors < needed {
-            let allowed = format!("at least {needed}, one more than parameters");
-            return Err(Error::invalid("observation", format!("{values} values"), allowed));
-        }
-        Ok(())
-    }
-}
-
-/// The best of all starts; searches again, more finely, when much of what was measured is left
-/// unexplained.
-fn globally(search: &Search) -> Result<Optimum, Error> {
-    let mut best: Option<Optimum> = None;
-    let mut failure = None;
-    for effort in &search::EFFORTS {
-        for start in search.starts(effort)? {
-            match search.refine(&start, effort) {
-                Ok(optimum) => {
-                    if best.as_ref().is_none_or(|b| optimum.cost < b.cost) {
-                        best = Some(optimum);
-                    }
-                }
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(error) => failure = Some(error),
-            }
-            // The first start is nearly always it; the second is for when it was not.
-            if best.as_ref().is_some_and(|b| b.converged && search.explained(b)) {
-                break;
-            }
-        }
-        if best.as_ref().is_some_and(|b| search.explained(b)) {
-            break;
-        }
-    }
-    best.ok_or_else(|| {
-        failure.unwrap_or_else(|| Error::Fit("no start for the fit was found".into()))
-    })
-}
-
-impl Search<'_> {
-    /// Every measurement with its sigma and its residuals at an optimum.
-    fn measured<'b>(
-        &'b self,
-        optimum: &'b Optimum,
-    ) -> impl Iterator<Item = (&'b Experiment, &'b Measurement, f64, &'b [f64])> {
-        let mut rest = &optimum.residuals[..];
-        let counts = self.sigmas.iter().zip(&optimum.counts);
-        all(self.experiments).zip(counts).map(move |((experiment, measurement), (sigma, count))| {
-            let (own, others) = rest.split_at(*count);
-            rest = others;
-            (experiment, measurement, *sigma, own)
-        })
-    }
-
-    /// Root mean square residual of each measurement, in its unit; whatever outliers do, where the
-    /// loss is robust.
-    fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
-        let spread = |(_, m, sigma, r): (_, &Measurement, f64, &[f64])| m.loss().spread(r) * sigma;
-        self.measured(optimum).map(spread).collect()
-    }
-
-    /// Whether every measurement is explained but for a tenth of its motion, three sigma, or noise.
-    fn explained(&self, optimum: &Optimum) -> bool {
-        let spreads = self.spreads(optimum);
-        self.measured(optimum).zip(spreads).all(|((experiment, measurement, _, own), rms)| {
-            let size = measurement.size(&experiment.problem);
-            rms <= (UNEXPLAINED * size).max(3.0 * measurement.sigma().unwrap_or(0.0))
-                || size == 0.0
-                || assessment::is_noisy(experiment, measurement, rms, own)
-        })
-    }
-
-    /// Replaces the sigmas that are not given by the spread of the residuals.
-    fn estimate_sigmas(&self, optimum: &Optimum, sigmas: &mut [f64]) {
-        let total = optimum.residuals.len() as f64;
-        let freedom = (1.0 - self.unknowns.len() as f64 / total).max(1.0 / total);
-        let spreads = self.spreads(optimum);
-        for ((sigma, (experiment, measurement)), spread) in
-            sigmas.iter_mut().zip(all(self.experiments)).zip(spreads)
-        {
-            if measurement.sigma().is_none() && spread > 0.0 {
-                // Perfect data have no noise to estimate.
-                let least = EXACT * measurement.scale(&experiment.problem);
-                *sigma = (spread / freedom.sqrt()).max(least);
-            }
-        }
-    }
-}
-
-/// Sigmas given, and for the others the size of the rod, a common scale; where outliers shall count
-/// less, what may be left of the motion at first.
-fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
-    let first = |(experiment, measurement): (&Experiment, &Measurement)| {
-        let problem = &experiment.problem;
-        measurement.sigma().unwrap_or_else(|| match measurement.loss().is_robust() {
-            true => (0.5 * UNEXPLAINED * measurement.size(problem)).max(f64::MIN_POSITIVE),
-            false => problem.length(),
-        })
-    };
-    all(experiments).map(first).collect()
 }
 
 fn full_work(experiments: &[Experiment]) -> Result<f64, Error> {

@@ -1,8 +1,9 @@
 //! What was held out of a fit, as the fit predicts it.
 
 use super::experiment::all;
+use super::optimum::Optimum;
 use super::report::FitReport;
-use super::search::{Optimum, Search};
+use super::search::Search;
 use super::uncertainty::Local;
 use super::{Experiment, Residuals};
 use crate::error::Error;

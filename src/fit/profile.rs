@@ -4,7 +4,8 @@
 //! interval ends where it has risen by half the squared quantile of the noise. Unlike the standard
 //! error it does not take the model for linear.
 
-use super::search::{Optimum, Search, Task};
+use super::optimum::Optimum;
+use super::search::{Search, Task};
 use super::{Profile, Unknown};
 use crate::error::Error;
 

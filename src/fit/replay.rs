@@ -1,7 +1,8 @@
 //! The fitted model once more, for the [evidence](super::Evidence).
 
-use super::residuals::Run;
-use super::search::{Optimum, Search};
+use super::optimum::Optimum;
+use super::parts::Run;
+use super::search::Search;
 use super::view::View;
 use super::{Asked, Evidence, Experiment, Measurement, Over, Series, Setup, Shape, Unknown};
 use crate::error::Error;

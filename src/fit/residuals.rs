@@ -1,13 +1,12 @@
 //! Residuals of a fit and their exact Jacobian, as any solver of argmin can use them.
 
-use super::view::View;
-use super::{Experiment, Loss, Measurement, Sample, Unknown};
+use super::parts::{Part, Run};
+use super::{Experiment, Loss, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
-use crate::point::Stencil;
 use crate::problem::Problem;
 use crate::scalar::Scalar;
-use crate::trajectory::{Lifted, Snapshot, Trajectory};
+use crate::trajectory::Snapshot;
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
 use num_dual::Dual64;
 use std::cell::{Cell, RefCell};
@@ -27,55 +26,6 @@ pub struct Residuals {
     full_work: f64,
     last: RefCell<Option<Evaluation>>,
     work: Rc<Cell<f64>>,
-}
-
-/// An experiment, cut to its horizon.
-#[derive(Debug)]
-struct Part {
-    problem: Problem,
-    /// Of the unknowns that it depends on.
-    unknowns: Vec<usize>,
-    series: Vec<Series>,
-    /// Nodes that move, and nodes at rest, that are looked at.
-    moving: Vec<usize>,
-    resting: Vec<usize>,
-    /// Numbers of the modes whose frequencies are looked at.
-    modes: Vec<usize>,
-    /// Time of the last sample, s.
-    end: f64,
-    rest_work: f64,
-}
-
-/// A measurement with its points as sums of nodes.
-#[derive(Debug)]
-struct Series {
-    seen: Seen,
-    weight: f64,
-    loss: Loss,
-}
-
-#[derive(Debug)]
-enum Seen {
-    Motion(Stencil, Vec<Sample>),
-    RestShape(Vec<(Stencil, [Option<f64>; 3])>),
-    /// Places among the modes, and rad/s.
-    Frequencies(Vec<(usize, f64)>),
-}
-
-/// What an experiment's problem does at one point.
-pub(super) struct Run {
-    pub problem: Problem,
-    pub moving: Option<Trajectory>,
-    pub resting: Option<Trajectory>,
-}
-
-/// The same with numbers that may carry derivatives, which the records have on some tracks.
-pub(super) struct Seeing<'a, D, const P: usize> {
-    pub moving: Option<&'a Trajectory>,
-    pub resting: Option<&'a Trajectory>,
-    pub frequencies: &'a [D],
-    pub view: &'a View<D>,
-    pub tracks: [Option<usize>; P],
 }
 
 /// Residuals, not bent, and their Jacobian if it was asked for, at one point.
@@ -98,28 +48,9 @@ impl Residuals {
         full_work: f64,
     ) -> Result<Self, Error> {
         let mut sigmas = sigmas.iter();
-        let mut parts = Vec::new();
-        for (experiment, horizon) in experiments.iter().zip(horizons) {
-            let own = (0..unknowns.len()).filter(|i| unknowns[*i].is_of(experiment));
-            let mut part = Part {
-                problem: experiment.problem.clone(),
-                unknowns: own.collect(),
-                series: Vec::new(),
-                moving: Vec::new(),
-                resting: Vec::new(),
-                modes: Vec::new(),
-                end: 0.0,
-                rest_work: experiment.rest_work(),
-            };
-            for (measurement, sigma) in experiment.measurements.iter().zip(&mut sigmas) {
-                part.add(measurement, sigma.recip(), *horizon)?;
-            }
-            for nodes in [&mut part.moving, &mut part.resting] {
-                nodes.sort_unstable();
-                nodes.dedup();
-            }
-            parts.push(part);
-        }
+        let pairs = experiments.iter().zip(horizons);
+        let parts = pairs.map(|(e, horizon)| Part::new(e, unknowns, &mut sigmas, *horizon));
+        let parts = parts.collect::<Result<_, Error>>()?;
         Ok(Self {
             unknowns: unknowns.to_vec(),
             parts,
@@ -163,7 +94,7 @@ impl Residuals {
 
     /// Number of residuals of each measurement; those of the priors come after them.
     pub(crate) fn counts(&self) -> Vec<usize> {
-        self.parts.iter().flat_map(|p| &p.series).map(Series::len).collect()
+        self.parts.iter().flat_map(Part::counts).collect()
     }
 
     fn priors(&self) -> usize {
@@ -172,9 +103,7 @@ impl Residuals {
 
     /// The loss of every residual.
     pub(super) fn losses(&self) -> Vec<Loss> {
-        let series = self.parts.iter().flat_map(|p| &p.series);
-        let mut losses: Vec<Loss> =
-            series.flat_map(|s| std::iter::repeat_n(s.loss, s.len())).collect();
+        let mut losses: Vec<Loss> = self.parts.iter().flat_map(Part::losses).collect();
         losses.resize(self.len(), Loss::Squares);
         losses
     }
@@ -229,10 +158,14 @@ impl Residuals {
         }
     }
 
-    /// What every experiment does at `x`, with derivatives by the parameters of the unknowns if
-    /// `derived`. Motions last as long as their samples on the camera's clock.
-    pub(super) fn runs(&self, x: &[f64], derived: bool) -> Result<Vec<Run>, Error> {
-        self.parts.iter().map(|part| self.run(part, x, derived)).collect()
+    /// The experiments.
+    pub(super) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// What every experiment does at `x`.
+    pub(super) fn runs(&self, x: &[f64]) -> Result<Vec<Run>, Error> {
+        self.parts.iter().map(|part| self.run(part, x, false, &mut |_, _| {})).collect()
     }
 
     /// What experiment `k` does at `x`; `after` sees its motion at the start and after every step.
@@ -242,214 +175,39 @@ impl Residuals {
         x: &[f64],
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
     ) -> Result<Run, Error> {
-        self.run_part(&self.parts[k], x, false, after)
+        self.run(&self.parts[k], x, false, after)
     }
 
-    fn run(&self, part: &Part, x: &[f64], derived: bool) -> Result<Run, Error> {
-        self.run_part(part, x, derived, &mut |_, _| {})
-    }
-
-    fn run_part(
+    fn run(
         &self,
         part: &Part,
         x: &[f64],
         derived: bool,
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
     ) -> Result<Run, Error> {
-        let own = part.unknowns.iter().map(|i| &self.unknowns[*i]);
-        let values =
-            own.clone().zip(&part.unknowns).map(|(u, i)| (u.parameter, u.from_scale(x[*i])));
-        let mut problem = part.problem.with(values)?;
-        let wanted = if derived { part.of_the_motion(&self.unknowns) } else { Vec::new() };
         let count = |work: f64| self.work.set(self.work.get() + work);
-        let mut moving = None;
-        if !part.moving.is_empty() {
-            let time = problem.time()?;
-            let end = part.end - problem.scene().camera.time_offset;
-            let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
-            if end > time.end * (1.0 + 1e-9) {
-                // Whole steps: a last one cut to the clock's offset would depend on it.
-                let end = steps as f64 * time.step;
-                problem = problem.lasting(end);
-            }
-            let steps = steps.min(problem.time()?.steps());
-            let mut trajectory = Trajectory::new(&problem, &part.moving, &wanted)?;
-            let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
-            let steps = trajectory.work().steps + usize::from(outcome.is_err());
-            count((steps * problem.segments()) as f64);
-            outcome?;
-            moving = Some(trajectory);
-        }
-        count(part.rest_work);
-        let resting = match part.resting.is_empty() {
-            true => None,
-            false => Some(Trajectory::at_rest(&problem, &part.resting, &wanted)?),
-        };
-        Ok(Run { problem, moving, resting })
-    }
-
-    /// Calls `each` with every residual of experiment `k`, not bent.
-    pub(super) fn each_residual<D: Lifted<P>, const P: usize>(
-        &self,
-        k: usize,
-        seeing: &Seeing<D, P>,
-        mut each: impl FnMut(D, Loss),
-    ) -> Result<(), Error> {
-        let &Seeing { moving, resting, frequencies, view, tracks } = seeing;
-        for Series { seen, weight, loss } in &self.parts[k].series {
-            let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
-                let recorded = view.recorded(position);
-                for c in 0..3 {
-                    if let Some(seen) = seen[c] {
-                        each((recorded[c] - D::from(seen)) * *weight, *loss);
-                    }
-                }
-            };
-            match seen {
-                Seen::Motion(stencil, samples) => {
-                    let Some(moving) = moving else { continue };
-                    for sample in samples {
-                        let time = view.time(sample.time);
-                        compare(moving.sample_over(stencil, time, tracks)?, &sample.position);
-                    }
-                }
-                Seen::RestShape(points) => {
-                    let Some(resting) = resting else { continue };
-                    for (stencil, position) in points {
-                        let start = D::from(0.0);
-                        compare(resting.sample_over(stencil, start, tracks)?, position);
-                    }
-                }
-                Seen::Frequencies(values) => {
-                    for (place, seen) in values {
-                        each((frequencies[*place] - D::from(*seen)) * *weight, *loss);
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// The modes of experiment `k` whose frequencies were measured.
-    pub(super) fn modes(&self, k: usize) -> &[usize] {
-        &self.parts[k].modes
-    }
-
-    /// Whether unknown `i` is one of experiment `k`'s.
-    pub(super) fn has(&self, k: usize, i: usize) -> bool {
-        self.parts[k].unknowns.contains(&i)
+        part.run((&self.unknowns, x), derived, count, after)
     }
 
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
-        let n = self.unknowns.len();
         let mut residuals = Vec::with_capacity(self.len());
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        for (k, part) in self.parts.iter().enumerate() {
-            let run = self.run(part, x, with_jacobian)?;
-            let wanted =
-                if with_jacobian { part.of_the_motion(&self.unknowns) } else { Vec::new() };
-            let tones = match part.modes.is_empty() {
-                true => Vec::new(),
-                false => run.problem.tones(&part.modes, &wanted)?,
-            };
-            let plain = View::new(&run.problem, |_, value| value);
-            let frequencies: Vec<f64> = tones.iter().map(|t| t.frequency_rad_s).collect();
-            let seeing = Seeing {
-                moving: run.moving.as_ref(),
-                resting: run.resting.as_ref(),
-                frequencies: &frequencies,
-                view: &plain,
-                tracks: [],
-            };
-            let first = residuals.len();
-            self.each_residual(k, &seeing, |r: f64, _| residuals.push(r))?;
-            if !with_jacobian {
-                continue;
-            }
-            rows.resize_with(residuals.len(), || vec![0.0; n]);
-            for i in &part.unknowns {
-                let unknown = &self.unknowns[*i];
-                let seed = |p, value| Dual64::new(value, f64::from(p == unknown.parameter));
-                let track = wanted.iter().position(|p| *p == unknown.parameter);
-                let slope = unknown.slope(unknown.from_scale(x[*i]));
-                let rate = |t: &crate::Tone| track.map_or(0.0, |track| t.derivatives[track]);
-                let frequencies: Vec<Dual64> =
-                    tones.iter().map(|t| Dual64::new(t.frequency_rad_s, rate(t))).collect();
-                let seeing = Seeing {
-                    moving: run.moving.as_ref(),
-                    resting: run.resting.as_ref(),
-                    frequencies: &frequencies,
-                    view: &View::new(&run.problem, seed),
-                    tracks: [track],
-                };
-                let mut row = rows[first..].iter_mut();
-                self.each_residual(k, &seeing, |r: Dual64, _| {
-                    if let Some(row) = row.next() {
-                        row[*i] = r.eps * slope;
-                    }
-                })?;
-            }
+        for part in &self.parts {
+            let run = self.run(part, x, with_jacobian, &mut |_, _| {})?;
+            let (own, by) = part.compare(&run, (&self.unknowns, x), with_jacobian)?;
+            residuals.extend(own);
+            rows.extend(by);
         }
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let Some(surprise) = unknown.surprise(Dual64::new(x[i], 1.0)) else { continue };
             residuals.push(surprise.value());
             if with_jacobian {
-                let mut row = vec![0.0; n];
+                let mut row = vec![0.0; self.unknowns.len()];
                 row[i] = surprise.eps;
                 rows.push(row);
             }
         }
         Ok(Evaluation { x: x.to_vec(), residuals, jacobian: with_jacobian.then_some(rows) })
-    }
-}
-
-impl Part {
-    fn add(&mut self, measurement: &Measurement, weight: f64, horizon: f64) -> Result<(), Error> {
-        let nodes = |stencil: &Stencil| stencil.nodes.iter().map(|(i, _)| *i).collect::<Vec<_>>();
-        let seen = match measurement {
-            Measurement::Motion(observation) => {
-                let stencil = self.problem.stencil(observation.point)?;
-                self.moving.extend(nodes(&stencil));
-                let samples: Vec<Sample> =
-                    observation.samples.iter().copied().filter(|s| s.time <= horizon).collect();
-                self.end = samples.last().map_or(self.end, |s| self.end.max(s.time));
-                Seen::Motion(stencil, samples)
-            }
-            Measurement::RestShape(shape) => {
-                let mut points = Vec::with_capacity(shape.sightings.len());
-                for sighting in &shape.sightings {
-                    let stencil = self.problem.stencil(sighting.point)?;
-                    self.resting.extend(nodes(&stencil));
-                    points.push((stencil, sighting.position));
-                }
-                Seen::RestShape(points)
-            }
-            Measurement::Frequencies(frequencies) => {
-                let first = self.modes.len();
-                self.modes.extend(frequencies.values.iter().map(|f| f.mode));
-                let place = |(k, f): (usize, &super::Frequency)| (first + k, f.rad_s);
-                Seen::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
-            }
-        };
-        self.series.push(Series { seen, weight, loss: measurement.loss() });
-        Ok(())
-    }
-
-    /// The parameters that more than the recording depends on.
-    fn of_the_motion(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
-        let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
-        own.filter(|p| !p.is_of_the_camera()).collect()
-    }
-}
-
-impl Series {
-    fn len(&self) -> usize {
-        let seen = |position: &[Option<f64>; 3]| position.iter().flatten().count();
-        match &self.seen {
-            Seen::Motion(_, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
-            Seen::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
-            Seen::Frequencies(values) => values.len(),
-        }
     }
 }
 

@@ -1,0 +1,229 @@
+//! Refusals: what cannot be fitted is said before anything is computed, with the key or the file it
+//! stands in.
+
+use super::experiment::all;
+use super::unknown::Prior;
+use super::{Experiment, Fit, Measurement, Sample, Unknown};
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::point::Point;
+use crate::problem::Problem;
+use crate::scene::{Support, positive};
+
+/// Fewer values do not show their own noise beside other measurements.
+const FEW: usize = 8;
+
+/// Bootstrap replicates beyond this are a slip of the pen.
+const MOST_REPLICATES: usize = 1_000_000;
+
+/// Points this many lengths from the wall of a held rod are not points of it.
+const FARTHEST: f64 = 2.5;
+
+impl Fit {
+    /// Refuses a fit that cannot be solved, or not in the way it is asked for.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let fitted = self.fitted();
+        if all(&fitted).next().is_none() {
+            return Err(Error::invalid("observation", "none", "at least one that is not held out"));
+        }
+        if self.unknowns.is_empty() {
+            return Err(Error::invalid("parameter", "none", "at least one"));
+        }
+        for (i, experiment) in self.experiments.iter().enumerate() {
+            if self.experiments[..i].iter().any(|e| e.name == experiment.name) {
+                let key = format!("experiment[{i}].name");
+                return Err(Error::invalid(
+                    key,
+                    format!("{:?}", experiment.name),
+                    "each name once",
+                ));
+            }
+        }
+        for (i, unknown) in self.unknowns.iter().enumerate() {
+            let key = format!("parameter[{i}]");
+            unknown.check(&self.experiments, &key)?;
+            let shared = |e: &Experiment, u: &Unknown| u.is_of(e) && unknown.is_of(e);
+            let twice = self.unknowns[..i].iter().any(|u| {
+                u.parameter == unknown.parameter && self.experiments.iter().any(|e| shared(e, u))
+            });
+            if twice {
+                let allowed = "each name once in an experiment";
+                return Err(Error::invalid(format!("{key}.name"), unknown.parameter, allowed));
+            }
+        }
+        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
+            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
+        }
+        let several = all(&fitted).count() > 1;
+        for experiment in &self.experiments {
+            // With a clock of its own a recording may show later times than the motion lasts.
+            let other_clock = experiment.problem.scene().camera.time_offset != 0.0
+                || self
+                    .unknowns
+                    .iter()
+                    .any(|u| u.parameter == Parameter::TimeOffset && u.is_of(experiment));
+            for (i, measurement) in experiment.measurements.iter().enumerate() {
+                let kind = match measurement {
+                    Measurement::Motion(_) => "observation",
+                    Measurement::RestShape(_) => "shape",
+                    Measurement::Frequencies(_) => "frequencies",
+                };
+                let before = experiment.measurements[..i].iter();
+                let same = |m: &&Measurement| {
+                    std::mem::discriminant(*m) == std::mem::discriminant(measurement)
+                };
+                let key = match experiment.name.is_empty() {
+                    true => format!("{kind}[{}]", before.filter(same).count()),
+                    false => format!("{}.{kind}[{}]", experiment.name, before.filter(same).count()),
+                };
+                measurement.check(&experiment.problem, (&key, other_clock))?;
+                if several && measurement.sigma().is_none() && measurement.values() < FEW {
+                    let found = format!("none, with {} values", measurement.values());
+                    let allowed = format!("a number; only {FEW} values or more show their noise");
+                    return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
+                }
+            }
+        }
+        let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
+        let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
+        let needed = self.unknowns.len() + 1;
+        if values + priors < needed {
+            let allowed = format!("at least {needed}, one more than parameters");
+            return Err(Error::invalid("observation", format!("{values} values"), allowed));
+        }
+        Ok(())
+    }
+}
+
+impl Unknown {
+    /// Checks names, start, bounds and prior; `key` names them in messages.
+    fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
+        let parameter = self.parameter;
+        let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
+        if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {
+            let allowed = format!("one of {}", names.join(", "));
+            return Err(Error::invalid(format!("{key}.experiment"), other, allowed));
+        }
+        let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
+        if takers.peek().is_none() {
+            return Err(parameter.absent());
+        }
+        takers.try_for_each(|e| e.problem.check_parameter(parameter))?;
+        let [least, most] = parameter.limits();
+        let allowed = || match parameter.is_positive() {
+            true => "finite and above 0".to_string(),
+            false => format!("{least} .. {most}"),
+        };
+        let fits = |value: f64| value.is_finite() && value >= least && value <= most;
+        let [mut low, mut high] = [least, most];
+        if let Some(bounds) = self.bounds {
+            [low, high] = bounds;
+            if !(fits(low) && fits(high) && low < high) {
+                let allowed = format!("two ascending numbers, each {}", allowed());
+                return Err(Error::invalid(
+                    format!("{key}.bounds"),
+                    format!("{bounds:?}"),
+                    allowed,
+                ));
+            }
+        }
+        if let Some(Prior { mean, sigma }) = self.prior {
+            if !fits(mean) {
+                return Err(Error::invalid(format!("{key}.prior.mean"), mean, allowed()));
+            }
+            positive(&format!("{key}.prior.sigma"), sigma)?;
+        }
+        match self.start {
+            Some(start) if !fits(start) => {
+                Err(Error::invalid(format!("{key}.start"), start, allowed()))
+            }
+            Some(start) if start < low || start > high => Err(Error::invalid(
+                format!("{key}.start"),
+                start,
+                format!("within the bounds {low} .. {high}"),
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Measurement {
+    /// Refuses positions that no point of a held rod can have: most likely in other units.
+    pub(super) fn check_units(&self, problem: &Problem) -> Result<(), Error> {
+        let supports = &problem.scene().supports;
+        if (supports.start, supports.end) == (Support::Free, Support::Free) {
+            return Ok(());
+        }
+        let wall = problem.wall();
+        let distance = |(_, position): &(f64, [Option<f64>; 3])| {
+            let parts = (0..3).filter_map(|c| Some((position[c]? - wall[c]).abs()));
+            parts.fold(0.0, f64::max)
+        };
+        let mut distances: Vec<f64> = self.positions(problem).iter().map(distance).collect();
+        distances.sort_by(f64::total_cmp);
+        // Single outliers are another matter.
+        let Some(typical) = distances.get(distances.len() / 2) else { return Ok(()) };
+        if *typical <= FARTHEST * problem.length() {
+            return Ok(());
+        }
+        let found = format!("points typically {typical:.4} m from the wall of the rod");
+        let allowed = format!(
+            "points of a rod of {} m; a unit in the header, as in x[mm], an origin, or another scale \
+             may be missing",
+            problem.length()
+        );
+        Err(Error::invalid(self.label(), found, allowed))
+    }
+
+    /// Refuses what cannot be compared with the problem; `key` names the measurement.
+    fn check(&self, problem: &Problem, (key, other_clock): (&str, bool)) -> Result<(), Error> {
+        if let Some(sigma) = self.sigma() {
+            positive(&format!("{key}.sigma"), sigma)?;
+        }
+        let finite = |position: &[Option<f64>; 3]| position.iter().flatten().all(|x| x.is_finite());
+        let on_rod = |point: Point| match problem.stencil(point) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(Error::invalid(format!("{key}.point"), error, "a point of the rod")),
+        };
+        let other = |what: &str, allowed: &str| Err(Error::invalid(self.label(), what, allowed));
+        match self {
+            Self::Motion(o) => {
+                on_rod(o.point)?;
+                let end = problem.time()?.end;
+                let late = o.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
+                if let Some(late) = late.filter(|_| !other_clock) {
+                    let found = format!("t = {} s", late.time);
+                    let allowed = format!("up to the scene's time.end = {end} s");
+                    return Err(Error::invalid(self.label(), found, allowed));
+                }
+                let sane = |s: &Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
+                let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);
+                if !(o.samples.iter().all(sane) && ascending) {
+                    let allowed = "finite positions at increasing times from 0 on";
+                    return other("other samples", allowed);
+                }
+            }
+            Self::RestShape(shape) => {
+                shape.sightings.iter().try_for_each(|s| on_rod(s.point))?;
+                if !shape.sightings.iter().all(|s| finite(&s.position)) {
+                    return other("other positions", "finite positions");
+                }
+            }
+            Self::Frequencies(f) => {
+                for (k, value) in f.values.iter().enumerate() {
+                    if !(value.rad_s.is_finite() && value.rad_s > 0.0) {
+                        let key = format!("{key}.rad_s[{k}]");
+                        return Err(Error::invalid(key, value.rad_s, "above 0"));
+                    }
+                    let twice = f.values[..k].iter().any(|before| before.mode == value.mode);
+                    if !(1..=200).contains(&value.mode) || twice {
+                        let key = format!("{key}.modes[{k}]");
+                        return Err(Error::invalid(key, value.mode, "1 .. 200, each once"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,94 @@
+//! A coarse model of every experiment, cheap enough to be tried at thousands of values.
+
+use super::search::Search;
+use super::{Experiment, Residuals, Unknown};
+use crate::direct::splitting::stability_limit;
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::problem::Problem;
+use crate::scene::{Clamp, Node, Scheme, Support};
+
+/// Edges of the coarse model of a straight rod.
+const COARSE_SEGMENTS: usize = 12;
+/// Largest turn per edge of the coarse model of a curved rod, rad: a coarser polygon is stiffer
+/// than the curve by more than the search forgives.
+const COARSE_TURN: f64 = 0.2;
+
+/// Steps of the coarse model per first period.
+const COARSE_STEPS: f64 = 48.0;
+
+/// The experiments on coarse meshes with large steps.
+pub(super) struct Coarse {
+    experiments: Vec<Experiment>,
+}
+
+impl Coarse {
+    pub fn new(search: &Search, first: &[f64]) -> Result<Self, Error> {
+        let coarse = |(experiment, first): (&Experiment, &f64)| {
+            let unknowns: Vec<&Unknown> =
+                search.unknowns.iter().filter(|u| u.is_of(experiment)).collect();
+            experiment.posed_as(coarse(&experiment.problem, &unknowns, *first)?)
+        };
+        let experiments = search.experiments.iter().zip(first).map(coarse);
+        Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
+    }
+
+    /// The residuals up to `horizons`, s.
+    pub fn residuals(&self, search: &Search, horizons: &[f64]) -> Result<Residuals, Error> {
+        search.residuals_of(&self.experiments, horizons)
+    }
+
+    /// Walls at nodes make a rod half an edge too short, on the coarse mesh more than on the full
+    /// one; frequencies go with sqrt(E)/length^2.
+    pub fn correct(&self, search: &Search, mut x: Vec<f64>) -> Vec<f64> {
+        for (x, unknown) in x.iter_mut().zip(search.unknowns) {
+            let mut both = search.experiments.iter().zip(&self.experiments);
+            let own = both.find(|(e, _)| unknown.is_of(e));
+            if let Some((full, coarse)) = own
+                && unknown.parameter == Parameter::YoungsModulus
+            {
+                *x += 4.0 * (free(&full.problem) / free(&coarse.problem)).ln();
+            }
+        }
+        x
+    }
+}
+
+/// The part of a rod's length that walls at nodes leave free.
+fn free(problem: &Problem) -> f64 {
+    let supports = &problem.scene().supports;
+    let walls = [supports.start, supports.end].iter().filter(|s| **s == Support::Clamped).count();
+    match supports.clamp {
+        Clamp::Nodes => 1.0 - 0.5 * walls as f64 / problem.segments() as f64,
+        Clamp::MidEdge => 1.0,
+    }
+}
+
+/// A problem on a coarse mesh with large steps, of which `first` are its first period, s.
+fn coarse(problem: &Problem, unknowns: &[&Unknown], first: f64) -> Result<Problem, Error> {
+    let mut scene = problem.scene().clone();
+    if !scene.mesh_is_given() {
+        let turns = scene.rod.shape.turning() / COARSE_TURN;
+        let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize);
+        scene.rod.segments = scene.rod.segments.map(|n| n.min(coarse));
+        let ratio = scene.rod.segments.unwrap_or(1) as f64 / problem.segments() as f64;
+        for load in scene.loads.point.iter_mut().chain(&mut scene.initial.point) {
+            if let Node::Index(i) = &mut load.node {
+                *i = (*i as f64 * ratio).round() as usize;
+            }
+        }
+    }
+    let beta_is_known = unknowns.iter().all(|u| u.parameter != Parameter::Beta);
+    if let Some(time) = &mut scene.time
+        && beta_is_known
+    {
+        let step = (first / COARSE_STEPS).max(time.step);
+        // The scheme damps like (beta - 1/2) h.
+        time.beta = 0.5 + (time.beta - 0.5) * time.step / step;
+        if stability_limit(time.scheme).is_some() {
+            time.scheme = Scheme::NewmarkBeta;
+        }
+        time.step = step;
+    }
+    Ok(scene.problem()?.computed_as(problem))
+}

@@ -1,0 +1,126 @@
+//! What speaks against an optimum: motion that is left over, residuals that are no noise, bounds that
+//! were reached, and what was known before.
+
+use super::optimum::Optimum;
+use super::search::Search;
+use super::uncertainty::Local;
+use super::{Experiment, FitReport, Measurement, ResidualTests, Unknown};
+
+/// Part of the observed motion that a model may leave unexplained before the search is repeated
+/// on a finer grid, and before the report warns, unless it is noise.
+pub(super) const UNEXPLAINED: f64 = 0.1;
+
+/// Values per coordinate from which on tests are trusted to find what is not noise.
+const ENOUGH: usize = 30;
+
+impl Search<'_> {
+    /// Whether every measurement is explained but for a tenth of its motion, three sigma, or noise.
+    pub fn explained(&self, optimum: &Optimum) -> bool {
+        let spreads = self.spreads(optimum);
+        self.measured(optimum).zip(spreads).all(|((experiment, measurement, _, own), rms)| {
+            let size = measurement.size(&experiment.problem);
+            rms <= (UNEXPLAINED * size).max(3.0 * measurement.sigma().unwrap_or(0.0))
+                || size == 0.0
+                || is_noisy(experiment, measurement, rms, own)
+        })
+    }
+}
+
+/// What of the measurements is left, if it is too much.
+pub(super) fn unexplained(search: &Search, optimum: &Optimum) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let spreads = search.spreads(optimum);
+    for ((experiment, measurement, _, own), rms) in search.measured(optimum).zip(spreads) {
+        let (label, unit) = (experiment.label(measurement), measurement.unit());
+        let size = measurement.size(&experiment.problem);
+        let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
+        if rms > (UNEXPLAINED * size).max(noise) && !is_noisy(experiment, measurement, rms, own) {
+            warnings.push(format!(
+                "{label}: the model leaves {:.0} % of what was observed unexplained ({rms:.3e} {unit} of {size:.3e} {unit})",
+                100.0 * rms / size.max(f64::MIN_POSITIVE)
+            ));
+        }
+        if let Some(sigma) = measurement.sigma().filter(|sigma| rms > 1.5 * sigma) {
+            warnings.push(format!(
+                "{label}: the residuals are {:.1} times the stated sigma; the intervals are too narrow",
+                rms / sigma
+            ));
+        }
+    }
+    warnings
+}
+
+/// Tests every coordinate of a measurement, whose residuals these are, for being noise.
+fn residual_tests(
+    experiment: &Experiment,
+    measurement: &Measurement,
+    residuals: &[f64],
+) -> Vec<ResidualTests> {
+    if let Measurement::Frequencies(_) = measurement {
+        return Vec::new();
+    }
+    let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
+        let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
+        let (times, values): (Vec<f64>, Vec<f64>) = seen.map(|(k, t)| (t, residuals[*k])).unzip();
+        let label = experiment.label(measurement);
+        ResidualTests::new(label, coordinate.axis, &times, &values, measurement.loss())
+    });
+    tests.collect()
+}
+
+/// Whether the record is noisy enough, and long enough to tell, that what is left of it is
+/// noise. At a wrong minimum more than half is left.
+fn is_noisy(
+    experiment: &Experiment,
+    measurement: &Measurement,
+    rms: f64,
+    residuals: &[f64],
+) -> bool {
+    let tests = residual_tests(experiment, measurement, residuals);
+    rms <= 0.5 * measurement.size(&experiment.problem)
+        && residuals.len() >= ENOUGH * tests.len().max(1)
+        && tests.iter().all(ResidualTests::is_noise)
+}
+
+pub(super) fn test_residuals(search: &Search, optimum: &Optimum, report: &mut FitReport) {
+    for (experiment, measurement, _, own) in search.measured(optimum) {
+        for tests in residual_tests(experiment, measurement, own) {
+            if !tests.is_noise() {
+                report.warnings.push(format!(
+                    "{}, {}: {}: the model misses something, and the intervals are too narrow",
+                    tests.observation, tests.axis, tests.verdict
+                ));
+            }
+            report.residual_tests.push(tests);
+        }
+    }
+}
+
+/// Unknowns that a bound keeps from where the data want them.
+pub(super) fn bounds_reached(
+    unknowns: &[Unknown],
+    optimum: &Optimum,
+    local: &Local,
+) -> Vec<String> {
+    let words = |(i, unknown): (usize, &Unknown)| {
+        let ([low, high], x) = (unknown.scaled_bounds(), optimum.x[i]);
+        (local.deviation[i].is_some() && (x <= low || x >= high)).then(|| {
+            let bound = unknown.from_scale(if x <= low { low } else { high });
+            format!("{unknown} ended at its bound {bound}: its interval does not account for that")
+        })
+    };
+    unknowns.iter().enumerate().filter_map(words).collect()
+}
+
+/// Data that contradict what was known before them.
+pub(super) fn surprises(unknowns: &[Unknown], optimum: &Optimum) -> Vec<String> {
+    let words = |(unknown, x): (&Unknown, &f64)| {
+        let surprise = unknown.surprise(*x).filter(|s| s.abs() > 3.0)?;
+        Some(format!(
+            "{unknown} ended {:.1} sigma from its prior's mean: data and prior contradict each \
+             other",
+            surprise.abs()
+        ))
+    };
+    unknowns.iter().zip(&optimum.x).filter_map(words).collect()
+}

@@ -1,0 +1,293 @@
+//! An experiment as the residuals need it: cut to its horizon, with every measured point as a sum of
+//! nodes, so that a simulation records no more than is looked at.
+
+use super::view::View;
+use super::{Experiment, Frequency, Loss, Measurement, Sample, Unknown};
+use crate::Tone;
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::point::Stencil;
+use crate::problem::Problem;
+use crate::trajectory::{Lifted, Snapshot, Trajectory};
+use num_dual::Dual64;
+
+/// An experiment, cut to its horizon.
+#[derive(Debug)]
+pub(super) struct Part {
+    problem: Problem,
+    /// Places of the unknowns that it depends on.
+    unknowns: Vec<usize>,
+    series: Vec<Series>,
+    /// Nodes that move, and nodes at rest, that are looked at.
+    moving: Vec<usize>,
+    resting: Vec<usize>,
+    /// Numbers of the modes whose frequencies are looked at.
+    modes: Vec<usize>,
+    /// Time of the last sample, s.
+    end: f64,
+    rest_work: f64,
+}
+
+/// A measurement with its points as sums of nodes.
+#[derive(Debug)]
+struct Series {
+    seen: Seen,
+    weight: f64,
+    loss: Loss,
+}
+
+#[derive(Debug)]
+enum Seen {
+    Motion(Stencil, Vec<Sample>),
+    RestShape(Vec<(Stencil, [Option<f64>; 3])>),
+    /// Places among the modes, and rad/s.
+    Frequencies(Vec<(usize, f64)>),
+}
+
+/// What an experiment's problem does at one point.
+pub(super) struct Run {
+    pub problem: Problem,
+    pub moving: Option<Trajectory>,
+    pub resting: Option<Trajectory>,
+}
+
+/// The same with numbers that may carry derivatives, which the records have on some tracks.
+pub(super) struct Seeing<'a, D, const P: usize> {
+    pub moving: Option<&'a Trajectory>,
+    pub resting: Option<&'a Trajectory>,
+    pub frequencies: &'a [D],
+    pub view: &'a View<D>,
+    pub tracks: [Option<usize>; P],
+}
+
+impl Part {
+    /// `experiment` up to `horizon`, s, with one of `sigmas` for each of its measurements.
+    pub fn new<'s>(
+        experiment: &Experiment,
+        unknowns: &[Unknown],
+        sigmas: &mut impl Iterator<Item = &'s f64>,
+        horizon: f64,
+    ) -> Result<Self, Error> {
+        let own = (0..unknowns.len()).filter(|i| unknowns[*i].is_of(experiment));
+        let mut part = Self {
+            problem: experiment.problem.clone(),
+            unknowns: own.collect(),
+            series: Vec::new(),
+            moving: Vec::new(),
+            resting: Vec::new(),
+            modes: Vec::new(),
+            end: 0.0,
+            rest_work: experiment.rest_work(),
+        };
+        for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
+            part.add(measurement, sigma.recip(), horizon)?;
+        }
+        for nodes in [&mut part.moving, &mut part.resting] {
+            nodes.sort_unstable();
+            nodes.dedup();
+        }
+        Ok(part)
+    }
+
+    fn add(&mut self, measurement: &Measurement, weight: f64, horizon: f64) -> Result<(), Error> {
+        let nodes = |stencil: &Stencil| stencil.nodes.iter().map(|(i, _)| *i).collect::<Vec<_>>();
+        let seen = match measurement {
+            Measurement::Motion(observation) => {
+                let stencil = self.problem.stencil(observation.point)?;
+                self.moving.extend(nodes(&stencil));
+                let samples: Vec<Sample> =
+                    observation.samples.iter().copied().filter(|s| s.time <= horizon).collect();
+                self.end = samples.last().map_or(self.end, |s| self.end.max(s.time));
+                Seen::Motion(stencil, samples)
+            }
+            Measurement::RestShape(shape) => {
+                let mut points = Vec::with_capacity(shape.sightings.len());
+                for sighting in &shape.sightings {
+                    let stencil = self.problem.stencil(sighting.point)?;
+                    self.resting.extend(nodes(&stencil));
+                    points.push((stencil, sighting.position));
+                }
+                Seen::RestShape(points)
+            }
+            Measurement::Frequencies(frequencies) => {
+                let first = self.modes.len();
+                self.modes.extend(frequencies.values.iter().map(|f| f.mode));
+                let place = |(k, f): (usize, &Frequency)| (first + k, f.rad_s);
+                Seen::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
+            }
+        };
+        self.series.push(Series { seen, weight, loss: measurement.loss() });
+        Ok(())
+    }
+
+    /// Number of residuals of each measurement.
+    pub fn counts(&self) -> impl Iterator<Item = usize> {
+        self.series.iter().map(Series::len)
+    }
+
+    /// The loss of every residual.
+    pub fn losses(&self) -> impl Iterator<Item = Loss> {
+        self.series.iter().flat_map(|s| std::iter::repeat_n(s.loss, s.len()))
+    }
+
+    /// The modes whose frequencies were measured.
+    pub fn modes(&self) -> &[usize] {
+        &self.modes
+    }
+
+    /// Whether unknown `i` is one of its own.
+    pub fn has(&self, i: usize) -> bool {
+        self.unknowns.contains(&i)
+    }
+
+    /// The parameters that more than the recording depends on.
+    fn of_the_motion(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
+        let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
+        own.filter(|p| !p.is_of_the_camera()).collect()
+    }
+
+    /// What its problem does at `x`, with derivatives by the parameters of the unknowns if
+    /// `derived`. Motions last as long as their samples on the camera's clock. `count` is told the
+    /// work, of runs that fail too; `after` sees the motion at the start and after every step.
+    pub fn run(
+        &self,
+        (unknowns, x): (&[Unknown], &[f64]),
+        derived: bool,
+        count: impl Fn(f64),
+        after: &mut dyn FnMut(&Problem, &dyn Snapshot),
+    ) -> Result<Run, Error> {
+        let own =
+            self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
+        let mut problem = self.problem.with(own)?;
+        let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
+
+        let mut moving = None;
+        if !self.moving.is_empty() {
+            let time = problem.time()?;
+            let end = self.end - problem.scene().camera.time_offset;
+            let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
+            if end > time.end * (1.0 + 1e-9) {
+                // Whole steps: a last one cut to the clock's offset would depend on it.
+                let end = steps as f64 * time.step;
+                problem = problem.lasting(end);
+            }
+            let steps = steps.min(problem.time()?.steps());
+            let mut trajectory = Trajectory::new(&problem, &self.moving, &wanted)?;
+            let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
+            let steps = trajectory.work().steps + usize::from(outcome.is_err());
+            count((steps * problem.segments()) as f64);
+            outcome?;
+            moving = Some(trajectory);
+        }
+        count(self.rest_work);
+        let resting = match self.resting.is_empty() {
+            true => None,
+            false => Some(Trajectory::at_rest(&problem, &self.resting, &wanted)?),
+        };
+        Ok(Run { problem, moving, resting })
+    }
+
+    /// What it does to every residual, not bent, and to their derivatives by all unknowns if
+    /// `derived`.
+    pub fn compare(
+        &self,
+        run: &Run,
+        (unknowns, x): (&[Unknown], &[f64]),
+        derived: bool,
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+        let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
+        let tones = match self.modes.is_empty() {
+            true => Vec::new(),
+            false => run.problem.tones(&self.modes, &wanted)?,
+        };
+        let frequencies: Vec<f64> = tones.iter().map(|t| t.frequency_rad_s).collect();
+        let seeing = Seeing {
+            moving: run.moving.as_ref(),
+            resting: run.resting.as_ref(),
+            frequencies: &frequencies,
+            view: &View::new(&run.problem, |_, value| value),
+            tracks: [],
+        };
+        let mut residuals = Vec::with_capacity(self.counts().sum());
+        self.each_residual(&seeing, |r: f64, _| residuals.push(r))?;
+        if !derived {
+            return Ok((residuals, Vec::new()));
+        }
+        let mut rows = vec![vec![0.0; unknowns.len()]; residuals.len()];
+        for i in &self.unknowns {
+            let unknown = &unknowns[*i];
+            let seed = |p, value| Dual64::new(value, f64::from(p == unknown.parameter));
+            let track = wanted.iter().position(|p| *p == unknown.parameter);
+            let slope = unknown.slope(unknown.from_scale(x[*i]));
+            let rate = |t: &Tone| track.map_or(0.0, |track| t.derivatives[track]);
+            let frequencies: Vec<Dual64> =
+                tones.iter().map(|t| Dual64::new(t.frequency_rad_s, rate(t))).collect();
+            let seeing = Seeing {
+                moving: run.moving.as_ref(),
+                resting: run.resting.as_ref(),
+                frequencies: &frequencies,
+                view: &View::new(&run.problem, seed),
+                tracks: [track],
+            };
+            let mut row = rows.iter_mut();
+            self.each_residual(&seeing, |r: Dual64, _| {
+                if let Some(row) = row.next() {
+                    row[*i] = r.eps * slope;
+                }
+            })?;
+        }
+        Ok((residuals, rows))
+    }
+
+    /// Calls `each` with every residual, not bent, and its loss.
+    pub fn each_residual<D: Lifted<P>, const P: usize>(
+        &self,
+        seeing: &Seeing<D, P>,
+        mut each: impl FnMut(D, Loss),
+    ) -> Result<(), Error> {
+        let &Seeing { moving, resting, frequencies, view, tracks } = seeing;
+        for Series { seen, weight, loss } in &self.series {
+            let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
+                let recorded = view.recorded(position);
+                for c in 0..3 {
+                    if let Some(seen) = seen[c] {
+                        each((recorded[c] - D::from(seen)) * *weight, *loss);
+                    }
+                }
+            };
+            match seen {
+                Seen::Motion(stencil, samples) => {
+                    let Some(moving) = moving else { continue };
+                    for sample in samples {
+                        let time = view.time(sample.time);
+                        compare(moving.sample_over(stencil, time, tracks)?, &sample.position);
+                    }
+                }
+                Seen::RestShape(points) => {
+                    let Some(resting) = resting else { continue };
+                    for (stencil, position) in points {
+                        let start = D::from(0.0);
+                        compare(resting.sample_over(stencil, start, tracks)?, position);
+                    }
+                }
+                Seen::Frequencies(values) => {
+                    for (place, seen) in values {
+                        each((frequencies[*place] - D::from(*seen)) * *weight, *loss);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Series {
+    fn len(&self) -> usize {
+        let seen = |position: &[Option<f64>; 3]| position.iter().flatten().count();
+        match &self.seen {
+            Seen::Motion(_, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
+            Seen::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
+            Seen::Frequencies(values) => values.len(),
+        }
+    }
+}

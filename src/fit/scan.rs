@@ -1,0 +1,219 @@
+//! The scan: the coarse model's misfit over a grid of values, of which no basin that matters may slip
+//! through. Over the first period the misfit has few minima, and wide ones.
+
+use super::Unknown;
+use super::coarse::Coarse;
+use super::grid::Grid;
+use super::journal::{Stage, Visit};
+use super::residuals::half_square;
+use super::search::Search;
+use crate::error::Error;
+use crate::parameter::Parameter;
+use crate::problem::Problem;
+
+/// Shear modulus over Young's modulus in the scan, when neither is known: Poisson's ratio 0.3.
+const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
+
+/// Points of the scan at most; with more unknowns, each is tried at fewer values.
+const MOST_POINTS: usize = 6000;
+
+impl Search<'_> {
+    /// Misfit of every combination of candidate values over the first period.
+    pub fn scan(
+        &self,
+        coarse: &Coarse,
+        first: &[f64],
+        grid: usize,
+    ) -> Result<Vec<(Vec<f64>, f64)>, Error> {
+        let mut lists: Vec<Vec<f64>> = self
+            .unknowns
+            .iter()
+            .map(|unknown| {
+                let mut values = self.candidates(unknown, first);
+                if grid > 1 {
+                    let middles: Vec<f64> =
+                        values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
+                    values.extend(middles);
+                    values.sort_by(f64::total_cmp);
+                }
+                values
+            })
+            .collect();
+        thin(&mut lists, self.unknowns);
+        let scaled = |(unknown, values): (&Unknown, &Vec<f64>)| {
+            values.iter().map(|v| unknown.to_scale(*v)).collect()
+        };
+        let axes = self.unknowns.iter().zip(&lists).map(scaled).collect();
+        let mut points = vec![Vec::new()];
+        for (unknown, values) in self.unknowns.iter().zip(lists) {
+            points = points
+                .iter()
+                .flat_map(|point| {
+                    values.iter().map(|v| {
+                        let mut point: Vec<f64> = point.clone();
+                        point.push(unknown.to_scale(*v));
+                        point
+                    })
+                })
+                .collect();
+        }
+        for (g, e) in self.tied_shear_moduli() {
+            let [low, high] = self.unknowns[g].scaled_bounds();
+            for point in &mut points {
+                point[g] = (point[e] + SHEAR_OF_YOUNGS.ln()).clamp(low, high);
+            }
+        }
+        let residuals = coarse.residuals(self, first)?;
+        let mut grid = Grid { axes, points: Vec::new() };
+        let mut least = f64::INFINITY;
+        let mut failure = None;
+        for (i, x) in points.into_iter().enumerate() {
+            let mut cost = f64::INFINITY;
+            match residuals.residuals(&x) {
+                Ok(left) => {
+                    cost = half_square(&left);
+                    if cost < least {
+                        least = cost;
+                        self.note(Visit {
+                            stage: Stage::Scan,
+                            x: coarse.correct(self, x.clone()),
+                            cost,
+                            residuals: residuals.straight(&x)?,
+                            counts: residuals.counts(),
+                        });
+                    }
+                }
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Err(error) => failure = Some(error),
+            }
+            grid.points.push((x, cost));
+            if i % 16 == 0 {
+                self.report("scan");
+            }
+        }
+        let scanned: Vec<_> =
+            grid.points.iter().filter(|(_, cost)| *cost < f64::INFINITY).cloned().collect();
+        self.journal.scan(grid);
+        match failure {
+            Some(error) if scanned.is_empty() => Err(Error::Fit(format!(
+                "no start found: every trial simulation failed, the last one with: {error}"
+            ))),
+            _ => Ok(scanned),
+        }
+    }
+
+    /// Values of an unknown worth trying, as the first experiment that has it suggests.
+    fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
+        let own = self.experiments.iter().zip(first).find(|(e, _)| unknown.is_of(e));
+        let Some((experiment, first)) = own else { return Vec::new() };
+        let with_modulus = self.youngs_modulus_beside(unknown).is_some();
+        let (duration, rise) = (experiment.duration(), 0.5 * first);
+        unknown.candidates(&experiment.problem, duration, rise, with_modulus)
+    }
+
+    /// The unknown Young's modulus of the same rod as another unknown.
+    fn youngs_modulus_beside(&self, unknown: &Unknown) -> Option<usize> {
+        self.unknowns.iter().position(|u| {
+            u.parameter == Parameter::YoungsModulus
+                && self.experiments.iter().any(|e| u.is_of(e) && unknown.is_of(e))
+        })
+    }
+
+    /// Unknown shear moduli of which nothing is known, with the Young's modulus beside each.
+    fn tied_shear_moduli(&self) -> Vec<(usize, usize)> {
+        let free = |u: &Unknown| {
+            u.parameter == Parameter::ShearModulus && u.start.is_none() && u.prior.is_none()
+        };
+        let shear = self.unknowns.iter().enumerate().filter(|(_, u)| free(u));
+        shear.filter_map(|(g, u)| Some((g, self.youngs_modulus_beside(u)?))).collect()
+    }
+}
+
+impl Unknown {
+    /// Values worth trying before anything is known. A start is a hint: it may be far off.
+    /// `duration` and `rise` are the record's length and the time of its first swing, s.
+    fn candidates(
+        &self,
+        problem: &Problem,
+        duration: f64,
+        rise: f64,
+        beside_youngs_modulus: bool,
+    ) -> Vec<f64> {
+        let log_range = |low: f64, high: f64, per_decade: f64| -> Vec<f64> {
+            let n = ((high / low).log10() * per_decade).round().max(0.0) as i32;
+            (0..=n).map(|i| low * (high / low).powf(f64::from(i) / f64::from(n.max(1)))).collect()
+        };
+        let length = problem.length();
+        let here = self.start.or(self.parameter.of(problem.scene()));
+        let hint = self.start.or(self.prior.map(|prior| prior.mean));
+        let values = match (self.parameter, hint) {
+            // Clamps and cameras are set up by eye.
+            (
+                Parameter::NaturalCurvatureOf(_)
+                | Parameter::NaturalTwistOf(_)
+                | Parameter::ClampAngle
+                | Parameter::InitialVelocityX
+                | Parameter::InitialVelocityY
+                | Parameter::InitialVelocityZ
+                | Parameter::InitialAngularVelocityX
+                | Parameter::InitialAngularVelocityY
+                | Parameter::InitialAngularVelocityZ
+                | Parameter::TimeOffset
+                | Parameter::PixelScale
+                | Parameter::InPlaneRotation
+                | Parameter::ClampPositionX
+                | Parameter::ClampPositionY
+                | Parameter::ClampPositionZ,
+                _,
+            ) => here.into_iter().collect(),
+            (Parameter::YoungsModulus, None) => log_range(1e3, 1e13, 3.0),
+            (Parameter::YoungsModulus, Some(e)) => log_range(e * 1e-3, e * 1e3, 3.0),
+            (Parameter::Beta, None) => vec![0.55, 0.75, 0.95],
+            (Parameter::PoissonRatio, None) => vec![0.3],
+            (Parameter::NaturalCurvature, None) => vec![0.5, 1.0, 1.5],
+            (Parameter::NaturalTwist, None) => [-2.0, 0.0, 2.0].map(|turn| turn / length).to_vec(),
+            (
+                Parameter::Beta
+                | Parameter::PoissonRatio
+                | Parameter::NaturalCurvature
+                | Parameter::NaturalTwist,
+                Some(value),
+            ) => vec![value],
+            (_, Some(value)) => log_range(value / 30.0, value * 30.0, 1.4),
+            (Parameter::ShearModulus, None) => {
+                let e = problem.scene().material.youngs_modulus;
+                // Beside an unknown Young's modulus the scan ties it to that; one value will do.
+                if beside_youngs_modulus { vec![e] } else { log_range(0.01 * e, e, 3.0) }
+            }
+            (Parameter::Density, None) => log_range(100.0, 2e4, 2.0),
+            (Parameter::Radius | Parameter::Width | Parameter::Height, None) => {
+                log_range(1e-4 * length, 0.1 * length, 2.0)
+            }
+            (Parameter::DampingMass, None) => log_range(0.03 / duration, 10.0 / rise, 1.5),
+            (Parameter::DampingStiffness, None) => log_range(1e-5 * rise, 0.1 * rise, 1.0),
+        };
+        let [low, high] = self.scaled_bounds().map(|x| self.from_scale(x));
+        let mut inside: Vec<f64> =
+            values.iter().copied().filter(|v| *v > low && *v < high).collect();
+        if inside.is_empty() {
+            inside = values.iter().map(|v| v.clamp(low, high)).collect();
+            inside.dedup();
+        }
+        inside
+    }
+}
+
+/// Halves the longest lists of values until their combinations are few enough; Young's modulus, over
+/// which the misfit has most minima, keeps its values longest.
+fn thin(lists: &mut [Vec<f64>], unknowns: &[Unknown]) {
+    let points = |lists: &[Vec<f64>]| lists.iter().map(|l| l.len() as f64).product::<f64>();
+    while points(lists) > MOST_POINTS as f64 {
+        let weight = |i: usize| match unknowns[i].parameter {
+            Parameter::YoungsModulus => lists[i].len() / 8,
+            _ => lists[i].len(),
+        };
+        let Some(longest) = (0..lists.len()).max_by_key(|i| weight(*i)) else { return };
+        let kept = lists[longest].iter().skip(lists[longest].len() / 2 % 2).step_by(2).copied();
+        lists[longest] = kept.collect();
+    }
+}
