@@ -10,9 +10,6 @@ use super::uncertainty::Local;
 use super::{Estimate, Fit, FitReport, Unknown, prediction, replay};
 use crate::error::Error;
 
-/// Residuals below this part of the rod's length are rounding errors, not noise.
-const ROUNDING: f64 = 1e-8;
-
 impl Fit {
     /// What `optimum` says about the parameters, and what speaks against it.
     pub(super) fn assess(&self, search: &Search, optimum: &Optimum) -> Result<FitReport, Error> {
@@ -63,11 +60,7 @@ impl Fit {
         report.warnings.extend(unexplained(search, optimum));
         report.warnings.extend(surprises(&self.unknowns, optimum));
         // Rounding errors are neither noise nor made by another mesh.
-        let rounding = search
-            .measured(optimum)
-            .zip(search.spreads(optimum))
-            .all(|((experiment, m, ..), spread)| spread <= ROUNDING * m.scale(&experiment.problem));
-        if !rounding {
+        if !search.is_rounding(optimum) {
             test_residuals(search, optimum, &mut report);
             self.add_discretization(search, optimum, &local, &noise, &mut report);
         }

@@ -10,6 +10,8 @@ use super::{Experiment, FitReport, Measurement, ResidualTests, Unknown};
 /// on a finer grid, and before the report warns, unless it is noise.
 pub(super) const UNEXPLAINED: f64 = 0.1;
 
+/// Residuals below this part of the rod's length are rounding errors, not noise.
+const ROUNDING: f64 = 1e-8;
 /// Values per coordinate from which on tests are trusted to find what is not noise.
 const ENOUGH: usize = 30;
 
@@ -23,6 +25,20 @@ impl Search<'_> {
                 || size == 0.0
                 || is_noisy(experiment, measurement, rms, own)
         })
+    }
+
+    /// Whether nothing but rounding errors is left of any measurement.
+    pub fn is_rounding(&self, optimum: &Optimum) -> bool {
+        let spreads = self.spreads(optimum);
+        self.measured(optimum)
+            .zip(spreads)
+            .all(|((e, m, ..), spread)| spread <= ROUNDING * m.scale(&e.problem))
+    }
+
+    /// Whether what is left looks like noise, or is rounding errors.
+    pub fn is_noise(&self, optimum: &Optimum) -> bool {
+        let tests = self.measured(optimum).flat_map(|(e, m, _, own)| residual_tests(e, m, own));
+        self.is_rounding(optimum) || tests.into_iter().all(|tests| tests.is_noise())
     }
 }
 

@@ -28,6 +28,7 @@ pub type LeastSquaresState = IterState<Vec<f64>, (), Vec<Vec<f64>>, (), Vec<f64>
 #[derive(Clone, Debug)]
 pub struct LevenbergMarquardt {
     bounds: Vec<[f64; 2]>,
+    longest_steps: Vec<f64>,
     step_tolerance: f64,
     noise_tolerance: f64,
     damping: f64,
@@ -91,6 +92,7 @@ impl LevenbergMarquardt {
     pub fn new(bounds: Vec<[f64; 2]>) -> Self {
         Self {
             scale: vec![0.0; bounds.len()],
+            longest_steps: vec![f64::INFINITY; bounds.len()],
             bounds,
             step_tolerance: 1e-10,
             noise_tolerance: 1e-3,
@@ -98,6 +100,12 @@ impl LevenbergMarquardt {
             growth: 2.0,
             last_change: f64::INFINITY,
         }
+    }
+
+    /// Sets how far each unknown may go in one step; default: as far as it likes. A logarithm whose
+    /// value the data want at zero would otherwise lose its effect in one step, and the step with it.
+    pub fn longest_steps(self, longest_steps: Vec<f64>) -> Self {
+        Self { longest_steps, ..self }
     }
 
     /// Sets the largest Gauss-Newton step that counts as none; default 1e-10.
@@ -122,9 +130,17 @@ impl LevenbergMarquardt {
         self.growth = 2.0;
     }
 
-    fn clamp(&self, x: Vec<f64>) -> Vec<f64> {
-        x.iter().zip(&self.bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect()
+    /// Where one step may lead from `x`.
+    fn reach(&self, x: &[f64]) -> Vec<[f64; 2]> {
+        let within = |((x, [low, high]), longest): ((&f64, &[f64; 2]), &f64)| {
+            [low.max(x - longest), high.min(x + longest)]
+        };
+        x.iter().zip(&self.bounds).zip(&self.longest_steps).map(within).collect()
     }
+}
+
+fn clamp(x: Vec<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
+    x.iter().zip(bounds).map(|(x, [low, high])| x.clamp(*low, *high)).collect()
 }
 
 impl<O> Solver<O, LeastSquaresState> for LevenbergMarquardt
@@ -147,13 +163,13 @@ where
                 "Levenberg-Marquardt needs a start: Executor::configure(|state| state.param(..))"
             )
         })?;
-        if start.len() != self.bounds.len() {
+        if start.len() != self.bounds.len() || start.len() != self.longest_steps.len() {
             return Err(argmin::argmin_error!(
                 InvalidParameter,
-                "Levenberg-Marquardt needs one pair of bounds per unknown"
+                "Levenberg-Marquardt needs one pair of bounds, and one longest step, per unknown"
             ));
         }
-        let x = self.clamp(start);
+        let x = clamp(start, &self.bounds);
         let start = evaluate(problem, &x)?;
         Ok((at(state, x, start), None))
     }
@@ -178,11 +194,12 @@ where
 
         let freedom = here.residuals.len().saturating_sub(x.len()).max(1) as f64;
         let noise = (2.0 * cost / freedom).sqrt();
-        let Some((full, change)) = linear.step(&x, &self.bounds, &linear.norms, NO_DAMPING) else {
+        let reach = self.reach(&x);
+        let Some((full, change)) = linear.step(&x, &reach, &linear.norms, NO_DAMPING) else {
             let why = TerminationReason::SolverExit("the Jacobian is not finite".to_string());
             return Ok((at(state, x, here).terminate_with(why), None));
         };
-        let target = self.clamp(add(&x, &full));
+        let target = clamp(add(&x, &full), &reach);
         let moved = target.iter().zip(&x).map(|(t, x)| (t - x).abs()).fold(0.0, f64::max);
         if moved <= self.step_tolerance || change <= self.noise_tolerance * noise {
             let converged = TerminationReason::SolverConverged;
@@ -200,10 +217,10 @@ where
 
         let mut failure = None;
         while self.damping < LARGEST_DAMPING {
-            let Some((step, _)) = linear.step(&x, &self.bounds, &self.scale, self.damping) else {
+            let Some((step, _)) = linear.step(&x, &reach, &self.scale, self.damping) else {
                 break;
             };
-            let next = self.clamp(add(&x, &step));
+            let next = clamp(add(&x, &step), &reach);
             let step: Vec<f64> = next.iter().zip(&x).map(|(t, x)| t - x).collect();
             if step.iter().zip(&x).all(|(s, x)| s.abs() <= f64::EPSILON * x.abs()) {
                 break;
@@ -218,13 +235,14 @@ where
                 Ok(trial) => {
                     failure = None;
                     let gain = drop(&here.residuals, &trial.residuals) / predicted;
-                    if gain > LEAST_GAIN && linear.least_kept(&trial.jacobian) > LEAST_EFFECT {
+                    let lost = linear.least_kept(&trial.jacobian) <= LEAST_EFFECT;
+                    if gain > LEAST_GAIN && !lost {
                         self.relax_damping(gain);
                         let damping = argmin::kv!("damping" => self.damping;);
                         return Ok((at(state, next, trial), Some(damping)));
                     }
                     // At the rounding level of the cost, nothing more can be gained.
-                    if predicted <= 1e-12 * cost {
+                    if predicted <= 1e-12 * cost && !lost {
                         let converged = TerminationReason::SolverConverged;
                         return Ok((at(state, x, here).terminate_with(converged), None));
                     }

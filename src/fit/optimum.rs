@@ -11,6 +11,9 @@ use argmin::core::{Executor, KV, State, TerminationReason};
 use std::cell::Cell;
 use std::rc::Rc;
 
+/// A factor of a hundred is as far as the data at one value tell about another.
+const LONGEST_LOG_STEP: f64 = 4.6;
+
 /// Where an optimisation ended.
 #[derive(Clone, Debug)]
 pub(super) struct Optimum {
@@ -44,7 +47,12 @@ impl Search<'_> {
     ) -> Result<Optimum, Error> {
         let (counts, losses) = (residuals.counts(), residuals.losses());
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
+        let longest = |u: &Unknown| match u.parameter.is_positive() {
+            true => LONGEST_LOG_STEP,
+            false => f64::INFINITY,
+        };
         let solver = LevenbergMarquardt::new(bounds)
+            .longest_steps(self.unknowns.iter().map(longest).collect())
             .step_tolerance(step_tolerance)
             .noise_tolerance(noise_tolerance);
         let observer = Observer {
