@@ -1,7 +1,7 @@
 //! A coarse model of every experiment, cheap enough to be tried at thousands of values.
 
-use super::search::Search;
-use super::{Experiment, Residuals, Unknown};
+use super::search::{Search, Task};
+use super::{Experiment, Unknown};
 use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::parameter::Parameter;
@@ -13,7 +13,6 @@ const COARSE_SEGMENTS: usize = 12;
 /// Largest turn per edge of the coarse model of a curved rod, rad: a coarser polygon is stiffer
 /// than the curve by more than the search forgives.
 const COARSE_TURN: f64 = 0.2;
-
 /// Steps of the coarse model per first period.
 const COARSE_STEPS: f64 = 48.0;
 
@@ -33,9 +32,9 @@ impl Coarse {
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    /// The residuals up to `horizons`, s.
-    pub fn residuals(&self, search: &Search, horizons: &[f64]) -> Result<Residuals, Error> {
-        search.residuals_of(&self.experiments, horizons)
+    /// The search's problem with the coarse experiments.
+    pub fn task<'a>(&'a self, search: &'a Search) -> Task<'a> {
+        Task { experiments: &self.experiments, ..search.task() }
     }
 
     /// Walls at nodes make a rod half an edge too short, on the coarse mesh more than on the full
