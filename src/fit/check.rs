@@ -6,8 +6,6 @@ use super::unknown::Prior;
 use super::{Experiment, Fit, Measurement, Sample, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
-use crate::point::Point;
-use crate::problem::Problem;
 use crate::scene::{Support, positive};
 
 /// Fewer values do not show their own noise beside other measurements.
@@ -29,16 +27,43 @@ impl Fit {
         if self.unknowns.is_empty() {
             return Err(Error::invalid("parameter", "none", "at least one"));
         }
+        self.check_experiments()?;
+        self.check_unknowns()?;
+        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
+            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
+        }
+        let several = all(&fitted).count() > 1;
+        for experiment in &self.experiments {
+            self.check_measurements(experiment, several)?;
+        }
+        let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
+        let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
+        let needed = self.unknowns.len() + 1;
+        if values + priors < needed {
+            let allowed = format!("at least {needed}, one more than parameters");
+            return Err(Error::invalid("observation", format!("{values} values"), allowed));
+        }
+        Ok(())
+    }
+
+    fn check_experiments(&self) -> Result<(), Error> {
         for (i, experiment) in self.experiments.iter().enumerate() {
-            if self.experiments[..i].iter().any(|e| e.name == experiment.name) {
+            let name = &experiment.name;
+            if self.experiments[..i].iter().any(|e| e.name == *name) {
                 let key = format!("experiment[{i}].name");
-                return Err(Error::invalid(
-                    key,
-                    format!("{:?}", experiment.name),
-                    "each name once",
-                ));
+                return Err(Error::invalid(key, format!("{name:?}"), "each name once"));
+            }
+            if experiment.measurements.is_empty() {
+                let found = format!("no measurement in {name}");
+                let allowed = "at least one observation, shape or frequencies";
+                return Err(Error::invalid(format!("experiment[{i}]"), found, allowed));
             }
         }
+        Ok(())
+    }
+
+    fn check_unknowns(&self) -> Result<(), Error> {
         for (i, unknown) in self.unknowns.iter().enumerate() {
             let key = format!("parameter[{i}]");
             unknown.check(&self.experiments, &key)?;
@@ -51,49 +76,49 @@ impl Fit {
                 return Err(Error::invalid(format!("{key}.name"), unknown.parameter, allowed));
             }
         }
-        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
-            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
-            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
-        }
-        let several = all(&fitted).count() > 1;
-        for experiment in &self.experiments {
-            // With a clock of its own a recording may show later times than the motion lasts.
-            let other_clock = experiment.problem.scene().camera.time_offset != 0.0
-                || self
-                    .unknowns
-                    .iter()
-                    .any(|u| u.parameter == Parameter::TimeOffset && u.is_of(experiment));
-            for (i, measurement) in experiment.measurements.iter().enumerate() {
-                let kind = match measurement {
-                    Measurement::Motion(_) => "observation",
-                    Measurement::RestShape(_) => "shape",
-                    Measurement::Frequencies(_) => "frequencies",
-                };
-                let before = experiment.measurements[..i].iter();
-                let same = |m: &&Measurement| {
-                    std::mem::discriminant(*m) == std::mem::discriminant(measurement)
-                };
-                let key = match experiment.name.is_empty() {
-                    true => format!("{kind}[{}]", before.filter(same).count()),
-                    false => format!("{}.{kind}[{}]", experiment.name, before.filter(same).count()),
-                };
-                measurement.check(&experiment.problem, (&key, other_clock))?;
-                if several && measurement.sigma().is_none() && measurement.values() < FEW {
-                    let found = format!("none, with {} values", measurement.values());
-                    let allowed = format!("a number; only {FEW} values or more show their noise");
-                    return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
-                }
+        Ok(())
+    }
+
+    /// Those of one experiment, which may be one of `several` that are weighed against each other.
+    fn check_measurements(&self, experiment: &Experiment, several: bool) -> Result<(), Error> {
+        // With a clock of its own a recording may show later times than the motion lasts.
+        let clock = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
+        let other_clock =
+            experiment.problem.scene().camera.time_offset != 0.0 || self.unknowns.iter().any(clock);
+        for (i, measurement) in experiment.measurements.iter().enumerate() {
+            let key = key(experiment, i);
+            measurement.check(experiment, &key, other_clock)?;
+            if several && measurement.sigma().is_none() && measurement.values() < FEW {
+                let found = format!("none, with {} values", measurement.values());
+                let allowed = format!("a number; only {FEW} values or more show their noise");
+                return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
             }
-        }
-        let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
-        let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
-        let needed = self.unknowns.len() + 1;
-        if values + priors < needed {
-            let allowed = format!("at least {needed}, one more than parameters");
-            return Err(Error::invalid("observation", format!("{values} values"), allowed));
         }
         Ok(())
     }
+}
+
+/// Where measurement `i` of an experiment stands in the fit file.
+fn key(experiment: &Experiment, i: usize) -> String {
+    let kind = std::mem::discriminant::<Measurement>;
+    let own = &experiment.measurements[i];
+    let before = experiment.measurements[..i].iter().filter(|m| kind(m) == kind(own)).count();
+    let table = match own {
+        Measurement::Motion(_) => "observation",
+        Measurement::RestShape(_) => "shape",
+        Measurement::Frequencies(_) => "frequencies",
+    };
+    experiment.key(&format!("{table}[{before}]"))
+}
+
+/// The same error, naming a parameter's place and the experiment whose scene refuses it.
+fn of_parameter(error: Error, key: &str, experiment: &str) -> Error {
+    let Error::Invalid { file, key: own, mut found, allowed } = error else { return error };
+    if !experiment.is_empty() {
+        found += &format!(" in experiment {experiment}");
+    }
+    let key = if own == "parameter" { format!("{key}.name") } else { own };
+    Error::Invalid { file, key, found, allowed }
 }
 
 impl Unknown {
@@ -102,14 +127,25 @@ impl Unknown {
         let parameter = self.parameter;
         let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
         if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {
-            let allowed = format!("one of {}", names.join(", "));
+            let allowed = match names[..] {
+                [""] => "no name: there is only one experiment".into(),
+                _ => format!("one of {}", names.join(", ")),
+            };
             return Err(Error::invalid(format!("{key}.experiment"), other, allowed));
+        }
+        let twice = |(i, name): &(usize, &String)| self.experiments[..*i].contains(name);
+        if let Some((_, name)) = self.experiments.iter().enumerate().find(twice) {
+            let found = format!("{name} twice");
+            return Err(Error::invalid(format!("{key}.experiment"), found, "each name once"));
         }
         let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
         if takers.peek().is_none() {
-            return Err(parameter.absent());
+            return Err(of_parameter(parameter.absent(), key, ""));
         }
-        takers.try_for_each(|e| e.problem.check_parameter(parameter))?;
+        takers.try_for_each(|e| {
+            let checked = e.problem.check_parameter(parameter);
+            checked.map_err(|error| of_parameter(error, key, &e.name))
+        })?;
         let [least, most] = parameter.limits();
         let allowed = || match parameter.is_positive() {
             true => "finite and above 0".to_string(),
@@ -150,7 +186,8 @@ impl Unknown {
 
 impl Measurement {
     /// Refuses positions that no point of a held rod can have: most likely in other units.
-    pub(super) fn check_units(&self, problem: &Problem) -> Result<(), Error> {
+    pub(super) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
+        let problem = &experiment.problem;
         let supports = &problem.scene().supports;
         if (supports.start, supports.end) == (Support::Free, Support::Free) {
             return Ok(());
@@ -173,41 +210,48 @@ impl Measurement {
              may be missing",
             problem.length()
         );
-        Err(Error::invalid(self.label(), found, allowed))
+        Err(Error::invalid(experiment.label(self), found, allowed))
     }
 
-    /// Refuses what cannot be compared with the problem; `key` names the measurement.
-    fn check(&self, problem: &Problem, (key, other_clock): (&str, bool)) -> Result<(), Error> {
+    /// Refuses what cannot be compared with the experiment's problem; `key` names the measurement.
+    fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
+        let (problem, label) = (&experiment.problem, experiment.label(self));
+        if self.values() == 0 {
+            return Err(Error::invalid(key, "no values", "at least one"));
+        }
         if let Some(sigma) = self.sigma() {
             positive(&format!("{key}.sigma"), sigma)?;
         }
         let finite = |position: &[Option<f64>; 3]| position.iter().flatten().all(|x| x.is_finite());
-        let on_rod = |point: Point| match problem.stencil(point) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(Error::invalid(format!("{key}.point"), error, "a point of the rod")),
-        };
-        let other = |what: &str, allowed: &str| Err(Error::invalid(self.label(), what, allowed));
         match self {
             Self::Motion(o) => {
-                on_rod(o.point)?;
+                problem.stencil(o.point).map_err(|error| {
+                    Error::invalid(format!("{key}.point"), error, "a point of the rod")
+                })?;
                 let end = problem.time()?.end;
                 let late = o.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
                 if let Some(late) = late.filter(|_| !other_clock) {
                     let found = format!("t = {} s", late.time);
                     let allowed = format!("up to the scene's time.end = {end} s");
-                    return Err(Error::invalid(self.label(), found, allowed));
+                    return Err(Error::invalid(label, found, allowed));
                 }
                 let sane = |s: &Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
                 let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);
                 if !(o.samples.iter().all(sane) && ascending) {
                     let allowed = "finite positions at increasing times from 0 on";
-                    return other("other samples", allowed);
+                    return Err(Error::invalid(label, "other samples", allowed));
                 }
             }
             Self::RestShape(shape) => {
-                shape.sightings.iter().try_for_each(|s| on_rod(s.point))?;
+                for (k, sighting) in shape.sightings.iter().enumerate() {
+                    problem.stencil(sighting.point).map_err(|error| {
+                        let allowed =
+                            "points of the rod; a unit in the header, as in s[mm], may be missing";
+                        Error::invalid(format!("{label}: point {}", k + 1), error, allowed)
+                    })?;
+                }
                 if !shape.sightings.iter().all(|s| finite(&s.position)) {
-                    return other("other positions", "finite positions");
+                    return Err(Error::invalid(label, "other positions", "finite positions"));
                 }
             }
             Self::Frequencies(f) => {

@@ -1,7 +1,7 @@
 //! A coarse model of every experiment, cheap enough to be tried at thousands of values.
 
-use super::search::Search;
-use super::{Experiment, Residuals, Unknown};
+use super::search::{Search, Task};
+use super::{Experiment, Unknown};
 use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::parameter::Parameter;
@@ -13,7 +13,8 @@ const COARSE_SEGMENTS: usize = 12;
 /// Largest turn per edge of the coarse model of a curved rod, rad: a coarser polygon is stiffer
 /// than the curve by more than the search forgives.
 const COARSE_TURN: f64 = 0.2;
-
+/// The same for each mode up to the highest whose frequency was measured.
+const COARSE_PER_MODE: usize = 2;
 /// Steps of the coarse model per first period.
 const COARSE_STEPS: f64 = 48.0;
 
@@ -27,15 +28,15 @@ impl Coarse {
         let coarse = |(experiment, first): (&Experiment, &f64)| {
             let unknowns: Vec<&Unknown> =
                 search.unknowns.iter().filter(|u| u.is_of(experiment)).collect();
-            experiment.posed_as(coarse(&experiment.problem, &unknowns, *first)?)
+            experiment.posed_as(coarse(experiment, &unknowns, *first)?)
         };
         let experiments = search.experiments.iter().zip(first).map(coarse);
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
-    /// The residuals up to `horizons`, s.
-    pub fn residuals(&self, search: &Search, horizons: &[f64]) -> Result<Residuals, Error> {
-        search.residuals_of(&self.experiments, horizons)
+    /// The search's problem with the coarse experiments.
+    pub fn task<'a>(&'a self, search: &'a Search) -> Task<'a> {
+        Task { experiments: &self.experiments, ..search.task() }
     }
 
     /// Walls at nodes make a rod half an edge too short, on the coarse mesh more than on the full
@@ -64,12 +65,14 @@ fn free(problem: &Problem) -> f64 {
     }
 }
 
-/// A problem on a coarse mesh with large steps, of which `first` are its first period, s.
-fn coarse(problem: &Problem, unknowns: &[&Unknown], first: f64) -> Result<Problem, Error> {
+/// The problem on a coarse mesh with large steps; its first period is `first`, s.
+fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<Problem, Error> {
+    let problem = &experiment.problem;
     let mut scene = problem.scene().clone();
     if !scene.mesh_is_given() {
         let turns = scene.rod.shape.turning() / COARSE_TURN;
-        let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize);
+        let modes = COARSE_PER_MODE * experiment.highest_mode();
+        let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
         scene.rod.segments = scene.rod.segments.map(|n| n.min(coarse));
         let ratio = scene.rod.segments.unwrap_or(1) as f64 / problem.segments() as f64;
         for load in scene.loads.point.iter_mut().chain(&mut scene.initial.point) {

@@ -40,6 +40,15 @@ impl Experiment {
         self.motions().count() < self.measurements.len()
     }
 
+    /// The highest mode whose frequency was measured; 0 without any.
+    pub(super) fn highest_mode(&self) -> usize {
+        let modes = self.measurements.iter().filter_map(|m| match m {
+            Measurement::Frequencies(f) => f.values.iter().map(|f| f.mode).max(),
+            _ => None,
+        });
+        modes.max().unwrap_or(0)
+    }
+
     /// End of the recorded motion, s.
     pub(super) fn duration(&self) -> f64 {
         let last = |o: &Observation| o.samples.last().map_or(0.0, |s| s.time);
@@ -58,6 +67,14 @@ impl Experiment {
     /// Work of the static solutions it needs.
     pub(super) fn rest_work(&self) -> f64 {
         if self.rests() { STEPS_OF_REST * self.problem.segments() as f64 } else { 0.0 }
+    }
+
+    /// The name before a key of its own in the fit file.
+    pub(super) fn key(&self, own: &str) -> String {
+        match self.name.is_empty() {
+            true => own.into(),
+            false => format!("{}.{own}", self.name),
+        }
     }
 
     /// What the name adds to the label of a measurement.

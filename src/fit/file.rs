@@ -118,6 +118,22 @@ enum Names {
     Some(Vec<String>),
 }
 
+impl ParameterForm {
+    fn unknown(self, i: usize) -> Result<Unknown, Error> {
+        let Self { name, start, bounds, prior, experiment } = self;
+        let experiments = match experiment {
+            Names::All => Vec::new(),
+            Names::One(name) => vec![name],
+            Names::Some(names) if names.is_empty() => {
+                let allowed = "names; without the key all experiments share the parameter";
+                return Err(Error::invalid(format!("parameter[{i}].experiment"), "[]", allowed));
+            }
+            Names::Some(names) => names,
+        };
+        Ok(Unknown { parameter: name, start, bounds, prior, experiments })
+    }
+}
+
 impl ObservationForm {
     fn read(self, folder: &Path) -> Result<Measurement, Error> {
         let Self { fps, scale, origin, y, time_zero, .. } = self;
@@ -139,15 +155,19 @@ impl ShapeForm {
 
 impl FrequenciesForm {
     fn read(self, key: &str) -> Result<Measurement, Error> {
-        let (values, all): (_, fn(&[f64], f64) -> Frequencies) = match (self.hz, self.rad_s) {
-            (Some(hz), None) => (hz, Frequencies::hz),
-            (None, Some(rad_s)) => (rad_s, Frequencies::new),
+        type New = fn(&[f64], f64) -> Frequencies;
+        let (unit, values, new): (_, _, New) = match (self.hz, self.rad_s) {
+            (Some(hz), None) => ("hz", hz, Frequencies::hz),
+            (None, Some(rad_s)) => ("rad_s", rad_s, Frequencies::new),
             (hz, _) => {
                 let found = if hz.is_some() { "both hz and rad_s" } else { "neither hz nor rad_s" };
                 return Err(Error::invalid(key, found, "one of the two"));
             }
         };
-        let mut frequencies = all(&values, self.sigma);
+        if let Some(k) = values.iter().position(|f| !(f.is_finite() && *f > 0.0)) {
+            return Err(Error::invalid(format!("{key}.{unit}[{k}]"), values[k], "above 0"));
+        }
+        let mut frequencies = new(&values, self.sigma);
         if let Some(modes) = self.modes {
             if modes.len() != values.len() {
                 let found = format!("{} modes for {} values", modes.len(), values.len());
@@ -163,16 +183,18 @@ impl FrequenciesForm {
 impl ExperimentForm {
     fn read(self, folder: &Path) -> Result<Experiment, Error> {
         let problem = Scene::load(folder.join(self.scene))?.problem()?;
+        let mut experiment = Experiment::new(self.name, &problem);
         let observations = self.observation.into_iter().map(|o| o.read(folder));
         let shapes = self.shape.into_iter().map(|s| s.read(folder));
-        let read = |(k, f): (usize, FrequenciesForm)| f.read(&format!("frequencies[{k}]"));
+        let read = |(k, f): (usize, FrequenciesForm)| {
+            f.read(&experiment.key(&format!("frequencies[{k}]")))
+        };
         let frequencies = self.frequencies.into_iter().enumerate().map(read);
         let measurements: Vec<Measurement> =
             observations.chain(shapes).chain(frequencies).collect::<Result<_, Error>>()?;
-        for measurement in &measurements {
-            measurement.check_units(&problem)?;
-        }
-        Ok(Experiment { name: self.name, problem, measurements })
+        experiment.measurements = measurements;
+        experiment.measurements.iter().try_for_each(|m| m.check_units(&experiment))?;
+        Ok(experiment)
     }
 }
 
@@ -187,21 +209,9 @@ impl FitFile {
         let read = |e: ExperimentForm| e.read(folder);
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
-        let unknowns = form
-            .parameter
-            .into_iter()
-            .map(|p| Unknown {
-                parameter: p.name,
-                start: p.start,
-                bounds: p.bounds,
-                prior: p.prior,
-                experiments: match p.experiment {
-                    Names::All => Vec::new(),
-                    Names::One(name) => vec![name],
-                    Names::Some(names) => names,
-                },
-            })
-            .collect();
+        let unknowns = form.parameter.into_iter().enumerate().map(|(i, p)| p.unknown(i));
+        let unknowns = unknowns.collect::<Result<_, Error>>();
+        let unknowns = unknowns.map_err(|error| error.in_file(Some(path)))?;
         let file = Self { experiments, unknowns, analysis: form.analysis };
         file.fit().check().map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
@@ -221,7 +231,12 @@ impl Form {
         let (observation, shape) =
             (std::mem::take(&mut self.observation), std::mem::take(&mut self.shape));
         let frequencies = std::mem::take(&mut self.frequencies);
-        let alone = observation.len() + shape.len() + frequencies.len();
+        let alone = [
+            ("observation", observation.is_empty()),
+            ("shape", shape.is_empty()),
+            ("frequencies", frequencies.is_empty()),
+        ];
+        let alone = alone.iter().find(|(_, empty)| !empty);
         match self.scene.take() {
             Some(scene) if listed.is_empty() => {
                 let name = String::new();
@@ -234,15 +249,17 @@ impl Form {
             None if listed.is_empty() => {
                 Err(Error::invalid("scene", "none", "a scene, or [[experiment]] with a scene each"))
             }
-            None if alone > 0 => {
-                let allowed = "[[experiment.observation]], [[experiment.shape]] and \
-                               [[experiment.frequencies]] below their [[experiment]]";
-                Err(Error::invalid("observation", "besides [[experiment]]", allowed))
+            None => {
+                if let Some((table, _)) = alone {
+                    let allowed = format!("[[experiment.{table}]] below its [[experiment]]");
+                    return Err(Error::invalid(*table, "besides [[experiment]]", allowed));
+                }
+                if let Some(i) = listed.iter().position(|e| e.name.trim().is_empty()) {
+                    let (key, found) = (format!("experiment[{i}].name"), &listed[i].name);
+                    return Err(Error::invalid(key, format!("{found:?}"), "a name"));
+                }
+                Ok(listed)
             }
-            None => match listed.iter().find(|e| e.name.trim().is_empty()) {
-                Some(_) => Err(Error::invalid("experiment.name", "\"\"", "a name")),
-                None => Ok(listed),
-            },
         }
     }
 }

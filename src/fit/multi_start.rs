@@ -10,9 +10,13 @@ use super::journal::{Stage, Visit};
 use super::optimum::Optimum;
 use super::search::Search;
 use crate::error::Error;
+use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
 const CANDIDATES: usize = 4;
+
+/// Values on the unknowns' scales, and the misfit there.
+type Candidate = (Vec<f64>, f64);
 
 /// How much a search does before it believes its start.
 struct Effort {
@@ -71,40 +75,18 @@ impl Search<'_> {
 
     /// Starts for the full model, most promising first.
     fn starts(&self, effort: &Effort) -> Result<Vec<Vec<f64>>, Error> {
-        let grid = effort.grid;
         let first = self.first_periods(effort.stretch);
         let coarse = Coarse::new(self, &first)?;
-        let mut scanned = self.scan(&coarse, &first, grid)?;
-        scanned.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let mut candidates: Vec<(Vec<f64>, f64)> = Vec::new();
-        for (x, cost) in scanned {
-            let far = |y: &[f64]| x.iter().zip(y).any(|(a, b)| (a - b).abs() > 0.9);
-            if candidates.iter().all(|(y, _)| far(y)) && candidates.len() < CANDIDATES * grid {
-                candidates.push((x, cost));
-            }
-        }
+        let mut candidates = apart(self.scan(&coarse, &first, effort.grid)?, effort);
+        let durations = self.durations();
         let mut horizons = first.clone();
         loop {
-            for (x, cost) in &mut candidates {
-                let residuals = coarse.residuals(self, &horizons)?;
-                match self.optimize(residuals, x, (1e-4, 1e-2, 12), None) {
-                    Ok(Optimum { x: there, cost: least, residuals, counts, .. }) => {
-                        (*x, *cost) = (there, least);
-                        let corrected = coarse.correct(self, x.clone());
-                        let stage = Stage::Coarse;
-                        self.note(Visit { stage, x: corrected, cost: least, residuals, counts });
-                    }
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
-                    // A candidate whose refinement fails stays where it is.
-                    Err(_) => {}
-                }
-            }
+            self.refine_coarse(&coarse, &horizons, &mut candidates)?;
             candidates.sort_by(|a, b| a.1.total_cmp(&b.1));
             let best = candidates[0].1;
             candidates.retain(|(_, cost)| *cost <= 4.0 * best);
             candidates.dedup_by(|a, b| a.0.iter().zip(&b.0).all(|(a, b)| (a - b).abs() < 1e-2));
             self.report("coarse model");
-            let durations = self.durations();
             let trusted = first.iter().zip(&durations).map(|(t, end)| {
                 // The coarse model is not trusted further.
                 end.min(effort.trusted_periods * t)
@@ -115,6 +97,39 @@ impl Search<'_> {
             horizons.iter_mut().zip(&durations).for_each(|(h, end)| *h = (2.0 * *h).min(*end));
         }
         Ok(candidates.into_iter().take(2).map(|(x, _)| coarse.correct(self, x)).collect())
+    }
+
+    /// Fits the coarse model up to `horizons`, s, from every candidate at once.
+    fn refine_coarse(
+        &self,
+        coarse: &Coarse,
+        horizons: &[f64],
+        candidates: &mut [Candidate],
+    ) -> Result<(), Error> {
+        let task = coarse.task(self);
+        let fit = |(x, _): &Candidate| {
+            let search = task.search();
+            let residuals = search.residuals(horizons);
+            let end = residuals.and_then(|r| search.optimize(r, x, (1e-4, 1e-2, 12), None));
+            (end, search.work.get())
+        };
+        let ends: Vec<_> = candidates.par_iter().map(fit).collect();
+        let mut stopped = false;
+        for ((x, cost), (end, work)) in candidates.iter_mut().zip(ends) {
+            self.count(work);
+            match end {
+                Ok(Optimum { x: there, cost: least, residuals, counts, .. }) => {
+                    (*x, *cost) = (there, least);
+                    let corrected = coarse.correct(self, x.clone());
+                    let stage = Stage::Coarse;
+                    self.note(Visit { stage, x: corrected, cost: least, residuals, counts });
+                }
+                Err(Error::Interrupted) => stopped = true,
+                // A candidate whose refinement fails stays where it is.
+                Err(_) => {}
+            }
+        }
+        if stopped { Err(Error::Interrupted) } else { Ok(()) }
     }
 
     /// Fits the full model from `start`, over growing horizons where the record is long.
@@ -134,4 +149,17 @@ impl Search<'_> {
         self.journal.reach((optimum.x.clone(), optimum.cost, optimum.converged));
         Ok(optimum)
     }
+}
+
+/// The best of the points scanned that are not near a better one.
+fn apart(mut scanned: Vec<Candidate>, effort: &Effort) -> Vec<Candidate> {
+    scanned.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for (x, cost) in scanned {
+        let far = |y: &[f64]| x.iter().zip(y).any(|(a, b)| (a - b).abs() > 0.9);
+        if candidates.iter().all(|(y, _)| far(y)) && candidates.len() < CANDIDATES * effort.grid {
+            candidates.push((x, cost));
+        }
+    }
+    candidates
 }

@@ -198,7 +198,7 @@ pub(super) fn unit(table: &Table, column: usize, known: &[(&str, f64)]) -> Resul
     let Some(unit) = unit else { return Ok(1.0) };
     known.iter().find(|(symbol, _)| symbol == unit).map(|(_, factor)| *factor).ok_or_else(|| {
         let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
-        let pixels = if known == LENGTHS { ", px" } else { "" };
+        let pixels = if ["x", "y", "z"].contains(&&name[..]) { ", px" } else { "" };
         let allowed = format!("{}{pixels}", symbols.join(", "));
         table.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}"))
     })

@@ -49,14 +49,22 @@ impl RestShape {
         let path = path.as_ref();
         let table = Table::read(path)?;
         Recording::check_columns(&table, &["s", "node", "x", "y", "z"])?;
-        let place = match (table.find("s"), table.find("node")) {
-            (Some(column), None) | (None, Some(column)) => column,
-            _ => {
-                return Err(table.error(1, "allowed: one column s (arc length) or node (index)"));
-            }
+        let refused = |found: &str| {
+            table.error(1, &format!("{found}, allowed: one of s (arc length) and node (index)"))
         };
-        let by_node = table.columns[place].0 == "node";
-        let factor = if by_node { 1.0 } else { unit(&table, place, &LENGTHS)? };
+        let (place, by_node) = match (table.find("s"), table.find("node")) {
+            (Some(column), None) => (column, false),
+            (None, Some(column)) => (column, true),
+            (Some(_), Some(_)) => return Err(refused("columns `s` and `node`")),
+            (None, None) => return Err(refused("no column s or node")),
+        };
+        let factor = match (by_node, &table.columns[place].1) {
+            (true, Some(unit)) => {
+                return Err(table.error(1, &format!("unit [{unit}] of `node`, allowed: none")));
+            }
+            (true, None) => 1.0,
+            (false, _) => unit(&table, place, &LENGTHS)?,
+        };
         let axes = recording.axes(&table)?;
         let mut sightings = Vec::with_capacity(table.rows.len());
         for row in &table.rows {

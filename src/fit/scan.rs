@@ -6,16 +6,38 @@ use super::coarse::Coarse;
 use super::grid::Grid;
 use super::journal::{Stage, Visit};
 use super::residuals::half_square;
-use super::search::Search;
+use super::search::{Search, Task};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::problem::Problem;
+use rayon::prelude::*;
 
 /// Shear modulus over Young's modulus in the scan, when neither is known: Poisson's ratio 0.3.
 const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
 
 /// Points of the scan at most; with more unknowns, each is tried at fewer values.
 const MOST_POINTS: usize = 6000;
+/// Points between two reports of progress; and of them, those that a thread takes at a time.
+const BATCH: usize = 64;
+const SHARE: usize = 4;
+
+/// What a thread finds at a point: the misfit and the residuals, and the work that took.
+struct Look {
+    found: Result<(f64, Vec<f64>), Error>,
+    work: f64,
+}
+
+/// Looks at some points up to the horizons `first`, s.
+fn look(task: Task, first: &[f64], points: &[Vec<f64>]) -> Result<Vec<Look>, Error> {
+    let search = task.search();
+    let residuals = search.residuals(first)?;
+    let look = |x: &Vec<f64>| {
+        let bent = residuals.residuals(x);
+        let found = bent.and_then(|bent| Ok((half_square(&bent), residuals.straight(x)?)));
+        Look { found, work: search.work.replace(0.0) }
+    };
+    Ok(points.iter().map(look).collect())
+}
 
 impl Search<'_> {
     /// Misfit of every combination of candidate values over the first period.
@@ -23,39 +45,84 @@ impl Search<'_> {
         &self,
         coarse: &Coarse,
         first: &[f64],
-        grid: usize,
+        refinement: usize,
     ) -> Result<Vec<(Vec<f64>, f64)>, Error> {
-        let mut lists: Vec<Vec<f64>> = self
-            .unknowns
-            .iter()
-            .map(|unknown| {
-                let mut values = self.candidates(unknown, first);
-                if grid > 1 {
-                    let middles: Vec<f64> =
-                        values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
-                    values.extend(middles);
-                    values.sort_by(f64::total_cmp);
+        let (axes, points) = self.grid(first, refinement);
+        let task = coarse.task(self);
+        let counts = task.search().residuals(first)?.counts();
+        let mut grid = Grid { axes, points: Vec::with_capacity(points.len()) };
+        let mut least = f64::INFINITY;
+        let mut failure = None;
+        for batch in points.chunks(BATCH) {
+            let looks: Vec<_> =
+                batch.par_chunks(SHARE).map(|share| look(task, first, share)).collect();
+            let looks = looks.into_iter().collect::<Result<Vec<_>, Error>>()?;
+            let mut stopped = false;
+            for (x, Look { found, work }) in batch.iter().zip(looks.into_iter().flatten()) {
+                self.count(work);
+                let mut misfit = f64::INFINITY;
+                match found {
+                    Ok((cost, residuals)) => {
+                        misfit = cost;
+                        if cost < least {
+                            least = cost;
+                            let x = coarse.correct(self, x.clone());
+                            let (stage, counts) = (Stage::Scan, counts.clone());
+                            self.note(Visit { stage, x, cost, residuals, counts });
+                        }
+                    }
+                    Err(Error::Interrupted) => stopped = true,
+                    Err(error) => failure = Some(error),
                 }
-                values
-            })
-            .collect();
+                grid.points.push((x.clone(), misfit));
+            }
+            if stopped {
+                return Err(Error::Interrupted);
+            }
+            self.report("scan");
+        }
+        let scanned: Vec<_> =
+            grid.points.iter().filter(|(_, cost)| *cost < f64::INFINITY).cloned().collect();
+        self.journal.scan(grid);
+        match failure {
+            _ if !scanned.is_empty() => Ok(scanned),
+            Some(error) => Err(Error::Fit(format!(
+                "no start found: every trial simulation failed, the last one with: {error}"
+            ))),
+            None => Err(Error::Fit(
+                "no start found: no trial simulation has a finite misfit; a sigma may be far too \
+                 small"
+                    .into(),
+            )),
+        }
+    }
+
+    /// Candidate values of each unknown on its scale, and all their combinations, the last
+    /// unknown's values varying fastest.
+    fn grid(&self, first: &[f64], refinement: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        let candidates = |unknown: &Unknown| {
+            let mut values = self.candidates(unknown, first);
+            if refinement > 1 {
+                let middles: Vec<f64> =
+                    values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
+                values.extend(middles);
+                values.sort_by(f64::total_cmp);
+            }
+            values
+        };
+        let mut lists: Vec<Vec<f64>> = self.unknowns.iter().map(candidates).collect();
         thin(&mut lists, self.unknowns);
         let scaled = |(unknown, values): (&Unknown, &Vec<f64>)| {
             values.iter().map(|v| unknown.to_scale(*v)).collect()
         };
-        let axes = self.unknowns.iter().zip(&lists).map(scaled).collect();
+        let axes: Vec<Vec<f64>> = self.unknowns.iter().zip(&lists).map(scaled).collect();
         let mut points = vec![Vec::new()];
-        for (unknown, values) in self.unknowns.iter().zip(lists) {
-            points = points
-                .iter()
-                .flat_map(|point| {
-                    values.iter().map(|v| {
-                        let mut point: Vec<f64> = point.clone();
-                        point.push(unknown.to_scale(*v));
-                        point
-                    })
-                })
-                .collect();
+        for axis in &axes {
+            let longer = |point: &Vec<f64>| {
+                let point = point.clone();
+                axis.iter().map(move |x| [&point[..], &[*x]].concat())
+            };
+            points = points.iter().flat_map(longer).collect();
         }
         for (g, e) in self.tied_shear_moduli() {
             let [low, high] = self.unknowns[g].scaled_bounds();
@@ -63,43 +130,7 @@ impl Search<'_> {
                 point[g] = (point[e] + SHEAR_OF_YOUNGS.ln()).clamp(low, high);
             }
         }
-        let residuals = coarse.residuals(self, first)?;
-        let mut grid = Grid { axes, points: Vec::new() };
-        let mut least = f64::INFINITY;
-        let mut failure = None;
-        for (i, x) in points.into_iter().enumerate() {
-            let mut cost = f64::INFINITY;
-            match residuals.residuals(&x) {
-                Ok(left) => {
-                    cost = half_square(&left);
-                    if cost < least {
-                        least = cost;
-                        self.note(Visit {
-                            stage: Stage::Scan,
-                            x: coarse.correct(self, x.clone()),
-                            cost,
-                            residuals: residuals.straight(&x)?,
-                            counts: residuals.counts(),
-                        });
-                    }
-                }
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                Err(error) => failure = Some(error),
-            }
-            grid.points.push((x, cost));
-            if i % 16 == 0 {
-                self.report("scan");
-            }
-        }
-        let scanned: Vec<_> =
-            grid.points.iter().filter(|(_, cost)| *cost < f64::INFINITY).cloned().collect();
-        self.journal.scan(grid);
-        match failure {
-            Some(error) if scanned.is_empty() => Err(Error::Fit(format!(
-                "no start found: every trial simulation failed, the last one with: {error}"
-            ))),
-            _ => Ok(scanned),
-        }
+        (axes, points)
     }
 
     /// Values of an unknown worth trying, as the first experiment that has it suggests.

@@ -102,23 +102,16 @@ impl Search<'_> {
         self.journal.visit(visit, self.work.get() / self.full_work);
     }
 
-    /// The residuals of the full model.
+    /// The residuals of the whole records.
     pub fn all_residuals(&self) -> Result<Residuals, Error> {
         self.residuals(&self.durations())
     }
 
-    /// The residuals of the full model up to `horizons`, s.
+    /// The residuals up to `horizons`, s, one per experiment.
     pub fn residuals(&self, horizons: &[f64]) -> Result<Residuals, Error> {
-        self.residuals_of(self.experiments, horizons)
-    }
-
-    pub fn residuals_of(
-        &self,
-        experiments: &[Experiment],
-        horizons: &[f64],
-    ) -> Result<Residuals, Error> {
         let (sigmas, unknowns) = (&self.sigmas, self.unknowns);
-        let residuals = Residuals::new(experiments, sigmas, unknowns, horizons, self.full_work)?;
+        let residuals =
+            Residuals::new(self.experiments, sigmas, unknowns, horizons, self.full_work)?;
         Ok(residuals.counting(self.work.clone()))
     }
 }

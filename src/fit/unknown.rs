@@ -8,7 +8,7 @@ use std::fmt;
 
 /// What is known of a parameter before the data: a normal distribution of its value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "{ mean = .., sigma = .. } in the parameter's unit")]
 pub struct Prior {
     /// In the parameter's unit.
     pub mean: f64,
