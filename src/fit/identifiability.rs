@@ -42,14 +42,17 @@ impl Finding {
     }
 }
 
-/// A parameter that nothing observed depends on.
-pub(super) fn without_effect(unknown: &Unknown, place: usize) -> Finding {
-    Finding {
-        kind: Kind::Structural,
-        parameters: vec![unknown.parameter],
-        words: no_effect(unknown),
-        places: vec![place],
-    }
+/// A parameter that nothing observed depends on; damping, beside unknowns that have an effect, has
+/// come out at zero.
+pub(super) fn without_effect(unknown: &Unknown, place: usize, alone: bool) -> Finding {
+    let damping = matches!(unknown.parameter, Parameter::DampingMass | Parameter::DampingStiffness);
+    let (kind, words) = match damping && !alone {
+        true => {
+            (Kind::Practical, format!("{unknown} came out at zero: these data show none of it"))
+        }
+        false => (Kind::Structural, no_effect(unknown)),
+    };
+    Finding { kind, parameters: vec![unknown.parameter], words, places: vec![place] }
 }
 
 fn no_effect(unknown: &Unknown) -> String {

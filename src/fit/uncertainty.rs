@@ -60,7 +60,7 @@ impl Local {
         let mut local = Self {
             deviation: vec![None; n],
             correlation: vec![vec![None; n]; n],
-            findings: out.map(|j| without_effect(&unknowns[j], j)).collect(),
+            findings: out.map(|j| without_effect(&unknowns[j], j, active.is_empty())).collect(),
             singular_values: Vec::new(),
             inverse: vec![vec![0.0; n]; n],
             variance,
