@@ -1,5 +1,6 @@
 //! What an optimum is worth: errors, doubts and a verdict.
 
+use super::experiment::all;
 use super::doubts::{bounds_reached, surprises, test_residuals, unexplained};
 use super::journal::Stage;
 use super::noise::{losses, residual_rms, weighted};
@@ -41,6 +42,7 @@ impl Fit {
             correlation: local.correlation.clone(),
             residual_rms: residual_rms(search, optimum),
             sigma,
+            sigma_unit: all(search.experiments).map(|(_, m)| m.unit()).collect(),
             singular_values: local.singular_values.clone(),
             not_identifiable: local.findings.clone(),
             discretization_error: Vec::new(),
@@ -138,6 +140,7 @@ impl Fit {
             correlation: vec![vec![None; n]; n],
             residual_rms: residual_rms(search, &optimum),
             sigma,
+            sigma_unit: all(search.experiments).map(|(_, m)| m.unit()).collect(),
             singular_values: Vec::new(),
             not_identifiable: Vec::new(),
             discretization_error: Vec::new(),
