@@ -166,6 +166,33 @@ fn modulus_and_density_with_a_known_force() {
     assert!((value(&report, Density) / 1273.52 - 1.0).abs() < 1e-6, "{report}");
 }
 
+/// Damping that is not there goes to zero without holding up the others, whose minimum is that
+/// without it.
+#[test]
+fn what_vanishes_does_not_hold_up_the_rest() {
+    let mut scene = cantilever_with(0.5, 2e-3, 0.8, Clamp::MidEdge);
+    scene.rod.segments = Some(20);
+    let mut data = observe(&scene, 80);
+    let (mut random, noise) = (ChaCha8Rng::seed_from_u64(2), Normal::new(0.0, 1e-3).unwrap());
+    for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
+        *x += noise.sample(&mut random);
+    }
+    let camera = [YoungsModulus, Parameter::ClampAngle, Parameter::PixelScale].map(Unknown::new);
+    let without = fit(&scene, &data, &camera);
+    let damping = [DampingMass, DampingStiffness].map(Unknown::new);
+    let all: Vec<Unknown> = camera.into_iter().chain(damping).collect();
+    let with = fit(&scene, &data, &all);
+    println!("{with}");
+    assert!(with.converged);
+    for (a, b) in with.parameters.iter().zip(&without.parameters) {
+        let (a, sd, b) = (a.value.unwrap(), b.std_error.unwrap(), b.value.unwrap());
+        // A little damping may be mistaken for noise, and move the rest a little.
+        assert!((a - b).abs() < 0.3 * sd, "{with}\n{without}");
+    }
+    let zero = with.not_identifiable.iter().filter(|f| f.words.contains("came out at zero"));
+    assert!(zero.count() >= 1, "{with}");
+}
+
 /// Points inside the rod, missing coordinates and samples, two observations of unknown noise.
 #[test]
 fn partial_observations_of_several_points() {
