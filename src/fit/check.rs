@@ -123,7 +123,7 @@ fn of_parameter(error: Error, key: &str, experiment: &str) -> Error {
 
 impl Unknown {
     /// Checks names, start, bounds and prior; `key` names them in messages.
-    fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
+    pub(super) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
         let parameter = self.parameter;
         let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
         if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {

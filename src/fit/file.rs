@@ -104,6 +104,8 @@ struct ParameterForm {
     start: Option<f64>,
     bounds: Option<[f64; 2]>,
     prior: Option<Prior>,
+    /// Not identified, but other than the scene says.
+    fixed: Option<f64>,
     #[serde(default)]
     experiment: Names,
 }
@@ -120,7 +122,7 @@ enum Names {
 
 impl ParameterForm {
     fn unknown(self, i: usize) -> Result<Unknown, Error> {
-        let Self { name, start, bounds, prior, experiment } = self;
+        let Self { name, start, bounds, prior, experiment, .. } = self;
         let experiments = match experiment {
             Names::All => Vec::new(),
             Names::One(name) => vec![name],
@@ -209,12 +211,37 @@ impl FitFile {
         let read = |e: ExperimentForm| e.read(folder);
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
-        let unknowns = form.parameter.into_iter().enumerate().map(|(i, p)| p.unknown(i));
-        let unknowns = unknowns.collect::<Result<_, Error>>();
-        let unknowns = unknowns.map_err(|error| error.in_file(Some(path)))?;
-        let file = Self { experiments, unknowns, analysis: form.analysis };
+        let mut file = Self { experiments, unknowns: Vec::new(), analysis: form.analysis };
+        for (i, parameter) in form.parameter.into_iter().enumerate() {
+            file.take(i, parameter).map_err(|error| error.in_file(Some(path)))?;
+        }
         file.fit().check().map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
+    }
+
+    /// Adds an unknown, or gives the experiments its fixed value.
+    fn take(&mut self, i: usize, parameter: ParameterForm) -> Result<(), Error> {
+        let (fixed, key) = (parameter.fixed, format!("parameter[{i}]"));
+        let unknown = parameter.unknown(i)?;
+        let Some(value) = fixed else {
+            self.unknowns.push(unknown);
+            return Ok(());
+        };
+        if unknown.start.is_some() || unknown.bounds.is_some() || unknown.prior.is_some() {
+            let allowed = "no start, bounds or prior beside it: it is not identified";
+            return Err(Error::invalid(format!("{key}.fixed"), value, allowed));
+        }
+        unknown.check(&self.experiments, &key)?;
+        for experiment in self.experiments.iter_mut().filter(|e| unknown.is_of(e)) {
+            let fixed = experiment.problem.with([(unknown.parameter, value)]);
+            experiment.problem = fixed.map_err(|error| match error {
+                Error::Invalid { allowed, .. } => {
+                    Error::invalid(format!("{key}.fixed"), value, allowed)
+                }
+                error => error,
+            })?;
+        }
+        Ok(())
     }
 
     /// The fit the file describes.
