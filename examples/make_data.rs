@@ -74,11 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // A camera that starts late, loses the tip now and then, and at times takes something else for
     // it.
-    spoil(
-        &format!("{folder}/cantilever-tip.csv"),
-        5,
-        &format!("{folder}/outliers-tip.csv"),
-    )
+    spoil(&format!("{folder}/cantilever-tip.csv"), 5, &format!("{folder}/outliers-tip.csv"))
 }
 
 /// Where 20 points of `scene` at rest are, with noise of `sigma` m.

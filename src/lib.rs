@@ -60,7 +60,8 @@
 //! [`Scene`] (a file, validated) becomes a [`Problem`]: mesh, supports, loads and a [`model`], the
 //! smallest that holds the scene. The model makes a [`rod`] of [elements](energy) and a
 //! [`Simulation`](simulation::Simulation): elements, band matrix ([`banded`]), Newton step,
-//! [`State`](state::State), [`Trajectory`]. [`fit`] compares trajectories with [`Observation`]s.
+//! [`State`](state::State), [`Trajectory`]; or comes to rest ([`equilibrium`]), and rings there
+//! ([`modes`]). [`fit`] compares all three with what was measured.
 //! Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.
 //!
 //! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.

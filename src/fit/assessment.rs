@@ -1,7 +1,7 @@
 //! What an optimum is worth: errors, doubts and a verdict.
 
-use super::experiment::all;
 use super::doubts::{bounds_reached, surprises, test_residuals, unexplained};
+use super::experiment::all;
 use super::journal::Stage;
 use super::noise::{losses, residual_rms, weighted};
 use super::optimum::Optimum;

@@ -1,54 +1,68 @@
-//! Identification of parameters from recorded motion.
+//! Identification of parameters from what was measured of rods.
 //!
-//! [`Fit`] minimises the distance between the simulated and the recorded points by
-//! [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a start of its own
-//! making, and says how well the data determine each parameter.
+//! [`Fit`] minimises the distance between what was measured in [experiments](Experiment) and what
+//! their scenes do, by [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a
+//! start of its own making, and says how well the data determine each parameter.
 //!
 //! A number comes with what speaks against it: what the data cannot tell
 //! ([`FitReport::not_identifiable`]), its statistical error (the covariance of the exact Jacobian;
 //! [on request](Analysis) the exact Hessian, the likelihood's profile, a bootstrap), what mesh and
-//! step may be off ([`DiscretizationError`]), and whether the residuals look like noise
-//! ([`ResidualTests`]).
+//! step may be off ([`DiscretizationError`]), whether the residuals look like noise
+//! ([`ResidualTests`]), how well held-out data are predicted ([`Prediction`]), and which other minima
+//! were seen ([`Basins`]).
+//!
+//! The way through it: a [`FitFile`] or calls to [`Fit`] say what was measured and what is looked
+//! for; [`Residuals`] compare; a search over starts finds an optimum; an assessment makes the
+//! [`FitReport`] of it.
 
+// What was measured, and what is looked for.
+mod check;
+mod experiment;
+mod file;
+mod frequencies;
+mod measurement;
+mod observation;
+mod recording;
+mod rest_shape;
+mod unknown;
+
+// The misfit and its derivatives.
+mod hessian;
+mod loss;
+mod parts;
+mod residuals;
+mod view;
+
+// The way to its minimum.
+mod coarse;
+mod grid;
+mod journal;
+pub mod levenberg_marquardt;
+mod linearized;
+mod multi_start;
+mod optimum;
+mod scan;
+mod search;
+
+// What the minimum is worth.
 mod analysis;
 mod assessment;
 mod basins;
 mod bootstrap;
-mod check;
-mod coarse;
 mod discretization;
 mod doubts;
-mod evidence;
-mod experiment;
-mod file;
-mod frequencies;
-mod grid;
-mod hessian;
 mod identifiability;
-mod journal;
-pub mod levenberg_marquardt;
-mod linearized;
-mod loss;
-mod measurement;
-mod multi_start;
 mod noise;
-mod observation;
 mod on_request;
-mod optimum;
-mod parts;
 mod prediction;
 mod profile;
-mod recording;
+mod residual_tests;
+mod uncertainty;
+
+// What is shown of it.
+mod evidence;
 mod replay;
 mod report;
-mod residual_tests;
-mod residuals;
-mod rest_shape;
-mod scan;
-mod search;
-mod uncertainty;
-mod unknown;
-mod view;
 
 pub use analysis::{Analysis, Refinement};
 pub use bootstrap::Bootstrap;
