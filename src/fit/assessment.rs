@@ -1,6 +1,7 @@
 //! What an optimum is worth: errors, doubts and a verdict.
 
 use super::doubts::{bounds_reached, surprises, test_residuals, unexplained};
+use super::experiment::all;
 use super::journal::Stage;
 use super::noise::{losses, residual_rms, weighted};
 use super::optimum::Optimum;
@@ -44,6 +45,7 @@ impl Fit {
             correlation: local.correlation.clone(),
             residual_rms: residual_rms(search, optimum),
             sigma,
+            units: units(search),
             singular_values: local.singular_values.clone(),
             not_identifiable: local.findings.clone(),
             discretization_error: Vec::new(),
@@ -145,6 +147,7 @@ impl Fit {
             correlation: vec![vec![None; n]; n],
             residual_rms: residual_rms(search, &optimum),
             sigma,
+            units: units(search),
             singular_values: Vec::new(),
             not_identifiable: Vec::new(),
             discretization_error: Vec::new(),
@@ -190,4 +193,9 @@ impl Fit {
         };
         self.unknowns.iter().enumerate().map(estimate).collect()
     }
+}
+
+/// Of the measurements.
+fn units(search: &Search) -> Vec<&'static str> {
+    all(search.experiments).map(|(_, m)| m.unit()).collect()
 }
