@@ -17,7 +17,6 @@ use rayon::prelude::*;
 
 /// Shear modulus over Young's modulus in the scan, when neither is known: Poisson's ratio 0.3.
 const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
-
 /// Points of the scan at most; with more unknowns, each is tried at fewer values.
 const MOST_POINTS: usize = 6000;
 /// Points between two reports of progress; and of them, those that a thread takes at a time.
