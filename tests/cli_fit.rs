@@ -218,6 +218,31 @@ fn a_report_is_a_page_and_its_numbers() {
     assert!(plain.get("evidence").is_none() && plain["basins"]["count"].is_u64());
 }
 
+/// The scan and the coarse fits run on all cores; neither numbers nor their order know how many.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let folder = Folder::new();
+    let two = "name = \"youngs_modulus\"\n[[parameter]]\nname = \"damping.mass\"";
+    folder.write("fit.toml", &FIT.replace("name = \"youngs_modulus\"", two));
+    let run = |threads: &str| {
+        let status = std::process::Command::new(env!("CARGO_BIN_EXE_rodfit"))
+            .args(["fit", "fit.toml", "-q", "--report", threads])
+            .env("RAYON_NUM_THREADS", threads)
+            .current_dir(folder.path(""))
+            .output()
+            .unwrap()
+            .status;
+        let mut fit = folder.json(&format!("{threads}/fit.json"));
+        fit["wall_seconds"] = 0.0.into();
+        (status.code(), fit)
+    };
+    let (code, alone) = run("1");
+    assert!(alone["evidence"]["history"].as_array().unwrap().len() > 10, "{alone}");
+    for threads in ["2", "5"] {
+        assert_eq!(run(threads), (code, alone.clone()), "{threads} threads");
+    }
+}
+
 /// Ctrl-C in the middle of a fit that would take hours.
 #[cfg(target_os = "linux")]
 #[test]

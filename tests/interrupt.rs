@@ -68,10 +68,11 @@ fn a_stopped_search_reports_its_best() {
     let whole = stopped_at("never").unwrap();
     assert!(whole.is_success() && !whole.interrupted);
     let best = whole.parameters[0].value.unwrap();
-    // In the scan: a candidate, within its grid of the truth or anywhere before that.
+    // In the scan: a candidate, within its grid of the truth or anywhere before that. Progress is
+    // told, and so the flag set, after 16 of its 31 points, which take 7.8 of all 35 simulations.
     let scan = stopped_at("scan").unwrap();
     is_unfinished(&scan);
-    assert!(scan.verdict.contains("scan") && scan.simulations < 0.2 * whole.simulations);
+    assert!(scan.verdict.contains("scan") && scan.simulations < 0.25 * whole.simulations);
     // On the full model: all but there.
     let iterating = stopped_at("iteration 1,").unwrap();
     is_unfinished(&iterating);

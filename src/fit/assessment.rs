@@ -42,7 +42,7 @@ impl Fit {
             correlation: local.correlation.clone(),
             residual_rms: residual_rms(search, optimum),
             sigma,
-            sigma_unit: all(search.experiments).map(|(_, m)| m.unit()).collect(),
+            units: units(search),
             singular_values: local.singular_values.clone(),
             not_identifiable: local.findings.clone(),
             discretization_error: Vec::new(),
@@ -140,7 +140,7 @@ impl Fit {
             correlation: vec![vec![None; n]; n],
             residual_rms: residual_rms(search, &optimum),
             sigma,
-            sigma_unit: all(search.experiments).map(|(_, m)| m.unit()).collect(),
+            units: units(search),
             singular_values: Vec::new(),
             not_identifiable: Vec::new(),
             discretization_error: Vec::new(),
@@ -186,4 +186,9 @@ impl Fit {
         };
         self.unknowns.iter().enumerate().map(estimate).collect()
     }
+}
+
+/// Of the measurements.
+fn units(search: &Search) -> Vec<&'static str> {
+    all(search.experiments).map(|(_, m)| m.unit()).collect()
 }

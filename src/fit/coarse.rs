@@ -95,3 +95,27 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<
     }
     Ok(scene.problem()?.computed_as(problem))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Frequencies;
+    use crate::scene::{Material, Scene, Section, Shape, Time};
+
+    /// Twelve edges have 44 modes: higher ones need more.
+    #[test]
+    fn the_mesh_has_the_modes_that_were_measured() {
+        let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+        let section = Section::Circle { radius: 0.005 };
+        let mut scene = Scene::new(150, shape, section, Material::new(1273.52, 1e8));
+        scene.time = Some(Time::new(0.4, 1e-3));
+        let problem = scene.problem().unwrap();
+        for (mode, segments) in [(1, 12), (6, 12), (50, 100), (80, 150)] {
+            let measured = Frequencies::new(&[1.0], 0.1).of_modes(&[mode]);
+            let experiment = Experiment::new("", &problem).observe(measured);
+            let coarse = coarse(&experiment, &[], 0.3).unwrap();
+            assert_eq!(coarse.segments(), segments, "mode {mode}");
+            assert!(coarse.time().unwrap().step > 6e-3);
+        }
+    }
+}

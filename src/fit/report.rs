@@ -80,8 +80,8 @@ pub struct FitReport {
     pub residual_rms: f64,
     /// Standard deviation of the noise of each measurement, m or rad/s: given or estimated.
     pub sigma: Vec<f64>,
-    /// Unit of each: m or rad/s.
-    pub sigma_unit: Vec<&'static str>,
+    /// Unit of each sigma: m or rad/s.
+    pub units: Vec<&'static str>,
     /// Of the Jacobian with its columns scaled to length one, descending; near zero where the
     /// parameters cannot be told apart.
     pub singular_values: Vec<f64>,
@@ -204,14 +204,15 @@ impl fmt::Display for FitReport {
         if !self.basins.words.is_empty() {
             writeln!(f, "  {}", self.basins.words)?;
         }
-        let pairs = self.sigma.iter().zip(&self.sigma_unit);
+        let pairs = self.sigma.iter().zip(&self.units);
         let sigma: Vec<String> = pairs.map(|(s, unit)| format!("{s:.3e} {unit}")).collect();
-        let position = self.sigma_unit.iter().find(|unit| **unit == "m");
+        // Positions come before frequencies.
+        let unit = self.units.iter().find(|unit| **unit == "m").or(self.units.first());
         write!(
             f,
             "  residual rms {:.3e} {}, sigma {}, {:.1} simulations, {:.3} s",
             self.residual_rms,
-            position.or(self.sigma_unit.first()).unwrap_or(&"m"),
+            unit.unwrap_or(&"m"),
             sigma.join(", "),
             self.simulations,
             self.wall_seconds

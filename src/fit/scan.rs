@@ -1,5 +1,8 @@
 //! The scan: the coarse model's misfit over a grid of values, of which no basin that matters may slip
 //! through. Over the first period the misfit has few minima, and wide ones.
+//!
+//! Threads share the points; what they find is gone through in the order of the grid, so that neither
+//! the results nor the history depend on their number.
 
 use super::Unknown;
 use super::coarse::Coarse;
@@ -14,12 +17,11 @@ use rayon::prelude::*;
 
 /// Shear modulus over Young's modulus in the scan, when neither is known: Poisson's ratio 0.3.
 const SHEAR_OF_YOUNGS: f64 = 1.0 / 2.6;
-
 /// Points of the scan at most; with more unknowns, each is tried at fewer values.
 const MOST_POINTS: usize = 6000;
 /// Points between two reports of progress; and of them, those that a thread takes at a time.
-const BATCH: usize = 64;
-const SHARE: usize = 4;
+const BATCH: usize = 16;
+const SHARE: usize = 2;
 
 /// What a thread finds at a point: the misfit and the residuals, and the work that took.
 struct Look {
