@@ -336,7 +336,8 @@ fn save_path(path: &Path, experiment: &str) -> PathBuf {
     if experiment.is_empty() {
         return path.into();
     }
-    let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+    // What file systems do not take.
+    let plain = |c: char| if c.is_control() || r#"/\:*?"<>|"#.contains(c) { '_' } else { c };
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name: String = experiment.chars().map(plain).collect();
     path.with_file_name(format!("{stem}-{name}.toml"))

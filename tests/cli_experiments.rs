@@ -234,7 +234,10 @@ fn bad_experiments_are_refused() {
     };
     let scene = "scene = \"short.toml\"\n";
     let hz = one.lines().find(|line| line.starts_with("hz")).unwrap();
+    let fixed = |text: &str| format!("{two}[[parameter]]\nname = \"density\"\n{text}\n");
     let cases: Vec<(String, &[&str])> = vec![
+        (fixed("fixed = -1"), &["parameter[3].fixed", "found -1", "above 0"]),
+        (fixed("fixed = 900\nstart = 1e3"), &["parameter[3].fixed", "900", "no start"]),
         (in_two("[\"short\"]", "\"third\""), &["parameter[2].experiment", "third", "long, short"]),
         (in_two("[\"short\"]", "[\"short\", \"short\"]"), &["parameter[2].experiment", "twice"]),
         (in_two("[\"short\"]", "[]"), &["parameter[2].experiment", "[]", "without the key"]),

@@ -285,3 +285,25 @@ fn an_interrupted_fit_writes_its_best() {
     let page = std::fs::read_to_string(folder.path("page/fit.html")).unwrap();
     assert!(page.contains("interrupted"));
 }
+
+/// Under weight alone only E/density is seen: with half the density comes half the modulus.
+#[test]
+fn a_fixed_value_replaces_the_scenes() {
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data");
+    let folder = Folder::new();
+    let modulus = |density: &str| {
+        folder.write(
+            "fit.toml",
+            &format!(
+                "scene = \"{data}/cantilever.toml\"\n[[observation]]\n\
+                 file = \"{data}/cantilever-tip.csv\"\n[[parameter]]\n\
+                 name = \"youngs_modulus\"\n{density}"
+            ),
+        );
+        let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap()
+    };
+    let half = modulus("[[parameter]]\nname = \"density\"\nfixed = 636.76\n");
+    assert!((half / modulus("") - 0.5).abs() < 1e-6);
+}
