@@ -105,8 +105,10 @@ impl Search<'_> {
         let candidates = |unknown: &Unknown| {
             let mut values = self.candidates(unknown, first);
             if refinement > 1 {
-                let middles: Vec<f64> =
-                    values.windows(2).map(|v| (v[0] * v[1]).abs().sqrt()).collect();
+                let middle = |v: &[f64]| {
+                    unknown.from_scale(0.5 * (unknown.to_scale(v[0]) + unknown.to_scale(v[1])))
+                };
+                let middles: Vec<f64> = values.windows(2).map(middle).collect();
                 values.extend(middles);
                 values.sort_by(f64::total_cmp);
             }
