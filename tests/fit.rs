@@ -193,6 +193,33 @@ fn what_vanishes_does_not_hold_up_the_rest() {
     assert!(zero.count() >= 1, "{with}");
 }
 
+/// Where steps are taken in halves the misfit jumps with the modulus. A fit that leaves more than
+/// noise says so, with a way out; the way out works.
+#[test]
+fn jumps_of_the_misfit_are_named() {
+    let rod = |step: f64, damping: f64| {
+        let mut scene = cantilever_with(0.5, step, 2.4, Clamp::MidEdge);
+        scene.rod.shape = Shape::Straight { length: 0.12, direction: [1.0, 0.0, 0.0] };
+        scene.rod.section = Section::Circle { radius: 1.2e-3 };
+        scene.rod.segments = Some(20);
+        scene.material.youngs_modulus = 2.9e7;
+        scene.loads.damping.mass = damping;
+        scene
+    };
+    let warned = |step: f64| {
+        // What the model misses.
+        let data = observe(&rod(step, 0.3), 200);
+        let scene = rod(step, 0.32);
+        let run = scene.problem().unwrap().simulate().unwrap();
+        let halved = run.work().steps > run.times().len() - 1;
+        let report = fit(&scene, &data, &[Unknown::new(YoungsModulus)]);
+        assert!(!report.warnings.is_empty(), "{report}");
+        (halved, report.warnings.iter().any(|w| w.contains("taken in halves")))
+    };
+    assert_eq!(warned(8e-3), (true, true));
+    assert_eq!(warned(1e-3), (false, false));
+}
+
 /// Points inside the rod, missing coordinates and samples, two observations of unknown noise.
 #[test]
 fn partial_observations_of_several_points() {

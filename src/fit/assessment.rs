@@ -64,6 +64,7 @@ impl Fit {
         // Rounding errors are neither noise nor made by another mesh.
         if !search.is_rounding(optimum) {
             test_residuals(search, optimum, &mut report);
+            report.warnings.extend(search.jumps(optimum));
             self.add_discretization(search, optimum, &local, &noise, &mut report);
         }
         let mut profiles = Vec::new();
@@ -116,6 +117,7 @@ impl Fit {
             counts: best.counts,
             converged: false,
             status: "interrupted".into(),
+            halved: false,
         };
         let mut sigma = search.sigmas.clone();
         search.estimate_sigmas(&optimum, &mut sigma);

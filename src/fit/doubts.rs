@@ -35,6 +35,14 @@ impl Search<'_> {
             .all(|((e, m, ..), spread)| spread <= ROUNDING * m.scale(&e.problem))
     }
 
+    /// What keeps an optimum from being one, where the misfit jumps.
+    pub fn jumps(&self, optimum: &Optimum) -> Option<String> {
+        let doubtful = !(optimum.converged && self.is_noise(optimum));
+        let words = "time steps were taken in halves, and which ones jumps with the parameters, and the \
+                     misfit with it: take a smaller time.step, or scheme = \"average-vector-field\"";
+        (optimum.halved && doubtful).then(|| words.into())
+    }
+
     /// Whether what is left looks like noise, or is rounding errors.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
         let tests = self.measured(optimum).flat_map(|(e, m, _, own)| residual_tests(e, m, own));

@@ -28,6 +28,8 @@ pub(super) struct Optimum {
     pub counts: Vec<usize>,
     pub converged: bool,
     pub status: String,
+    /// Whether time steps were taken in halves at the end.
+    pub halved: bool,
 }
 
 impl Search<'_> {
@@ -71,6 +73,7 @@ impl Search<'_> {
             Ok(error) => error,
             Err(error) => Error::Fit(error.to_string()),
         })?;
+        let halved = result.problem.take_problem().is_some_and(|residuals| residuals.halved());
         let lost = || Error::Fit("the optimiser lost its state".into());
         let state: &mut LeastSquaresState = &mut result.state;
         let reason = state.get_termination_reason().cloned();
@@ -92,6 +95,7 @@ impl Search<'_> {
             counts,
             converged: reason == Some(TerminationReason::SolverConverged),
             status: reason.map_or("not terminated".into(), |reason| reason.text().to_string()),
+            halved,
         })
     }
 

@@ -34,6 +34,8 @@ struct Evaluation {
     x: Vec<f64>,
     residuals: Vec<f64>,
     jacobian: Option<Vec<Vec<f64>>>,
+    /// Whether steps were taken in halves.
+    halved: bool,
 }
 
 impl Residuals {
@@ -135,6 +137,12 @@ impl Residuals {
         self.evaluate(x, true, |e| e.jacobian.clone().unwrap_or_default())
     }
 
+    /// Whether the last simulation took steps in halves: which ones jumps with the unknowns, and the
+    /// misfit with it.
+    pub(super) fn halved(&self) -> bool {
+        self.last.borrow().as_ref().is_some_and(|e| e.halved)
+    }
+
     fn bend(&self, residuals: &[f64]) -> Vec<f64> {
         residuals.iter().zip(self.losses()).map(|(r, loss)| loss.bent(*r)[0]).collect()
     }
@@ -192,8 +200,10 @@ impl Residuals {
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
         let mut residuals = Vec::with_capacity(self.len());
         let mut rows: Vec<Vec<f64>> = Vec::new();
+        let mut halved = false;
         for part in &self.parts {
             let run = self.run(part, x, with_jacobian, &mut |_, _| {})?;
+            halved |= run.moving.as_ref().is_some_and(|run| run.taken().len() >= run.times().len());
             let (own, by) = part.compare(&run, (&self.unknowns, x), with_jacobian)?;
             residuals.extend(own);
             rows.extend(by);
@@ -207,7 +217,8 @@ impl Residuals {
                 rows.push(row);
             }
         }
-        Ok(Evaluation { x: x.to_vec(), residuals, jacobian: with_jacobian.then_some(rows) })
+        let jacobian = with_jacobian.then_some(rows);
+        Ok(Evaluation { x: x.to_vec(), residuals, jacobian, halved })
     }
 }
 
