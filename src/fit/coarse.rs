@@ -6,7 +6,7 @@ use crate::direct::splitting::stability_limit;
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::problem::Problem;
-use crate::scene::{Clamp, Node, Scheme, Support};
+use crate::scene::{Clamp, Scheme, Support};
 
 /// Edges of the coarse model of a straight rod.
 const COARSE_SEGMENTS: usize = 12;
@@ -73,12 +73,8 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<
         let turns = scene.rod.shape.turning() / COARSE_TURN;
         let modes = COARSE_PER_MODE * experiment.highest_mode();
         let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
-        scene.rod.segments = scene.rod.segments.map(|n| n.min(coarse));
-        let ratio = scene.rod.segments.unwrap_or(1) as f64 / problem.segments() as f64;
-        for load in scene.loads.point.iter_mut().chain(&mut scene.initial.point) {
-            if let Node::Index(i) = &mut load.node {
-                *i = (*i as f64 * ratio).round() as usize;
-            }
+        if coarse < problem.segments() {
+            scene = problem.remeshed(coarse)?;
         }
     }
     let beta_is_known = unknowns.iter().all(|u| u.parameter != Parameter::Beta);

@@ -15,7 +15,6 @@ use super::{Experiment, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::problem::Problem;
-use crate::scene::Node;
 use serde::Serialize;
 
 /// How much finer.
@@ -48,21 +47,11 @@ fn to_zero(ratio: f64) -> f64 {
 /// The experiment with more edges, if its mesh is its own choice.
 fn finer_mesh(experiment: &Experiment) -> Result<Option<Finer>, Error> {
     let problem = &experiment.problem;
-    let mut scene = problem.scene().clone();
-    let forces = scene.loads.point.iter().chain(&scene.initial.point);
-    // On another mesh an inner node is elsewhere, and its load with it.
-    let inner = |node: &Node| matches!(node, Node::Index(i) if (1..problem.segments()).contains(i));
-    if scene.mesh_is_given() || forces.clone().any(|f| inner(&f.node)) {
+    if problem.scene().mesh_is_given() {
         return Ok(None);
     }
     let segments = (problem.segments() as f64 * FINER).round();
-    for load in scene.loads.point.iter_mut().chain(&mut scene.initial.point) {
-        if load.node == Node::Index(problem.segments()) {
-            load.node = Node::Index(segments as usize);
-        }
-    }
-    scene.rod.segments = Some(segments as usize);
-    let finer = scene.problem()?.computed_as(problem);
+    let finer = problem.remeshed(segments as usize)?.problem()?.computed_as(problem);
     Ok(Some((experiment.posed_as(finer)?, to_zero(segments / problem.segments() as f64))))
 }
 

@@ -5,11 +5,14 @@ use super::optimum::Optimum;
 use super::search::Search;
 use super::uncertainty::Local;
 use super::{Experiment, FitReport, Measurement, ResidualTests, Unknown};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
 /// on a finer grid, and before the report warns, unless it is noise.
 pub(super) const UNEXPLAINED: f64 = 0.1;
 
+/// Residuals this many times the noise are not it, however many there are.
+const OFF: f64 = 1.5;
 /// Residuals below this part of the rod's length are rounding errors, not noise.
 const ROUNDING: f64 = 1e-8;
 /// Values per coordinate from which on tests are trusted to find what is not noise.
@@ -50,6 +53,14 @@ impl Search<'_> {
     }
 }
 
+/// Whether residuals of this root mean square, in units of the noise they should be, are not it: by
+/// half for many values, and more for few, which noise makes as large once in a thousand times.
+pub(super) fn is_too_large(rms: f64, values: usize) -> bool {
+    let n = values.max(1) as f64;
+    let by_chance = ChiSquared::new(n).map_or(0.0, |chi| (chi.inverse_cdf(0.999) / n).sqrt());
+    rms > by_chance.max(OFF)
+}
+
 /// What of the measurements is left, if it is too much.
 pub(super) fn unexplained(search: &Search, optimum: &Optimum) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -64,7 +75,8 @@ pub(super) fn unexplained(search: &Search, optimum: &Optimum) -> Vec<String> {
                 100.0 * rms / size.max(f64::MIN_POSITIVE)
             ));
         }
-        if let Some(sigma) = measurement.sigma().filter(|sigma| rms > 1.5 * sigma) {
+        let too_large = |sigma: &f64| is_too_large(rms / sigma, own.len());
+        if let Some(sigma) = measurement.sigma().filter(too_large) {
             warnings.push(format!(
                 "{label}: the residuals are {:.1} times the stated sigma; the intervals are too narrow",
                 rms / sigma
@@ -147,4 +159,16 @@ pub(super) fn surprises(unknowns: &[Unknown], optimum: &Optimum) -> Vec<String> 
         ))
     };
     unknowns.iter().zip(&optimum.x).filter_map(words).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_too_large;
+
+    /// One value is off by two sigma every twentieth time, a hundred never are.
+    #[test]
+    fn few_values_may_be_off() {
+        assert!(!is_too_large(2.0, 1) && is_too_large(3.4, 1));
+        assert!(is_too_large(1.6, 100) && !is_too_large(1.4, 100));
+    }
 }

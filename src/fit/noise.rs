@@ -67,7 +67,8 @@ pub(super) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
     let first = |(experiment, measurement): (&Experiment, &Measurement)| {
         let problem = &experiment.problem;
         measurement.sigma().unwrap_or_else(|| match measurement.loss().is_robust() {
-            true => (0.5 * UNEXPLAINED * measurement.size(problem)).max(f64::MIN_POSITIVE),
+            // What hardly moves leaves what the camera sees of it.
+            true => 0.5 * UNEXPLAINED * measurement.size(problem).max(1e-2 * problem.length()),
             false => problem.length(),
         })
     };

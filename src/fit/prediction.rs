@@ -1,5 +1,6 @@
 //! What was held out of a fit, as the fit predicts it.
 
+use super::doubts::is_too_large;
 use super::experiment::all;
 use super::optimum::Optimum;
 use super::report::FitReport;
@@ -8,10 +9,6 @@ use super::uncertainty::Local;
 use super::{Experiment, Residuals};
 use crate::error::Error;
 use serde::Serialize;
-
-/// A prediction off by more than this many times what noise and the parameters' errors explain
-/// speaks against the model.
-const OFF: f64 = 1.5;
 
 /// How well a measurement that was held out is predicted.
 #[derive(Clone, Debug, Serialize)]
@@ -42,7 +39,7 @@ pub(super) fn add(
     match predictions(&held_out, fitted, local, &report.sigma) {
         Ok(predictions) => {
             for p in &predictions {
-                if p.rms > OFF * p.expected {
+                if is_too_large(p.rms / p.expected.max(f64::MIN_POSITIVE), p.values) {
                     report.warnings.push(format!(
                         "{}, held out, is {:.1} times as far from its prediction as noise and the \
                          parameters' errors explain",

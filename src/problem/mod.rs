@@ -1,5 +1,6 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
+mod remeshed;
 mod start;
 
 pub(crate) use start::Settled;
