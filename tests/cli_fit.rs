@@ -66,7 +66,7 @@ fn analysis_on_request() {
     assert_eq!(plain["discretization_error"][0]["name"], "youngs_modulus");
     assert!(plain["discretization_error"][0]["relative"].as_f64().unwrap() > 0.0);
     assert_eq!(plain["residual_tests"].as_array().unwrap().len(), 2);
-    assert!(plain["verdict"].as_str().unwrap().contains("doubtful"), "{plain}");
+    assert_eq!(plain["grade"], "model-does-not-explain", "{plain}");
     assert!(plain["parameters"][0].get("profile95").is_none());
     let analysis = "[analysis]\nprofile = true\nbootstrap = 20\nseed = 3\n\
                     observed_information = true\ndiscretization_error = \"none\"\n";
@@ -82,6 +82,39 @@ fn analysis_on_request() {
     assert!(fit["discretization_error"].as_array().unwrap().is_empty());
     let shown = String::from_utf8_lossy(&output.stdout).to_string();
     assert!(shown.contains("profile") && shown.contains("bootstrap"), "{shown}");
+}
+
+/// The first line printed names the grade, and what nobody should use exits with three.
+#[test]
+fn the_grade_comes_first() {
+    let folder = Folder::new();
+    let graded = |rows: &dyn Fn(f64) -> [f64; 2]| {
+        let row = |k: i32| {
+            let t = 0.01 * f64::from(k);
+            let [x, y] = rows(t);
+            format!("{t},{x},{y}\n")
+        };
+        let rows: String = (0..30).map(row).collect();
+        folder.write("tip.csv", &format!("t,x,y\n{rows}"));
+        let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+        let shown = String::from_utf8_lossy(&output.stdout).to_string();
+        let fit = folder.json("fit.json");
+        let first = shown.lines().next().unwrap().to_string();
+        assert!(first.contains(fit["verdict"].as_str().unwrap()), "{shown}");
+        for words in fit["warnings"].as_array().unwrap() {
+            assert!(words.as_str().unwrap().len() < 400, "{words}");
+        }
+        (output.status.code(), fit["grade"].as_str().unwrap().to_string(), first)
+    };
+    // Nearly free fall.
+    let (code, grade, first) = graded(&|t| [0.5 - 2.0 * t * t * t, -2.0 * t * t]);
+    assert_eq!((code, &grade[..]), (Some(0), "model-does-not-explain"), "{first}");
+    assert!(first.starts_with("the model does not explain the data: "), "{first}");
+    // Of a stiff rod, held where only a limp one is.
+    folder.write("fit.toml", &format!("{FIT}bounds = [1e3, 1e5]\n"));
+    let (code, grade, first) = graded(&|t| [0.5, 1e-3 * ((60.0 * t).cos() - 1.0)]);
+    assert_eq!((code, &grade[..]), (Some(3), "not-usable"), "{first}");
+    assert!(first.starts_with("not to be used: "), "{first}");
 }
 
 #[test]

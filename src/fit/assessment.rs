@@ -2,13 +2,14 @@
 
 use super::doubts::{bounds_reached, surprises, test_residuals, unexplained};
 use super::experiment::all;
+use super::grade::{Doubts, Weight};
 use super::journal::Stage;
 use super::noise::{losses, residual_rms, weighted};
 use super::optimum::Optimum;
 use super::residuals::half_square;
 use super::search::Search;
 use super::uncertainty::Local;
-use super::{Estimate, Fit, FitReport, Unknown, prediction, replay};
+use super::{Estimate, Fit, FitReport, Grade, Unknown, prediction, replay};
 use crate::error::Error;
 
 impl Fit {
@@ -53,55 +54,40 @@ impl Fit {
             simulations: 0.0,
             wall_seconds: 0.0,
             status: String::new(),
+            grade: Grade::NotUsable,
             verdict: String::new(),
             warnings: Vec::new(),
             interrupted: false,
             evidence: None,
         };
-        report.warnings.extend(bounds_reached(&self.unknowns, optimum, &local));
-        report.warnings.extend(unexplained(search, optimum));
-        report.warnings.extend(surprises(&self.unknowns, optimum));
+        let mut doubts = Doubts::default();
+        bounds_reached(&self.unknowns, optimum, &local, &mut doubts);
+        unexplained(search, optimum, &mut doubts);
+        surprises(&self.unknowns, optimum, &mut doubts);
         // Rounding errors are neither noise nor made by another mesh.
         if !search.is_rounding(optimum) {
-            test_residuals(search, optimum, &mut report);
-            report.warnings.extend(search.jumps(optimum));
-            self.add_discretization(search, optimum, &local, &noise, &mut report);
+            report.residual_tests = test_residuals(search, optimum, &mut doubts);
+            search.jumps(optimum, &mut doubts);
+            self.add_discretization(search, optimum, (&local, &noise), &mut report, &mut doubts);
         }
         let mut profiles = Vec::new();
         if optimum.converged && local.findings.is_empty() {
-            self.add_observed_information(search, optimum, &noise, &mut report);
-            profiles = self.add_profiles(search, optimum, (&local, &noise), &mut report);
-            self.add_bootstrap(search, optimum, &mut report);
+            self.add_observed_information(search, optimum, &noise, &mut report, &mut doubts);
+            profiles =
+                self.add_profiles(search, optimum, (&local, &noise), &mut report, &mut doubts);
+            self.add_bootstrap(search, optimum, &mut report, &mut doubts);
         }
-        prediction::add(&self.experiments, (search, optimum), &local, &mut report);
+        prediction::add(&self.experiments, (search, optimum), &local, &mut report, &mut doubts);
         if self.keep_evidence {
             let mut evidence = replay::evidence(search, Some(optimum), &report.sigma);
             if let Err(error) = replay::add_motion(search, &optimum.x, &mut evidence) {
-                report.warnings.push(format!("no shapes of the rod: {error}"));
+                doubts.add(Weight::Note, format!("no shapes of the rod: {error}"));
             }
             evidence.profiles = profiles;
             report.evidence = Some(evidence);
         }
         report.interrupted = search.is_stopped();
-        let identified = report.parameters.iter().all(|e| e.identifiable);
-        report.status = match (optimum.converged, identified) {
-            (true, true) if report.interrupted => "interrupted after convergence".to_string(),
-            (true, true) => "converged".to_string(),
-            (true, false) => format!("not identifiable: {}", local.in_words()),
-            (false, _) => format!("not converged: {}", optimum.status),
-        };
-        if !optimum.converged {
-            report.warnings.extend(local.findings.iter().map(|f| f.words.clone()));
-        }
-        report.verdict = match (optimum.converged, identified, report.warnings.is_empty()) {
-            (true, true, _) if report.interrupted => {
-                "a minimum, but what was to be done beyond it is not complete".into()
-            }
-            (false, ..) => "do not believe this: the fit did not converge".into(),
-            (_, false, _) => "the data do not determine all that was asked for".into(),
-            (true, true, false) => "doubtful: see the warnings".into(),
-            (true, true, true) => "nothing speaks against this".into(),
-        };
+        report.conclude(doubts, &optimum.status);
         Ok(report)
     }
 
@@ -153,6 +139,7 @@ impl Fit {
             simulations: 0.0,
             wall_seconds: 0.0,
             status: optimum.status,
+            grade: Grade::Interrupted,
             verdict: format!(
                 "do not believe this: these are the best values when the search was stopped ({})",
                 stage.name()

@@ -88,12 +88,14 @@ fn change(
         .map(|(finer, experiment)| finer.unwrap_or_else(|| (experiment.clone(), 0.0)))
         .unzip();
     let search = Task { experiments: &experiments, ..task }.search();
-    let moved: Vec<Option<f64>> = match how {
+    let (moved, left): (Vec<Option<f64>>, f64) = match how {
         Refinement::Refitted => {
-            let there = search.polish(&optimum.x)?.x;
+            let there = search.polish(&optimum.x)?;
             let most = to_zero.iter().copied().fold(0.0, f64::max);
-            let moved = there.iter().zip(&optimum.x).map(|(a, b)| most * (a - b));
-            moved.zip(&local.deviation).map(|(d, sd)| sd.map(|_| d)).collect()
+            let moved = there.x.iter().zip(&optimum.x).map(|(a, b)| most * (a - b));
+            let moved = moved.zip(&local.deviation).map(|(d, sd)| sd.map(|_| d)).collect();
+            let left = there.residuals.iter().zip(&optimum.residuals).map(|(a, b)| most * (a - b));
+            (moved, norm(left))
         }
         _ => {
             let there = search.all_residuals()?.straight(&optimum.x)?;
@@ -104,37 +106,58 @@ fn change(
                 factors.extend(std::iter::repeat_n(*to_zero, own));
             }
             factors.resize(there.len(), 0.0);
-            let pairs = there.iter().zip(&optimum.residuals).zip(factors.iter().zip(weights));
+            let pairs = there.iter().zip(&optimum.residuals).zip(&factors);
+            let change: Vec<f64> = pairs.map(|((a, b), f)| f * (a - b)).collect();
             // Once for the change, once for the row it meets.
-            let change: Vec<f64> = pairs.map(|((a, b), (f, w))| w * w * f * (a - b)).collect();
-            local.response(&optimum.jacobian, &change)
+            let weighted: Vec<f64> = change.iter().zip(weights).map(|(c, w)| w * w * c).collect();
+            let moved = local.response(&optimum.jacobian, &weighted);
+            let answer = |row: &Vec<f64>| -> f64 {
+                row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum()
+            };
+            let left = norm(change.iter().zip(&optimum.jacobian).map(|(c, row)| c + answer(row)));
+            (moved, left)
         }
     };
-    Ok(Some((moved, search.work.get())))
+    Ok(Some(Change { moved, left, work: search.work.get() }))
 }
 
-/// Of the unknowns on their scales, where they are identifiable; and the work to find it.
-type Change = (Vec<Option<f64>>, f64);
+fn norm(values: impl Iterator<Item = f64>) -> f64 {
+    values.map(|x| x * x).sum::<f64>().sqrt()
+}
 
-/// The discretisation error of every unknown.
+/// What a limit of zero mesh or step changes.
+struct Change {
+    /// The unknowns on their scales, where they are identifiable.
+    moved: Vec<Option<f64>>,
+    /// The residuals, in units of the noise, once the unknowns have followed.
+    left: f64,
+    /// To find it, steps times segments.
+    work: f64,
+}
+
+/// The discretisation error of every unknown, and how large what mesh and step leave in the
+/// residuals is against the residuals.
 pub(super) fn errors(
     search: &Search,
     optimum: &Optimum,
     local: (&Local, &[f64]),
     how: Refinement,
-) -> Result<Vec<DiscretizationError>, Error> {
+) -> Result<(Vec<DiscretizationError>, f64), Error> {
     let mesh = search.experiments.iter().map(finer_mesh).collect::<Result<Vec<_>, Error>>()?;
     let step = search.experiments.iter().map(|e| finer_step(e, search.unknowns));
     let step = step.collect::<Result<Vec<_>, Error>>()?;
     let task = search.task();
     let part = |finer| change(task, finer, optimum, local, how);
     let (mesh, step) = rayon::join(|| part(mesh), || part(step));
+    let mut left = 0.0_f64;
     let moved = [mesh?, step?].map(|part| {
-        part.map(|(moved, work)| {
-            search.count(work);
-            moved
+        part.map(|change| {
+            search.count(change.work);
+            left = left.max(change.left);
+            change.moved
         })
     });
+    let residuals = norm(optimum.residuals.iter().copied());
     search.report("discretisation error");
     let error = |(i, unknown): (usize, &Unknown)| {
         let value = unknown.from_scale(optimum.x[i]);
@@ -150,5 +173,5 @@ pub(super) fn errors(
         let experiments = unknown.experiments.clone();
         DiscretizationError { name: unknown.parameter, experiments, relative, mesh, step }
     };
-    Ok(search.unknowns.iter().enumerate().map(error).collect())
+    Ok((search.unknowns.iter().enumerate().map(error).collect(), left / residuals))
 }

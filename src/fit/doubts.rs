@@ -1,10 +1,11 @@
 //! What speaks against an optimum: motion that is left over, residuals that are no noise, bounds that
 //! were reached, and what was known before.
 
+use super::grade::{Doubts, Weight, percent};
 use super::optimum::Optimum;
 use super::search::Search;
 use super::uncertainty::Local;
-use super::{Experiment, FitReport, Measurement, ResidualTests, Unknown};
+use super::{Experiment, Measurement, ResidualTests, Unknown};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Part of the observed motion that a model may leave unexplained before the search is repeated
@@ -39,11 +40,13 @@ impl Search<'_> {
     }
 
     /// What keeps an optimum from being one, where the misfit jumps.
-    pub fn jumps(&self, optimum: &Optimum) -> Option<String> {
+    pub fn jumps(&self, optimum: &Optimum, doubts: &mut Doubts) {
         let doubtful = !(optimum.converged && self.is_noise(optimum));
         let words = "time steps were taken in halves, and which ones jumps with the parameters, and the \
                      misfit with it: take a smaller time.step, or scheme = \"average-vector-field\"";
-        (optimum.halved && doubtful).then(|| words.into())
+        if optimum.halved && doubtful {
+            doubts.add(Weight::Numerics, words);
+        }
     }
 
     /// Whether what is left looks like noise, or is rounding errors.
@@ -62,28 +65,40 @@ pub(super) fn is_too_large(rms: f64, values: usize) -> bool {
 }
 
 /// What of the measurements is left, if it is too much.
-pub(super) fn unexplained(search: &Search, optimum: &Optimum) -> Vec<String> {
-    let mut warnings = Vec::new();
+pub(super) fn unexplained(search: &Search, optimum: &Optimum, doubts: &mut Doubts) {
     let spreads = search.spreads(optimum);
     for ((experiment, measurement, _, own), rms) in search.measured(optimum).zip(spreads) {
         let (label, unit) = (experiment.label(measurement), measurement.unit());
         let size = measurement.size(&experiment.problem);
         let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
         if rms > (UNEXPLAINED * size).max(noise) && !is_noisy(experiment, measurement, rms, own) {
-            warnings.push(format!(
-                "{label}: the model leaves {:.0} % of what was observed unexplained ({rms:.3e} {unit} of {size:.3e} {unit})",
-                100.0 * rms / size.max(f64::MIN_POSITIVE)
-            ));
+            let part = rms / size.max(f64::MIN_POSITIVE);
+            // Standing still at the mean of what was observed leaves no more.
+            let weight = if part >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
+            let words = format!(
+                "{label}: the model leaves {} of what was observed unexplained ({rms:.3e} {unit} of \
+                 {size:.3e} {unit})",
+                percent(part)
+            );
+            doubts.add(weight, words);
         }
         let too_large = |sigma: &f64| is_too_large(rms / sigma, own.len());
         if let Some(sigma) = measurement.sigma().filter(too_large) {
-            warnings.push(format!(
-                "{label}: the residuals are {:.1} times the stated sigma; the intervals are too narrow",
-                rms / sigma
-            ));
+            let words = format!(
+                "{label}: the residuals are {} the stated sigma; the intervals are too narrow",
+                times(rms / sigma)
+            );
+            doubts.add(Weight::Misfit, words);
         }
     }
-    warnings
+}
+
+/// A factor as a person says it.
+pub(super) fn times(factor: f64) -> String {
+    match factor {
+        f if f.is_nan() || f > 1000.0 => "more than 1000 times".into(),
+        f => format!("{f:.1} times"),
+    }
 }
 
 /// Tests every coordinate of a measurement, whose residuals these are, for being noise.
@@ -118,18 +133,25 @@ fn is_noisy(
         && tests.iter().all(ResidualTests::is_noise)
 }
 
-pub(super) fn test_residuals(search: &Search, optimum: &Optimum, report: &mut FitReport) {
+pub(super) fn test_residuals(
+    search: &Search,
+    optimum: &Optimum,
+    doubts: &mut Doubts,
+) -> Vec<ResidualTests> {
+    let mut all = Vec::new();
     for (experiment, measurement, _, own) in search.measured(optimum) {
         for tests in residual_tests(experiment, measurement, own) {
             if !tests.is_noise() {
-                report.warnings.push(format!(
+                let words = format!(
                     "{}, {}: {}: the model misses something, and the intervals are too narrow",
                     tests.observation, tests.axis, tests.verdict
-                ));
+                );
+                doubts.add(Weight::Misfit, words);
             }
-            report.residual_tests.push(tests);
+            all.push(tests);
         }
     }
+    all
 }
 
 /// Unknowns that a bound keeps from where the data want them.
@@ -137,28 +159,32 @@ pub(super) fn bounds_reached(
     unknowns: &[Unknown],
     optimum: &Optimum,
     local: &Local,
-) -> Vec<String> {
-    let words = |(i, unknown): (usize, &Unknown)| {
-        let ([low, high], x) = (unknown.scaled_bounds(), optimum.x[i]);
-        (local.deviation[i].is_some() && (x <= low || x >= high)).then(|| {
-            let bound = unknown.from_scale(if x <= low { low } else { high });
-            format!("{unknown} ended at its bound {bound}: its interval does not account for that")
-        })
-    };
-    unknowns.iter().enumerate().filter_map(words).collect()
+    doubts: &mut Doubts,
+) {
+    for ((unknown, x), deviation) in unknowns.iter().zip(&optimum.x).zip(&local.deviation) {
+        let [low, high] = unknown.scaled_bounds();
+        if deviation.is_some() && (*x <= low || *x >= high) {
+            let bound = unknown.from_scale(if *x <= low { low } else { high });
+            let words = format!(
+                "{unknown} ended at its bound {bound}: its interval does not account for that"
+            );
+            doubts.add(Weight::Contradiction, words);
+        }
+    }
 }
 
 /// Data that contradict what was known before them.
-pub(super) fn surprises(unknowns: &[Unknown], optimum: &Optimum) -> Vec<String> {
-    let words = |(unknown, x): (&Unknown, &f64)| {
-        let surprise = unknown.surprise(*x).filter(|s| s.abs() > 3.0)?;
-        Some(format!(
-            "{unknown} ended {:.1} sigma from its prior's mean: data and prior contradict each \
-             other",
-            surprise.abs()
-        ))
-    };
-    unknowns.iter().zip(&optimum.x).filter_map(words).collect()
+pub(super) fn surprises(unknowns: &[Unknown], optimum: &Optimum, doubts: &mut Doubts) {
+    for (unknown, x) in unknowns.iter().zip(&optimum.x) {
+        if let Some(surprise) = unknown.surprise(*x).filter(|s| s.abs() > 3.0) {
+            let words = format!(
+                "{unknown} ended {:.1} sigma from its prior's mean: data and prior contradict each \
+                 other",
+                surprise.abs()
+            );
+            doubts.add(Weight::Contradiction, words);
+        }
+    }
 }
 
 #[cfg(test)]

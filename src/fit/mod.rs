@@ -51,6 +51,7 @@ mod basins;
 mod bootstrap;
 mod discretization;
 mod doubts;
+mod grade;
 mod identifiability;
 mod noise;
 mod on_request;
@@ -73,6 +74,7 @@ pub use evidence::{
 pub use experiment::Experiment;
 pub use file::FitFile;
 pub use frequencies::{Frequencies, Frequency};
+pub use grade::Grade;
 pub use identifiability::{Finding, Kind};
 pub use levenberg_marquardt::LevenbergMarquardt;
 pub use loss::Loss;

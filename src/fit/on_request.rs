@@ -1,5 +1,6 @@
 //! What an [`Analysis`](super::Analysis) asks for, added to the report of an optimum.
 
+use super::grade::{Doubts, Weight, percent};
 use super::noise::{Noise, scatter};
 use super::optimum::Optimum;
 use super::search::Search;
@@ -7,35 +8,57 @@ use super::uncertainty::Local;
 use super::{Fit, FitReport, Profile, Refinement, bootstrap, discretization, profile};
 use nalgebra::DMatrix;
 
+/// Part of the residuals that mesh and step must leave to be blamed for them before the model.
+const MESH_TO_BLAME: f64 = 0.5;
+
 impl Fit {
     pub(super) fn add_discretization(
         &self,
         search: &Search,
         optimum: &Optimum,
-        local: &Local,
-        noise: &Noise,
+        (local, noise): (&Local, &Noise),
         report: &mut FitReport,
+        doubts: &mut Doubts,
     ) {
         let how = self.analysis.discretization_error;
         if how == Refinement::None || !optimum.converged {
             return;
         }
+        let mut weight = Weight::Numerics;
         match discretization::errors(search, optimum, (local, &noise.weights), how) {
-            Ok(errors) => report.discretization_error = errors,
-            Err(error) => report
-                .warnings
-                .push(format!("the discretisation error is unknown: a finer run failed ({error})")),
+            Ok((errors, left)) => {
+                report.discretization_error = errors;
+                if left > MESH_TO_BLAME && doubts.has_misfit() {
+                    weight = Weight::Mesh;
+                    doubts.add(
+                        Weight::Mesh,
+                        "a finer mesh or step changes the motion by as much as the model leaves of the \
+                         data: refine segments or step before looking for what else is wrong",
+                    );
+                }
+            }
+            Err(error) => doubts.add(
+                Weight::Numerics,
+                format!("the discretisation error is unknown: a finer run failed ({error})"),
+            ),
         }
         for (estimate, error) in report.parameters.iter().zip(&report.discretization_error) {
             if let (Some(value), Some(sd), Some(relative)) =
                 (estimate.value, estimate.std_error, error.relative)
                 && relative * value.abs() > 2.0 * noise.reach * sd
             {
-                report.warnings.push(format!(
-                    "{}: mesh and step may be {:.2} % off, more than the 95 % interval is wide; refine segments or step",
+                let name = estimate.name;
+                let off = match name.is_positive() {
+                    true => percent(relative),
+                    false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
+                };
+                let words = format!(
+                    "{}: mesh and step may be {} off, more than the 95 % interval is wide; refine \
+                     segments or step",
                     estimate.label(),
-                    100.0 * relative
-                ));
+                    off.trim_end()
+                );
+                doubts.add(weight, words);
             }
         }
     }
@@ -46,6 +69,7 @@ impl Fit {
         optimum: &Optimum,
         noise: &Noise,
         report: &mut FitReport,
+        doubts: &mut Doubts,
     ) {
         if !self.analysis.observed_information {
             return;
@@ -55,14 +79,14 @@ impl Fit {
             Ok(hessian) => hessian,
             Err(error) => {
                 let words = format!("no observed information: its simulation failed ({error})");
-                return report.warnings.push(words);
+                return doubts.add(Weight::Note, words);
             }
         };
         let n = self.unknowns.len();
         let Some(factors) = DMatrix::from_fn(n, n, |i, j| hessian[i][j]).cholesky() else {
             let words =
                 "the Hessian of the misfit is not positive: this is not a minimum of its own";
-            return report.warnings.push(words.into());
+            return doubts.add(Weight::Worthless, words);
         };
         let inverse = factors.inverse();
         // The gradient scatters with psi^2; under squares that is the variance times the Hessian.
@@ -87,6 +111,7 @@ impl Fit {
         optimum: &Optimum,
         (local, noise): (&Local, &Noise),
         report: &mut FitReport,
+        doubts: &mut Doubts,
     ) -> Vec<Profile> {
         let mut profiles = Vec::new();
         if !self.analysis.profile {
@@ -102,16 +127,23 @@ impl Fit {
             report.parameters[i].profile95 = Some(found.values(unknown));
             profiles.push(found.profile(unknown, noise.reach));
             if let Some(x) = found.better {
-                report.warnings.push(format!(
+                let words = format!(
                     "{unknown} = {:e} fits better: this is not the best minimum",
                     unknown.from_scale(x)
-                ));
+                );
+                doubts.add(Weight::Worthless, words);
             }
         }
         profiles
     }
 
-    pub(super) fn add_bootstrap(&self, search: &Search, optimum: &Optimum, report: &mut FitReport) {
+    pub(super) fn add_bootstrap(
+        &self,
+        search: &Search,
+        optimum: &Optimum,
+        report: &mut FitReport,
+        doubts: &mut Doubts,
+    ) {
         let count = self.analysis.bootstrap;
         if count == 0 {
             return;
@@ -126,9 +158,8 @@ impl Fit {
             estimate.bootstrap = spread;
         }
         if failed > 0 {
-            report
-                .warnings
-                .push(format!("{failed} of {count} bootstrap replicates did not converge"));
+            let words = format!("{failed} of {count} bootstrap replicates did not converge");
+            doubts.add(Weight::Note, words);
         }
     }
 }

@@ -1,7 +1,8 @@
 //! What was held out of a fit, as the fit predicts it.
 
-use super::doubts::is_too_large;
+use super::doubts::{is_too_large, times};
 use super::experiment::all;
+use super::grade::{Doubts, Weight};
 use super::optimum::Optimum;
 use super::report::FitReport;
 use super::search::Search;
@@ -31,6 +32,7 @@ pub(super) fn add(
     fitted: (&Search, &Optimum),
     local: &Local,
     report: &mut FitReport,
+    doubts: &mut Doubts,
 ) {
     let held_out: Vec<Experiment> = experiments.iter().map(|e| e.only(|m| m.held_out())).collect();
     if all(&held_out).next().is_none() {
@@ -40,19 +42,21 @@ pub(super) fn add(
         Ok(predictions) => {
             for p in &predictions {
                 if is_too_large(p.rms / p.expected.max(f64::MIN_POSITIVE), p.values) {
-                    report.warnings.push(format!(
-                        "{}, held out, is {:.1} times as far from its prediction as noise and the \
+                    let words = format!(
+                        "{}, held out, is {} as far from its prediction as noise and the \
                          parameters' errors explain",
                         p.observation,
-                        p.rms / p.expected.max(f64::MIN_POSITIVE)
-                    ));
+                        times(p.rms / p.expected.max(f64::MIN_POSITIVE))
+                    );
+                    doubts.add(Weight::Contradiction, words);
                 }
             }
             report.predictions = predictions;
         }
-        Err(error) => report
-            .warnings
-            .push(format!("what was held out could not be predicted: its run failed ({error})")),
+        Err(error) => doubts.add(
+            Weight::Contradiction,
+            format!("what was held out could not be predicted: its run failed ({error})"),
+        ),
     }
 }
 

@@ -1,8 +1,8 @@
 //! The result of a fit, as it is shown and written.
 
 use super::{
-    Basins, Bootstrap, DiscretizationError, Evidence, Experiment, Finding, Loss, Prediction, Prior,
-    ResidualTests,
+    Basins, Bootstrap, DiscretizationError, Evidence, Experiment, Finding, Grade, Loss, Prediction,
+    Prior, ResidualTests,
 };
 use crate::parameter::Parameter;
 use serde::Serialize;
@@ -105,9 +105,11 @@ pub struct FitReport {
     pub wall_seconds: f64,
     /// In one line how the fit ended.
     pub status: String,
-    /// Whether to believe it.
+    /// How far it can be believed.
+    pub grade: Grade,
+    /// Why, in a sentence, and what to do about it.
     pub verdict: String,
-    /// What the user should know before believing the numbers.
+    /// What the user should know before believing the numbers, the weightiest first.
     pub warnings: Vec<String>,
     /// Whether the fit was told to stop before it was done.
     pub interrupted: bool,
@@ -137,18 +139,22 @@ impl FitReport {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
-    /// Whether the fit converged, was not stopped, and every parameter is identified.
+    /// Whether the fit converged, was not stopped, every parameter is identified, and the values
+    /// mean something.
     pub fn is_success(&self) -> bool {
-        self.converged && !self.interrupted && self.parameters.iter().all(|e| e.identifiable)
+        self.grade.is_usable()
     }
 }
 
 impl fmt::Display for FitReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {}", self.grade, self.verdict)?;
+        if self.status != "converged" {
+            writeln!(f, "{}", self.status)?;
+        }
         for warning in &self.warnings {
             writeln!(f, "warning: {warning}")?;
         }
-        writeln!(f, "{}: {}", self.status, self.verdict)?;
         for (i, e) in self.parameters.iter().enumerate() {
             let unit = e.name.unit();
             match (e.value, e.std_error, e.interval95) {

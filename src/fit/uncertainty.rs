@@ -163,11 +163,6 @@ impl Local {
         let pairs = known.clone().flat_map(|a| known.clone().map(move |b| (a, b)));
         self.variance * pairs.map(|(a, b)| row[a] * self.inverse[a][b] * row[b]).sum::<f64>()
     }
-
-    /// All findings in one line.
-    pub fn in_words(&self) -> String {
-        self.findings.iter().map(|f| f.words.as_str()).collect::<Vec<_>>().join("; ")
-    }
 }
 
 /// How many standard deviations a 95 % interval reaches to each side: normal when the noise is
