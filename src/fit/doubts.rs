@@ -66,6 +66,9 @@ pub(super) fn is_too_large(rms: f64, values: usize) -> bool {
 
 /// What of the measurements is left, if it is too much.
 pub(super) fn unexplained(search: &Search, optimum: &Optimum, doubts: &mut Doubts) {
+    if search.is_rounding(optimum) {
+        return;
+    }
     let spreads = search.spreads(optimum);
     for ((experiment, measurement, _, own), rms) in search.measured(optimum).zip(spreads) {
         let (label, unit) = (experiment.label(measurement), measurement.unit());

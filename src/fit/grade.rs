@@ -1,6 +1,6 @@
 //! How far a result can be believed: a grade, and the doubts it rests on.
 
-use super::{FitReport, Kind};
+use super::FitReport;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -106,16 +106,14 @@ impl FitReport {
         let findings: Vec<&str> = self.not_identifiable.iter().map(|f| f.words.as_str()).collect();
         let findings = findings.join("; ");
         let identified = self.parameters.iter().all(|e| e.identifiable);
-        // Beside a misfit as large as the data nothing is identifiable, which is no fault of theirs.
-        let lost_in_the_misfit = doubts.first(Weight::Worthless).is_some()
-            && self.not_identifiable.iter().all(|f| f.kind == Kind::Practical);
+        let worthless = doubts.first(Weight::Worthless).unwrap_or_default().to_string();
         let grade = match (self.converged, identified) {
             (false, _) => Grade::NotUsable,
-            (true, false) if !lost_in_the_misfit => Grade::NotIdentifiable,
+            // Beside a misfit as large as the data nothing is identifiable.
+            (true, false) if worthless.is_empty() => Grade::NotIdentifiable,
             (true, true) if self.interrupted => Grade::Interrupted,
             (true, _) => doubts.grade(),
         };
-        let worthless = doubts.first(Weight::Worthless).unwrap_or_default().to_string();
         (self.status, self.verdict) = match grade {
             Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
             Grade::RefineNumerics => {
@@ -132,16 +130,18 @@ impl FitReport {
                 "interrupted after convergence".into(),
                 "a minimum, but what was to be done beyond it is not complete".into(),
             ),
-            Grade::NotUsable if self.converged => (
-                format!("not to be used: {worthless}"),
-                format!("do not believe this: {worthless}"),
-            ),
-            Grade::NotUsable => (
-                format!("not converged: {exit}"),
-                "do not believe this: the fit did not converge".into(),
-            ),
+            Grade::NotUsable if self.converged => {
+                let mut status = format!("not to be used: {worthless}");
+                if !identified {
+                    status += &format!("; not identifiable: {findings}");
+                }
+                (status, worthless)
+            }
+            Grade::NotUsable => {
+                (format!("not converged: {exit}"), "the fit did not converge".into())
+            }
         };
-        if !self.converged {
+        if grade == Grade::NotUsable {
             self.not_identifiable.iter().for_each(|f| doubts.add(Weight::Note, f.words.clone()));
         }
         self.grade = grade;

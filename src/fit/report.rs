@@ -149,7 +149,7 @@ impl FitReport {
 impl fmt::Display for FitReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}", self.grade, self.verdict)?;
-        if self.status != "converged" {
+        if self.status != "converged" && self.grade != Grade::NotUsable {
             writeln!(f, "{}", self.status)?;
         }
         for warning in &self.warnings {
