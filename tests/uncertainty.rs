@@ -263,6 +263,30 @@ fn nothing_wrong_looks_fine() {
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
 }
 
+/// What a mesh leaves of the data is said to be the mesh's before anything else is suspected; what
+/// the scene lacks is not.
+#[test]
+fn the_mesh_is_blamed_before_the_model() {
+    let coarse = small(1.0);
+    let mut fine = coarse.clone();
+    fine.rod.segments = Some(60);
+    let data = noisy(&fine, 100, 1e-4, 6);
+    let unknowns = [YoungsModulus, DampingMass];
+    let report = fit(&coarse, &data, &unknowns, Analysis::default());
+    assert!(report.warnings[0].contains("refine segments or step before"), "{report}");
+    assert!(report.warnings.iter().any(|w| w.contains("resemble")), "{report}");
+    assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
+    // Damping that goes with the strain rates, on a mesh that is good enough for the rest.
+    fine.time = Some(Time::new(1.0, 5e-4));
+    let mut stiff = fine.clone();
+    stiff.loads.damping.mass = 0.0;
+    stiff.loads.damping.stiffness = 2e-2;
+    let data = noisy(&stiff, 100, 1e-4, 6);
+    let report = fit(&fine, &data, &unknowns, Analysis::default());
+    assert_eq!(report.grade, Grade::ModelDoesNotExplain, "{report}");
+    assert!(report.verdict.contains("no noise"), "{report}");
+}
+
 /// Every coordinate is tested with its own residuals, also where some are missing.
 #[test]
 fn residuals_are_tested_where_they_belong() {

@@ -138,7 +138,7 @@ impl FitReport {
                 (status, worthless)
             }
             Grade::NotUsable => {
-                (format!("not converged: {exit}"), "the fit did not converge".into())
+                (format!("not converged: {exit}"), format!("the fit did not converge: {exit}"))
             }
         };
         if grade == Grade::NotUsable {
