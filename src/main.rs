@@ -216,7 +216,7 @@ fn rest(
     let found = problem.equilibrium()?;
     write_json(json, &found)?;
     if let Some(path) = out {
-        write_shape(path, &found.nodes)?;
+        write_shape(path, &problem, &found.nodes)?;
     }
     if !quiet && !is_stdout(json) {
         println!("{found}");

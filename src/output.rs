@@ -1,6 +1,7 @@
 //! What `rodfit simulate` writes: a CSV of all nodes while it runs, a JSON report at the end.
 
 use crate::error::Error;
+use crate::point::Point;
 use crate::problem::Problem;
 use crate::scene::Scene;
 use crate::simulation::Work;
@@ -57,14 +58,16 @@ impl NodeTable {
     }
 }
 
-/// Writes a shape as a CSV file with the columns x, y, z, m, and a row per node: what a polyline is
-/// read from.
-pub fn write_shape(path: &Path, nodes: &[[f64; 3]]) -> Result<(), Error> {
+/// Writes a shape of a problem's rod as a CSV file with the columns x, y, z and s, m, and a row per
+/// node: where it is in the world, and on the rod, by arc length from the wall. `initial.shape` reads
+/// it as a polyline.
+pub fn write_shape(path: &Path, problem: &Problem, nodes: &[[f64; 3]]) -> Result<(), Error> {
     let io = |source| Error::io(path, source);
     let mut writer = csv::Writer::from_path(path).map_err(|error| io(error.into()))?;
-    writer.write_record(["x", "y", "z"]).map_err(|error| io(error.into()))?;
-    for node in nodes {
-        writer.serialize(node).map_err(|error| io(error.into()))?;
+    writer.write_record(["x", "y", "z", "s"]).map_err(|error| io(error.into()))?;
+    for (i, [x, y, z]) in nodes.iter().enumerate() {
+        let s = problem.arc_length(Point::Node(i))?;
+        writer.serialize([*x, *y, *z, s]).map_err(|error| io(error.into()))?;
     }
     writer.flush().map_err(io)
 }

@@ -276,15 +276,7 @@ impl Parameter {
             }
             Self::DampingMass => Some(scene.loads.damping.mass),
             Self::DampingStiffness => Some(scene.loads.damping.stiffness),
-            // What else acts in world axes would have to be turned against the rod.
-            Self::ClampAngle => {
-                let weight_only = scene.loads.point.is_empty()
-                    && scene.initial.point.is_empty()
-                    && scene.initial.shape.is_none()
-                    && scene.supports.motion.is_empty()
-                    && scene.supports.roller.is_none();
-                weight_only.then_some(scene.supports.angle)
-            }
+            Self::ClampAngle => in_world_axes(scene).is_empty().then_some(scene.supports.angle),
             Self::InitialVelocityX => moving(scene).map(|initial| initial.velocity[0]),
             Self::InitialVelocityY => moving(scene).map(|initial| initial.velocity[1]),
             Self::InitialVelocityZ => moving(scene).map(|initial| initial.velocity[2]),
@@ -346,18 +338,53 @@ impl Parameter {
             Self::ClampPositionY => Some(&mut scene.camera.clamp_position[1]),
             Self::ClampPositionZ => Some(&mut scene.camera.clamp_position[2]),
         };
-        *slot.ok_or_else(|| self.absent())? = value;
+        match slot {
+            Some(slot) => *slot = value,
+            None => return Err(self.absent(scene)),
+        }
         Ok(())
     }
 
     /// The error for a parameter the scene does not have.
-    pub fn absent(self) -> Error {
-        Error::invalid(
-            "parameter",
-            self.name(),
-            "a parameter the scene has: radius needs a circle, width and height a rectangle, shear_modulus and poisson_ratio need their key in [material], natural_curvature and natural_twist a number there and those with .1, .2, .. a list, beta the scheme newmark-beta, clamp_angle a planar scene without point loads and motions, initial.velocity and initial.angular_velocity a [time]",
-        )
+    pub fn absent(self, scene: &Scene) -> Error {
+        let mut found = self.name().to_string();
+        let allowed = match self {
+            Self::Radius => "with a circular section".into(),
+            Self::Width | Self::Height => "with a rectangular section".into(),
+            Self::ShearModulus | Self::PoissonRatio => "with its key in [material]".into(),
+            Self::NaturalCurvature | Self::NaturalTwist => {
+                format!(
+                    "with one number there, not a list, whose parts are {found}.1, {found}.2, .."
+                )
+            }
+            Self::NaturalCurvatureOf(part) | Self::NaturalTwistOf(part) => {
+                format!("with a list of {part} numbers or more there")
+            }
+            Self::Beta => "with [time] and the scheme newmark-beta".into(),
+            Self::ClampAngle => {
+                let other = in_world_axes(scene);
+                let found_beside = if other.is_empty() { vec!["a scene in space"] } else { other };
+                found += &format!(" beside {}", found_beside.join(", "));
+                "in planar scenes where only the weight is given in the axes of the world".into()
+            }
+            parameter if parameter.is_initial_velocity() => "with a [time]".into(),
+            _ => "a parameter the scene has".into(),
+        };
+        Error::invalid("parameter", found, allowed)
     }
+}
+
+/// What a scene gives in the axes of the world beside its weight, and would have to be turned with
+/// the rod.
+fn in_world_axes(scene: &Scene) -> Vec<&'static str> {
+    let given = [
+        ("loads.point", !scene.loads.point.is_empty()),
+        ("initial.point", !scene.initial.point.is_empty()),
+        ("initial.shape", scene.initial.shape.is_some()),
+        ("supports.motion", !scene.supports.motion.is_empty()),
+        ("supports.roller", scene.supports.roller.is_some()),
+    ];
+    given.into_iter().filter_map(|(key, given)| given.then_some(key)).collect()
 }
 
 /// The start of a scene that is to move.

@@ -5,8 +5,7 @@
 //! meshes at the finest step, extrapolated to edges of no length. Two more comparisons take the
 //! error apart: with the finest step on the same mesh, and of that with the continuum. No known
 //! answer is needed; what the reference itself is worth shows in how far it is from the nearest
-//! other. A scene that comes with its mesh (a polyline, forces on nodes by
-//! index) is studied on that mesh alone.
+//! other. A scene that comes with its mesh (forces on nodes by index) is studied on that mesh alone.
 
 use crate::direct::splitting::stability_limit;
 use crate::error::Error;

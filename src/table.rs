@@ -4,6 +4,10 @@
 use crate::error::Error;
 use std::path::{Path, PathBuf};
 
+/// Units of times, in s, and of lengths, in m.
+pub const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
+pub const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
+
 /// A table of numbers; blanks and NaN are missing.
 #[derive(Clone, Debug)]
 pub struct Table {
@@ -63,6 +67,19 @@ impl Table {
         self.find(name).ok_or_else(|| {
             let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
             self.error(1, &format!("no column `{name}`; found {}", found.join(", ")))
+        })
+    }
+
+    /// What the numbers of a column are multiplied by, as the unit in its header says; 1 without one.
+    /// `more` names units that are allowed beside the `known` ones.
+    pub fn factor(&self, column: usize, known: &[(&str, f64)], more: &str) -> Result<f64, Error> {
+        let (name, unit) = &self.columns[column];
+        let Some(unit) = unit else { return Ok(1.0) };
+        let found = known.iter().find(|(symbol, _)| symbol == unit);
+        found.map(|(_, factor)| *factor).ok_or_else(|| {
+            let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
+            let allowed = symbols.join(", ");
+            self.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}{more}"))
         })
     }
 

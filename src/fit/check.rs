@@ -140,7 +140,12 @@ impl Unknown {
         }
         let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
         if takers.peek().is_none() {
-            return Err(of_parameter(parameter.absent(), key, ""));
+            let scene = experiments.first().map(|e| e.problem.scene());
+            let absent = scene.map_or_else(
+                || Error::invalid("experiment", "none", "at least one"),
+                |scene| parameter.absent(scene),
+            );
+            return Err(of_parameter(absent, key, ""));
         }
         takers.try_for_each(|e| {
             let checked = e.problem.check_parameter(parameter);

@@ -5,6 +5,7 @@ use super::{
     RestShape, Unknown, Vertical,
 };
 use crate::error::Error;
+use crate::missing::{Rule, always, if_there};
 use crate::parameter::Parameter;
 use crate::point::Point;
 use crate::scene::{Scene, parse};
@@ -21,6 +22,20 @@ pub struct FitFile {
     /// What to do beyond finding them.
     pub analysis: Analysis,
 }
+
+/// What a fit file must have.
+const REQUIRED: [Rule; 10] = [
+    always("", |_| &["parameter"]),
+    if_there("parameter[]", |_| &["name"]),
+    if_there("parameter[].prior", |_| &["mean", "sigma"]),
+    if_there("observation[]", |_| &["file"]),
+    if_there("shape[]", |_| &["file"]),
+    if_there("frequencies[]", |_| &["sigma"]),
+    if_there("experiment[]", |_| &["name", "scene"]),
+    if_there("experiment[].observation[]", |_| &["file"]),
+    if_there("experiment[].shape[]", |_| &["file"]),
+    if_there("experiment[].frequencies[]", |_| &["sigma"]),
+];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -65,6 +80,7 @@ struct ObservationForm {
     held_out: bool,
     fps: Option<f64>,
     scale: Option<f64>,
+    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
     origin: Option<[f64; 3]>,
     y: Option<Vertical>,
     time_zero: Option<f64>,
@@ -80,6 +96,7 @@ struct ShapeForm {
     #[serde(default)]
     held_out: bool,
     scale: Option<f64>,
+    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
     origin: Option<[f64; 3]>,
     y: Option<Vertical>,
 }
@@ -102,6 +119,7 @@ struct FrequenciesForm {
 struct ParameterForm {
     name: Parameter,
     start: Option<f64>,
+    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
     bounds: Option<[f64; 2]>,
     prior: Option<Prior>,
     /// Not identified, but other than the scene says.
@@ -205,7 +223,7 @@ impl FitFile {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
-        let mut form: Form = parse(&text).map_err(|error| error.in_file(Some(path)))?;
+        let mut form: Form = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;
         let read = |e: ExperimentForm| e.read(folder);

@@ -2,7 +2,7 @@
 
 use super::observation::{Observation, Sample};
 use crate::error::Error;
-use crate::table::Table;
+use crate::table::{LENGTHS, TIMES, Table};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -34,6 +34,7 @@ pub struct Recording {
     /// Metres a pixel; needed where positions are in pixels.
     pub scale: Option<f64>,
     /// Where the world's origin is in the file's own coordinates and units.
+    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
     pub origin: Option<[f64; 3]>,
     /// Which way the y axis points; needed for pixels, up for lengths.
     pub y: Option<Vertical>,
@@ -51,9 +52,6 @@ pub enum Vertical {
     /// With gravity, as in images.
     Down,
 }
-
-const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
-pub(super) const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
 
 /// The columns x, y, z with their factors to metres.
 pub(super) type Axes = [Option<(usize, f64)>; 3];
@@ -131,7 +129,7 @@ impl Recording {
         let clocks: Vec<usize> = clocks.collect();
         let time = match clocks[..] {
             [clock] if table.columns[clock].0 == "frame" => (clock, self.frame_time(table)?),
-            [clock] => (clock, unit(table, clock, &TIMES)?),
+            [clock] => (clock, table.factor(clock, &TIMES, "")?),
             [] => {
                 let found: Vec<&str> = table.columns.iter().map(|(name, _)| &name[..]).collect();
                 let message = format!("no column t, time or frame; found {}", found.join(", "));
@@ -180,7 +178,7 @@ impl Recording {
                 let message = format!("`{name}` is in pixels, which needs scale = metres a pixel");
                 return Err(table.error(1, &message));
             }
-            (false, _) => unit(table, column, &LENGTHS)?,
+            (false, _) => table.factor(column, &LENGTHS, ", px")?,
         };
         match (name.as_str(), self.y) {
             ("y", Some(Vertical::Down)) => Ok(-factor),
@@ -191,15 +189,4 @@ impl Recording {
             _ => Ok(factor),
         }
     }
-}
-
-pub(super) fn unit(table: &Table, column: usize, known: &[(&str, f64)]) -> Result<f64, Error> {
-    let (name, unit) = &table.columns[column];
-    let Some(unit) = unit else { return Ok(1.0) };
-    known.iter().find(|(symbol, _)| symbol == unit).map(|(_, factor)| *factor).ok_or_else(|| {
-        let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
-        let pixels = if ["x", "y", "z"].contains(&&name[..]) { ", px" } else { "" };
-        let allowed = format!("{}{pixels}", symbols.join(", "));
-        table.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}"))
-    })
 }

@@ -1,10 +1,10 @@
 //! A photographed droop: where points of a rod at rest were seen.
 
 use super::Loss;
-use super::recording::{LENGTHS, Recording, unit};
+use super::recording::Recording;
 use crate::error::Error;
 use crate::point::Point;
-use crate::table::Table;
+use crate::table::{LENGTHS, Table};
 use std::path::{Path, PathBuf};
 
 /// Where a point of the rod at rest was seen. World coordinates, m; a coordinate that was not seen
@@ -63,7 +63,7 @@ impl RestShape {
                 return Err(table.error(1, &format!("unit [{unit}] of `node`, allowed: none")));
             }
             (true, None) => 1.0,
-            (false, _) => unit(&table, place, &LENGTHS)?,
+            (false, _) => table.factor(place, &LENGTHS, "")?,
         };
         let axes = recording.axes(&table)?;
         let mut sightings = Vec::with_capacity(table.rows.len());

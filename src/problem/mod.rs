@@ -26,6 +26,10 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Why a factor on the curvature does nothing.
+const BESIDE_STRAIGHT: &str =
+    "beside a straight rest shape, which has no curvature to be multiplied";
+
 /// A scene with its mesh and model. Made by [`Scene::problem`].
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -88,8 +92,15 @@ impl Problem {
     fn new(mut scene: Scene) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
         let mesh = mesh(&scene)?;
+        let natural = &scene.rod.natural_curvature;
+        if natural.values().iter().any(|factor| *factor != 1.0) && mesh.is_straight() {
+            let found =
+                natural.whole().map_or(format!("{:?}", natural.values()), |f| f.to_string());
+            let allowed = format!("1 {BESIDE_STRAIGHT}");
+            return Err(Error::invalid("rod.natural_curvature", found, allowed));
+        }
         let loads = nodal(&scene.loads.point, "loads", mesh.nodes.len())?;
-        let start_shape = start_shape(&scene, mesh.nodes.len())?;
+        let start_shape = start_shape(&scene, &mesh)?;
         let (model, reason) = choose(&scene, &mesh, start_shape.as_deref(), &loads)?;
         let held = nodal(&scene.initial.point, "initial", mesh.nodes.len())?;
         let mut problem = Self {
@@ -239,6 +250,11 @@ impl Problem {
             AnyProblem::Spatial(posed) => posed.model.position(&posed.rest(), 0),
         }
     }
+    /// How far the rest shape's tangent turns from end to end, rad.
+    pub(crate) fn turning(&self) -> Result<f64, Error> {
+        let known = self.scene.rod.shape.turning();
+        known.map_or_else(|| Ok(mesh(&self.scene)?.turning()), Ok)
+    }
     /// A point of the rest shape in the world, m.
     pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
         let node: &dyn Fn(usize) -> [f64; 3] = match self.posed() {
@@ -317,9 +333,15 @@ impl Problem {
     /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
     /// model.
     pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
-        let value = parameter.of(&self.scene).ok_or_else(|| parameter.absent())?;
+        let value = parameter.of(&self.scene).ok_or_else(|| parameter.absent(&self.scene))?;
         if parameter == Parameter::ClampAngle && self.planar().is_none() {
-            return Err(parameter.absent());
+            return Err(parameter.absent(&self.scene));
+        }
+        let curvature =
+            matches!(parameter, Parameter::NaturalCurvature | Parameter::NaturalCurvatureOf(_));
+        if curvature && mesh(&self.scene)?.is_straight() {
+            let found = format!("{parameter} {BESIDE_STRAIGHT}");
+            return Err(Error::invalid("parameter", found, "with a curved rest shape"));
         }
         let mut moved = self.scene.clone();
         let speeds = moved.initial.velocity.iter().chain(&moved.initial.angular_velocity);
@@ -502,7 +524,27 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
 /// The rest shape's mesh, cut by the walls.
 fn mesh(scene: &Scene) -> Result<Mesh, Error> {
-    scene.rod.shape.mesh(scene.rod.segments.unwrap_or(0), cuts(scene), &scene.folder())
+    let mesh = scene.rod.shape.mesh(scene.rod.segments, cuts(scene), &scene.folder())?;
+    check_edges("rod.shape", &mesh.nodes)?;
+    Ok(mesh)
+}
+
+/// Lengths of edges, m, whose fourth powers double precision can hold.
+const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
+
+/// Refuses edges, at `key`, that cannot be computed with.
+fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
+    let length = |p: &[[f64; 3]]| {
+        let [x, y, z] = [0, 1, 2].map(|c| p[1][c] - p[0][c]);
+        x.hypot(y).hypot(z)
+    };
+    match nodes.windows(2).map(length).find(|length| !EDGES.contains(length)) {
+        Some(length) => {
+            let allowed = format!("edges of {:e} to {:e} m", EDGES.start(), EDGES.end());
+            Err(Error::invalid(key, format!("an edge of {length:e} m"), allowed))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Which outermost edges a wall cuts.
@@ -568,14 +610,11 @@ fn choose(
 }
 
 /// The nodes of the shape the rod begins in, where the scene gives one.
-fn start_shape(scene: &Scene, nodes: usize) -> Result<Option<Vec<[f64; 3]>>, Error> {
+fn start_shape(scene: &Scene, rest: &Mesh) -> Result<Option<Vec<[f64; 3]>>, Error> {
     let Some(shape) = &scene.initial.shape else { return Ok(None) };
-    let mesh = shape.mesh(nodes - 1, cuts(scene), &scene.folder())?;
-    if mesh.nodes.len() == nodes {
-        return Ok(Some(mesh.nodes));
-    }
-    let found = format!("{} nodes", mesh.nodes.len());
-    Err(Error::invalid("initial.shape", found, format!("the rest shape's {nodes}")))
+    let nodes = shape.nodes_of(rest, &scene.folder())?;
+    check_edges("initial.shape", &nodes)?;
+    Ok(Some(nodes))
 }
 
 fn nodal(loads: &[PointForce], table: &str, nodes: usize) -> Result<Vec<NodalLoad>, Error> {

@@ -21,7 +21,7 @@ pub struct Camera {
     #[serde(default)]
     pub in_plane_rotation: f64,
     /// Where the clamp is recorded, less where it is in the scene, m.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub clamp_position: [f64; 3],
 }
 

@@ -18,10 +18,10 @@ pub struct Initial {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
     /// Of every node that no support holds, m/s.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, deserialize_with = "crate::exact::numbers", skip_serializing_if = "is_zero")]
     pub velocity: [f64; 3],
     /// About the centre of mass, rad/s; adds to `velocity`.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, deserialize_with = "crate::exact::numbers", skip_serializing_if = "is_zero")]
     pub angular_velocity: [f64; 3],
     /// Forces that hold the rod beside its loads until t = 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

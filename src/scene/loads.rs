@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Loads {
     /// Acceleration, m/s^2.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub gravity: [f64; 3],
     /// Damping.
     #[serde(default)]
@@ -38,10 +38,10 @@ pub struct PointForce {
     /// Where.
     pub node: Node,
     /// N, in world axes.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub force: [f64; 3],
     /// N m, about the normal of a planar scene: half of it turns each of the node's edges.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, deserialize_with = "crate::exact::numbers", skip_serializing_if = "is_zero")]
     pub moment: [f64; 3],
 }
 

@@ -5,6 +5,7 @@ pub mod camera;
 pub mod initial;
 pub mod loads;
 pub mod plane;
+mod polyline;
 pub mod section;
 pub mod shape;
 pub mod supports;
@@ -19,6 +20,7 @@ pub use shape::{Handedness, Shape};
 pub use supports::{Clamp, End, Motion, Support, Supports};
 
 use crate::error::Error;
+use crate::missing::{Keys, Rule, always, if_there, missing};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -69,7 +71,7 @@ pub struct Scene {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RodSpec {
-    /// Number of edges, 2 to 1e7; absent when the shape is a polyline.
+    /// Number of edges, 2 to 1e7; by default as many as a polyline has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segments: Option<usize>,
     /// Rest shape.
@@ -274,7 +276,7 @@ impl Scene {
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
-        let mut scene: Self = parse(&text).map_err(|error| error.in_file(Some(path)))?;
+        let mut scene: Self = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
         scene.validate()?;
         Ok(scene)
@@ -299,13 +301,10 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether the mesh is given with the scene: by a polyline, or by loads on nodes that are named
-    /// by their index. Another number of segments would be another scene.
+    /// Whether the mesh is given with the scene, by loads on nodes that are named by their index.
+    /// Another number of segments would be another scene.
     pub(crate) fn mesh_is_given(&self) -> bool {
-        let mut loads = self.loads.point.iter().chain(&self.initial.point);
-        let mut shapes = [Some(&self.rod.shape), self.initial.shape.as_ref()].into_iter().flatten();
-        shapes.any(|shape| matches!(shape, Shape::Polyline { .. }))
-            || loads.any(|load| load.node != Node::TIP)
+        self.loads.point.iter().chain(&self.initial.point).any(|load| load.node != Node::TIP)
     }
 
     /// The time integrator.
@@ -335,11 +334,8 @@ impl Scene {
         self.rod.shape.check("rod.shape")?;
         self.rod.section.check()?;
         match (&self.rod.shape, self.rod.segments) {
-            (Shape::Polyline { .. }, Some(n)) => {
-                return Err(Error::invalid("rod.segments", n, "no such key beside a polyline"));
-            }
             (Shape::Polyline { .. }, None) => {}
-            (_, None) => return Err(Error::invalid("rod.segments", "no such key", "2 .. 1e7")),
+            (_, None) => return Err(shape::no_segments()),
             (_, Some(n)) if !SEGMENTS.contains(&n) => {
                 return Err(Error::invalid("rod.segments", n, "2 .. 1e7"));
             }
@@ -399,11 +395,61 @@ impl Scene {
     }
 }
 
-/// Parses TOML; the message says line, key and what was expected.
-pub(crate) fn parse<T: serde::de::DeserializeOwned>(text: &str) -> Result<T, Error> {
-    toml::from_str(text).map_err(|error: toml::de::Error| Error::Parse {
-        file: None,
-        message: error.to_string().trim_end().to_string(),
+/// What a scene file must have.
+const REQUIRED: [Rule; 9] = [
+    always("rod", rod_keys),
+    always("material", |_| &["density", "youngs_modulus"]),
+    if_there("rod.shape", shape_keys),
+    if_there("rod.section", section_keys),
+    if_there("initial.shape", shape_keys),
+    if_there("time", |_| &["end", "step"]),
+    if_there("loads.point[]", |_| &["node"]),
+    if_there("initial.point[]", |_| &["node"]),
+    if_there("supports.motion[]", |_| &["end"]),
+];
+
+fn rod_keys(rod: &toml::Table) -> Keys {
+    match rod.get("shape").and_then(|shape| shape.get("kind")?.as_str()) {
+        Some("polyline") => &["shape", "section"],
+        _ => &["segments", "shape", "section"],
+    }
+}
+
+fn shape_keys(shape: &toml::Table) -> Keys {
+    match shape.get("kind").and_then(toml::Value::as_str) {
+        Some("straight") => &["length", "direction"],
+        Some("helix") => &["length", "radius", "pitch", "axis", "handedness"],
+        Some("arc") => &["length", "angle"],
+        Some("polyline") => &["file"],
+        _ => &["kind"],
+    }
+}
+
+fn section_keys(section: &toml::Table) -> Keys {
+    match section.get("kind").and_then(toml::Value::as_str) {
+        Some("circle") => &["radius"],
+        Some("rectangle") => &["width", "height", "up"],
+        Some("custom") => &["area", "i1", "i2", "j", "up"],
+        _ => &["kind"],
+    }
+}
+
+/// Parses TOML; the message says line, key and what was expected, or all the keys that are missing.
+pub(crate) fn parse<T: serde::de::DeserializeOwned>(
+    text: &str,
+    required: &[Rule],
+) -> Result<T, Error> {
+    toml::from_str(text).map_err(|error: toml::de::Error| {
+        let missing = match (error.message().starts_with("missing field"), text.parse()) {
+            (true, Ok(table)) => missing(&table, required),
+            _ => Vec::new(),
+        };
+        let message = match &missing[..] {
+            [] => error.to_string().trim_end().to_string(),
+            [key] => format!("missing key: {key}"),
+            keys => format!("missing keys: {}", keys.join(", ")),
+        };
+        Error::Parse { file: None, message }
     })
 }
 

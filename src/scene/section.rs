@@ -23,6 +23,7 @@ pub enum Section {
         /// Along `up`, m.
         height: f64,
         /// A direction; its part across the first edge counts.
+        #[serde(deserialize_with = "crate::exact::numbers")]
         up: [f64; 3],
     },
     /// Any section, by its constants.
@@ -36,6 +37,7 @@ pub enum Section {
         /// Torsion constant, m^4.
         j: f64,
         /// A direction; its part across the first edge counts.
+        #[serde(deserialize_with = "crate::exact::numbers")]
         up: [f64; 3],
     },
 }

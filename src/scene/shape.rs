@@ -1,5 +1,6 @@
 //! Rest shapes and their meshes.
 
+use super::polyline::Polyline;
 use super::{direction, positive};
 use crate::error::Error;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
@@ -16,6 +17,7 @@ pub enum Shape {
         /// m.
         length: f64,
         /// Any non-zero vector.
+        #[serde(deserialize_with = "crate::exact::numbers")]
         direction: [f64; 3],
     },
     /// `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for the
@@ -28,6 +30,7 @@ pub enum Shape {
         /// Advance along the axis per turn, m.
         pitch: f64,
         /// Direction of advance.
+        #[serde(deserialize_with = "crate::exact::numbers")]
         axis: [f64; 3],
         /// Sense of the turns.
         handedness: Handedness,
@@ -39,7 +42,18 @@ pub enum Shape {
         /// Total turning angle, rad.
         angle: f64,
     },
-    /// The nodes themselves, from a CSV file with the columns x, y, z in m.
+    /// A smooth curve through the points of a CSV file with the columns x, y, z, in m or in the unit
+    /// of their header: `x[mm]`. The first point is where the rod begins, at the wall of a clamped
+    /// start, and the last is where it ends, at the wall of a clamped end or the tip. The rod gets
+    /// as many nodes as there are points, unless `segments` says otherwise. They are the points
+    /// themselves, but for rods whose walls are at `"mid-edge"`: those put the middle of the
+    /// outermost edge at the point, as for all shapes, and the nodes between move along the curve
+    /// by up to half an edge; a corner of the line is cut by as much.
+    ///
+    /// As `initial.shape` the file may have any number of points: every node begins at the same
+    /// part of the line's length as at rest. A column s, as `rodfit static --out` writes, says for
+    /// every row which point of the rod it is instead: its arc length from the wall at rest,
+    /// negative behind it.
     Polyline {
         /// Relative to the scene file.
         file: PathBuf,
@@ -75,6 +89,36 @@ impl Mesh {
         let inner = &self.arc_length[1..self.arc_length.len() - 1];
         inner.iter().map(|s| s / self.length).collect()
     }
+
+    /// How far the edges turn from end to end, rad.
+    pub(crate) fn turning(&self) -> f64 {
+        self.turns().sum()
+    }
+
+    /// Whether no joint turns, but for rounding errors.
+    pub(crate) fn is_straight(&self) -> bool {
+        self.turns().all(|turn| turn < 1e-9)
+    }
+
+    fn turns(&self) -> impl Iterator<Item = f64> {
+        self.nodes.windows(3).map(|p| {
+            let [a, b, c] = [0, 1, 2].map(|i| Vector3::from(p[i]));
+            angle(&(b - a), &(c - b))
+        })
+    }
+}
+
+/// A length, m, and the curve by arc length.
+type Curve = (f64, Box<dyn Fn(f64) -> Vector3<f64>>);
+
+/// The error of a mesh that nobody has said the fineness of.
+pub(super) fn no_segments() -> Error {
+    Error::invalid("rod.segments", "no such key", "2 .. 1e7")
+}
+
+/// Between two vectors, rad, small ones to the last digit.
+pub(super) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
 }
 
 impl Shape {
@@ -103,43 +147,60 @@ impl Shape {
         }
     }
 
-    /// How far the tangent turns from end to end, rad; zero for a polyline, whose mesh is given.
-    pub(crate) fn turning(&self) -> f64 {
+    /// How far the tangent turns from end to end, rad; none where only the points tell.
+    pub(crate) fn turning(&self) -> Option<f64> {
         match self {
-            Self::Straight { .. } | Self::Polyline { .. } => 0.0,
-            Self::Arc { angle, .. } => angle.abs(),
+            Self::Straight { .. } => Some(0.0),
+            Self::Arc { angle, .. } => Some(angle.abs()),
             Self::Helix { length, radius, pitch, .. } => {
-                length * radius / (radius.powi(2) + (pitch / TAU).powi(2))
+                Some(length * radius / (radius.powi(2) + (pitch / TAU).powi(2)))
             }
+            Self::Polyline { .. } => None,
         }
     }
 
     /// The mesh of `segments` equal edges; a wall at the start or the end cuts the middle of the
-    /// outermost edge where `cut` says so. A polyline brings its own nodes.
-    pub fn mesh(&self, segments: usize, cut: [bool; 2], folder: &Path) -> Result<Mesh, Error> {
-        let before = if cut[0] { 0.5 } else { 0.0 };
-        let after = if cut[1] { 0.5 } else { 0.0 };
-        let length = match self {
-            Self::Straight { length, .. }
-            | Self::Helix { length, .. }
-            | Self::Arc { length, .. } => *length,
-            Self::Polyline { file } => return polyline(&folder.join(file), [before, after]),
+    /// outermost edge where `cut` says so. The edges of a polyline go with the distances of its
+    /// points; by default there are as many.
+    pub fn mesh(
+        &self,
+        segments: Option<usize>,
+        cut: [bool; 2],
+        folder: &Path,
+    ) -> Result<Mesh, Error> {
+        let cut = cut.map(|cut| if cut { 0.5 } else { 0.0 });
+        let (length, point) = match self.curve() {
+            Ok(curve) => curve,
+            Err(file) => return Polyline::read(&folder.join(file), false)?.mesh(segments, cut),
         };
-        let edge = length / (segments as f64 - before - after);
-        let arc_length: Vec<f64> = (0..=segments).map(|i| (i as f64 - before) * edge).collect();
-        let point = self.curve();
+        let segments = segments.ok_or_else(no_segments)?;
+        let edge = length / (segments as f64 - cut[0] - cut[1]);
+        let arc_length: Vec<f64> = (0..=segments).map(|i| (i as f64 - cut[0]) * edge).collect();
         let nodes = arc_length.iter().map(|s| point(*s).into()).collect();
         Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments] })
     }
 
-    /// The curve by arc length.
-    fn curve(&self) -> Box<dyn Fn(f64) -> Vector3<f64>> {
-        match *self {
-            Self::Straight { direction, .. } => {
-                let direction = Vector3::from(direction).normalize();
-                Box::new(move |s| direction * s)
+    /// Where the nodes of a rod are that has this shape instead of its `rest`.
+    pub(crate) fn nodes_of(&self, rest: &Mesh, folder: &Path) -> Result<Vec<[f64; 3]>, Error> {
+        let (length, point) = match self.curve() {
+            Ok(curve) => curve,
+            Err(file) => {
+                let path = folder.join(file);
+                return Polyline::read(&path, true)?.nodes_of(rest, &path);
             }
-            Self::Helix { radius, pitch, axis, handedness, .. } => {
+        };
+        let stretch = length / rest.length;
+        Ok(rest.arc_length.iter().map(|s| point(s * stretch).into()).collect())
+    }
+
+    /// The length and the curve by arc length; or the file of a polyline.
+    fn curve(&self) -> Result<Curve, &Path> {
+        let (length, curve): Curve = match *self {
+            Self::Straight { length, direction } => {
+                let direction = Vector3::from(direction).normalize();
+                (length, Box::new(move |s| direction * s))
+            }
+            Self::Helix { length, radius, pitch, axis, handedness } => {
                 let c = pitch / TAU;
                 let speed = radius.hypot(c);
                 let turn = if handedness == Handedness::Left { -1.0 } else { 1.0 };
@@ -149,70 +210,25 @@ impl Shape {
                     .unwrap_or_else(|| {
                         UnitQuaternion::from_axis_angle(&Vector3::x_axis(), TAU / 2.0)
                     });
-                Box::new(move |s| {
+                let point = move |s: f64| {
                     let p = s / speed;
                     to_axis * Vector3::new(radius * p.cos(), -turn * radius * p.sin(), -c * p)
-                })
+                };
+                (length, Box::new(point))
             }
-            Self::Arc { length, angle } => Box::new(move |s| {
-                let half = 0.5 * angle * s / length;
-                // The chord of an arc of half angle a is s sin(a)/a long and points along a.
-                let chord = if half == 0.0 { s } else { s * half.sin() / half };
-                Vector3::new(chord * half.cos(), chord * half.sin(), 0.0)
-            }),
-            Self::Polyline { .. } => unreachable!("a polyline brings its own nodes"),
-        }
+            Self::Arc { length, angle } => {
+                let point = move |s: f64| {
+                    let half = 0.5 * angle * s / length;
+                    // The chord of an arc of half angle a is s sin(a)/a long and points along a.
+                    let chord = if half == 0.0 { s } else { s * half.sin() / half };
+                    Vector3::new(chord * half.cos(), chord * half.sin(), 0.0)
+                };
+                (length, Box::new(point))
+            }
+            Self::Polyline { ref file } => return Err(file),
+        };
+        Ok((length, curve))
     }
-}
-
-fn polyline(path: &Path, cut: [f64; 2]) -> Result<Mesh, Error> {
-    let table = crate::table::Table::read(path)?;
-    let columns: Vec<usize> =
-        ["x", "y", "z"].iter().map(|name| table.require(name)).collect::<Result<_, _>>()?;
-    let mut nodes: Vec<[f64; 3]> = Vec::with_capacity(table.rows.len());
-    for row in &table.rows {
-        let node = [0, 1, 2].map(|i| row.values[columns[i]].unwrap_or(f64::NAN));
-        if !node.iter().all(|x| x.is_finite()) {
-            return Err(table.error(row.line, "a blank, where x, y and z in m are needed"));
-        }
-        if nodes.last() == Some(&node) {
-            return Err(
-                table.error(row.line, "the same point as the line before; edges need a length")
-            );
-        }
-        nodes.push(node);
-    }
-    if nodes.len() < 3 {
-        let message = format!("{} nodes, where at least 3 are needed", nodes.len());
-        return Err(table.error(1, &message));
-    }
-    let edges: Vec<f64> = nodes
-        .windows(2)
-        .map(|pair| (Vector3::from(pair[1]) - Vector3::from(pair[0])).norm())
-        .collect();
-    let wall = cut[0] * edges[0];
-    let mut arc_length = vec![-wall];
-    for edge in &edges {
-        arc_length.push(arc_length[arc_length.len() - 1] + edge);
-    }
-    let length = arc_length[nodes.len() - 1] - cut[1] * edges[edges.len() - 1];
-    let arcs = arcs_over(&nodes, &edges);
-    Ok(Mesh { nodes, arc_length, length, arcs })
-}
-
-/// The arc over every chord of a polygon inscribed in a smooth curve: it turns by the mean of the
-/// angles at its ends.
-fn arcs_over(nodes: &[[f64; 3]], chords: &[f64]) -> Vec<f64> {
-    let edges: Vec<Vector3<f64>> =
-        nodes.windows(2).map(|p| Vector3::from(p[1]) - Vector3::from(p[0])).collect();
-    let turns: Vec<f64> = edges.windows(2).map(|e| e[0].angle(&e[1])).collect();
-    let arc = |(j, chord): (usize, &f64)| {
-        let before = j.checked_sub(1).and_then(|i| turns.get(i));
-        let sides = [before, turns.get(j)].into_iter().flatten();
-        let half = 0.5 * sides.clone().sum::<f64>() / sides.count().max(1) as f64;
-        if half < 1e-9 { *chord } else { chord * half / half.sin() }
-    };
-    chords.iter().enumerate().map(arc).collect()
 }
 
 #[cfg(test)]
@@ -230,7 +246,7 @@ mod tests {
             axis: [0.0, 0.0, -1.0],
             handedness: Handedness::Left,
         };
-        let mesh = helix.mesh(50, [false, false], Path::new("")).unwrap();
+        let mesh = helix.mesh(Some(50), [false, false], Path::new("")).unwrap();
         let c = pitch / TAU;
         for (node, s) in mesh.nodes.iter().zip(&mesh.arc_length) {
             let p = s / radius.hypot(c);
@@ -243,26 +259,11 @@ mod tests {
     #[test]
     fn a_wall_cuts_the_middle_of_the_outermost_edge() {
         let shape = Shape::Arc { length: 1.0, angle: 1.0 };
-        let mesh = shape.mesh(10, [true, false], Path::new("")).unwrap();
+        let mesh = shape.mesh(Some(10), [true, false], Path::new("")).unwrap();
         let edge = 1.0 / 9.5;
         assert_relative_eq!(mesh.arc_length[0], -0.5 * edge);
         assert_relative_eq!(mesh.arc_length[10], 1.0, epsilon = 1e-15);
         assert_relative_eq!(mesh.nodes[10][0], 1.0_f64.sin(), epsilon = 1e-15);
         assert_relative_eq!(mesh.nodes[10][1], 1.0 - 1.0_f64.cos(), epsilon = 1e-15);
-    }
-
-    #[test]
-    fn arcs_over_a_polygon_are_the_curves() {
-        let shape = Shape::Arc { length: 1.0, angle: 2.0 };
-        let mesh = shape.mesh(10, [false, false], Path::new("")).unwrap();
-        let chords: Vec<f64> = mesh
-            .nodes
-            .windows(2)
-            .map(|p| (Vector3::from(p[1]) - Vector3::from(p[0])).norm())
-            .collect();
-        for (estimate, exact) in arcs_over(&mesh.nodes, &chords).iter().zip(&mesh.arcs) {
-            assert_relative_eq!(estimate, exact, max_relative = 1e-14);
-        }
-        assert!(chords[0] < 0.999 * mesh.arcs[0]);
     }
 }

@@ -23,7 +23,11 @@ pub struct Supports {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub angle: f64,
     /// The direction in which a roller rolls; by default along the rod at that end.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(
+        default,
+        deserialize_with = "crate::exact::some_numbers",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub roller: Option<[f64; 3]>,
     /// How the ends are moved.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -84,10 +88,10 @@ pub struct Motion {
     /// Which end.
     pub end: End,
     /// How far the end goes, m.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub displacement: [f64; 3],
     /// About which axis through the end, and by how much, a clamped end turns, rad.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::exact::numbers")]
     pub rotation: [f64; 3],
     /// How far a clamped end turns about the rod itself, rad, right-handed about the direction
     /// from start to end; counted beyond whole turns.

@@ -1,0 +1,71 @@
+//! Keys that a file must have and does not, all at once: the reader stops at the first.
+
+use toml::{Table, Value};
+
+/// Names of keys.
+pub(crate) type Keys = &'static [&'static str];
+
+/// What a table of a file must have.
+pub(crate) struct Rule {
+    /// Where the table stands: `rod.shape`; `loads.point[]` is each of a list.
+    table: &'static str,
+    /// Whether the file must have the table too.
+    always: bool,
+    /// What it must have, by what it has.
+    keys: fn(&Table) -> Keys,
+}
+
+/// Of a table that must be there itself.
+pub(crate) const fn always(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
+    Rule { table, always: true, keys }
+}
+
+/// Of a table that need not be there.
+pub(crate) const fn if_there(table: &'static str, keys: fn(&Table) -> Keys) -> Rule {
+    Rule { table, always: false, keys }
+}
+
+/// The keys that the file lacks, with their tables.
+pub(crate) fn missing(file: &Table, rules: &[Rule]) -> Vec<String> {
+    let mut missing = Vec::new();
+    let none = Table::new();
+    for rule in rules {
+        let mut tables = tables(file, rule.table);
+        if rule.always && tables.is_empty() {
+            tables.push((rule.table.into(), &none));
+        }
+        for (path, table) in &tables {
+            let absent = (rule.keys)(table).iter().filter(|key| !table.contains_key(**key));
+            missing.extend(absent.map(|key| join(path, key)));
+        }
+    }
+    missing
+}
+
+fn join(table: &str, key: &str) -> String {
+    if table.is_empty() { key.into() } else { format!("{table}.{key}") }
+}
+
+/// The tables at a place, each with its own path.
+fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
+    let mut found = vec![(String::new(), file)];
+    for part in place.split('.').filter(|part| !part.is_empty()) {
+        let (key, several) = part.strip_suffix("[]").map_or((part, false), |key| (key, true));
+        let mut inner = Vec::new();
+        for (path, table) in found {
+            let path = join(&path, key);
+            match table.get(key) {
+                Some(Value::Table(table)) if !several => inner.push((path, table)),
+                Some(Value::Array(list)) if several => {
+                    let tables = list.iter().enumerate().filter_map(|(i, value)| {
+                        value.as_table().map(|table| (format!("{path}[{i}]"), table))
+                    });
+                    inner.extend(tables);
+                }
+                _ => {}
+            }
+        }
+        found = inner;
+    }
+    found
+}

@@ -1,0 +1,359 @@
+//! A rod's shape as a smooth curve through given points.
+
+use super::shape::{Mesh, angle};
+use crate::error::Error;
+use crate::table::{LENGTHS, Table};
+use nalgebra::Vector3;
+use std::path::Path;
+
+/// A curve through points from the wall, or the rod's first end, to the last: cubic, by arc length,
+/// through the four points next to a place.
+#[derive(Clone, Debug)]
+pub(super) struct Polyline {
+    points: Vec<Vector3<f64>>,
+    /// Where every point is on the rod, m.
+    arc_length: Vec<f64>,
+    /// Whether the file says so, and not the line's own length.
+    given: bool,
+    /// The file.
+    table: Table,
+}
+
+/// Largest turn of a line at a point, degrees, that nodes between the points can follow.
+const SHARPEST: f64 = 90.0;
+
+impl Polyline {
+    /// Reads the columns x, y, z, in m or in the unit of their header; and s, where each point is on
+    /// the rod, if `on_a_rod` says that the line is another shape of one.
+    pub fn read(path: &Path, on_a_rod: bool) -> Result<Self, Error> {
+        let table = Table::read(path)?;
+        let column = |name: &str| {
+            let column = table.require(name)?;
+            Ok((column, table.factor(column, &LENGTHS, "")?))
+        };
+        let columns = [column("x")?, column("y")?, column("z")?];
+        let place = table.find("s").map(|_| column("s")).transpose()?;
+        if place.is_some() && !on_a_rod {
+            let message = "column `s`, allowed: in the file of initial.shape, where it says which point \
+                           of the rod a row is; a rest shape is measured along its own line";
+            return Err(table.error(1, message));
+        }
+        let mut points: Vec<Vector3<f64>> = Vec::with_capacity(table.rows.len());
+        let mut arc_length: Vec<f64> = Vec::new();
+        for row in &table.rows {
+            let value =
+                |(column, factor): (usize, f64)| row.values[column].map(|value| value * factor);
+            let blank = || table.error(row.line, "a blank, where a length is needed");
+            let mut point = Vector3::zeros();
+            for (c, column) in columns.iter().enumerate() {
+                point[c] = value(*column).ok_or_else(blank)?;
+            }
+            if points.last() == Some(&point) {
+                let message = "the same point as the line before; edges need a length";
+                return Err(table.error(row.line, message));
+            }
+            points.push(point);
+            if let Some(place) = place {
+                let s = value(place).ok_or_else(blank)?;
+                if let Some(before) = arc_length.last().filter(|before| **before >= s) {
+                    let message = format!("s = {s} m after {before} m, allowed: increasing");
+                    return Err(table.error(row.line, &message));
+                }
+                arc_length.push(s);
+            }
+        }
+        if points.len() < 3 {
+            let message = format!("{} points, where at least 3 are needed", points.len());
+            return Err(table.error(1, &message));
+        }
+        let given = place.is_some();
+        if !given {
+            arc_length.push(0.0);
+            arc_length.extend(arcs(&points).iter().scan(0.0, |sum, arc| {
+                *sum += arc;
+                Some(*sum)
+            }));
+        }
+        Ok(Self { points, arc_length, given, table })
+    }
+
+    /// From the first point to the last, m.
+    fn length(&self) -> f64 {
+        self.arc_length[self.points.len() - 1]
+    }
+
+    /// The point of the curve at `s`, m; a little beyond its ends too.
+    fn at(&self, s: f64) -> Vector3<f64> {
+        let own = &self.arc_length;
+        let count = own.len().min(4);
+        let right = own.partition_point(|x| *x <= s);
+        let first = right.saturating_sub(2).min(own.len() - count);
+        let near = first..first + count;
+        near.clone().fold(Vector3::zeros(), |sum, i| {
+            let others = near.clone().filter(|j| *j != i);
+            let weight: f64 = others.map(|j| (s - own[j]) / (own[i] - own[j])).product();
+            sum + self.points[i] * weight
+        })
+    }
+
+    /// The points of the curve at arc lengths. Between the given points it must be smooth.
+    fn all_at(&self, places: &[f64]) -> Result<Vec<Vector3<f64>>, Error> {
+        let between = |s: &&f64| {
+            let i = self.arc_length.partition_point(|x| x < *s);
+            let near = [i.checked_sub(1), Some(i)].into_iter().flatten();
+            let mut near = near.filter_map(|i| self.arc_length.get(i));
+            near.all(|x| (x - **s).abs() > 1e-9 * self.length())
+        };
+        if places.iter().find(between).is_some() {
+            let turn = |p: &[Vector3<f64>]| angle(&(p[1] - p[0]), &(p[2] - p[1])).to_degrees();
+            let mut turns = self.points.windows(3).map(turn).enumerate();
+            if let Some((i, turn)) = turns.find(|(_, turn)| *turn > SHARPEST) {
+                let message = format!(
+                    "the line turns by {turn:.0} degrees here, allowed: up to {SHARPEST}, where nodes \
+                     stand between its points, as walls at mid-edge need it; more points make a smooth \
+                     curve"
+                );
+                return Err(self.table.error(self.table.rows[i + 1].line, &message));
+            }
+        }
+        Ok(places.iter().map(|s| self.at(*s)).collect())
+    }
+
+    /// The mesh of so many edges, by default as many as there are between the points, which go with
+    /// the points' distances. Without a wall through an outermost edge the points themselves are
+    /// its nodes then.
+    pub fn mesh(&self, segments: Option<usize>, [before, after]: [f64; 2]) -> Result<Mesh, Error> {
+        let (spans, length) = (self.points.len() - 1, self.length());
+        let segments = segments.unwrap_or(spans);
+        let stride = spans as f64 / (segments as f64 - before - after);
+        // Places counted in points; on the other side of an end they mirror those on this.
+        let place = |i: usize| {
+            let u = (i as f64 - before) * stride;
+            if u < 0.0 {
+                -self.between(-u)
+            } else if u > spans as f64 {
+                2.0 * length - self.between(2.0 * spans as f64 - u)
+            } else {
+                self.between(u)
+            }
+        };
+        let arc_length: Vec<f64> = (0..=segments).map(place).collect();
+        let points = self.all_at(&arc_length)?;
+        let arcs = arcs(&points);
+        Ok(Mesh { nodes: points.into_iter().map(Into::into).collect(), arc_length, length, arcs })
+    }
+
+    /// Arc length at place `u`, counted in points, m.
+    fn between(&self, u: f64) -> f64 {
+        let i = (u as usize).min(self.points.len() - 2);
+        let [a, b] = [self.arc_length[i], self.arc_length[i + 1]];
+        a + (u - i as f64) * (b - a)
+    }
+
+    /// Where the nodes of a rod are that has taken this shape: each as far from the wall as the file
+    /// says, or at the same part of the length as at rest.
+    pub fn nodes_of(&self, rest: &Mesh, path: &Path) -> Result<Vec<[f64; 3]>, Error> {
+        if !self.given {
+            let stretch = self.length() / rest.length;
+            let places: Vec<f64> = rest.arc_length.iter().map(|s| s * stretch).collect();
+            return Ok(self.all_at(&places)?.into_iter().map(Into::into).collect());
+        }
+        let (first, last, near) = (self.arc_length[0], self.length(), 1e-6 * rest.length);
+        if first > near || last < rest.length - near {
+            let found = format!("{}: s from {first} to {last} m", path.display());
+            let allowed = format!("from 0 (the wall) or before to {} m or beyond", rest.length);
+            return Err(Error::invalid("initial.shape.file", found, allowed));
+        }
+        Ok(self.all_at(&rest.arc_length)?.into_iter().map(Into::into).collect())
+    }
+}
+
+/// The arc over every chord of a polygon inscribed in a smooth curve: it turns by the mean of the
+/// angles at its ends.
+fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
+    let edges: Vec<Vector3<f64>> = points.windows(2).map(|p| p[1] - p[0]).collect();
+    let turns: Vec<f64> = edges.windows(2).map(|e| angle(&e[0], &e[1])).collect();
+    let arc = |(j, edge): (usize, &Vector3<f64>)| {
+        let before = j.checked_sub(1).and_then(|i| turns.get(i));
+        let sides = [before, turns.get(j)].into_iter().flatten();
+        let half = 0.5 * sides.clone().sum::<f64>() / sides.count().max(1) as f64;
+        if half < 1e-9 { edge.norm() } else { edge.norm() * half / half.sin() }
+    };
+    edges.iter().enumerate().map(arc).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{
+        Handedness, Initial, InitialState, Material, Scene, Section, Shape, Support, Time,
+    };
+    use std::fmt::Write;
+
+    /// Points of a shape at parts of its length, as a file of the folder.
+    fn points_of(shape: &Shape, parts: &[f64], folder: &Path) -> Shape {
+        let fine = shape.mesh(Some(1), [false; 2], folder).unwrap();
+        let rest = Mesh { arc_length: parts.iter().map(|p| p * fine.length).collect(), ..fine };
+        let mut text = "x,y,z\n".to_string();
+        for [x, y, z] in shape.nodes_of(&rest, folder).unwrap() {
+            writeln!(text, "{x:e},{y:e},{z:e}").unwrap();
+        }
+        std::fs::write(folder.join("points.csv"), text).unwrap();
+        Shape::Polyline { file: "points.csv".into() }
+    }
+
+    fn equal(spans: usize) -> Vec<f64> {
+        (0..=spans).map(|i| i as f64 / spans as f64).collect()
+    }
+
+    fn shapes() -> [Shape; 3] {
+        let axis = [0.3, -0.2, 1.0];
+        let handedness = Handedness::Right;
+        [
+            Shape::Straight { length: 0.5, direction: [1.0, 2.0, -0.3] },
+            Shape::Arc { length: 0.5, angle: 2.0 },
+            Shape::Helix { length: 0.5, radius: 0.05, pitch: 0.1, axis, handedness },
+        ]
+    }
+
+    /// However the ends are held and however fine the mesh, points of a shape make its mesh; with
+    /// as many nodes as points to fourth order in their distance.
+    #[test]
+    fn points_of_a_shape_make_its_mesh() {
+        let folder = tempfile::tempdir().unwrap();
+        for shape in shapes() {
+            for cut in [[false, false], [true, false], [false, true], [true, true]] {
+                for segments in [None, Some(80), Some(13)] {
+                    let error = |spans: usize| {
+                        let line = points_of(&shape, &equal(spans), folder.path());
+                        let found = line.mesh(segments, cut, folder.path()).unwrap();
+                        let wanted = Some(segments.unwrap_or(spans));
+                        let exact = shape.mesh(wanted, cut, folder.path()).unwrap();
+                        assert_eq!(found.nodes.len(), exact.nodes.len());
+                        let pairs = found.nodes.iter().zip(&exact.nodes);
+                        let off = |(a, b): (&[f64; 3], &[f64; 3])| {
+                            (Vector3::from(*a) - Vector3::from(*b)).norm()
+                        };
+                        let places = found.arc_length.iter().zip(&exact.arc_length);
+                        let places = places.map(|(a, b)| (a - b).abs());
+                        let length = (found.length - exact.length).abs();
+                        pairs.map(off).chain(places).fold(length, f64::max) / exact.length
+                    };
+                    let [coarse, fine] = [40, 80].map(error);
+                    println!("{cut:?} {segments:?}: {coarse:.1e}, {fine:.1e}");
+                    let order = if segments.is_none() { 3.5 } else { 1.0 };
+                    let allowed = (coarse * 0.5_f64.powf(order)).max(2e-14);
+                    assert!(coarse < 2e-3 && fine < allowed, "{coarse} {fine}");
+                }
+            }
+        }
+    }
+
+    /// Where no wall cuts an edge the points are the nodes, to the last digit.
+    #[test]
+    fn points_are_nodes_without_a_cut() {
+        let folder = tempfile::tempdir().unwrap();
+        let parts = [0.0, 0.03, 0.2, 0.25, 0.5, 0.6, 1.0];
+        let line = points_of(&shapes()[2], &parts, folder.path());
+        let points = Polyline::read(&folder.path().join("points.csv"), false).unwrap().points;
+        let mesh = line.mesh(None, [false; 2], folder.path()).unwrap();
+        let points: Vec<[f64; 3]> = points.into_iter().map(Into::into).collect();
+        assert_eq!(mesh.nodes, points);
+    }
+
+    /// A wall stands at the first point and at the last, in the middle of an edge, whatever the
+    /// distances of the points.
+    #[test]
+    fn walls_stand_at_the_outermost_points() {
+        let folder = tempfile::tempdir().unwrap();
+        let parts = [0.0, 0.03, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 0.9, 1.0];
+        let [straight, arc, _] = shapes();
+        for (shape, near) in [(straight, 1e-14), (arc, 4e-3)] {
+            let line = points_of(&shape, &parts, folder.path());
+            let mesh = line.mesh(None, [true, true], folder.path()).unwrap();
+            let nodes: Vec<Vector3<f64>> = mesh.nodes.iter().map(|x| (*x).into()).collect();
+            let ends = shape.mesh(Some(1), [false; 2], folder.path()).unwrap().nodes;
+            for (pair, s, end) in [(0, 0.0, ends[0]), (8, mesh.length, ends[1])] {
+                let middle = (nodes[pair] + nodes[pair + 1]) / 2.0;
+                let off = (middle - Vector3::from(end)).norm() / mesh.length;
+                assert!(off <= near, "{off}");
+                let at = (mesh.arc_length[pair] + mesh.arc_length[pair + 1]) / 2.0;
+                assert!((at - s).abs() < 1e-15, "{at} {s}");
+            }
+        }
+    }
+
+    fn scene(shape: Shape, folder: &Path) -> Scene {
+        let material = Material { poisson_ratio: Some(0.3), ..Material::new(1200.0, 1e9) };
+        let mut scene = Scene::new(40, shape, Section::Circle { radius: 0.003 }, material);
+        scene.loads.gravity = [0.0, -9.8, 0.0];
+        scene.time = Some(Time::new(0.05, 1e-3));
+        scene.path = Some(folder.join("scene.toml"));
+        scene
+    }
+
+    /// Rods whose shape is given by points hang and swing as those whose shape is given by name,
+    /// clamped at one end and at both.
+    #[test]
+    fn rods_of_points_move_like_their_shape() {
+        let folder = tempfile::tempdir().unwrap();
+        for shape in shapes() {
+            for end in [Support::Free, Support::Clamped] {
+                let mut named = scene(shape.clone(), folder.path());
+                named.supports.end = end;
+                let mut given = named.clone();
+                given.rod.shape = points_of(&shape, &equal(40), folder.path());
+                given.rod.segments = None;
+                let middle = |scene: &Scene| {
+                    let problem = scene.problem().unwrap();
+                    let rest = problem.equilibrium().unwrap().nodes[20];
+                    let run = problem.simulate().unwrap();
+                    let moved = run.node(20, 50);
+                    [rest, moved].map(Vector3::from)
+                };
+                let [a, b] = [middle(&named), middle(&given)];
+                let from = Vector3::from(named.problem().unwrap().equilibrium().unwrap().nodes[0]);
+                for k in 0..2 {
+                    let off = (a[k] - b[k]).norm() / (a[k] - from).norm();
+                    println!("{end:?} {k}: {off:.1e}");
+                    assert!(off < 1e-4, "{shape:?} {end:?}: {off}");
+                }
+            }
+        }
+    }
+
+    /// A rod that starts in a shape given by any number of points starts as in the shape itself;
+    /// and one that starts where it hangs, as `rodfit static` writes it, stays there.
+    #[test]
+    fn rods_start_in_shapes_of_points() {
+        let folder = tempfile::tempdir().unwrap();
+        let [straight, arc, _] = shapes();
+        let mut named = scene(straight, folder.path());
+        named.rod.shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+        let starting = |shape: Shape| {
+            let (state, shape) = (InitialState::Shape, Some(shape));
+            Scene { initial: Initial { state, shape, ..Initial::default() }, ..named.clone() }
+        };
+        let tips = |scene: &Scene| {
+            let run = scene.problem().unwrap().simulate().unwrap();
+            [0, 50].map(|k| Vector3::from(run.tip(k)))
+        };
+        let exact = tips(&starting(arc.clone()));
+        for (spans, near) in [(60, 1e-5), (40, 2e-5), (23, 1e-4)] {
+            let found = tips(&starting(points_of(&arc, &equal(spans), folder.path())));
+            for k in 0..2 {
+                let off = (found[k] - exact[k]).norm();
+                println!("{spans} {k}: {off:.1e} m");
+                assert!(off < near, "{spans}: {off}");
+            }
+        }
+        let problem = named.problem().unwrap();
+        let nodes = problem.equilibrium().unwrap().nodes;
+        crate::output::write_shape(&folder.path().join("points.csv"), &problem, &nodes).unwrap();
+        let hung = tips(&starting(Shape::Polyline { file: "points.csv".into() }));
+        for tip in hung {
+            let off = (tip - Vector3::from(nodes[40])).norm();
+            assert!(off < 1e-10, "{off}");
+        }
+    }
+}
