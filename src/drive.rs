@@ -17,7 +17,7 @@ use crate::scalar::Scalar;
 use crate::scene::supports::Moment;
 use crate::scene::{End, Motion};
 use crate::vector::{Vector, add, dot, sub, turned};
-use num_dual::Dual64;
+use num_dual::{Dual2_64, Dual64};
 
 /// The ends that move.
 #[derive(Clone, Debug)]
@@ -110,6 +110,19 @@ impl Drive {
                 let position = end.moved(&pose, *point);
                 for c in 0..self.stride.min(3) {
                     v[self.stride * node + c] = D::from(position[c].eps);
+                }
+            }
+        }
+    }
+
+    /// Writes the accelerations of the held nodes, m/s^2.
+    pub fn accelerations(&self, time: f64, a: &mut [f64]) {
+        for end in &self.ends {
+            let pose = end.pose(Moment::Time(Dual2_64::from_re(time).derivative()));
+            for (node, point) in &end.nodes {
+                let position = end.moved(&pose, *point);
+                for c in 0..self.stride.min(3) {
+                    a[self.stride * node + c] = position[c].v2;
                 }
             }
         }

@@ -9,8 +9,11 @@ use crate::error::Error;
 use crate::model::Model;
 use crate::parameter::{Parameter, Properties};
 use crate::problem::{AnyProblem, FramesOf, Posed, Problem, Settled};
+use crate::reaction::Reactions;
 use crate::rod::{Energies, Rod};
 use crate::scalar::Nestable;
+use crate::simulation::Damping;
+use crate::state::State;
 use crate::vector::{add, sub, turned};
 use serde::Serialize;
 
@@ -39,6 +42,8 @@ pub struct Equilibrium {
     pub stable_in_plane: Option<bool>,
     /// How many independent directions lead down, of those that were looked at.
     pub negative_directions: usize,
+    /// What the supports exert on the rod.
+    pub reactions: Reactions,
     /// Position of every node, m.
     pub nodes: Vec<[f64; 3]>,
 }
@@ -94,7 +99,10 @@ fn at_rest<M: Model<W>, const W: usize>(
     posed: &Posed<'_, M, W>,
 ) -> Result<Equilibrium, Error> {
     let rest = posed.equilibrium()?;
-    let energies = posed.rod().energies(&rest.q, &rest.frames);
+    let rod = posed.rod();
+    let energies = rod.energies(&rest.q, &rest.frames);
+    let still = State::at_rest(rest.q.clone(), rest.frames.clone());
+    let reactions = posed.reactions(&rod, Damping { mass: 0.0, stiffness: 0.0 }, &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| posed.model.position(&rest.q, i)).collect();
     Ok(Equilibrium {
@@ -107,6 +115,7 @@ fn at_rest<M: Model<W>, const W: usize>(
         stable: None,
         stable_in_plane: None,
         negative_directions: negative_directions(posed, &rest.q, &rest.frames)?,
+        reactions,
         nodes,
     })
 }

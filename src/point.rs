@@ -75,6 +75,9 @@ impl Stencil {
     /// that the error is of a higher order than the mesh's own.
     pub fn between(arc_length: &[f64], s: f64) -> Self {
         let n = arc_length.len();
+        if n < 2 {
+            return Self { nodes: (0..n).map(|i| (i, 1.0)).collect() };
+        }
         let right = arc_length.partition_point(|a| *a < s).clamp(1, n - 1);
         let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]);
         if let Some(i) =

@@ -6,20 +6,29 @@
 
 use num_dual::DualNum;
 use std::fmt::Debug;
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// What an energy may do with its numbers.
+/// What an energy may do with its numbers: what one writes for an `f64`.
 ///
 /// Every `Copy` dual number of [`num_dual`] over `f64`, and `f64` itself, is a `Scalar`. Another
 /// number type joins by implementing this trait.
 ///
-/// Branches are taken on [`value`](Scalar::value), the real part, never on derivatives.
+/// Comparisons look at the [`value`](Scalar::value), the real part, never at derivatives.
+///
+/// Constants stand on the right of an operator, `x * 2.0`, or become a `D` first,
+/// `D::from(1.0) - x`: what `1.0 - x` is could only be said where `f64` or the dual number is
+/// defined.
 ///
 /// ```
 /// use rodfit::Scalar;
-/// fn spring<D: Scalar>(x: D) -> D { x * x * 0.5 }
+/// fn spring<D: Scalar>(x: D) -> D { x * x / 2.0 }
+/// fn contact<D: Scalar>(gap: D) -> D {
+///     if gap > 0.0 { D::from(0.0) } else { gap.abs().powf(2.5) * 4e3 }
+/// }
 /// let slope = spring(num_dual::Dual64::new(3.0, 1.0)).eps;
 /// assert_eq!((spring(3.0), slope), (4.5, 3.0));
+/// assert_eq!((contact(0.1), contact(-1.0)), (0.0, 4e3));
 /// ```
 pub trait Scalar:
     Copy
@@ -36,8 +45,18 @@ pub trait Scalar:
     + Add<f64, Output = Self>
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
     + AddAssign
     + SubAssign
+    + MulAssign
+    + DivAssign
+    + AddAssign<f64>
+    + SubAssign<f64>
+    + MulAssign<f64>
+    + DivAssign<f64>
+    + Sum
+    + PartialOrd
+    + PartialOrd<f64>
 {
     /// How many orders of derivatives travel with the number.
     const ORDER: usize;
@@ -49,6 +68,8 @@ pub trait Scalar:
     fn sqrt(self) -> Self;
     /// x^n.
     fn powi(self, n: i32) -> Self;
+    /// x^n for any n; of positive numbers.
+    fn powf(self, n: f64) -> Self;
     /// e^x.
     fn exp(self) -> Self;
     /// Natural logarithm.
@@ -59,48 +80,69 @@ pub trait Scalar:
     fn cos(self) -> Self;
     /// Tangent of an angle in rad.
     fn tan(self) -> Self;
+    /// Angle with this sine, rad, in [-pi/2, pi/2].
+    fn asin(self) -> Self;
+    /// Angle with this cosine, rad, in [0, pi].
+    fn acos(self) -> Self;
+    /// Angle with this tangent, rad, in (-pi/2, pi/2).
+    fn atan(self) -> Self;
     /// Angle of the point (`x`, `self`) in rad, in (-pi, pi].
     fn atan2(self, x: Self) -> Self;
+    /// Hyperbolic sine.
+    fn sinh(self) -> Self;
+    /// Hyperbolic cosine.
+    fn cosh(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+
+    /// The number without its sign; at zero with the derivatives of the number itself.
+    #[inline]
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+    /// The smaller of two numbers, with its derivatives.
+    #[inline]
+    fn min(self, other: Self) -> Self {
+        if other.value() < self.value() { other } else { self }
+    }
+    /// The larger of two numbers, with its derivatives.
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        if other.value() > self.value() { other } else { self }
+    }
+    /// Length of the hypotenuse over two legs; not both zero, where it has no derivatives.
+    #[inline]
+    fn hypot(self, other: Self) -> Self {
+        (self * self + other * other).sqrt()
+    }
+}
+
+/// Functions of one number that num-dual has under the same name.
+macro_rules! of_num_dual {
+    ($($name:ident)*) => {
+        $(#[inline]
+        fn $name(self) -> Self {
+            DualNum::$name(&self)
+        })*
+    };
 }
 
 impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
     const ORDER: usize = T::NDERIV;
+
+    of_num_dual!(recip sqrt exp ln sin cos tan asin acos atan sinh cosh tanh);
 
     #[inline]
     fn value(&self) -> f64 {
         self.re()
     }
     #[inline]
-    fn recip(self) -> Self {
-        DualNum::recip(&self)
-    }
-    #[inline]
-    fn sqrt(self) -> Self {
-        DualNum::sqrt(&self)
-    }
-    #[inline]
     fn powi(self, n: i32) -> Self {
         DualNum::powi(&self, n)
     }
     #[inline]
-    fn exp(self) -> Self {
-        DualNum::exp(&self)
-    }
-    #[inline]
-    fn ln(self) -> Self {
-        DualNum::ln(&self)
-    }
-    #[inline]
-    fn sin(self) -> Self {
-        DualNum::sin(&self)
-    }
-    #[inline]
-    fn cos(self) -> Self {
-        DualNum::cos(&self)
-    }
-    #[inline]
-    fn tan(self) -> Self {
-        DualNum::tan(&self)
+    fn powf(self, n: f64) -> Self {
+        DualNum::powf(&self, n)
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {

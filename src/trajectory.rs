@@ -8,6 +8,7 @@ use crate::model::Model;
 use crate::parameter::Parameter;
 use crate::point::{Point, Stencil};
 use crate::problem::{AnyProblem, Posed, Problem};
+use crate::reaction::Reactions;
 use crate::rod::{Energies, Rod};
 use crate::scalar::Scalar;
 use crate::sensitivity::{self, Sensitivity};
@@ -58,7 +59,8 @@ pub(crate) type Motion = [[f64; 3]; 2];
 pub struct Trajectory {
     tip: usize,
     nodes: usize,
-    stencils: Problem,
+    /// What it is a record of.
+    problem: Problem,
     parameters: Vec<Parameter>,
     tracked: Vec<usize>,
     times: Vec<f64>,
@@ -72,6 +74,9 @@ pub struct Trajectory {
     taken: Vec<f64>,
     /// The point and axis that the clamp angle turns the rod about.
     pivot: ([f64; 3], [f64; 3]),
+    /// Of every time, where asked for.
+    energies: Option<Vec<Energies>>,
+    reactions: Option<Vec<Reactions>>,
 }
 
 impl Problem {
@@ -91,7 +96,7 @@ impl Problem {
 }
 
 impl Trajectory {
-    /// An empty record of the nodes `tracked` (ascending), with derivatives by `parameters`.
+    /// An empty record of the nodes `tracked`, with derivatives by `parameters`.
     pub fn new(
         problem: &Problem,
         tracked: &[usize],
@@ -100,12 +105,18 @@ impl Trajectory {
         for parameter in parameters {
             problem.check_parameter(*parameter)?;
         }
+        let mut tracked = tracked.to_vec();
+        tracked.sort_unstable();
+        tracked.dedup();
+        if let Some(node) = tracked.last() {
+            problem.stencil(Point::Node(*node))?;
+        }
         Ok(Self {
             tip: problem.nodes() - 1,
             nodes: problem.nodes(),
-            stencils: problem.clone(),
+            problem: problem.clone(),
             parameters: parameters.to_vec(),
-            tracked: tracked.to_vec(),
+            tracked,
             times: Vec::new(),
             motion: Vec::new(),
             derivatives: vec![Vec::new(); parameters.len()],
@@ -113,11 +124,23 @@ impl Trajectory {
             stepping: Duration::ZERO,
             taken: Vec::new(),
             pivot: (problem.wall(), problem.normal()),
+            energies: None,
+            reactions: None,
         })
     }
 
+    /// Keeps the [energies](Self::energies) of a run to come.
+    pub fn keep_energies(self) -> Self {
+        Self { energies: Some(Vec::new()), ..self }
+    }
+
+    /// Keeps the [reactions](Self::reactions) of a run to come.
+    pub fn keep_reactions(self) -> Self {
+        Self { reactions: Some(Vec::new()), ..self }
+    }
+
     /// The [equilibrium](Problem::equilibrium) of a problem as a record at time 0: the nodes
-    /// `tracked` (ascending) where the rod comes to rest under its loads, and their exact derivatives
+    /// `tracked` where the rod comes to rest under its loads, and their exact derivatives
     /// by `parameters`. The scene needs no `[time]`. The work counts the Newton iterations of the way.
     ///
     /// A rod that can move without a force, as at the limit of its stability, has no derivatives:
@@ -155,6 +178,9 @@ impl Trajectory {
 
     /// Simulates `steps` steps of the scene from its start and records them; `after` sees the
     /// simulation at the start and after every step. What was recorded stays when a step fails.
+    ///
+    /// A record is of one run of the problem it was made for: [`Error::Invalid`] for a second run,
+    /// another problem's, or one of more steps than the scene has.
     pub fn run(
         &mut self,
         problem: &Problem,
@@ -171,10 +197,32 @@ impl Trajectory {
         steps: usize,
         after: &mut dyn FnMut(&dyn Snapshot),
     ) -> Result<(), Error> {
+        self.check_run(problem, steps)?;
         match problem.posed() {
             AnyProblem::Planar(posed) => self.run_posed(problem, &posed, steps, after),
             AnyProblem::Spatial(posed) => self.run_posed(problem, &posed, steps, after),
         }
+    }
+
+    fn check_run(&self, problem: &Problem, steps: usize) -> Result<(), Error> {
+        if !self.times.is_empty() {
+            let found = format!("a record of {} times", self.times.len());
+            return Err(Error::invalid(
+                "trajectory",
+                found,
+                "an empty one: a new one for each run",
+            ));
+        }
+        if problem.scene() != self.problem.scene() {
+            let allowed = "the one the trajectory was made for: a new one for each problem";
+            return Err(Error::invalid("problem", "another scene", allowed));
+        }
+        let most = problem.time()?.steps();
+        if steps > most {
+            let allowed = format!("up to {most}, where the scene's time ends");
+            return Err(Error::invalid("steps", steps, allowed));
+        }
+        Ok(())
     }
 
     fn run_posed<M: Model<W>, const W: usize>(
@@ -194,7 +242,7 @@ impl Trajectory {
         }
         let mut room = Vec::new();
         let mut guard = Guard::new(problem.scene(), &simulation);
-        self.record(model, &simulation, &sensitivities);
+        self.record(posed, &simulation, &sensitivities);
         after(&Running { model, simulation: &simulation });
         for k in 1..=steps {
             problem.check_stop()?;
@@ -210,7 +258,7 @@ impl Trajectory {
             self.stepping += start.elapsed();
             self.work = simulation.work();
             result?;
-            self.record(model, &simulation, &sensitivities);
+            self.record(posed, &simulation, &sensitivities);
             after(&Running { model, simulation: &simulation });
         }
         Ok(())
@@ -218,11 +266,17 @@ impl Trajectory {
 
     fn record<M: Model<W>, const W: usize>(
         &mut self,
-        model: &M,
+        posed: &Posed<'_, M, W>,
         simulation: &Simulation<f64, M::Rod<f64>, W>,
         sensitivities: &[Sensitivity<M::Rod<num_dual::Dual64>, W>],
     ) {
-        let state = simulation.state();
+        let (model, state) = (posed.model, simulation.state());
+        if let Some(energies) = &mut self.energies {
+            energies.push(simulation.energies());
+        }
+        if let Some(reactions) = &mut self.reactions {
+            reactions.push(posed.reactions(simulation.rod(), simulation.damping(), state));
+        }
         self.times.push(state.time);
         let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
         self.motion.extend(self.tracked.iter().map(motion));
@@ -278,6 +332,8 @@ impl Trajectory {
             motion: Vec::new(),
             derivatives: vec![Vec::new(); parameters.len()],
             taken: Vec::new(),
+            energies: None,
+            reactions: None,
             ..self.clone()
         }
     }
@@ -312,15 +368,48 @@ impl Trajectory {
     /// Position of a tracked node after `k` steps in world coordinates, m. Panics if `k` was not
     /// recorded or the node not tracked.
     pub fn node(&self, node: usize, k: usize) -> [f64; 3] {
+        self.motion_of(node, k)[0]
+    }
+
+    /// Velocity of a tracked node after `k` steps in world axes, m/s. Panics if `k` was not recorded
+    /// or the node not tracked.
+    pub fn velocity(&self, node: usize, k: usize) -> [f64; 3] {
+        self.motion_of(node, k)[1]
+    }
+
+    fn motion_of(&self, node: usize, k: usize) -> &Motion {
         let column = self.tracked.binary_search(&node).expect("the node is tracked");
-        self.motion[k * self.tracked.len() + column][0]
+        &self.motion[k * self.tracked.len() + column]
+    }
+
+    /// Energies by term at each of [`times`](Self::times), J; empty unless they were to be
+    /// [kept](Self::keep_energies).
+    pub fn energies(&self) -> &[Energies] {
+        self.energies.as_deref().unwrap_or_default()
+    }
+
+    /// What the supports exert on the rod at each of [`times`](Self::times); empty unless it was to
+    /// be [kept](Self::keep_reactions).
+    ///
+    /// ```
+    /// use rodfit::{Scene, Trajectory};
+    /// let problem = Scene::load("data/cantilever.toml")?.problem()?;
+    /// let mut run = Trajectory::new(&problem, &[], &[])?.keep_reactions();
+    /// run.run(&problem, 100, |_| {})?;
+    /// let wall = &run.reactions()[100].start;
+    /// let (lift, turning) = (wall.force[1], wall.moment[2]); // N, N m
+    /// # assert!(lift.is_finite() && turning > 0.0);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    pub fn reactions(&self) -> &[Reactions] {
+        self.reactions.as_deref().unwrap_or_default()
     }
 
     /// Position of a point at a time, m, and its derivative by each of
     /// [`parameters`](Self::parameters), in world axes. Between steps the cubic Hermite
     /// interpolant of positions and velocities.
     pub fn at(&self, point: Point, time: f64) -> Result<([f64; 3], Vec<[f64; 3]>), Error> {
-        let stencil = self.stencils.stencil(point)?;
+        let stencil = self.problem.stencil(point)?;
         let mut derivatives = vec![[0.0; 3]; self.parameters.len()];
         let position = self.sample(&stencil, time, &mut derivatives)?;
         Ok((position, derivatives))
@@ -373,7 +462,10 @@ impl Trajectory {
 
     /// The step a time lies in, by its end, and the interpolant there.
     fn around<D: Scalar>(&self, time: D) -> Result<(usize, Hermite<D>), Error> {
-        let (t, last) = (time.value(), self.times[self.times.len() - 1]);
+        let Some(&last) = self.times.last() else {
+            return Err(Error::invalid("trajectory", "no records", "one that has run"));
+        };
+        let t = time.value();
         if !(t >= 0.0 && t <= last * (1.0 + 1e-9)) {
             return Err(Error::OutOfRange { what: "time", found: t, low: 0.0, high: last });
         }

@@ -304,7 +304,7 @@ fn a_motion_needs_a_time() {
     let fit = Fit::new(&scene.problem().unwrap()).observe(data).identify(YoungsModulus);
     assert!(fit.solve().unwrap_err().to_string().contains("time"));
     scene.time = Some(Time::new(0.2, 4e-3));
-    let frequency = |rad_s| Frequencies::new(&[rad_s], 0.1).of_modes(&[0]);
+    let frequency = |rad_s| Frequencies::new(&[rad_s], 0.1).of_modes(&[0]).unwrap();
     let fit = Fit::new(&scene.problem().unwrap());
     let fit = fit.observe(frequency(26.0)).observe(frequency(27.0)).identify(YoungsModulus);
     assert!(fit.solve().unwrap_err().to_string().contains("modes[0]"));

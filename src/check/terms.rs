@@ -1,7 +1,9 @@
 //! A number that remembers how large the terms of its derivatives were.
 
 use crate::scalar::Scalar;
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::cmp::Ordering;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// A value and, for its first and second derivatives by `N` unknowns, the sums of the absolute
 /// values of all terms the chain rule adds up. A derivative that comes out small because large
@@ -121,14 +123,54 @@ impl<const N: usize> Mul<f64> for Terms<N> {
         self.chain(self.value * other, other, 0.0)
     }
 }
-impl<const N: usize> AddAssign for Terms<N> {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
+impl<const N: usize> Div<f64> for Terms<N> {
+    type Output = Self;
+    fn div(self, other: f64) -> Self {
+        self.chain(self.value / other, 1.0 / other, 0.0)
     }
 }
-impl<const N: usize> SubAssign for Terms<N> {
-    fn sub_assign(&mut self, other: Self) {
-        *self = *self - other;
+
+/// `x += y` is `x = x + y`, for another of these numbers and for a plain one.
+macro_rules! assigning {
+    ($($assign:ident $name:ident $operator:tt)*) => {$(
+        impl<const N: usize> $assign for Terms<N> {
+            fn $name(&mut self, other: Self) {
+                *self = *self $operator other;
+            }
+        }
+        impl<const N: usize> $assign<f64> for Terms<N> {
+            fn $name(&mut self, other: f64) {
+                *self = *self $operator other;
+            }
+        }
+    )*};
+}
+assigning!(AddAssign add_assign + SubAssign sub_assign - MulAssign mul_assign * DivAssign div_assign /);
+
+impl<const N: usize> Sum for Terms<N> {
+    fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
+        numbers.fold(Self::from(0.0), |sum, x| sum + x)
+    }
+}
+
+impl<const N: usize> PartialEq for Terms<N> {
+    fn eq(&self, other: &Self) -> bool {
+        self.value == other.value
+    }
+}
+impl<const N: usize> PartialOrd for Terms<N> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+impl<const N: usize> PartialEq<f64> for Terms<N> {
+    fn eq(&self, other: &f64) -> bool {
+        self.value == *other
+    }
+}
+impl<const N: usize> PartialOrd<f64> for Terms<N> {
+    fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
+        self.value.partial_cmp(other)
     }
 }
 
@@ -152,6 +194,10 @@ impl<const N: usize> Scalar for Terms<N> {
         let curvature = if n == 0 || n == 1 { 0.0 } else { k * (k - 1.0) * x.powi(n - 2) };
         self.chain(x.powi(n), slope, curvature)
     }
+    fn powf(self, n: f64) -> Self {
+        let x = self.value;
+        self.chain(x.powf(n), n * x.powf(n - 1.0), n * (n - 1.0) * x.powf(n - 2.0))
+    }
     fn exp(self) -> Self {
         let e = self.value.exp();
         self.chain(e, e, e)
@@ -172,6 +218,31 @@ impl<const N: usize> Scalar for Terms<N> {
         let tan = self.value.tan();
         let slope = 1.0 + tan * tan;
         self.chain(tan, slope, 2.0 * tan * slope)
+    }
+    fn asin(self) -> Self {
+        let slope = 1.0 / (1.0 - self.value * self.value).sqrt();
+        self.chain(self.value.asin(), slope, self.value * slope.powi(3))
+    }
+    fn acos(self) -> Self {
+        let slope = 1.0 / (1.0 - self.value * self.value).sqrt();
+        self.chain(self.value.acos(), slope, self.value * slope.powi(3))
+    }
+    fn atan(self) -> Self {
+        let slope = 1.0 / (1.0 + self.value * self.value);
+        self.chain(self.value.atan(), slope, 2.0 * self.value * slope * slope)
+    }
+    fn sinh(self) -> Self {
+        let (sinh, cosh) = (self.value.sinh(), self.value.cosh());
+        self.chain(sinh, cosh, sinh)
+    }
+    fn cosh(self) -> Self {
+        let (sinh, cosh) = (self.value.sinh(), self.value.cosh());
+        self.chain(cosh, sinh, cosh)
+    }
+    fn tanh(self) -> Self {
+        let tanh = self.value.tanh();
+        let slope = 1.0 / self.value.cosh().powi(2);
+        self.chain(tanh, slope, 2.0 * tanh * slope)
     }
     fn atan2(self, x: Self) -> Self {
         let (y, x_) = (self.value, x.value);
@@ -233,16 +304,28 @@ mod tests {
                 x + 2.0,
                 x - 2.0,
                 x * 2.0,
+                x / 2.0,
                 x.recip(),
                 x.sqrt(),
                 x.powi(0),
                 x.powi(1),
                 x.powi(-2),
+                x.powf(2.5),
+                x.powf(-0.5),
                 x.exp(),
                 x.ln(),
                 x.sin(),
                 x.cos(),
                 x.tan(),
+                x.asin(),
+                x.acos(),
+                x.atan(),
+                x.sinh(),
+                x.cosh(),
+                x.tanh(),
+                (-x).abs(),
+                x.min(y),
+                x.max(y),
                 x.atan2(y),
                 y.atan2(x),
             ]

@@ -107,7 +107,7 @@ mod tests {
         scene.time = Some(Time::new(0.4, 1e-3));
         let problem = scene.problem().unwrap();
         for (mode, segments) in [(1, 12), (6, 12), (50, 100), (80, 150)] {
-            let measured = Frequencies::new(&[1.0], 0.1).of_modes(&[mode]);
+            let measured = Frequencies::new(&[1.0], 0.1).of_modes(&[mode]).unwrap();
             let experiment = Experiment::new("", &problem).observe(measured);
             let coarse = coarse(&experiment, &[], 0.3).unwrap();
             assert_eq!(coarse.segments(), segments, "mode {mode}");

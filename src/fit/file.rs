@@ -193,7 +193,7 @@ impl FrequenciesForm {
                 let found = format!("{} modes for {} values", modes.len(), values.len());
                 return Err(Error::invalid(format!("{key}.modes"), found, "one each"));
             }
-            frequencies = frequencies.of_modes(&modes);
+            frequencies = frequencies.of_modes(&modes)?;
         }
         let Self { loss, held_out, .. } = self;
         Ok(Measurement::Frequencies(Frequencies { loss, held_out, ..frequencies }))

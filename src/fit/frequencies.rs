@@ -1,6 +1,7 @@
 //! Measured natural frequencies.
 
 use super::Loss;
+use crate::error::Error;
 
 /// A measured natural frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,10 +43,14 @@ impl Frequencies {
         Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau)
     }
 
-    /// Of other modes than the lowest; as many as there are frequencies.
-    pub fn of_modes(mut self, modes: &[usize]) -> Self {
+    /// Of other modes than the lowest. Refuses another count than that of the frequencies.
+    pub fn of_modes(mut self, modes: &[usize]) -> Result<Self, Error> {
+        if modes.len() != self.values.len() {
+            let allowed = format!("{}, one per frequency", self.values.len());
+            return Err(Error::invalid("modes", format!("{} modes", modes.len()), allowed));
+        }
         self.values.iter_mut().zip(modes).for_each(|(value, mode)| value.mode = *mode);
-        self
+        Ok(self)
     }
 
     /// With another loss than squares.

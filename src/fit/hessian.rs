@@ -24,6 +24,7 @@ impl Residuals {
     /// Second derivatives of half the sum of squares at `x`, on the scales of the unknowns, exact
     /// to rounding.
     pub fn hessian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+        self.check_length(x)?;
         let n = self.unknowns().len();
         let mut hessian = vec![vec![0.0; n]; n];
         let runs = self.runs(x)?;

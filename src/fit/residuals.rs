@@ -110,7 +110,18 @@ impl Residuals {
         losses
     }
 
-    /// Residuals at `x`.
+    /// Refuses a vector that has not one number per unknown.
+    pub(super) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
+        match x.len() == self.unknowns.len() {
+            true => Ok(()),
+            false => {
+                let allowed = format!("{}, one per unknown", self.unknowns.len());
+                Err(Error::invalid("x", format!("{} numbers", x.len()), allowed))
+            }
+        }
+    }
+
+    /// Residuals at `x`, which has a number per unknown.
     pub fn residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
         self.evaluate(x, false, |e| self.bend(&e.residuals))
     }
@@ -154,6 +165,7 @@ impl Residuals {
         with_jacobian: bool,
         read: impl FnOnce(&Evaluation) -> T,
     ) -> Result<T, Error> {
+        self.check_length(x)?;
         let mut last = self.last.borrow_mut();
         let usable = |e: &Evaluation| e.x == x && (e.jacobian.is_some() || !with_jacobian);
         if !last.as_ref().is_some_and(usable) {

@@ -450,6 +450,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         &self.problem.scene
     }
 
+    /// Which derivatives are used.
+    pub(crate) fn derivatives(&self) -> Derivatives {
+        self.problem.derivatives
+    }
+
     /// The normal of the plane of a planar scene, whatever the model.
     pub(crate) fn normal(&self) -> [f64; 3] {
         self.problem.normal()
@@ -548,7 +553,7 @@ fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
 }
 
 /// Which outermost edges a wall cuts.
-fn cuts(scene: &Scene) -> [bool; 2] {
+pub(crate) fn cuts(scene: &Scene) -> [bool; 2] {
     let cut = |support| support == Support::Clamped && scene.supports.clamp == Clamp::MidEdge;
     [cut(scene.supports.start), cut(scene.supports.end)]
 }

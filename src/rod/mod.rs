@@ -13,10 +13,10 @@ use crate::banded::BandMatrix;
 use crate::energy::Derivatives;
 use crate::scalar::Scalar;
 use num_dual::Dual64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Energies by term, J.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
     /// Of motion.
     pub kinetic: f64,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// `[initial]`: in the rest shape, in a given shape, or in equilibrium under the loads and forces
 /// that let go at t = 0 (pluck and release); at rest or with a velocity.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
     /// Where the rod starts.

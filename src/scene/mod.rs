@@ -41,7 +41,7 @@ const MOST_STEPS: f64 = 1e9;
 /// assert!(trajectory.tip(10)[1] < 0.0);
 /// # Ok::<(), rodfit::Error>(())
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
     /// Shape, section and mesh.
@@ -68,7 +68,7 @@ pub struct Scene {
 }
 
 /// `[rod]`
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RodSpec {
     /// Number of edges, 2 to 1e7; by default as many as a polyline has.
@@ -135,7 +135,7 @@ pub enum Discretization {
 }
 
 /// `[material]`
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     /// kg/m^3.
@@ -151,7 +151,7 @@ pub struct Material {
 }
 
 /// `[time]`
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "TimeForm", into = "TimeForm")]
 pub struct Time {
     /// Duration, s.

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 /// The rod's shape at rest. Length counts from the wall to the tip; arc length 0 is at the origin.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Shape {
     /// From the origin along `direction`.

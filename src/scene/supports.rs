@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// `[supports]`
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Supports {
     /// At arc length zero.
@@ -82,7 +82,7 @@ pub enum Clamp {
 }
 
 /// `[[supports.motion]]`: how a clamped or pinned end is moved. Several of one end add up.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
     /// Which end.
