@@ -15,13 +15,13 @@ use crate::scalar::Nestable;
 use crate::simulation::Damping;
 use crate::state::State;
 use crate::vector::{add, sub, turned};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A rod at rest.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Equilibrium {
     /// `planar` or `spatial`.
-    pub model: &'static str,
+    pub model: String,
     /// Position of the last node, m.
     pub tip: [f64; 3],
     /// Total energy, elastic and of the loads, J.
@@ -106,7 +106,7 @@ fn at_rest<M: Model<W>, const W: usize>(
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| posed.model.position(&rest.q, i)).collect();
     Ok(Equilibrium {
-        model: problem.model().0,
+        model: problem.model().0.into(),
         tip: nodes[nodes.len() - 1],
         energy: energies.total(),
         energies,

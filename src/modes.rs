@@ -37,7 +37,7 @@ pub enum About {
 }
 
 /// Which way a mode goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// In the plane of a planar scene.
@@ -49,7 +49,7 @@ pub enum Kind {
 }
 
 /// A mode of vibration.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Mode {
     /// Angular frequency, rad/s; of an unstable direction minus its growth rate, 1/s. Zero where
     /// nothing resists, such as a free rod's motion as a rigid body.
@@ -61,7 +61,7 @@ pub struct Mode {
 }
 
 /// The lowest modes about a state.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Modes {
     /// Which state.
     pub about: About,

@@ -6,7 +6,7 @@ use crate::problem::Problem;
 use crate::scene::Scene;
 use crate::simulation::Work;
 use crate::trajectory::{Snapshot, Trajectory};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -73,10 +73,10 @@ pub fn write_shape(path: &Path, problem: &Problem, nodes: &[[f64; 3]]) -> Result
 }
 
 /// The JSON of `rodfit simulate`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SimulationReport {
     /// `planar` or `spatial`.
-    pub model: &'static str,
+    pub model: String,
     /// Why this model.
     pub model_reason: String,
     /// Number of unknowns, supported ones included.
@@ -104,7 +104,7 @@ impl SimulationReport {
     pub fn new(problem: &Problem) -> Self {
         let (model, model_reason) = problem.model();
         Self {
-            model,
+            model: model.into(),
             model_reason: model_reason.into(),
             dof: problem.dof(),
             steps: 0,

@@ -11,7 +11,7 @@ use crate::scene::Scheme;
 use crate::scene::supports::Moment;
 use crate::scheme::{Formulas, Stage};
 use crate::state::State;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
@@ -26,7 +26,7 @@ const LAST_STEP: f64 = 1e-8;
 const MAX_ITERATIONS: usize = 40;
 
 /// What the work of a simulation consists of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
     /// Time steps.
     pub steps: usize,

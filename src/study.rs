@@ -14,7 +14,7 @@ use crate::point::Point;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::{Clamp, Scene, Scheme, Support};
 use crate::trajectory::Trajectory;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What is tried; the explicit scheme of low order before that of high order.
 const SCHEMES: [Scheme; 5] = [
@@ -43,7 +43,7 @@ const SAMPLES: usize = 400;
 const SHORT: f64 = 0.05;
 
 /// One run.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Row {
     /// The scheme.
     pub scheme: Scheme,
@@ -71,7 +71,7 @@ pub struct Row {
 }
 
 /// The cheapest row for an error.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Advice {
     /// Tip error over length.
     pub error: f64,
@@ -80,7 +80,7 @@ pub struct Advice {
 }
 
 /// A work-precision study.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Study {
     /// All runs.
     pub rows: Vec<Row>,

@@ -438,6 +438,32 @@ impl Trajectory {
         tracks: [Option<usize>; P],
     ) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
+        self.interpolate_over(stencil, k, &hermite, tracks)
+    }
+
+    /// Position and velocity of a point as [`sample_over`](Self::sample_over) has it.
+    pub(crate) fn motion_over<D: Lifted<P>, const P: usize>(
+        &self,
+        stencil: &Stencil,
+        time: f64,
+        tracks: [Option<usize>; P],
+    ) -> Result<[[D; 3]; 2], Error> {
+        let (k, hermite) = self.around(D::from(time))?;
+        let position = self.interpolate_over(stencil, k, &hermite, tracks)?;
+        let rates = match self.times.get(k) {
+            Some(end) => Hermite::rates(self.times[k - 1], *end, D::from(time)),
+            None => return Ok([position, [D::from(0.0); 3]]),
+        };
+        Ok([position, self.interpolate_over(stencil, k, &rates, tracks)?])
+    }
+
+    fn interpolate_over<D: Lifted<P>, const P: usize>(
+        &self,
+        stencil: &Stencil,
+        k: usize,
+        hermite: &Hermite<D>,
+        tracks: [Option<usize>; P],
+    ) -> Result<[D; 3], Error> {
         let width = self.tracked.len();
         let mut sum = [D::from(0.0); 3];
         for (node, weight) in &stencil.nodes {
@@ -580,6 +606,15 @@ struct Hermite<D> {
 }
 
 impl<D: Scalar> Hermite<D> {
+    /// Of its derivative by time.
+    fn rates(t0: f64, t1: f64, t: D) -> Self {
+        let h = t1 - t0;
+        let u = (t - t0) / h;
+        let w = -u + 1.0;
+        let x1 = u * w * (6.0 / h);
+        Self { x0: -x1, x1, v0: w * (w - u * 2.0), v1: u * (u - w * 2.0) }
+    }
+
     fn new(t0: f64, t1: f64, t: D) -> Self {
         let h = t1 - t0;
         let mut u = (t - D::from(t0)) * (1.0 / h);
@@ -629,6 +664,9 @@ mod tests {
             let w = Hermite::new(t0, t1, t);
             let value = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
             assert!((value - x(t)).abs() < 1e-15);
+            let w = Hermite::rates(t0, t1, t);
+            let rate = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
+            assert!((rate - v(t)).abs() < 1e-14);
         }
     }
 }

@@ -18,11 +18,11 @@ use crate::energy::{Analytic, Energy};
 use finite_difference::{STEPS, difference};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec64};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Largest errors that pass.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Tolerance {
     /// Of gradients, hand against dual.
     pub gradient: f64,
@@ -39,7 +39,7 @@ impl Default for Tolerance {
 }
 
 /// Largest relative errors found.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Errors {
     /// Of gradients, hand against dual.
     pub gradient: f64,
@@ -50,12 +50,12 @@ pub struct Errors {
 }
 
 /// The entry where hand and dual differ most.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Worst {
     /// Name of the element.
     pub element: String,
     /// `gradient` or `hessian`.
-    pub quantity: &'static str,
+    pub quantity: String,
     /// Name of the unknown, or of the two of a Hessian's entry.
     pub dof: String,
     /// By hand.
@@ -67,7 +67,7 @@ pub struct Worst {
 }
 
 /// Errors of finite differences at one step size: large steps truncate, small ones round.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct ValleyPoint {
     /// Step over the size of the unknowns.
     pub step: f64,
@@ -78,7 +78,7 @@ pub struct ValleyPoint {
 }
 
 /// The result of a check.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CheckReport {
     /// Over all states.
     pub max_relative_error: Errors,
@@ -162,7 +162,7 @@ impl CheckReport {
 
     fn entry(
         &mut self,
-        quantity: &'static str,
+        quantity: &str,
         [hand, dual]: [f64; 2],
         terms: f64,
         element: &str,
@@ -177,6 +177,7 @@ impl CheckReport {
         let before = self.worst.as_ref().map_or(0.0, |worst| worst.relative_error);
         if relative_error > before {
             let (element, dof) = (element.to_string(), dof());
+            let quantity = quantity.into();
             self.worst = Some(Worst { element, quantity, dof, hand, dual, relative_error });
         }
     }

@@ -178,6 +178,6 @@ impl Fit {
 }
 
 /// Of the measurements.
-fn units(search: &Search) -> Vec<&'static str> {
-    all(search.experiments).map(|(_, m)| m.unit()).collect()
+fn units(search: &Search) -> Vec<String> {
+    all(search.experiments).map(|(_, m)| m.unit().into()).collect()
 }

@@ -9,13 +9,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Replicates between two reports of progress.
 const BATCH: usize = 16;
 
 /// The spread of an estimate over the replicates.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Bootstrap {
     /// Standard deviation, in the parameter's unit.
     pub std_error: f64,

@@ -107,6 +107,7 @@ fn key(experiment: &Experiment, i: usize) -> String {
         Measurement::Motion(_) => "observation",
         Measurement::RestShape(_) => "shape",
         Measurement::Frequencies(_) => "frequencies",
+        Measurement::Gauge(_) => "gauge",
     };
     experiment.key(&format!("{table}[{before}]"))
 }
@@ -257,6 +258,25 @@ impl Measurement {
                 }
                 if !shape.sightings.iter().all(|s| finite(&s.position)) {
                     return Err(Error::invalid(label, "other positions", "finite positions"));
+                }
+            }
+            Self::Gauge(gauge) => {
+                for point in &gauge.points {
+                    problem.stencil(*point).map_err(|error| {
+                        Error::invalid(format!("{label}: points"), error, "points of the rod")
+                    })?;
+                }
+                let times: Vec<f64> = gauge.readings.iter().filter_map(|r| r.time).collect();
+                if !times.is_empty() {
+                    let end = problem.time()?.end;
+                    let sane = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
+                    if !(times.iter().all(sane) && times.windows(2).all(|w| w[0] < w[1])) {
+                        let allowed = format!("increasing times in 0 .. {end} s, time.end");
+                        return Err(Error::invalid(label, "other times", allowed));
+                    }
+                }
+                if !gauge.readings.iter().all(|r| r.value.is_finite()) {
+                    return Err(Error::invalid(label, "other readings", "finite values"));
                 }
             }
             Self::Frequencies(f) => {

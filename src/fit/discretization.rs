@@ -15,18 +15,18 @@ use super::{Experiment, Unknown};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::problem::Problem;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How much finer.
 const FINER: f64 = 1.25;
 
 /// The discretisation error of an identified parameter.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DiscretizationError {
     /// Which.
     pub name: Parameter,
     /// Of which experiments; of all that have it when empty.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub experiments: Vec<String>,
     /// Error over the value; none where the parameter is not identifiable.
     pub relative: Option<f64>,
@@ -58,7 +58,7 @@ fn finer_mesh(experiment: &Experiment) -> Result<Option<Finer>, Error> {
 /// The experiment with a smaller step, unless nothing moves or its beta is to be found.
 fn finer_step(experiment: &Experiment, unknowns: &[Unknown]) -> Result<Option<Finer>, Error> {
     let beta = |u: &Unknown| u.parameter == Parameter::Beta && u.is_of(experiment);
-    if unknowns.iter().any(beta) || experiment.motions().next().is_none() {
+    if unknowns.iter().any(beta) || !experiment.moves() {
         return Ok(None);
     }
     let mut scene = experiment.problem.scene().clone();

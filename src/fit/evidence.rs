@@ -4,10 +4,10 @@
 //! what `rodfit fit --report` draws.
 
 use crate::parameter::Parameter;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Data against model, how the optimum was found, and what the rod does there.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Evidence {
     /// What was asked for, in the order of the report's parameters.
     pub asked: Vec<Asked>,
@@ -28,7 +28,7 @@ pub struct Evidence {
 }
 
 /// What was known of a parameter before.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Asked {
     /// Which.
     pub name: Parameter,
@@ -39,7 +39,7 @@ pub struct Asked {
 }
 
 /// What an observation is given over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Over {
     /// Time, s.
@@ -48,10 +48,12 @@ pub enum Over {
     ArcLength,
     /// The number of a mode, from 1 on.
     Mode,
+    /// The number of a reading, from 1 on.
+    Reading,
 }
 
 /// One coordinate of one observation, and what the model makes of it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Series {
     /// The experiment; empty where there is only one.
     pub experiment: String,
@@ -60,7 +62,7 @@ pub struct Series {
     /// x, y or z; or what else was observed.
     pub axis: String,
     /// Of the observed, the simulated and sigma.
-    pub unit: &'static str,
+    pub unit: String,
     /// What `at` is.
     pub over: Over,
     /// Where or when each value was seen.
@@ -84,7 +86,7 @@ impl Series {
 }
 
 /// The rod at a moment, as it would have been recorded.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Shape {
     /// The experiment; empty where there is only one.
     pub experiment: String,
@@ -95,7 +97,7 @@ pub struct Shape {
 }
 
 /// A point on the way to the optimum.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Iterate {
     /// `scan`, `coarse model`, `growing horizon` or `full model`.
     pub stage: String,
@@ -117,7 +119,7 @@ impl Iterate {
 }
 
 /// The misfit of the coarse model over the first period, against one unknown.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Landscape {
     /// The unknown.
     pub name: Parameter,
@@ -130,7 +132,7 @@ pub struct Landscape {
 }
 
 /// The profile of the likelihood over one unknown.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Profile {
     /// The unknown.
     pub name: Parameter,
@@ -146,7 +148,7 @@ pub struct Profile {
 }
 
 /// What an experiment was simulated with.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Setup {
     /// The experiment; empty where there is only one.
     pub experiment: String,
@@ -169,7 +171,7 @@ pub struct Setup {
 }
 
 /// A minimum of the misfit.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Basin {
     /// Where it was seen.
     pub seen: Seen,
@@ -186,7 +188,7 @@ pub struct Basin {
 }
 
 /// How a minimum was seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Seen {
     /// By fitting the whole record with the full model.
@@ -196,7 +198,7 @@ pub enum Seen {
 }
 
 /// The minima of the misfit that the search came across.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Basins {
     /// How many.
     pub count: usize,

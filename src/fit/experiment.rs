@@ -3,6 +3,7 @@
 use super::{Measurement, Observation};
 use crate::error::Error;
 use crate::problem::Problem;
+use std::borrow::Cow;
 
 /// A static solution counts as this many time steps: about as many Newton iterations.
 const STEPS_OF_REST: f64 = 20.0;
@@ -30,14 +31,23 @@ impl Experiment {
         self
     }
 
-    /// The recorded motions.
-    pub(super) fn motions(&self) -> impl Iterator<Item = &Observation> {
-        self.measurements.iter().filter_map(Measurement::motion)
+    /// The recorded motions and what gauges showed of them.
+    pub(super) fn records(&self) -> impl Iterator<Item = Cow<'_, Observation>> {
+        self.measurements.iter().filter_map(|m| match m {
+            Measurement::Motion(observation) => Some(Cow::Borrowed(observation)),
+            Measurement::Gauge(gauge) => gauge.as_motion().map(Cow::Owned),
+            _ => None,
+        })
+    }
+
+    /// Whether anything was measured of a motion.
+    pub(super) fn moves(&self) -> bool {
+        self.records().next().is_some()
     }
 
     /// Whether its shape at rest or its frequencies were measured.
     pub(super) fn rests(&self) -> bool {
-        self.motions().count() < self.measurements.len()
+        self.records().count() < self.measurements.len()
     }
 
     /// The highest mode whose frequency was measured; 0 without any.
@@ -52,15 +62,12 @@ impl Experiment {
     /// End of the recorded motion, s.
     pub(super) fn duration(&self) -> f64 {
         let last = |o: &Observation| o.samples.last().map_or(0.0, |s| s.time);
-        self.motions().map(last).fold(0.0, f64::max)
+        self.records().map(|o| last(&o)).fold(0.0, f64::max)
     }
 
     /// Work of one full simulation of it, steps times segments.
     pub(super) fn full_work(&self) -> Result<f64, Error> {
-        let steps = match self.motions().next() {
-            Some(_) => self.problem.time()?.steps() as f64,
-            None => 0.0,
-        };
+        let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
         Ok(steps * self.problem.segments() as f64 + self.rest_work())
     }
 

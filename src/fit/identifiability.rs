@@ -6,13 +6,13 @@
 
 use super::Unknown;
 use crate::parameter::Parameter;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Unknowns with less than this share in a combination are not part of it.
 const SHARE: f64 = 0.05;
 
 /// Whether better data would help.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// No record of these points determines the combination, however good.
@@ -22,7 +22,7 @@ pub enum Kind {
 }
 
 /// A combination of parameters that the data do not determine.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Finding {
     /// Whether better data would help.
     pub kind: Kind,

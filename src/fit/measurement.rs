@@ -1,6 +1,6 @@
 //! What may be measured of a rod: its motion, its shape at rest, its frequencies.
 
-use super::{Frequencies, Loss, Observation, RestShape};
+use super::{Frequencies, Gauge, Loss, Observation, RestShape};
 use crate::error::Error;
 use crate::point::Point;
 use crate::problem::Problem;
@@ -14,6 +14,8 @@ pub enum Measurement {
     RestShape(RestShape),
     /// Natural frequencies, rad/s.
     Frequencies(Frequencies),
+    /// Whatever follows from where points are and how they move, in its own unit.
+    Gauge(Gauge),
 }
 
 impl From<Observation> for Measurement {
@@ -34,10 +36,16 @@ impl From<Frequencies> for Measurement {
     }
 }
 
+impl From<Gauge> for Measurement {
+    fn from(gauge: Gauge) -> Self {
+        Self::Gauge(gauge)
+    }
+}
+
 /// Values of one coordinate, in the order of the residuals, and what they are over: times, arc
 /// lengths or modes.
 pub(super) struct Coordinate {
-    /// x, y, z, or f.
+    /// x, y, z, f of frequencies, or g of gauges.
     pub axis: &'static str,
     /// Index among the measurement's values, and where.
     pub places: Vec<(usize, f64)>,
@@ -50,6 +58,7 @@ impl Measurement {
             Self::Motion(o) => o.sigma,
             Self::RestShape(s) => s.sigma,
             Self::Frequencies(f) => Some(f.sigma),
+            Self::Gauge(g) => Some(g.sigma),
         }
     }
 
@@ -59,6 +68,7 @@ impl Measurement {
             Self::Motion(o) => o.loss,
             Self::RestShape(s) => s.loss,
             Self::Frequencies(f) => f.loss,
+            Self::Gauge(g) => g.loss,
         }
     }
 
@@ -68,6 +78,7 @@ impl Measurement {
             Self::Motion(o) => o.held_out,
             Self::RestShape(s) => s.held_out,
             Self::Frequencies(f) => f.held_out,
+            Self::Gauge(g) => g.held_out,
         }
     }
 
@@ -85,13 +96,15 @@ impl Measurement {
             Self::Motion(o) => o.values(),
             Self::RestShape(s) => s.values(),
             Self::Frequencies(f) => f.values.len(),
+            Self::Gauge(g) => g.readings.len(),
         }
     }
 
     /// Unit of the values.
-    pub(super) fn unit(&self) -> &'static str {
+    pub(super) fn unit(&self) -> &str {
         match self {
             Self::Frequencies(_) => "rad/s",
+            Self::Gauge(g) => &g.unit,
             _ => "m",
         }
     }
@@ -106,6 +119,7 @@ impl Measurement {
                 s.sightings.iter_mut().flat_map(|s| s.position.iter_mut()).flatten().collect()
             }
             Self::Frequencies(f) => f.values.iter_mut().map(|f| &mut f.rad_s).collect(),
+            Self::Gauge(g) => g.readings.iter_mut().map(|r| &mut r.value).collect(),
         }
     }
 
@@ -117,7 +131,7 @@ impl Measurement {
                 let place = |point| problem.arc_length(point).unwrap_or(0.0);
                 shape.sightings.iter().map(|s| (place(s.point), s.position)).collect()
             }
-            Self::Frequencies(_) => Vec::new(),
+            Self::Frequencies(_) | Self::Gauge(_) => Vec::new(),
         }
     }
 
@@ -126,6 +140,11 @@ impl Measurement {
         if let Self::Frequencies(f) = self {
             let places = f.values.iter().enumerate().map(|(k, f)| (k, f.mode as f64)).collect();
             return vec![Coordinate { axis: "f", places }];
+        }
+        if let Self::Gauge(g) = self {
+            let place = |k: usize| g.readings[k].time.unwrap_or((k + 1) as f64);
+            let places = (0..g.readings.len()).map(|k| (k, place(k))).collect();
+            return vec![Coordinate { axis: "g", places }];
         }
         let mut axes = ["x", "y", "z"].map(|axis| Coordinate { axis, places: Vec::new() });
         let mut index = 0;
@@ -163,6 +182,7 @@ impl Measurement {
                 let sum: f64 = f.values.iter().map(|f| f.rad_s).sum();
                 sum / f.values.len().max(1) as f64
             }
+            Self::Gauge(g) => g.size(),
         }
     }
 
@@ -170,7 +190,7 @@ impl Measurement {
     /// what is seen of it, or a typical frequency.
     pub(super) fn scale(&self, problem: &Problem) -> f64 {
         match self {
-            Self::Frequencies(_) => self.size(problem),
+            Self::Frequencies(_) | Self::Gauge(_) => self.size(problem),
             _ => problem.length().max(self.size(problem)),
         }
     }
@@ -193,6 +213,11 @@ impl Measurement {
                     sighting.point = moved(sighting.point)?;
                 }
             }
+            Self::Gauge(g) => {
+                for point in &mut g.points {
+                    *point = moved(*point)?;
+                }
+            }
             Self::Frequencies(_) => {}
         }
         Ok(measurement)
@@ -207,6 +232,7 @@ impl Measurement {
                 None => "the shape at rest".into(),
             },
             Self::Frequencies(_) => "the frequencies".into(),
+            Self::Gauge(g) => g.name.clone(),
         }
     }
 }

@@ -20,6 +20,7 @@ mod check;
 mod experiment;
 mod file;
 mod frequencies;
+mod gauge;
 mod measurement;
 mod observation;
 mod recording;
@@ -74,6 +75,7 @@ pub use evidence::{
 pub use experiment::Experiment;
 pub use file::FitFile;
 pub use frequencies::{Frequencies, Frequency};
+pub use gauge::{Gauge, Moving, Quantity, Reading, Sight};
 pub use grade::Grade;
 pub use identifiability::{Finding, Kind};
 pub use levenberg_marquardt::LevenbergMarquardt;

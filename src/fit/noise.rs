@@ -130,7 +130,8 @@ pub(super) fn residual_rms(search: &Search, optimum: &Optimum) -> f64 {
         }
         (count > 0).then(|| (sum / count as f64).sqrt())
     };
-    of_unit("m").or_else(|| of_unit("rad/s")).unwrap_or(0.0)
+    let first = all(search.experiments).next().map_or("m", |(_, m)| m.unit());
+    of_unit("m").or_else(|| of_unit("rad/s")).or_else(|| of_unit(first)).unwrap_or(0.0)
 }
 
 /// What robust losses did.

@@ -1,15 +1,17 @@
 //! An experiment as the residuals need it: cut to its horizon, with every measured point as a sum of
 //! nodes, so that a simulation records no more than is looked at.
 
+use super::gauge::{OverScalars, Shown};
 use super::view::View;
-use super::{Experiment, Frequency, Loss, Measurement, Sample, Unknown};
+use super::{Experiment, Frequency, Loss, Measurement, Moving, Reading, Sample, Sight, Unknown};
 use crate::Tone;
 use crate::error::Error;
-use crate::parameter::Parameter;
+use crate::parameter::{Parameter, Properties};
 use crate::point::Stencil;
 use crate::problem::Problem;
 use crate::trajectory::{Lifted, Snapshot, Trajectory};
 use num_dual::Dual64;
+use std::sync::Arc;
 
 /// An experiment, cut to its horizon.
 #[derive(Debug)]
@@ -23,8 +25,9 @@ pub(super) struct Part {
     resting: Vec<usize>,
     /// Numbers of the modes whose frequencies are looked at.
     modes: Vec<usize>,
-    /// Time of the last sample, s.
+    /// Time of the last sample on the camera's clock, and of the last reading of a gauge, s.
     end: f64,
+    gauged: f64,
     rest_work: f64,
 }
 
@@ -42,6 +45,11 @@ enum Seen {
     RestShape(Vec<(Stencil, [Option<f64>; 3])>),
     /// Places among the modes, and rad/s.
     Frequencies(Vec<(usize, f64)>),
+    Gauge {
+        shows: Arc<dyn OverScalars>,
+        points: Vec<Stencil>,
+        readings: Vec<Reading>,
+    },
 }
 
 /// What an experiment's problem does at one point.
@@ -57,6 +65,7 @@ pub(super) struct Seeing<'a, D, const P: usize> {
     pub resting: Option<&'a Trajectory>,
     pub frequencies: &'a [D],
     pub view: &'a View<D>,
+    pub properties: &'a Properties<D>,
     pub tracks: [Option<usize>; P],
 }
 
@@ -77,6 +86,7 @@ impl Part {
             resting: Vec::new(),
             modes: Vec::new(),
             end: 0.0,
+            gauged: 0.0,
             rest_work: experiment.rest_work(),
         };
         for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
@@ -114,6 +124,23 @@ impl Part {
                 self.modes.extend(frequencies.values.iter().map(|f| f.mode));
                 let place = |(k, f): (usize, &Frequency)| (first + k, f.rad_s);
                 Seen::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
+            }
+            Measurement::Gauge(gauge) => {
+                let mut points = Vec::with_capacity(gauge.points.len());
+                for point in &gauge.points {
+                    points.push(self.problem.stencil(*point)?);
+                }
+                let seen = |r: &&Reading| r.time.is_none_or(|t| t <= horizon);
+                let readings: Vec<Reading> = gauge.readings.iter().filter(seen).copied().collect();
+                let nodes: Vec<usize> = points.iter().flat_map(nodes).collect();
+                if let Some(last) = readings.iter().filter_map(|r| r.time).reduce(f64::max) {
+                    self.gauged = self.gauged.max(last);
+                    self.moving.extend(&nodes);
+                }
+                if readings.iter().any(|r| r.time.is_none()) {
+                    self.resting.extend(&nodes);
+                }
+                Seen::Gauge { shows: gauge.shows(), points, readings }
             }
         };
         self.series.push(Series { seen, weight, loss: measurement.loss() });
@@ -164,7 +191,7 @@ impl Part {
         let mut moving = None;
         if !self.moving.is_empty() {
             let time = problem.time()?;
-            let end = self.end - problem.scene().camera.time_offset;
+            let end = (self.end - problem.scene().camera.time_offset).max(self.gauged);
             let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
             if end > time.end * (1.0 + 1e-9) {
                 // Whole steps: a last one cut to the clock's offset would depend on it.
@@ -206,6 +233,7 @@ impl Part {
             resting: run.resting.as_ref(),
             frequencies: &frequencies,
             view: &View::new(&run.problem, |_, value| value),
+            properties: &Properties::of(run.problem.scene(), |_, value| value),
             tracks: [],
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
@@ -227,6 +255,7 @@ impl Part {
                 resting: run.resting.as_ref(),
                 frequencies: &frequencies,
                 view: &View::new(&run.problem, seed),
+                properties: &Properties::of(run.problem.scene(), seed),
                 tracks: [track],
             };
             let mut row = rows.iter_mut();
@@ -240,12 +269,12 @@ impl Part {
     }
 
     /// Calls `each` with every residual, not bent, and its loss.
-    pub fn each_residual<D: Lifted<P>, const P: usize>(
+    pub fn each_residual<D: Lifted<P> + Shown, const P: usize>(
         &self,
         seeing: &Seeing<D, P>,
         mut each: impl FnMut(D, Loss),
     ) -> Result<(), Error> {
-        let &Seeing { moving, resting, frequencies, view, tracks } = seeing;
+        let &Seeing { moving, resting, frequencies, view, properties, tracks } = seeing;
         for Series { seen, weight, loss } in &self.series {
             let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
                 let recorded = view.recorded(position);
@@ -270,6 +299,23 @@ impl Part {
                         compare(resting.sample_over(stencil, start, tracks)?, position);
                     }
                 }
+                Seen::Gauge { shows, points, readings } => {
+                    let mut seen = Vec::with_capacity(points.len());
+                    for Reading { time, value } in readings {
+                        let (record, time) = match time {
+                            Some(time) => (moving, *time),
+                            None => (resting, 0.0),
+                        };
+                        let Some(record) = record else { continue };
+                        seen.clear();
+                        for stencil in points {
+                            let [position, velocity] = record.motion_over(stencil, time, tracks)?;
+                            seen.push(Moving { position, velocity });
+                        }
+                        let sight = Sight { time, points: &seen, properties };
+                        each((D::shown(&**shows, &sight) - *value) * *weight, *loss);
+                    }
+                }
                 Seen::Frequencies(values) => {
                     for (place, seen) in values {
                         each((frequencies[*place] - D::from(*seen)) * *weight, *loss);
@@ -288,6 +334,7 @@ impl Series {
             Seen::Motion(_, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
             Seen::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
             Seen::Frequencies(values) => values.len(),
+            Seen::Gauge { readings, .. } => readings.len(),
         }
     }
 }

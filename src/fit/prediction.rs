@@ -9,15 +9,15 @@ use super::search::Search;
 use super::uncertainty::Local;
 use super::{Experiment, Residuals};
 use crate::error::Error;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How well a measurement that was held out is predicted.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Prediction {
     /// The file, or what was measured.
     pub observation: String,
     /// Unit of the following.
-    pub unit: &'static str,
+    pub unit: String,
     /// Root mean square difference between what was predicted and what was measured.
     pub rms: f64,
     /// What the noise, where its sigma is given, and the parameters' errors let one expect.
@@ -93,7 +93,7 @@ fn predictions(
         let model = rows[own].iter().map(|row| local.variance_along(row)).sum::<f64>() / n;
         found.push(Prediction {
             observation: experiment.label(measurement),
-            unit: measurement.unit(),
+            unit: measurement.unit().into(),
             rms: square.sqrt(),
             expected: (sigma * sigma + model).sqrt(),
             values: count,

@@ -37,7 +37,7 @@ pub(super) fn evidence(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]
 fn setup(experiment: &Experiment) -> Setup {
     let problem = &experiment.problem;
     let (model, reason) = problem.model();
-    let moves = experiment.motions().next().is_some();
+    let moves = experiment.moves();
     let time = problem.scene().time.as_ref().filter(|_| moves);
     Setup {
         experiment: experiment.name.clone(),
@@ -68,11 +68,13 @@ fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
                 experiment: experiment.name.clone(),
                 label: measurement.label(),
                 axis: coordinate.axis.into(),
-                unit: measurement.unit(),
+                unit: measurement.unit().into(),
                 over: match measurement {
                     Measurement::Motion(_) => Over::Time,
                     Measurement::RestShape(_) => Over::ArcLength,
                     Measurement::Frequencies(_) => Over::Mode,
+                    Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Over::Time,
+                    Measurement::Gauge(_) => Over::Reading,
                 },
                 at: own().map(|(_, at)| *at).collect(),
                 observed: own().map(|(k, _)| seen[*k]).collect(),
@@ -116,7 +118,7 @@ pub(super) fn add_motion(search: &Search, x: &[f64], evidence: &mut Evidence) ->
                     let line = |c: usize| r.0.iter().zip(&r.1.nodes).map(move |(s, x)| [*s, x[c]]);
                     [0, 1, 2].map(|c| line(c).collect())
                 }),
-                Measurement::Frequencies(_) => Default::default(),
+                Measurement::Frequencies(_) | Measurement::Gauge(_) => Default::default(),
             };
             for coordinate in measurement.coordinates(&experiment.problem) {
                 let axis = ["x", "y", "z"].iter().position(|axis| *axis == coordinate.axis);

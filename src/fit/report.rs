@@ -5,16 +5,16 @@ use super::{
     Prior, ResidualTests,
 };
 use crate::parameter::Parameter;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// An identified parameter.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Estimate {
     /// Which.
     pub name: Parameter,
     /// Of which experiments; of all that have it when empty.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub experiments: Vec<String>,
     /// In the parameter's SI unit; none when not identifiable.
     pub value: Option<f64>,
@@ -50,7 +50,7 @@ impl Estimate {
 }
 
 /// What a robust loss did with a measurement.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LossEffect {
     /// The file, or what was measured.
     pub observation: String,
@@ -68,7 +68,7 @@ pub struct LossEffect {
 }
 
 /// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FitReport {
     /// Whether a minimum of the misfit was reached.
     pub converged: bool,
@@ -81,7 +81,7 @@ pub struct FitReport {
     /// Standard deviation of the noise of each measurement, m or rad/s: given or estimated.
     pub sigma: Vec<f64>,
     /// Unit of each sigma: m or rad/s.
-    pub units: Vec<&'static str>,
+    pub units: Vec<String>,
     /// Of the Jacobian with its columns scaled to length one, descending; near zero where the
     /// parameters cannot be told apart.
     pub singular_values: Vec<f64>,
@@ -92,10 +92,10 @@ pub struct FitReport {
     /// Whether what is left looks like noise, for every coordinate of every observation.
     pub residual_tests: Vec<ResidualTests>,
     /// What robust losses did.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub losses: Vec<LossEffect>,
     /// How well what was held out is predicted.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub predictions: Vec<Prediction>,
     /// The minima of the misfit that were seen, and why this one was chosen.
     pub basins: Basins,
@@ -218,7 +218,7 @@ impl fmt::Display for FitReport {
             f,
             "  residual rms {:.3e} {}, sigma {}, {:.1} simulations, {:.3} s",
             self.residual_rms,
-            unit.unwrap_or(&"m"),
+            unit.map_or("m", String::as_str),
             sigma.join(", "),
             self.simulations,
             self.wall_seconds

@@ -5,7 +5,7 @@
 //! with time.
 
 use super::Loss;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
 
@@ -17,12 +17,12 @@ const FEWEST: usize = 12;
 const LAGS: usize = 10;
 
 /// The tests of one coordinate of one observation.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ResidualTests {
     /// The file, or the point.
     pub observation: String,
     /// x, y or z; f for frequencies.
-    pub axis: &'static str,
+    pub axis: String,
     /// How probable correlations between neighbours as large as these are for white noise
     /// (Ljung and Box 1978).
     pub whiteness: f64,
@@ -40,7 +40,7 @@ impl ResidualTests {
     /// Tests residuals, in units of the noise, in the order of their times; none for too few.
     pub(super) fn new(
         observation: String,
-        axis: &'static str,
+        axis: &str,
         times: &[f64],
         residuals: &[f64],
         loss: Loss,
@@ -67,7 +67,7 @@ impl ResidualTests {
         }
         let passed = wrong.is_empty();
         let verdict = if passed { "looks like noise".to_string() } else { wrong.join(", ") };
-        Some(Self { observation, axis, whiteness, normality, trend, verdict, passed })
+        Some(Self { observation, axis: axis.into(), whiteness, normality, trend, verdict, passed })
     }
 
     /// Whether the intervals can be believed: noise that is not normal hurts them little.

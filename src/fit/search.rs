@@ -77,7 +77,7 @@ impl Search<'_> {
         let wait = |o: &Observation| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
         let first = |experiment: &Experiment| {
             let least = |part: &dyn Fn(&Observation) -> f64| {
-                experiment.motions().map(part).fold(f64::MAX, f64::min)
+                experiment.records().map(|o| part(&o)).fold(f64::MAX, f64::min)
             };
             let (rise, sampled) = (least(&Observation::rise_time), least(&wait));
             (2.0 * rise * stretch).max(sampled).min(experiment.duration())

@@ -29,12 +29,13 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         Over::Time => ("s", "time"),
         Over::ArcLength => ("m", "arc length"),
         Over::Mode => ("", "mode"),
+        Over::Reading => ("", "reading"),
     };
     let across = match series.over {
-        Over::Mode => Scale::of(1.0, place),
+        Over::Mode | Over::Reading => Scale::of(1.0, place),
         _ => Scale::fitting(series.at.iter().copied(), place),
     };
-    let up = Scale::fitting(series.observed.iter().copied(), series.unit);
+    let up = Scale::fitting(series.observed.iter().copied(), &series.unit);
     let x_label = labelled(per, &across.unit);
     let name = escaped(&series.axis);
     let at = |x: f64| x / across.factor;
@@ -45,7 +46,7 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         true => points(&series.simulated),
         false => series.curve.iter().map(|[x, y]| (at(*x), y / up.factor)).collect(),
     };
-    let modes = series.over == Over::Mode;
+    let modes = matches!(series.over, Over::Mode | Over::Reading);
     let axis = |y: String| match modes {
         true => Chart::new(x_label.clone(), y).whole(),
         false => Chart::new(x_label.clone(), y),
@@ -72,7 +73,7 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         .band(-band, band)
         .stems(lags.iter().copied(), SEEN)
         .dots(lags.iter().copied(), SEEN, 3.0);
-    let sigma = Scale::of(series.sigma, series.unit);
+    let sigma = Scale::of(series.sigma, &series.unit);
     format!(
         "<div class=\"series\"><div>{}{}</div><div>{}{}</div></div>\n",
         figure(

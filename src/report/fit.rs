@@ -177,7 +177,7 @@ fn left_over(report: &FitReport) -> String {
     let series = report.evidence.as_ref().map_or(&[][..], |e| &e.series);
     let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
         true => "m",
-        false => series[0].unit,
+        false => &series[0].unit,
     };
     let with_unit = |value: f64, unit: &str| {
         let scale = Scale::of(value, unit);
@@ -195,8 +195,8 @@ fn left_over(report: &FitReport) -> String {
         format!(
             "{}, held out: off by {}, {} expected",
             p.observation,
-            with_unit(p.rms, p.unit),
-            with_unit(p.expected, p.unit)
+            with_unit(p.rms, &p.unit),
+            with_unit(p.expected, &p.unit)
         )
     }));
     lines.iter().map(|line| format!("<p class=\"note\">{}.</p>\n", escaped(line))).collect()
