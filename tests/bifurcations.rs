@@ -158,7 +158,7 @@ fn a_hanging_curl_leaves_its_plane() {
                 let mut scene = unit_rod(segments, curl, 2.0 / 3.0);
                 scene.loads.gravity = [weight, 0.0, 0.0];
                 let found = rest(&scene);
-                assert_eq!((found.model, found.stable_in_plane), ("planar", Some(true)));
+                assert_eq!((found.model.as_str(), found.stable_in_plane), ("planar", Some(true)));
                 found.stable == Some(true)
             })
         });

@@ -113,7 +113,7 @@ fn a_wrong_hessian_is_found_and_named() {
     let report = check(&Wrong(random_bend(&mut random)), &[q], Tolerance::default());
     assert!(!report.passed());
     let worst = report.worst.expect("an error was made");
-    assert_eq!((worst.quantity, worst.dof.as_str()), ("hessian", "q[2] q[4]"));
+    assert_eq!((worst.quantity.as_str(), worst.dof.as_str()), ("hessian", "q[2] q[4]"));
     assert!((1e-11..1e-8).contains(&worst.relative_error), "{worst:?}");
 }
 

@@ -31,7 +31,7 @@ fn a_moment_rolls_a_rod_into_a_circle() {
             scene.loads.point =
                 vec![PointForce { moment: [0.0, 0.0, turn], ..PointForce::default() }];
             let found = rest(&scene);
-            assert_eq!((found.model, found.stable_in_plane), ("planar", Some(true)));
+            assert_eq!((found.model.as_str(), found.stable_in_plane), ("planar", Some(true)));
             let [x, y, _] = found.tip;
             // E = M^2 L/(2 EI), and the potential takes twice as much.
             let energy = found.energy / (-0.5 * turn * turn) - 1.0;
@@ -222,7 +222,7 @@ fn end_twist() {
         // Between the middles of the outermost edges lies the whole rod.
         println!("{turns} turns: {:.3e}", found.energies.twist / exact - 1.0);
         assert!((found.energies.twist / exact - 1.0).abs() < 1e-9);
-        assert_eq!((found.model, found.stable), ("spatial", Some(true)));
+        assert_eq!((found.model.as_str(), found.stable), ("spatial", Some(true)));
         // In one step of implicit Euler.
         scene.time = Some(Time { beta: 1.0, ..Time::new(0.4, 2e-3) });
         let mut twists = Vec::new();
