@@ -3,6 +3,7 @@
 //! [`Fit::keep_evidence`](super::Fit::keep_evidence) asks for it; it costs one simulation and is
 //! what `rodfit fit --report` draws.
 
+use super::Recording;
 use crate::parameter::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -103,7 +104,8 @@ pub struct Iterate {
     pub stage: String,
     /// Work so far, in full simulations.
     pub simulations: f64,
-    /// Half the sum of squared residuals (or their losses), over the part of the record that the stage looks at.
+    /// Half the sum of squared residuals (or their losses), over the part of the record that the stage
+    /// looks at, in units of the sigmas that the fit ended with.
     pub misfit: f64,
     /// Number of residuals in it.
     pub residuals: usize,
@@ -112,7 +114,7 @@ pub struct Iterate {
 }
 
 impl Iterate {
-    /// Root mean square residual, in the units of sigma that the search used.
+    /// Root mean square residual, in units of the sigmas that the fit ended with.
     pub fn rms(&self) -> f64 {
         (2.0 * self.misfit / self.residuals as f64).sqrt()
     }
@@ -168,6 +170,23 @@ pub struct Setup {
     pub length: f64,
     /// What was observed.
     pub observations: Vec<String>,
+    /// How much of it, in the same order.
+    #[serde(default)]
+    pub measured: Vec<Measured>,
+}
+
+/// How much was measured, and how its file was read.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Measured {
+    /// The measurement, as warnings name it.
+    pub label: String,
+    /// Points in time or along the rod, frequencies or readings.
+    pub points: usize,
+    /// Values: coordinates seen, frequencies or readings.
+    pub values: usize,
+    /// How the file was read, if it was read from one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recording: Option<Recording>,
 }
 
 /// A minimum of the misfit.

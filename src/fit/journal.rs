@@ -38,10 +38,59 @@ pub(super) struct Visit {
     pub counts: Vec<usize>,
 }
 
+/// A visit as the history keeps it: without its residuals, in no weighting.
+#[derive(Debug)]
+struct Noted {
+    stage: Stage,
+    x: Vec<f64>,
+    simulations: f64,
+    residuals: usize,
+    /// Sums of squares of each measurement in its own unit, and of the priors.
+    squares: Vec<f64>,
+    priors: f64,
+    /// What robust losses make of the sum of squares, as a part of it.
+    bent: f64,
+}
+
+impl Noted {
+    fn of(visit: &Visit, sigmas: &[f64], simulations: f64) -> Self {
+        let mut rest = &visit.residuals[..];
+        let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+        let counts = visit.counts.iter().zip(sigmas);
+        let squares: Vec<f64> = counts
+            .map(|(count, sigma)| {
+                let (own, others) = rest.split_at(*count);
+                rest = others;
+                square(own) * sigma * sigma
+            })
+            .collect();
+        let whole = square(&visit.residuals);
+        Self {
+            stage: visit.stage,
+            x: visit.x.clone(),
+            simulations,
+            residuals: visit.residuals.len(),
+            squares,
+            priors: square(rest),
+            bent: if whole > 0.0 { 2.0 * visit.cost / whole } else { 1.0 },
+        }
+    }
+
+    /// Half the sum of squares or of losses in a weighting; of robust losses as their own weighting
+    /// had it.
+    fn misfit(&self, sigmas: &[f64]) -> f64 {
+        let pairs = self.squares.iter().zip(sigmas);
+        let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();
+        0.5 * self.bent * (squares + self.priors)
+    }
+}
+
 /// The record of a search.
 #[derive(Debug, Default)]
 pub(super) struct Journal {
-    history: RefCell<Vec<(Visit, usize, f64)>>,
+    history: RefCell<Vec<Noted>>,
+    /// Sigmas of the measurements that residuals are in units of now.
+    sigmas: RefCell<Vec<f64>>,
     best: RefCell<Option<Visit>>,
     grid: RefCell<Option<Grid>>,
     reached: RefCell<Vec<Reached>>,
@@ -49,17 +98,17 @@ pub(super) struct Journal {
 
 impl Journal {
     /// Notes a point, after the work of this many simulations.
-    pub fn visit(&self, mut visit: Visit, simulations: f64) {
+    pub fn visit(&self, visit: Visit, simulations: f64) {
+        let noted = Noted::of(&visit, &self.sigmas.borrow(), simulations);
+        self.history.borrow_mut().push(noted);
         let mut best = self.best.borrow_mut();
         let rank = |v: &Visit| (v.stage, v.residuals.len());
         let better = best.as_ref().is_none_or(|b| {
             rank(&visit) > rank(b) || rank(&visit) == rank(b) && visit.cost <= b.cost
         });
         if better {
-            *best = Some(visit.clone());
+            *best = Some(visit);
         }
-        let count = std::mem::take(&mut visit.residuals).len();
-        self.history.borrow_mut().push((visit, count, simulations));
     }
 
     /// Notes a scan; only the last is kept.
@@ -72,9 +121,11 @@ impl Journal {
         self.reached.borrow_mut().push(end);
     }
 
-    /// Costs before and after this cannot be compared: the weights have changed.
-    pub fn reweight(&self) {
+    /// Residuals are in units of these sigmas from now on: costs before and after this cannot be
+    /// compared.
+    pub fn reweight(&self, sigmas: &[f64]) {
         *self.best.borrow_mut() = None;
+        *self.sigmas.borrow_mut() = sigmas.to_vec();
     }
 
     /// The best point of the farthest stage.
@@ -82,14 +133,14 @@ impl Journal {
         self.best.borrow().clone()
     }
 
-    /// The way, in the parameters' units.
-    pub fn history(&self, unknowns: &[Unknown]) -> Vec<Iterate> {
-        let iterate = |(visit, count, simulations): &(Visit, usize, f64)| Iterate {
-            stage: visit.stage.name().into(),
-            simulations: *simulations,
-            misfit: visit.cost,
-            residuals: *count,
-            values: values(unknowns, &visit.x),
+    /// The way, in the parameters' units, all of it in the weighting of these `sigmas`.
+    pub fn history(&self, unknowns: &[Unknown], sigmas: &[f64]) -> Vec<Iterate> {
+        let iterate = |noted: &Noted| Iterate {
+            stage: noted.stage.name().into(),
+            simulations: noted.simulations,
+            misfit: noted.misfit(sigmas),
+            residuals: noted.residuals,
+            values: values(unknowns, &noted.x),
         };
         self.history.borrow().iter().map(iterate).collect()
     }
@@ -113,6 +164,7 @@ mod tests {
     #[test]
     fn the_best_is_that_of_the_farthest_stage() {
         let journal = Journal::default();
+        journal.reweight(&[1.0]);
         let visit = |stage, count, cost| Visit {
             stage,
             x: vec![cost],
@@ -126,6 +178,26 @@ mod tests {
         journal.visit(visit(Stage::Full, 2, 6.0), 3.0);
         journal.visit(visit(Stage::Growing, 1, 1.0), 4.0);
         assert_eq!(journal.best().map(|best| best.cost), Some(5.0));
-        assert_eq!(journal.history(&[Unknown::new(Parameter::YoungsModulus)]).len(), 5);
+        assert_eq!(journal.history(&[Unknown::new(Parameter::YoungsModulus)], &[1.0]).len(), 5);
+    }
+
+    /// The same place costs the same before and after the weights have changed.
+    #[test]
+    fn the_way_is_seen_in_one_weighting() {
+        let journal = Journal::default();
+        for sigmas in [[2.0, 1.0], [0.5, 4.0]] {
+            journal.reweight(&sigmas);
+            let residuals = vec![3.0 / sigmas[0], 4.0 / sigmas[1], 5.0 / sigmas[1], 6.0];
+            let cost = 0.5 * residuals.iter().map(|r| r * r).sum::<f64>();
+            let visit =
+                Visit { stage: Stage::Full, x: vec![0.0], cost, residuals, counts: vec![1, 2] };
+            journal.visit(visit, 1.0);
+        }
+        let unknowns = [Unknown::new(Parameter::YoungsModulus)];
+        for (sigmas, cost) in [([1.0, 1.0], 43.0), ([0.1, 1.0], 0.5 * (900.0 + 41.0 + 36.0))] {
+            for iterate in journal.history(&unknowns, &sigmas) {
+                assert!((iterate.misfit / cost - 1.0).abs() < 1e-12, "{iterate:?}");
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! What may be measured of a rod: its motion, its shape at rest, its frequencies.
 
-use super::{Frequencies, Gauge, Loss, Observation, RestShape};
+use super::{Frequencies, Gauge, Loss, Observation, Recording, RestShape};
 use crate::error::Error;
 use crate::point::Point;
 use crate::problem::Problem;
@@ -97,6 +97,24 @@ impl Measurement {
             Self::RestShape(s) => s.values(),
             Self::Frequencies(f) => f.values.len(),
             Self::Gauge(g) => g.readings.len(),
+        }
+    }
+
+    /// Points in time or along the rod, frequencies or readings.
+    pub(super) fn points(&self) -> usize {
+        match self {
+            Self::Motion(o) => o.samples.len(),
+            Self::RestShape(s) => s.sightings.len(),
+            Self::Frequencies(_) | Self::Gauge(_) => self.values(),
+        }
+    }
+
+    /// How its file was read, if it was read from one.
+    pub(super) fn recording(&self) -> Option<Recording> {
+        match self {
+            Self::Motion(o) => o.recording,
+            Self::RestShape(s) => s.recording,
+            Self::Frequencies(_) | Self::Gauge(_) => None,
         }
     }
 

@@ -70,7 +70,8 @@ pub use analysis::{Analysis, Refinement};
 pub use bootstrap::Bootstrap;
 pub use discretization::DiscretizationError;
 pub use evidence::{
-    Asked, Basin, Basins, Evidence, Iterate, Landscape, Over, Profile, Seen, Series, Setup, Shape,
+    Asked, Basin, Basins, Evidence, Iterate, Landscape, Measured, Over, Profile, Seen, Series,
+    Setup, Shape,
 };
 pub use experiment::Experiment;
 pub use file::FitFile;
@@ -244,13 +245,14 @@ impl Fit {
         sigmas: &mut [f64],
     ) -> Result<Optimum, Error> {
         let first = search(sigmas);
+        first.journal.reweight(sigmas);
         let mut optimum = first.globally()?;
         if self.weights_depend_on_the_fit(first.experiments) {
             for _ in 0..MOST_WEIGHTINGS {
                 let before = sigmas.to_vec();
                 search(&before).estimate_sigmas(&optimum, sigmas);
                 let search = search(sigmas);
-                search.journal.reweight();
+                search.journal.reweight(sigmas);
                 optimum = search.polish(&optimum.x)?;
                 let settled = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-3;
                 if sigmas.iter().zip(&before).all(settled) {

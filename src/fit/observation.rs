@@ -29,6 +29,8 @@ pub struct Observation {
     pub held_out: bool,
     /// The file, for messages.
     pub source: Option<PathBuf>,
+    /// How the file was read.
+    pub recording: Option<Recording>,
 }
 
 impl Observation {
@@ -41,6 +43,7 @@ impl Observation {
             loss: Loss::Squares,
             held_out: false,
             source: None,
+            recording: None,
         }
     }
 

@@ -93,7 +93,11 @@ impl Recording {
             }
             samples.push(Sample { time, position: self.position(&columns.axes, &row.values) });
         }
-        let observation = Observation { source: Some(path.into()), ..Observation::new(samples) };
+        let observation = Observation {
+            source: Some(path.into()),
+            recording: Some(*self),
+            ..Observation::new(samples)
+        };
         if observation.values() == 0 {
             return Err(table.error(1, "no value below the header"));
         }

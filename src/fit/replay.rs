@@ -4,7 +4,9 @@ use super::optimum::Optimum;
 use super::parts::Run;
 use super::search::Search;
 use super::view::View;
-use super::{Asked, Evidence, Experiment, Measurement, Over, Series, Setup, Shape, Unknown};
+use super::{
+    Asked, Evidence, Experiment, Measured, Measurement, Over, Series, Setup, Shape, Unknown,
+};
 use crate::error::Error;
 use crate::point::Point;
 use crate::scene::Scheme;
@@ -26,7 +28,7 @@ pub(super) fn evidence(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]
     Evidence {
         asked: search.unknowns.iter().map(asked).collect(),
         series: optimum.map_or(Vec::new(), |optimum| series(search, optimum, sigma)),
-        history: search.journal.history(search.unknowns),
+        history: search.journal.history(search.unknowns, &search.sigmas),
         landscape: search.journal.landscape(search.unknowns),
         setups: search.experiments.iter().map(setup).collect(),
         version: env!("CARGO_PKG_VERSION").into(),
@@ -35,6 +37,12 @@ pub(super) fn evidence(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]
 }
 
 fn setup(experiment: &Experiment) -> Setup {
+    let measured = |measurement: &Measurement| Measured {
+        label: experiment.label(measurement),
+        points: measurement.points(),
+        values: measurement.values(),
+        recording: measurement.recording(),
+    };
     let problem = &experiment.problem;
     let (model, reason) = problem.model();
     let moves = experiment.moves();
@@ -52,6 +60,7 @@ fn setup(experiment: &Experiment) -> Setup {
         segments: problem.segments(),
         length: problem.length(),
         observations: experiment.measurements.iter().map(Measurement::label).collect(),
+        measured: experiment.measurements.iter().map(measured).collect(),
     }
 }
 

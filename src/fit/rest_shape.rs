@@ -30,12 +30,21 @@ pub struct RestShape {
     pub held_out: bool,
     /// The file, for messages.
     pub source: Option<PathBuf>,
+    /// How the file was read.
+    pub recording: Option<Recording>,
 }
 
 impl RestShape {
     /// Sightings of a rod at rest.
     pub fn new(sightings: Vec<Sighting>) -> Self {
-        Self { sightings, sigma: None, loss: Loss::Squares, held_out: false, source: None }
+        Self {
+            sightings,
+            sigma: None,
+            loss: Loss::Squares,
+            held_out: false,
+            source: None,
+            recording: None,
+        }
     }
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
@@ -80,7 +89,8 @@ impl RestShape {
             };
             sightings.push(Sighting { point, position: recording.position(&axes, &row.values) });
         }
-        let shape = Self { source: Some(path.into()), ..Self::new(sightings) };
+        let shape =
+            Self { source: Some(path.into()), recording: Some(*recording), ..Self::new(sightings) };
         if shape.values() == 0 {
             return Err(table.error(1, "no value below the header"));
         }
