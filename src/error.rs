@@ -1,5 +1,6 @@
 //! What can go wrong, in words a user can act on.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// Every error of the crate.
@@ -15,7 +16,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file is not valid TOML, or has unknown, missing or ill-typed keys.
-    #[error("{}{message}", prefix(file))]
+    #[error("{}{}", prefix(file), clipped(message))]
     Parse {
         /// The file, where there is one.
         file: Option<PathBuf>,
@@ -23,7 +24,13 @@ pub enum Error {
         message: String,
     },
     /// A value lies outside what is allowed.
-    #[error("{}{key}: found {found}, allowed: {allowed}", prefix(file))]
+    #[error(
+        "{}{}: found {}, allowed: {}",
+        prefix(file),
+        clipped(key),
+        clipped(found),
+        clipped(allowed)
+    )]
     Invalid {
         /// The file, where there is one.
         file: Option<PathBuf>,
@@ -35,7 +42,7 @@ pub enum Error {
         allowed: String,
     },
     /// A line of a data file cannot be used.
-    #[error("{}:{line}: {message}", path.display())]
+    #[error("{}:{line}: {}", path.display(), clipped(message))]
     Data {
         /// The file.
         path: PathBuf,
@@ -144,12 +151,45 @@ pub enum Error {
     #[error("interrupted")]
     Interrupted,
     /// A fit that cannot start or cannot go on.
-    #[error("{0}")]
+    #[error("{}", clipped(.0))]
     Fit(String),
 }
 
 fn prefix(file: &Option<PathBuf>) -> String {
     file.as_ref().map(|path| format!("{}: ", path.display())).unwrap_or_default()
+}
+
+/// Words and lines longer than this, bytes, are not shown whole.
+const LONG: [usize; 2] = [200, 3000];
+/// What is shown of them: so much of the beginning and of the end.
+const SHOWN: [usize; 2] = [120, 60];
+
+/// A text of which long words and lines, such as 50 MB without a break, are cut to what can be read.
+fn clipped(text: &str) -> Cow<'_, str> {
+    if text.len() <= LONG[0] {
+        return text.into();
+    }
+    let line = |line: &str| {
+        let words: Vec<_> = line.split(' ').map(|word| cut(word, LONG[0])).collect();
+        cut(&words.join(" "), LONG[1]).into_owned()
+    };
+    text.split('\n').map(line).collect::<Vec<_>>().join("\n").into()
+}
+
+/// A text without its middle if it is longer than `most` bytes.
+fn cut(text: &str, most: usize) -> Cow<'_, str> {
+    if text.len() <= most {
+        return text.into();
+    }
+    let boundary = |i: &usize| text.is_char_boundary(*i);
+    let head = (0..=SHOWN[0]).rev().find(boundary).unwrap_or(0);
+    if text.bytes().all(|byte| byte == b'^') {
+        // What points at the place.
+        return text[..head].into();
+    }
+    let tail = (text.len() - SHOWN[1]..).find(boundary).unwrap_or(text.len());
+    let left_out = tail - head;
+    format!("{} [.. {left_out} bytes left out ..] {}", &text[..head], &text[tail..]).into()
 }
 
 impl Error {

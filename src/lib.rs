@@ -75,6 +75,7 @@ pub mod energy;
 pub mod equilibrium;
 mod error;
 mod exact;
+mod file;
 pub mod fit;
 pub mod flow;
 pub mod frame;

@@ -1,4 +1,4 @@
-//! What `rodfit simulate` writes: a CSV of all nodes while it runs, a JSON report at the end.
+//! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
 
 use crate::error::Error;
 use crate::point::Point;
@@ -7,69 +7,56 @@ use crate::scene::Scene;
 use crate::simulation::Work;
 use crate::trajectory::{Snapshot, Trajectory};
 use serde::{Deserialize, Serialize};
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
 
-/// A CSV file with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m.
+/// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m.
 #[derive(Debug)]
-pub struct NodeTable {
-    path: PathBuf,
+pub struct NodeTable<W> {
+    writer: W,
     nodes: usize,
-    writer: csv::Writer<File>,
-    row: Vec<String>,
 }
 
-impl NodeTable {
-    /// Creates the file and writes its header for `nodes` nodes.
-    pub fn create(path: &Path, nodes: usize) -> Result<Self, Error> {
-        let file = File::create(path).map_err(|source| Error::io(path, source))?;
-        let mut table = Self {
-            path: path.into(),
-            nodes,
-            writer: csv::Writer::from_writer(file),
-            row: Vec::new(),
-        };
-        let names = (0..nodes).flat_map(|i| ["x", "y", "z"].map(|axis| format!("{axis}_{i}")));
-        table.row = std::iter::once("t".to_string()).chain(names).collect();
-        table.write()?;
-        Ok(table)
+impl<W: Write> NodeTable<W> {
+    /// A table of `nodes` nodes.
+    pub fn new(writer: W, nodes: usize) -> Self {
+        Self { writer, nodes }
+    }
+
+    /// Writes the names of the columns.
+    pub fn header(&mut self) -> io::Result<()> {
+        write!(self.writer, "t")?;
+        for i in 0..self.nodes {
+            write!(self.writer, ",x_{i},y_{i},z_{i}")?;
+        }
+        writeln!(self.writer)
     }
 
     /// Appends the state of a simulation.
-    pub fn push(&mut self, simulation: &dyn Snapshot) -> Result<(), Error> {
-        let coordinates = (0..self.nodes).flat_map(|i| simulation.position(i));
-        self.row.clear();
-        self.row
-            .extend(std::iter::once(simulation.time()).chain(coordinates).map(|x| x.to_string()));
-        self.write()
+    pub fn push(&mut self, simulation: &dyn Snapshot) -> io::Result<()> {
+        write!(self.writer, "{}", simulation.time())?;
+        for i in 0..self.nodes {
+            let [x, y, z] = simulation.position(i);
+            write!(self.writer, ",{x},{y},{z}")?;
+        }
+        writeln!(self.writer)
     }
 
-    fn write(&mut self) -> Result<(), Error> {
-        self.writer.write_record(&self.row).map_err(|error| self.error(error.into()))
-    }
-
-    /// Writes what is still in memory.
-    pub fn finish(&mut self) -> Result<(), Error> {
-        self.writer.flush().map_err(|source| self.error(source))
-    }
-
-    fn error(&self, source: std::io::Error) -> Error {
-        Error::io(&self.path, source)
+    /// The writer, all of the table being handed to it.
+    pub fn into_inner(self) -> W {
+        self.writer
     }
 }
 
-/// Writes a shape of a problem's rod as a CSV file with the columns x, y, z and s, m, and a row per
-/// node: where it is in the world, and on the rod, by arc length from the wall. `initial.shape` reads
-/// it as a polyline.
-pub fn write_shape(path: &Path, problem: &Problem, nodes: &[[f64; 3]]) -> Result<(), Error> {
-    let io = |source| Error::io(path, source);
-    let mut writer = csv::Writer::from_path(path).map_err(|error| io(error.into()))?;
-    writer.write_record(["x", "y", "z", "s"]).map_err(|error| io(error.into()))?;
+/// A shape of a problem's rod as a CSV table with the columns x, y, z and s, m, and a row per node:
+/// where it is in the world, and on the rod, by arc length from the wall. `initial.shape` reads it
+/// as a polyline.
+pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error> {
+    let mut table = String::from("x,y,z,s\n");
     for (i, [x, y, z]) in nodes.iter().enumerate() {
         let s = problem.arc_length(Point::Node(i))?;
-        writer.serialize([*x, *y, *z, s]).map_err(|error| io(error.into()))?;
+        table += &format!("{x},{y},{z},{s}\n");
     }
-    writer.flush().map_err(io)
+    Ok(table)
 }
 
 /// The JSON of `rodfit simulate`.
@@ -93,10 +80,24 @@ pub struct SimulationReport {
     pub tip: Vec<[f64; 4]>,
     /// `[t, kinetic, stretch, bend, twist, potential]`, s and J.
     pub energy: Vec<[f64; 6]>,
+    /// Largest change of the total energy since the start, J.
+    pub largest_energy_change: f64,
+    /// J.
+    pub largest_kinetic_energy: f64,
     /// `completed`, or what stopped it.
     pub status: String,
     /// The scene with its defaults.
     pub scene: Scene,
+    /// Whether `tip` and `energy` grow.
+    #[serde(skip)]
+    keeps_series: bool,
+    /// States seen.
+    #[serde(skip)]
+    seen: usize,
+    #[serde(skip)]
+    last_tip: Option<[f64; 4]>,
+    #[serde(skip)]
+    start_energy: f64,
 }
 
 impl SimulationReport {
@@ -113,23 +114,45 @@ impl SimulationReport {
             wall_seconds: 0.0,
             tip: Vec::new(),
             energy: Vec::new(),
+            largest_energy_change: 0.0,
+            largest_kinetic_energy: 0.0,
             status: "started".into(),
             scene: problem.scene().clone(),
+            keeps_series: true,
+            seen: 0,
+            last_tip: None,
+            start_energy: 0.0,
         }
+    }
+
+    /// Without the series of tips and energies, which grow with every step.
+    pub fn without_series(self) -> Self {
+        Self { keeps_series: false, ..self }
     }
 
     /// Appends the state of a simulation.
     pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.position(problem.nodes() - 1);
-        self.tip.push([t, x, y, z]);
-        self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential]);
+        let total = e.total();
+        if self.seen == 0 {
+            self.start_energy = total;
+        }
+        self.seen += 1;
+        self.last_tip = Some([t, x, y, z]);
+        self.largest_energy_change =
+            self.largest_energy_change.max((total - self.start_energy).abs());
+        self.largest_kinetic_energy = self.largest_kinetic_energy.max(e.kinetic);
+        if self.keeps_series {
+            self.tip.push([t, x, y, z]);
+            self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential]);
+        }
     }
 
     /// Takes the totals of a run and how it ended.
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
-        self.steps = self.tip.len().saturating_sub(1);
+        self.steps = self.seen.saturating_sub(1);
         self.newton_iterations = self.work.newton_iterations;
         self.wall_seconds = trajectory.stepping().as_secs_f64();
         self.status = match outcome {
@@ -138,11 +161,13 @@ impl SimulationReport {
         };
     }
 
+    /// `[t, x, y, z]` of the tip as it was seen last.
+    pub fn last_tip(&self) -> Option<[f64; 4]> {
+        self.last_tip.or(self.tip.last().copied())
+    }
+
     /// Largest change of the total energy over the largest kinetic energy.
     pub fn energy_drift(&self) -> f64 {
-        let total = |e: &[f64; 6]| e[1..].iter().sum::<f64>();
-        let start = self.energy.first().map_or(0.0, total);
-        let change = self.energy.iter().map(|e| (total(e) - start).abs()).fold(0.0, f64::max);
-        change / self.energy.iter().map(|e| e[1]).fold(f64::MIN_POSITIVE, f64::max)
+        self.largest_energy_change / self.largest_kinetic_energy.max(f64::MIN_POSITIVE)
     }
 }

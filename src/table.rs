@@ -30,7 +30,7 @@ pub struct Row {
 impl Table {
     /// Reads a file; every field is a number, blank or NaN. Lines that start with `#` are comments.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(|source| Error::io(path, source))?;
+        let bytes = crate::file::data(path)?;
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
         let delimiter = delimiter(bytes);
         let mut reader = csv::ReaderBuilder::new()

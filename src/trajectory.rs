@@ -77,6 +77,8 @@ pub struct Trajectory {
     /// Of every time, where asked for.
     energies: Option<Vec<Energies>>,
     reactions: Option<Vec<Reactions>>,
+    /// Whether anything is kept at all.
+    records: bool,
 }
 
 impl Problem {
@@ -126,7 +128,13 @@ impl Trajectory {
             pivot: (problem.wall(), problem.normal()),
             energies: None,
             reactions: None,
+            records: true,
         })
+    }
+
+    /// For a run that is seen while it goes on and keeps nothing, however many its steps.
+    pub fn unrecorded(problem: &Problem) -> Result<Self, Error> {
+        Ok(Self { records: false, ..Self::new(problem, &[], &[])? })
     }
 
     /// Keeps the [energies](Self::energies) of a run to come.
@@ -270,6 +278,10 @@ impl Trajectory {
         simulation: &Simulation<f64, M::Rod<f64>, W>,
         sensitivities: &[Sensitivity<M::Rod<num_dual::Dual64>, W>],
     ) {
+        if !self.records {
+            self.taken.clear();
+            return;
+        }
         let (model, state) = (posed.model, simulation.state());
         if let Some(energies) = &mut self.energies {
             energies.push(simulation.energies());

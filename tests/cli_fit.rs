@@ -3,7 +3,7 @@
 use std::path::Path;
 
 mod command;
-use command::{FIT, Folder, change, refused, stderr};
+use command::{FIT, Folder, refused, stderr};
 
 /// The shipped fits find what their data were made with.
 #[test]
@@ -274,49 +274,6 @@ fn results_do_not_depend_on_the_number_of_threads() {
     for threads in ["2", "5"] {
         assert_eq!(run(threads), (code, alone.clone()), "{threads} threads");
     }
-}
-
-/// Ctrl-C in the middle of a fit that would take hours.
-#[cfg(target_os = "linux")]
-#[test]
-fn an_interrupted_fit_writes_its_best() {
-    use std::process::{Command, Stdio};
-    use std::time::{Duration, Instant};
-    let folder = Folder::new();
-    folder.write("scene.toml", &change("step = 2e-3", "step = 1e-9"));
-    let child = Command::new(env!("CARGO_BIN_EXE_rodfit"))
-        .args(["fit", "fit.toml", "--json", "fit.json", "--report", "page"])
-        .current_dir(folder.path(""))
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let id = child.id().to_string();
-    // From when on the signal (number 2) is caught.
-    let catches = || {
-        let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap();
-        let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
-        u64::from_str_radix(mask.trim(), 16).unwrap() & 0b10 != 0
-    };
-    let start = Instant::now();
-    while !catches() {
-        assert!(start.elapsed() < Duration::from_secs(60), "no handler");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    // Enough for a simulation of the coarse model, which takes a millisecond.
-    std::thread::sleep(Duration::from_secs(2));
-    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    assert!(start.elapsed() < Duration::from_secs(120));
-    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
-    assert!(stderr(&output).contains("interrupted"), "{}", stderr(&output));
-    let fit = folder.json("fit.json");
-    assert_eq!((&fit["interrupted"], &fit["converged"]), (&true.into(), &false.into()));
-    assert_eq!(fit["status"], "interrupted");
-    let parameter = &fit["parameters"][0];
-    assert!(parameter["value"].as_f64().unwrap() > 0.0 && parameter["std_error"].is_null());
-    let page = std::fs::read_to_string(folder.path("page/fit.html")).unwrap();
-    assert!(page.contains("interrupted"));
 }
 
 /// Under weight alone only E/density is seen: with half the density comes half the modulus.

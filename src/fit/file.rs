@@ -12,6 +12,14 @@ use crate::scene::{Scene, parse};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
+/// Most experiments of a fit.
+const MOST_EXPERIMENTS: usize = 1000;
+/// Most characters of an experiment's name: it is part of messages, tables and file names.
+const LONGEST_NAME: usize = 100;
+
+/// Says whether a scene may be worked on.
+type Admit<'a> = dyn Fn(&Scene) -> Result<(), Error> + 'a;
+
 /// A fit file and the scenes it names, ready to solve.
 #[derive(Clone, Debug)]
 pub struct FitFile {
@@ -201,8 +209,10 @@ impl FrequenciesForm {
 }
 
 impl ExperimentForm {
-    fn read(self, folder: &Path) -> Result<Experiment, Error> {
-        let problem = Scene::load(folder.join(self.scene))?.problem()?;
+    fn read(self, folder: &Path, admit: &Admit) -> Result<Experiment, Error> {
+        let scene = Scene::load(folder.join(self.scene))?;
+        admit(&scene)?;
+        let problem = scene.problem()?;
         let mut experiment = Experiment::new(self.name, &problem);
         let observations = self.observation.into_iter().map(|o| o.read(folder));
         let shapes = self.shape.into_iter().map(|s| s.read(folder));
@@ -221,12 +231,20 @@ impl ExperimentForm {
 impl FitFile {
     /// Reads and validates a fit file, its scenes and its data.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::load_if(path, |_| Ok(()))
+    }
+
+    /// The same, and `admit` sees every scene before its mesh is made.
+    pub fn load_if(
+        path: impl AsRef<Path>,
+        admit: impl Fn(&Scene) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
+        let text = crate::file::text(path)?;
         let mut form: Form = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;
-        let read = |e: ExperimentForm| e.read(folder);
+        let read = |e: ExperimentForm| e.read(folder, &admit);
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
         let mut file = Self { experiments, unknowns: Vec::new(), analysis: form.analysis };
@@ -260,6 +278,15 @@ impl FitFile {
             })?;
         }
         Ok(())
+    }
+
+    /// The files of its scenes and data.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let of = |e: &Experiment| {
+            let data = e.measurements.iter().filter_map(Measurement::source).cloned();
+            e.problem.scene().files().into_iter().chain(data).collect::<Vec<_>>()
+        };
+        self.experiments.iter().flat_map(of).collect()
     }
 
     /// The fit the file describes.
@@ -299,9 +326,16 @@ impl Form {
                     let allowed = format!("[[experiment.{table}]] below its [[experiment]]");
                     return Err(Error::invalid(*table, "besides [[experiment]]", allowed));
                 }
-                if let Some(i) = listed.iter().position(|e| e.name.trim().is_empty()) {
+                if listed.len() > MOST_EXPERIMENTS {
+                    let allowed = format!("up to {MOST_EXPERIMENTS}");
+                    return Err(Error::invalid("experiment", listed.len(), allowed));
+                }
+                let is_name =
+                    |name: &str| !name.trim().is_empty() && name.chars().count() <= LONGEST_NAME;
+                if let Some(i) = listed.iter().position(|e| !is_name(&e.name)) {
                     let (key, found) = (format!("experiment[{i}].name"), &listed[i].name);
-                    return Err(Error::invalid(key, format!("{found:?}"), "a name"));
+                    let allowed = format!("a name of up to {LONGEST_NAME} characters");
+                    return Err(Error::invalid(key, format!("{found:?}"), allowed));
                 }
                 Ok(listed)
             }

@@ -4,6 +4,7 @@ use super::{Frequencies, Gauge, Loss, Observation, Recording, RestShape};
 use crate::error::Error;
 use crate::point::Point;
 use crate::problem::Problem;
+use std::path::PathBuf;
 
 /// A set of values with a common noise.
 #[derive(Clone, Debug)]
@@ -79,6 +80,15 @@ impl Measurement {
             Self::RestShape(s) => s.held_out,
             Self::Frequencies(f) => f.held_out,
             Self::Gauge(g) => g.held_out,
+        }
+    }
+
+    /// The file it was read from, if it was.
+    pub fn source(&self) -> Option<&PathBuf> {
+        match self {
+            Self::Motion(o) => o.source.as_ref(),
+            Self::RestShape(s) => s.source.as_ref(),
+            Self::Frequencies(_) => None,
         }
     }
 

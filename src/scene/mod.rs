@@ -22,6 +22,7 @@ pub use supports::{Clamp, End, Motion, Support, Supports};
 use crate::error::Error;
 use crate::missing::{Keys, Rule, always, if_there, missing};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 /// Fewest and most edges of a rod.
@@ -275,7 +276,7 @@ impl Scene {
     /// Reads and validates a scene file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|source| Error::io(path, source))?;
+        let text = crate::file::text(path)?;
         let mut scene: Self = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
         scene.validate()?;
@@ -299,6 +300,16 @@ impl Scene {
             }
         }
         Ok(())
+    }
+
+    /// The files it was read from: its own and those of its shapes.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let shapes = [Some(&self.rod.shape), self.initial.shape.as_ref()].into_iter().flatten();
+        let polylines = shapes.filter_map(|shape| match shape {
+            Shape::Polyline { file } => Some(self.folder().join(file)),
+            _ => None,
+        });
+        self.path.iter().cloned().chain(polylines).collect()
     }
 
     /// Whether the mesh is given with the scene, by loads on nodes that are named by their index.
@@ -338,6 +349,13 @@ impl Scene {
             (_, None) => return Err(shape::no_segments()),
             (_, Some(n)) if !SEGMENTS.contains(&n) => {
                 return Err(Error::invalid("rod.segments", n, "2 .. 1e7"));
+            }
+            (shape, Some(n)) if shape.turning() >= PI * n as f64 => {
+                let (turning, needed) = (shape.turning(), shape.turning() / PI);
+                let allowed = format!(
+                    "more than {needed:.3e}: the shape turns by {turning:.3e} rad, and an edge by less than half a turn"
+                );
+                return Err(Error::invalid("rod.segments", n, allowed));
             }
             _ => {}
         }

@@ -1,0 +1,136 @@
+//! `rodfit fit`
+
+use super::output::{Output, Outputs};
+use super::{Json, Manner, Route, conclude, limits, terminal};
+use rodfit::fit::{Experiment, FitFile, FitReport};
+use rodfit::{Error, report};
+use std::path::{Path, PathBuf};
+
+/// The first line of a scene with values of a fit that was stopped.
+const INTERRUPTED: &str =
+    "# interrupted: the best values when the fit was stopped, not its result\n";
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// Fit file (TOML).
+    fit: PathBuf,
+    #[command(flatten)]
+    json: Json,
+    /// Write the scene with the fitted values here (TOML), `-` is stdout; those of several
+    /// experiments, with their names added to this one.
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
+    /// Write a page with data, model and doubts, `fit.html`, and `fit.json` into this folder.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// Which derivatives to step with.
+    #[arg(long, value_enum, default_value = "hand")]
+    derivatives: Route,
+}
+
+pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
+    let admit = |scene: &_| limits::of_mesh(scene).admit(manner);
+    let mut file = FitFile::load_if(&options.fit, admit)?;
+    for experiment in &mut file.experiments {
+        experiment.problem =
+            experiment.problem.clone().with_derivatives(options.derivatives.into());
+    }
+    let mut outputs = Outputs::new(manner);
+    let json = outputs.add("--json", options.json.json.as_deref());
+    let folder = options.report.as_deref();
+    let page = outputs.add_in_folder("--report", folder, "fit.html");
+    let numbers = outputs.add_in_folder("--report", folder, "fit.json");
+    let saves: Vec<Option<Output>> = match &options.save {
+        Some(path) => saves(path, &file.experiments, &mut outputs)?,
+        None => Vec::new(),
+    };
+    let mut inputs = file.files();
+    inputs.push(options.fit.clone());
+    outputs.check(&inputs)?;
+    limits::of_fit(&file, options.fit.clone()).admit(manner)?;
+
+    let report = solve(&file, page.is_some(), manner)?;
+    if report.interrupted {
+        outputs.are_interrupted();
+    }
+    let title = options.fit.display().to_string();
+    let mut written = vec![
+        outputs.write_json(json, &report),
+        outputs.write(page, || Ok(report::fit_page(&report, &title).into_bytes())),
+        outputs.write_json(numbers, &report),
+    ];
+    for (output, experiment) in saves.into_iter().zip(&file.experiments) {
+        written.push(outputs.write(output, || saved(&report, experiment)));
+    }
+    written.push(outputs.summary(&report));
+    let code = if report.is_success() { 0 } else { 3 };
+    if code != 0 {
+        terminal::tell(format_args!("error: {}", report.status));
+    }
+    Ok(conclude(code, written))
+}
+
+fn solve(file: &FitFile, evidence: bool, manner: Manner) -> Result<FitReport, Error> {
+    let bar = terminal::spinner(manner);
+    let shown = bar.clone();
+    let mut fit = file.fit().stop_when(terminal::stop_on_ctrl_c(manner));
+    if evidence {
+        fit = fit.keep_evidence();
+    }
+    let report = fit
+        .on_progress(move |stage, simulations| {
+            shown.set_message(format!("{stage} ({simulations:.1} simulations)"));
+            shown.tick();
+        })
+        .solve();
+    bar.finish_and_clear();
+    report
+}
+
+/// The scene of an experiment with the fitted values.
+fn saved(report: &FitReport, experiment: &Experiment) -> Result<Vec<u8>, Error> {
+    let values = report.parameters_of(experiment);
+    let mut scene = experiment.problem.with(values)?.scene().clone();
+    scene.make_paths_absolute()?;
+    let mark = if report.interrupted { INTERRUPTED } else { "" };
+    Ok(format!("{mark}{}", scene.to_toml()?).into_bytes())
+}
+
+/// Where the fitted scenes go, one of every experiment.
+fn saves(
+    path: &Path,
+    experiments: &[Experiment],
+    outputs: &mut Outputs,
+) -> Result<Vec<Option<Output>>, Error> {
+    if let [_, second, ..] = experiments
+        && path == Path::new("-")
+    {
+        return Err(Error::Invalid {
+            file: None,
+            key: "--save".into(),
+            found: format!(
+                "- beside {} experiments, {} among them",
+                experiments.len(),
+                second.name
+            ),
+            allowed: "a file, to whose name those of the experiments are added".into(),
+        });
+    }
+    let add = |experiment: &Experiment| match experiment.name.is_empty() {
+        true => outputs.add("--save", Some(path)),
+        false => {
+            let option = format!("--save of experiment {:?}", experiment.name);
+            outputs.add(&option, Some(&save_path(path, &experiment.name)))
+        }
+    };
+    Ok(experiments.iter().map(add).collect())
+}
+
+/// Where the fitted scene of one of several experiments is written: `fitted-NAME.toml`.
+fn save_path(path: &Path, experiment: &str) -> PathBuf {
+    // What file systems do not take.
+    let plain = |c: char| if c.is_control() || r#"/\:*?"<>|"#.contains(c) { '_' } else { c };
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name: String = experiment.chars().map(plain).collect();
+    path.with_file_name(format!("{stem}-{name}.toml"))
+}

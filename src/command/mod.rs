@@ -1,0 +1,112 @@
+//! What the command line may say, and who does it. Every subcommand goes the same way: read the inputs, look at the
+//! outputs, estimate what it takes, compute, write everything it can, say the rest.
+
+mod check;
+mod fit;
+mod limits;
+mod modes;
+mod output;
+mod rest;
+mod simulate;
+mod study;
+mod terminal;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use rodfit::{Derivatives, Error};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Simulates slender elastic rods and identifies their parameters from recorded motion.
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(flatten)]
+    manner: Manner,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// How a run goes about it, whatever it does.
+#[derive(Clone, Copy, clap::Args)]
+struct Manner {
+    /// No progress and no summary; errors are still printed.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// Run what is estimated to take more than the limits of memory, time and disk; and let results that Ctrl-C cut
+    /// short take the place of older ones.
+    #[arg(long, global = true)]
+    force: bool,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Simulate a scene.
+    Simulate(simulate::Options),
+    /// Find where a rod comes to rest under its loads, and whether it stays there.
+    Static(rest::Options),
+    /// The lowest frequencies and shapes of small vibrations.
+    Modes(modes::Options),
+    /// Speed against error over schemes, steps and meshes.
+    Study(study::Options),
+    /// Compare hand-derived derivatives with num-dual's and with finite differences.
+    Check(check::Options),
+    /// Identify parameters from recorded motion.
+    Fit(fit::Options),
+}
+
+/// Where a report goes.
+#[derive(clap::Args)]
+struct Json {
+    /// Write the report here (JSON); `-` is stdout.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Route {
+    /// The hand-derived formulas.
+    Hand,
+    /// num-dual's derivatives of the energies.
+    Dual,
+}
+
+impl From<Route> for Derivatives {
+    fn from(route: Route) -> Self {
+        match route {
+            Route::Hand => Self::Hand,
+            Route::Dual => Self::Dual,
+        }
+    }
+}
+
+/// Does what the command line says.
+pub fn run() -> ExitCode {
+    let Arguments { manner, command } = Arguments::parse();
+    limits::bound_threads(manner);
+    let outcome = match command {
+        Command::Simulate(options) => simulate::run(&options, manner),
+        Command::Static(options) => rest::run(&options, manner),
+        Command::Modes(options) => modes::run(&options, manner),
+        Command::Study(options) => study::run(&options, manner),
+        Command::Check(options) => check::run(&options, manner),
+        Command::Fit(options) => fit::run(&options, manner),
+    };
+    let code = outcome.unwrap_or_else(|error| {
+        terminal::complain(&error);
+        code_of(&error)
+    });
+    ExitCode::from(code)
+}
+
+/// 2 where the input is at fault, 3 where the computation is.
+fn code_of(error: &Error) -> u8 {
+    if error.is_input() { 2 } else { 3 }
+}
+
+/// Says what could not be written, and what the run is worth then.
+fn conclude(code: u8, written: impl IntoIterator<Item = Result<(), Error>>) -> u8 {
+    written.into_iter().filter_map(Result::err).fold(code, |code, error| {
+        terminal::complain(&error);
+        code.max(code_of(&error))
+    })
+}

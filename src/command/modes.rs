@@ -1,0 +1,33 @@
+//! `rodfit modes`
+
+use super::output::Outputs;
+use super::{Json, Manner, conclude, limits};
+use rodfit::modes::About;
+use rodfit::{Error, Scene};
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// Scene file (TOML); `[time]` is not needed.
+    scene: PathBuf,
+    /// How many.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=200))]
+    count: u16,
+    /// About the rest shape instead of the equilibrium under the loads.
+    #[arg(long)]
+    rest: bool,
+    #[command(flatten)]
+    json: Json,
+}
+
+pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
+    let scene = Scene::load(&options.scene)?;
+    let mut outputs = Outputs::new(manner);
+    let json = outputs.add("--json", options.json.json.as_deref());
+    outputs.check(&scene.files())?;
+    let count = usize::from(options.count);
+    limits::of_modes(&scene, count).admit(manner)?;
+    let about = if options.rest { About::Rest } else { About::Equilibrium };
+    let found = scene.problem()?.modes(count, about)?;
+    Ok(conclude(0, [outputs.write_json(json, &found), outputs.summary(&found)]))
+}

@@ -1,0 +1,35 @@
+//! `rodfit static`
+
+use super::output::Outputs;
+use super::{Json, Manner, conclude, limits};
+use rodfit::output::shape_csv;
+use rodfit::{Error, Scene};
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// Scene file (TOML); `[time]` is not needed.
+    scene: PathBuf,
+    /// Write the position of every node here (CSV); `-` is stdout.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    json: Json,
+}
+
+pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
+    let scene = Scene::load(&options.scene)?;
+    let mut outputs = Outputs::new(manner);
+    let json = outputs.add("--json", options.json.json.as_deref());
+    let out = outputs.add("--out", options.out.as_deref());
+    outputs.check(&scene.files())?;
+    limits::of_rest(&scene).admit(manner)?;
+    let problem = scene.problem()?;
+    let found = problem.equilibrium()?;
+    let written = [
+        outputs.write_json(json, &found),
+        outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes())),
+        outputs.summary(&found),
+    ];
+    Ok(conclude(0, written))
+}

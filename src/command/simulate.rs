@@ -1,0 +1,97 @@
+//! `rodfit simulate`
+
+use super::output::Outputs;
+use super::{Json, Manner, Route, code_of, conclude, limits, terminal};
+use rodfit::output::{NodeTable, SimulationReport};
+use rodfit::{Error, Problem, Scene, Trajectory};
+use std::fmt;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// Scene file (TOML).
+    scene: PathBuf,
+    /// Write the position of every node at every step here (CSV); `-` is stdout.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    json: Json,
+    /// Which derivatives to step with.
+    #[arg(long, value_enum, default_value = "hand")]
+    derivatives: Route,
+}
+
+pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
+    let scene = Scene::load(&options.scene)?;
+    let mut outputs = Outputs::new(manner);
+    let json = outputs.add("--json", options.json.json.as_deref());
+    let out = outputs.add("--out", options.out.as_deref());
+    outputs.check(&scene.files())?;
+    limits::of_mesh(&scene).admit(manner)?;
+    let problem = scene.problem()?.with_derivatives(options.derivatives.into());
+    let steps = problem.time()?.steps();
+    limits::of_simulation(&problem, steps, outputs.on_disk(out), json.is_some()).admit(manner)?;
+    let stop = terminal::stop_on_ctrl_c(manner);
+    let problem = problem.stop_when(stop.clone());
+
+    let mut report = SimulationReport::new(&problem);
+    if json.is_none() {
+        report = report.without_series();
+    }
+    let begun = out.map(|out| outputs.begin(out)).transpose()?;
+    let mut table = begun.map(|writing| NodeTable::new(writing, problem.nodes()));
+    let mut trajectory = Trajectory::unrecorded(&problem)?;
+    let bar = terminal::progress_bar(manner, steps as u64);
+    let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);
+    let outcome = trajectory.run(&problem, steps, |simulation| {
+        report.push(&problem, simulation);
+        if let (Some(table), Ok(())) = (&mut table, &written) {
+            written = table.push(simulation);
+            if outputs.reader_left() && json.is_none() {
+                // Nobody wants the rest.
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+        bar.set_position(simulation.work().steps as u64);
+    });
+    bar.finish_and_clear();
+    report.finish(&trajectory, &outcome);
+    let outcome = match outcome {
+        Err(Error::Interrupted) if outputs.reader_left() => Ok(()),
+        outcome => outcome,
+    };
+    if matches!(outcome, Err(Error::Interrupted)) {
+        outputs.are_interrupted();
+    }
+    let table = table.map_or(Ok(()), |table| outputs.finish(table.into_inner(), written));
+    let code = outcome.as_ref().map_or_else(code_of, |()| 0);
+    let summary = outputs.summary(&Summary { problem: &problem, report: &report });
+    Ok(conclude(code, [table, outputs.write_json(json, &report), summary, outcome]))
+}
+
+struct Summary<'a> {
+    problem: &'a Problem,
+    report: &'a SimulationReport,
+}
+
+impl fmt::Display for Summary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { problem, report } = self;
+        writeln!(f, "{} model, {} unknowns: {}", report.model, report.dof, report.model_reason)?;
+        if let Some([t, x, y, z]) = report.last_tip() {
+            writeln!(f, "tip at t = {t} s: ({x:.6}, {y:.6}, {z:.6}) m")?;
+        }
+        writeln!(
+            f,
+            "energy changed by {:.1e} of the largest kinetic energy; length {} m",
+            report.energy_drift(),
+            problem.length()
+        )?;
+        write!(
+            f,
+            "{} steps, {} Newton iterations, {:.3} s: {}",
+            report.steps, report.newton_iterations, report.wall_seconds, report.status
+        )
+    }
+}

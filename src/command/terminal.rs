@@ -1,0 +1,74 @@
+//! What a user sees: results on standard output; progress, warnings and errors on standard error.
+//!
+//! Nothing here panics. Whoever closes the pipe that standard output goes to (`rodfit fit .. | head -1`) has read
+//! enough: what is left of it is dropped without a word, all other outputs are written, and the exit code is that of
+//! the computation. A standard output that cannot be written, on a full disk, is an error.
+
+use super::Manner;
+use indicatif::{ProgressBar, ProgressStyle};
+use rodfit::Error;
+use std::fmt::Display;
+use std::io::{ErrorKind, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Prints a result.
+pub fn print(text: &impl Display) -> Result<(), Error> {
+    let mut stdout = std::io::stdout().lock();
+    unless_closed(writeln!(stdout, "{text}").and_then(|()| stdout.flush())).map_err(stdout_error)
+}
+
+/// A closed pipe is no error.
+pub fn unless_closed(written: std::io::Result<()>) -> std::io::Result<()> {
+    match written {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
+}
+
+/// What the system said of standard output.
+pub fn stdout_error(source: std::io::Error) -> Error {
+    Error::Io { path: "standard output".into(), source }
+}
+
+/// Prints a line on standard error; there is nobody to tell when that fails.
+pub fn tell(text: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// Prints an error.
+pub fn complain(error: &Error) {
+    tell(format_args!("error: {error}"));
+}
+
+/// A flag that Ctrl-C sets. A second one ends the process at once.
+pub fn stop_on_ctrl_c(manner: Manner) -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let seen = flag.clone();
+    let handler = ctrlc::set_handler(move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        if !manner.quiet {
+            tell("\nstopping; Ctrl-C again ends at once");
+        }
+    });
+    if let Err(error) = handler {
+        tell(format_args!("warning: Ctrl-C will lose what was computed: {error}"));
+    }
+    flag
+}
+
+/// A bar of so many steps.
+pub fn progress_bar(manner: Manner, steps: u64) -> ProgressBar {
+    if manner.quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len}, {eta} left");
+    ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// For work of unknown length.
+pub fn spinner(manner: Manner) -> ProgressBar {
+    if manner.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() }
+}

@@ -1,0 +1,47 @@
+//! Reading files that others name: only what ends, and what fits.
+
+use crate::error::Error;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Most bytes of a table.
+const MOST_DATA: u64 = 500_000_000;
+/// Most bytes of a scene or fit file; a table within it counts for many times its size.
+const MOST_TEXT: u64 = 100_000_000;
+
+/// The bytes of a table.
+pub(crate) fn data(path: &Path) -> Result<Vec<u8>, Error> {
+    bytes(path, MOST_DATA).map_err(|source| Error::io(path, source))
+}
+
+/// The text of a scene or fit file.
+pub(crate) fn text(path: &Path) -> Result<String, Error> {
+    let bytes = bytes(path, MOST_TEXT).map_err(|source| Error::io(path, source))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let message = format!("byte {} is not UTF-8 text", error.utf8_error().valid_up_to());
+        Error::io(path, io::Error::new(io::ErrorKind::InvalidData, message))
+    })
+}
+
+fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    // A pipe may have nobody who writes into it, and would be waited for forever.
+    if !std::fs::metadata(path)?.is_file() && !is_handed_over(path) {
+        let message = "found a folder, a pipe or a device, allowed: a regular file, or what a shell \
+                       hands over as /dev/stdin or /dev/fd/N";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        let message = format!("found more than {} MB, allowed: up to that", most / 1_000_000);
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
+
+/// Whether a path is the end of a pipe that the shell has opened already.
+fn is_handed_over(path: &Path) -> bool {
+    let folders: [PathBuf; 2] = ["/dev/fd".into(), "/proc/self/fd".into()];
+    path == Path::new("/dev/stdin") || path.parent().is_some_and(|p| folders.iter().any(|f| f == p))
+}
