@@ -357,7 +357,7 @@ const FITS: &[(&str, &str, &[&str])] = &[
     (NAME, "name = \"\"", &["fit.toml", "youngs_modulus"]),
     (NAME, "name = 3", &["fit.toml", "line 9"]),
     (NAME, "name = \"Youngs Modulus\"", &["Youngs Modulus", "youngs_modulus"]),
-    (NAME, "name = \"width\"", &["parameter[0].name", "width", "rectangle"]),
+    (NAME, "name = \"width\"", &["parameter[0].name", "width", "rectang"]),
     (NAME, "name = \"youngs_modulus\"\nstart = nan", &["parameter[0].start", "NaN"]),
     (NAME, "name = \"youngs_modulus\"\nstart = -1", &["parameter[0].start", "-1"]),
     (NAME, "name = \"youngs_modulus\"\nstart = inf", &["parameter[0].start", "inf"]),

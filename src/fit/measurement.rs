@@ -88,7 +88,7 @@ impl Measurement {
         match self {
             Self::Motion(o) => o.source.as_ref(),
             Self::RestShape(s) => s.source.as_ref(),
-            Self::Frequencies(_) => None,
+            Self::Frequencies(_) | Self::Gauge(_) => None,
         }
     }
 

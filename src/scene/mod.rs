@@ -350,10 +350,11 @@ impl Scene {
             (_, Some(n)) if !SEGMENTS.contains(&n) => {
                 return Err(Error::invalid("rod.segments", n, "2 .. 1e7"));
             }
-            (shape, Some(n)) if shape.turning() >= PI * n as f64 => {
-                let (turning, needed) = (shape.turning(), shape.turning() / PI);
+            (shape, Some(n)) if shape.turning().is_some_and(|turn| turn >= PI * n as f64) => {
+                let turning = shape.turning().unwrap_or_default();
                 let allowed = format!(
-                    "more than {needed:.3e}: the shape turns by {turning:.3e} rad, and an edge by less than half a turn"
+                    "more than {:.3e}: the shape turns by {turning:.3e} rad, and an edge by less than half a turn",
+                    turning / PI
                 );
                 return Err(Error::invalid("rod.segments", n, allowed));
             }
