@@ -167,7 +167,7 @@ fn bad_scenes_are_refused() {
     let cases: Vec<(String, &[&str])> = vec![
         (change("segments = 20", "sgements = 20"), &["sgements", "line 3", "segments"]),
         (change("beta = 0.5", "beta = 0.5\ntheta = 1"), &["theta", "beta"]),
-        (change("density = 1273.52", ""), &["density", "missing"]),
+        (change("density = 1273.52", ""), &["line 7: missing key: material.density"]),
         (change("segments = 20", ""), &["rod.segments", "2 .. 1e7"]),
         (change("segments = 20", "segments = \"many\""), &["line 3", "string"]),
         (change("segments = 20", "segments = -4"), &["line 3", "-4"]),
@@ -564,4 +564,57 @@ fn sizes_out_of_this_world_are_refused_as_such() {
         refused(&output, &["rod.shape: found an edge of ", "1e-50 to 1e50 m"]);
         assert!(!stderr(&output).contains("fold"));
     }
+}
+
+/// What says how to read columns that a file does not have does nothing, and is refused; rows that
+/// say nothing are counted.
+#[test]
+fn keys_without_their_columns_are_refused_and_lost_rows_counted() {
+    let folder = Folder::new();
+    let observation = |keys: &str| FIT.replace("point = \"tip\"", keys);
+    let pixels = "scale = 1e-3\ny = \"down\"\n";
+    let seconds = "t,x,y\n0,0.5,0\n0.01,0.5,0\n";
+    for (csv, keys, words) in [
+        (seconds, "fps = 30".to_string(), &["fps = 30", "clock `t`", "column `frame`"][..]),
+        (seconds, "scale = 4e-4".into(), &["scale = 0.0004", "x[px]", "without a unit"]),
+        ("t,x[mm],y[mm]\n0,500,0\n", "scale = 1e-3".into(), &["scale = 0.001", "x[px]"]),
+        ("t,x\n0,0.5\n", "y = \"down\"".into(), &["y = \"up\" or \"down\"", "without a column y"]),
+        (seconds, "origin = [0, 0, 0.1]".into(), &["origin = 0.1 along z", "without a column z"]),
+        (seconds, "origin = [nan, 0, 0]".into(), &["origin = NaN along x", "finite"]),
+        (seconds, "time_zero = inf".into(), &["time_zero = inf", "finite"]),
+        ("frame[ms],x,y\n0,0.5,0\n", "fps = 30".into(), &["unit [ms] of `frame`"]),
+        (seconds, "time_zero = 3".into(), &["no value is left of 2 rows", "2 before time_zero"]),
+        (
+            "frame,x[px],y[px]\n1,500,0\n2,,\n3,nan,nan\n",
+            format!("fps = 30\n{pixels}time_zero = 2"),
+            &["no value is left of 3 rows", "1 before time_zero, 2 without a value"],
+        ),
+    ] {
+        folder.write("tip.csv", csv);
+        folder.write("fit.toml", &observation(&keys));
+        refused(&folder.run(&["fit", "fit.toml"]), &[&["tip.csv:1"], words].concat());
+    }
+    folder.write("shape.csv", "s,x,y\n0.1,0.1,0\n");
+    let shape = "[[shape]]\nfile = \"shape.csv\"\nscale = 2.0\n";
+    folder.write("fit.toml", &format!("{FIT}{shape}"));
+    folder.write("tip.csv", seconds);
+    refused(&folder.run(&["fit", "fit.toml"]), &["shape.csv:1", "scale = 2"]);
+
+    let row = |t: f64| format!("{t},{},{}\n", 0.5 - 2.0 * t * t * t, -2.0 * t * t);
+    let rows: String = (0..30).map(|k| row(f64::from(k) * 0.01)).collect();
+    let lost = "-0.03,0.5,0\n-0.02,0.5,0\n-0.01,0.5,0\n";
+    folder.write("tip.csv", &format!("t,x,y\n{lost}{rows}0.295,,\n0.297,nan,\n"));
+    folder.write("fit.toml", &observation("time_zero = 0.0"));
+    let output = folder.run(&["fit", "fit.toml", "--report", "page"]);
+    let said = "tip.csv: rows left out: 3 before time_zero, 2 without a value";
+    assert!(String::from_utf8_lossy(&output.stdout).contains(said), "{}", stderr(&output));
+    let dropped = &folder.json("page/fit.json")["dropped"];
+    assert_eq!((&dropped[0]["before_time_zero"], &dropped[0]["empty"]), (&3.into(), &2.into()));
+    // Lengths may be seen from below and from elsewhere.
+    let seen = rows.replace(",-", ",");
+    folder.write("tip.csv", &format!("t,x,y\n{seen}"));
+    folder.write("fit.toml", &observation("y = \"down\"\norigin = [0.001, 0, 0]"));
+    let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+    assert_ne!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(folder.json("fit.json").get("dropped").is_none());
 }

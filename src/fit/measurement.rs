@@ -1,6 +1,6 @@
 //! What may be measured of a rod: its motion, its shape at rest, its frequencies.
 
-use super::{Frequencies, Gauge, Loss, Observation, Recording, RestShape};
+use super::{Dropped, Frequencies, Gauge, Loss, Observation, Recording, RestShape};
 use crate::error::Error;
 use crate::point::Point;
 use crate::problem::Problem;
@@ -89,6 +89,15 @@ impl Measurement {
             Self::Motion(o) => o.source.as_ref(),
             Self::RestShape(s) => s.source.as_ref(),
             Self::Frequencies(_) | Self::Gauge(_) => None,
+        }
+    }
+
+    /// Rows of its file that were left out.
+    pub fn dropped(&self) -> Dropped {
+        match self {
+            Self::Motion(o) => o.dropped,
+            Self::RestShape(s) => s.dropped,
+            Self::Frequencies(_) | Self::Gauge(_) => Dropped::default(),
         }
     }
 

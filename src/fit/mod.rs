@@ -82,10 +82,10 @@ pub use identifiability::{Finding, Kind};
 pub use levenberg_marquardt::LevenbergMarquardt;
 pub use loss::Loss;
 pub use measurement::Measurement;
-pub use observation::{Observation, Sample};
+pub use observation::{Dropped, Observation, Sample};
 pub use prediction::Prediction;
 pub use recording::{Recording, Vertical};
-pub use report::{Estimate, FitReport, LossEffect};
+pub use report::{DroppedRows, Estimate, FitReport, LossEffect};
 pub use residual_tests::ResidualTests;
 pub use residuals::Residuals;
 pub use rest_shape::{RestShape, Sighting};
@@ -233,6 +233,7 @@ impl Fit {
             Err(Error::Interrupted) => self.unfinished(&search)?,
             report => report?,
         };
+        report.dropped = self.dropped();
         report.simulations = work.get() / full_work;
         report.wall_seconds = clock.elapsed().as_secs_f64();
         Ok(report)
@@ -261,6 +262,17 @@ impl Fit {
             }
         }
         Ok(optimum)
+    }
+
+    /// Rows of the files that are not looked at.
+    fn dropped(&self) -> Vec<DroppedRows> {
+        let all = self.experiments.iter().flat_map(|e| e.measurements.iter().map(move |m| (e, m)));
+        all.filter_map(|(e, m)| {
+            let rows = m.dropped();
+            let observation = e.label(m);
+            (rows != Dropped::default()).then_some(DroppedRows { observation, rows })
+        })
+        .collect()
     }
 
     /// The experiments with the measurements that are fitted.

@@ -3,6 +3,8 @@
 use super::{Loss, Recording};
 use crate::error::Error;
 use crate::point::Point;
+use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.
@@ -12,6 +14,24 @@ pub struct Sample {
     pub time: f64,
     /// x, y, z in m.
     pub position: [Option<f64>; 3],
+}
+
+/// Rows of a file that were left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Dropped {
+    /// Before the motion starts.
+    pub before_time_zero: usize,
+    /// Without any position.
+    pub empty: usize,
+}
+
+impl fmt::Display for Dropped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = [(self.before_time_zero, "before time_zero"), (self.empty, "without a value")];
+        let said = counts.iter().filter(|(count, _)| *count > 0);
+        let said: Vec<String> = said.map(|(count, what)| format!("{count} {what}")).collect();
+        write!(f, "{}", said.join(", "))
+    }
 }
 
 /// A recorded point.
@@ -31,6 +51,8 @@ pub struct Observation {
     pub source: Option<PathBuf>,
     /// How the file was read.
     pub recording: Option<Recording>,
+    /// What was left out of it.
+    pub dropped: Dropped,
 }
 
 impl Observation {
@@ -44,6 +66,7 @@ impl Observation {
             held_out: false,
             source: None,
             recording: None,
+            dropped: Dropped::default(),
         }
     }
 

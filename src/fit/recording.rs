@@ -1,6 +1,6 @@
 //! Recordings as laboratories write them: their columns, units, clocks and image axes.
 
-use super::observation::{Observation, Sample};
+use super::observation::{Dropped, Observation, Sample};
 use crate::error::Error;
 use crate::table::{LENGTHS, TIMES, Table};
 use serde::{Deserialize, Serialize};
@@ -29,17 +29,18 @@ use std::path::Path;
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Recording {
-    /// Frames a second, Hz; needed where the time is a frame number.
+    /// Frames a second, Hz; where the time is a frame number, and only there.
     pub fps: Option<f64>,
-    /// Metres a pixel; needed where positions are in pixels.
+    /// Metres a pixel; where positions are in pixels, `x[px]`, and only there.
     pub scale: Option<f64>,
-    /// Where the world's origin is in the file's own coordinates and units.
+    /// Where the world's origin is in the file's own coordinates and units, whatever these are; 0
+    /// along an axis that was not seen.
     #[serde(default, deserialize_with = "crate::exact::some_numbers")]
     pub origin: Option<[f64; 3]>,
     /// Which way the y axis points; needed for pixels, up for lengths.
     pub y: Option<Vertical>,
     /// When the motion starts on the file's own clock, in its unit; what was seen before is left
-    /// out.
+    /// out, and counted in [`Observation::dropped`].
     pub time_zero: Option<f64>,
 }
 
@@ -72,13 +73,20 @@ impl Recording {
         let table = Table::read(path)?;
         let columns = self.columns(&table)?;
         let (clock, unit) = columns.time;
+        let start = self.time_zero.unwrap_or(0.0);
+        if !start.is_finite() {
+            return Err(table.error(1, &format!("time_zero = {start}, allowed: a finite number")));
+        }
         let mut samples: Vec<Sample> = Vec::with_capacity(table.rows.len());
+        let mut dropped = Dropped::default();
+        let mut last = f64::NEG_INFINITY;
         for row in &table.rows {
             let read = row.values[clock]
                 .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
-            let time = (read - self.time_zero.unwrap_or(0.0)) * unit;
+            let time = (read - start) * unit;
             if time < 0.0 {
                 if self.time_zero.is_some() {
+                    dropped.before_time_zero += 1;
                     continue;
                 }
                 let message = format!(
@@ -86,20 +94,29 @@ impl Recording {
                 );
                 return Err(table.error(row.line, &message));
             }
-            if let Some(before) = samples.last().filter(|before| before.time >= time) {
-                let message =
-                    format!("t = {time} s after {} s, allowed: increasing times", before.time);
+            if last >= time {
+                let message = format!("t = {time} s after {last} s, allowed: increasing times");
                 return Err(table.error(row.line, &message));
             }
-            samples.push(Sample { time, position: self.position(&columns.axes, &row.values) });
+            last = time;
+            let position = self.position(&columns.axes, &row.values);
+            match position.iter().any(Option::is_some) {
+                true => samples.push(Sample { time, position }),
+                false => dropped.empty += 1,
+            }
         }
         let observation = Observation {
             source: Some(path.into()),
             recording: Some(*self),
+            dropped,
             ..Observation::new(samples)
         };
         if observation.values() == 0 {
-            return Err(table.error(1, "no value below the header"));
+            let message = match dropped == Dropped::default() {
+                true => "no value below the header".into(),
+                false => format!("no value is left of {} rows: {dropped}", table.rows.len()),
+            };
+            return Err(table.error(1, &message));
         }
         Ok(observation)
     }
@@ -132,8 +149,8 @@ impl Recording {
         let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
         let clocks: Vec<usize> = clocks.collect();
         let time = match clocks[..] {
-            [clock] if table.columns[clock].0 == "frame" => (clock, self.frame_time(table)?),
-            [clock] => (clock, table.factor(clock, &TIMES, "")?),
+            [clock] if table.columns[clock].0 == "frame" => (clock, self.frame_time(table, clock)?),
+            [clock] => (clock, self.clock_time(table, clock)?),
             [] => {
                 let found: Vec<&str> = table.columns.iter().map(|(name, _)| &name[..]).collect();
                 let message = format!("no column t, time or frame; found {}", found.join(", "));
@@ -144,9 +161,30 @@ impl Recording {
         Ok(Columns { time, axes: self.axes(table)? })
     }
 
-    /// The columns of positions.
+    /// The columns of positions. What says how to read columns that are not there is refused.
     pub(super) fn axes(&self, table: &Table) -> Result<Axes, Error> {
         let mut axes = [None; 3];
+        let pixels = |(_, unit): &(String, Option<String>)| unit.as_deref() == Some("px");
+        if let Some(scale) = self.scale.filter(|_| !table.columns.iter().any(pixels)) {
+            let message = format!(
+                "scale = {scale}, metres a pixel, without a column in pixels, allowed: with one, as in \
+                 x[px]; lengths in m are without a unit"
+            );
+            return Err(table.error(1, &message));
+        }
+        if self.y.is_some() && table.find("y").is_none() {
+            return Err(
+                table.error(1, "y = \"up\" or \"down\" without a column y, allowed: with one")
+            );
+        }
+        for (name, origin) in ["x", "y", "z"].into_iter().zip(self.origin.unwrap_or_default()) {
+            if !origin.is_finite() || origin != 0.0 && table.find(name).is_none() {
+                let message = format!(
+                    "origin = {origin} along {name}, allowed: a finite number, 0 without a column {name}"
+                );
+                return Err(table.error(1, &message));
+            }
+        }
         for (slot, name) in axes.iter_mut().zip(["x", "y", "z"]) {
             if let Some(column) = table.find(name) {
                 *slot = Some((column, self.axis(table, column)?));
@@ -158,8 +196,23 @@ impl Recording {
         Ok(axes)
     }
 
+    /// Seconds a unit of a clock that counts no frames.
+    fn clock_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
+        if let Some(fps) = self.fps {
+            let name = &table.columns[clock].0;
+            let message = format!(
+                "fps = {fps} beside the clock `{name}`, allowed: beside frame numbers, a column `frame`"
+            );
+            return Err(table.error(1, &message));
+        }
+        table.factor(clock, &TIMES, "")
+    }
+
     /// Seconds a frame.
-    fn frame_time(&self, table: &Table) -> Result<f64, Error> {
+    fn frame_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
+        if let Some(unit) = &table.columns[clock].1 {
+            return Err(table.error(1, &format!("unit [{unit}] of `frame`, allowed: none")));
+        }
         match self.fps {
             Some(fps) if fps.is_finite() && fps > 0.0 => Ok(1.0 / fps),
             Some(fps) => Err(table.error(1, &format!("fps = {fps}, allowed: above 0"))),

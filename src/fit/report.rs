@@ -1,8 +1,8 @@
 //! The result of a fit, as it is shown and written.
 
 use super::{
-    Basins, Bootstrap, DiscretizationError, Evidence, Experiment, Finding, Grade, Loss, Prediction,
-    Prior, ResidualTests,
+    Basins, Bootstrap, DiscretizationError, Dropped, Evidence, Experiment, Finding, Grade, Loss,
+    Prediction, Prior, ResidualTests,
 };
 use crate::parameter::Parameter;
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,16 @@ pub struct LossEffect {
     pub error_factor: f64,
 }
 
+/// Rows of a file that the fit does not use.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct DroppedRows {
+    /// The file.
+    pub observation: String,
+    /// How many, and why.
+    #[serde(flatten)]
+    pub rows: Dropped,
+}
+
 /// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FitReport {
@@ -91,6 +101,9 @@ pub struct FitReport {
     pub discretization_error: Vec<DiscretizationError>,
     /// Whether what is left looks like noise, for every coordinate of every observation.
     pub residual_tests: Vec<ResidualTests>,
+    /// Rows of the files that were left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dropped: Vec<DroppedRows>,
     /// What robust losses did.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub losses: Vec<LossEffect>,
@@ -192,6 +205,9 @@ impl fmt::Display for FitReport {
                     digits(*high, error)
                 )?;
             }
+        }
+        for d in &self.dropped {
+            writeln!(f, "  {}: rows left out: {}", d.observation, d.rows)?;
         }
         for l in &self.losses {
             writeln!(

@@ -1,7 +1,7 @@
 //! A photographed droop: where points of a rod at rest were seen.
 
-use super::Loss;
 use super::recording::Recording;
+use super::{Dropped, Loss};
 use crate::error::Error;
 use crate::point::Point;
 use crate::table::{LENGTHS, Table};
@@ -32,6 +32,8 @@ pub struct RestShape {
     pub source: Option<PathBuf>,
     /// How the file was read.
     pub recording: Option<Recording>,
+    /// What was left out of it.
+    pub dropped: Dropped,
 }
 
 impl RestShape {
@@ -44,6 +46,7 @@ impl RestShape {
             held_out: false,
             source: None,
             recording: None,
+            dropped: Dropped::default(),
         }
     }
 
@@ -76,6 +79,7 @@ impl RestShape {
         };
         let axes = recording.axes(&table)?;
         let mut sightings = Vec::with_capacity(table.rows.len());
+        let mut dropped = Dropped::default();
         for row in &table.rows {
             let value = row.values[place]
                 .ok_or_else(|| table.error(row.line, "the point is blank, allowed: s or node"))?;
@@ -87,10 +91,18 @@ impl RestShape {
                 }
                 false => Point::ArcLength(value * factor),
             };
-            sightings.push(Sighting { point, position: recording.position(&axes, &row.values) });
+            let position = recording.position(&axes, &row.values);
+            match position.iter().any(Option::is_some) {
+                true => sightings.push(Sighting { point, position }),
+                false => dropped.empty += 1,
+            }
         }
-        let shape =
-            Self { source: Some(path.into()), recording: Some(*recording), ..Self::new(sightings) };
+        let shape = Self {
+            source: Some(path.into()),
+            recording: Some(*recording),
+            dropped,
+            ..Self::new(sightings)
+        };
         if shape.values() == 0 {
             return Err(table.error(1, "no value below the header"));
         }

@@ -465,7 +465,10 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(
         };
         let message = match &missing[..] {
             [] => error.to_string().trim_end().to_string(),
-            [key] => format!("missing key: {key}"),
+            [key] => {
+                let before = error.span().map_or("", |span| &text[..span.start]);
+                format!("line {}: missing key: {key}", before.matches('\n').count() + 1)
+            }
             keys => format!("missing keys: {}", keys.join(", ")),
         };
         Error::Parse { file: None, message }
