@@ -68,15 +68,19 @@ pub enum Error {
     },
     /// The scheme gains energy that the motion cannot have.
     #[error(
-        "at t = {time} s the total energy has changed by {:.1e} % of the largest kinetic energy, which no motion does: \
-         take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"", 100.0 * part
+        "at t = {time} s the total energy has changed by {change:.2e} J{}, which no motion does: {remedy}",
+        of_kinetic(*part)
     )]
     EnergyGrowth {
         /// End of the step that was refused, s.
         time: f64,
-        /// The change in the step or since the start, whichever is larger, over the largest kinetic
-        /// energy.
+        /// The change in the step or since the start (or the lowest energy so far, where it can only
+        /// fall), whichever is larger, J.
+        change: f64,
+        /// The same over the largest kinetic energy.
         part: f64,
+        /// What helps with this scheme.
+        remedy: &'static str,
     },
     /// An explicit scheme has left its region of stability.
     #[error("the motion has become unstable at t = {time} s; take a smaller time.step")]
@@ -153,6 +157,15 @@ pub enum Error {
     /// A fit that cannot start or cannot go on.
     #[error("{}", clipped(.0))]
     Fit(String),
+}
+
+/// A change of the energy in words, unless there is hardly any motion to compare it with.
+fn of_kinetic(part: f64) -> String {
+    match 100.0 * part {
+        percent @ 0.1..1e6 => format!(", {percent:.1} % of the largest kinetic energy"),
+        percent @ 0.0..0.1 => format!(", {percent:.1e} % of the largest kinetic energy"),
+        _ => String::new(),
+    }
 }
 
 fn prefix(file: &Option<PathBuf>) -> String {

@@ -1,9 +1,10 @@
 //! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
 
 use crate::error::Error;
+use crate::parameter::Properties;
 use crate::point::Point;
 use crate::problem::Problem;
-use crate::scene::Scene;
+use crate::scene::{Scene, Scheme};
 use crate::simulation::Work;
 use crate::trajectory::{Snapshot, Trajectory};
 use serde::{Deserialize, Serialize};
@@ -86,6 +87,9 @@ pub struct SimulationReport {
     pub largest_kinetic_energy: f64,
     /// `completed`, or what stopped it.
     pub status: String,
+    /// What speaks against the run.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// The scene with its defaults.
     pub scene: Scene,
     /// Whether `tip` and `energy` grow.
@@ -98,6 +102,11 @@ pub struct SimulationReport {
     last_tip: Option<[f64; 4]>,
     #[serde(skip)]
     start_energy: f64,
+    #[serde(skip)]
+    end_energy: f64,
+    /// Kinetic energies below this one are none, J.
+    #[serde(skip)]
+    still: f64,
 }
 
 impl SimulationReport {
@@ -117,11 +126,14 @@ impl SimulationReport {
             largest_energy_change: 0.0,
             largest_kinetic_energy: 0.0,
             status: "started".into(),
+            warnings: problem.warnings(),
             scene: problem.scene().clone(),
             keeps_series: true,
             seen: 0,
             last_tip: None,
             start_energy: 0.0,
+            end_energy: 0.0,
+            still: still(problem),
         }
     }
 
@@ -139,6 +151,7 @@ impl SimulationReport {
             self.start_energy = total;
         }
         self.seen += 1;
+        self.end_energy = total;
         self.last_tip = Some([t, x, y, z]);
         self.largest_energy_change =
             self.largest_energy_change.max((total - self.start_energy).abs());
@@ -166,8 +179,53 @@ impl SimulationReport {
         self.last_tip.or(self.tip.last().copied())
     }
 
-    /// Largest change of the total energy over the largest kinetic energy.
+    /// Largest change of the total energy over the largest kinetic energy; 0 of a rod that stays where
+    /// it is.
     pub fn energy_drift(&self) -> f64 {
-        self.largest_energy_change / self.largest_kinetic_energy.max(f64::MIN_POSITIVE)
+        match self.is_still() {
+            true => 0.0,
+            false => self.largest_energy_change / self.largest_kinetic_energy,
+        }
     }
+
+    /// What became of the energy, in words: only a rod that neither damping nor supports take any
+    /// from has it kept, and only what moves has some to compare a change with.
+    pub fn energy_in_words(&self) -> String {
+        let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
+        let (start, end) = (self.start_energy, self.end_energy);
+        let damping = scene.loads.damping;
+        let time = scene.time.as_ref();
+        let beta = time.filter(|t| t.scheme == Scheme::NewmarkBeta).map_or(0.5, |t| t.beta);
+        if self.is_still() {
+            "the rod stays where it is".into()
+        } else if !scene.supports.motion.is_empty() {
+            format!("energy went from {start:.3e} to {end:.3e} J, with the work of the supports")
+        } else if damping.mass > 0.0 || damping.stiffness > 0.0 {
+            format!("damping took {:.3e} J of energy", start - end)
+        } else if beta > 0.5 {
+            let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
+            format!("beta = {beta} took {part} of the largest kinetic energy")
+        } else {
+            format!("energy kept to {} of the largest kinetic energy", percent(drift))
+        }
+    }
+
+    /// Whether what kinetic energy there is are rounding errors.
+    fn is_still(&self) -> bool {
+        self.largest_kinetic_energy <= self.still
+    }
+}
+
+/// The kinetic energy of a rod that goes a thousand-millionth of its length in the time of the scene, J.
+fn still(problem: &Problem) -> f64 {
+    let p = Properties::<f64>::of(problem.scene(), |_, value| value);
+    let (mass, end) = (
+        p.density * p.area * problem.length(),
+        problem.scene().time.as_ref().map_or(f64::INFINITY, |time| time.end),
+    );
+    0.5 * mass * (1e-9 * problem.length() / end).powi(2)
+}
+
+fn percent(x: f64) -> String {
+    if x.abs() < 0.1 { format!("{x:.1e} %") } else { format!("{x:.1} %") }
 }

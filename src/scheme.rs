@@ -66,11 +66,20 @@
 //! paper's own remark that beta = 1 gives Eq. (4); it does not dissipate at any beta and is
 //! explicit at beta = 1.
 //!
-//! Kelvin-Voigt damping stresses every strain `s` with `K (s - s_natural + eta ds/dt)`. The rate
-//! obeys the same rule as the velocity, `r1 = (s1 - s0)/(h beta) - (1 - beta)/beta r0`, so a
-//! damped step is an elastic one with stiffness `K c` and natural strain
-//! `(s_natural + shift)/c`, where `c = 1 + eta/(h beta)` and
+//! Kelvin-Voigt damping stresses every strain `s` with `K (s - s_natural + eta ds/dt)`. The rate at
+//! the end follows from the change over the step as the velocity does,
+//! `r1 = (s1 - s0)/(h beta) - (1 - beta)/beta r0`, so a damped step is an elastic one with stiffness
+//! `K c` and natural strain `(s_natural + shift)/c`, where `c = 1 + eta/(h beta)` and
 //! `shift = eta (s0/(h beta) + (1 - beta)/beta r0)`. Its tangent stays symmetric.
+//!
+//! `r0` is the mean rate over the step before, `(s0 - s_before)/h`, and not the `r1` found there: at
+//! beta = 1/2 that would go on from step to step as `r1 = 2 (s1 - s0)/h - r0`, which forgets no
+//! error, only turns its sign, and feeds them into a stiff wire until it shakes itself to pieces.
+//! The viscous force over a step is then `eta K (d1 G1 - (1 - beta) d0 (G1 - G0))` with the mean rates
+//! `d` of this step and the last and the gradients `G` of the strain at both ends: of second order at
+//! beta = 1/2, and where the geometry is linear just `eta K d1 G`, which never adds energy. The first
+//! step takes `d0 = 0`: that is of first order for one step, and forgets the rates of a rod that is
+//! thrown while an end is held, which last for less than a step.
 //!
 //! # Average vector field
 //!
@@ -85,8 +94,10 @@
 //! keeps the energy exactly (Quispel and McLaren 2008): its work over the step is the difference
 //! of the potentials. The integral is Gauss's with four points, which is exact to rounding for the
 //! rotations of reasonable steps (where it is not, the step is taken in halves). Damping acts on
-//! the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress at the part `s` of the way on the mean rate
-//! so far, `(s(q_s) - s0)/(s h)`.
+//! the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts at both ends of the step as in
+//! Newmark-beta at 1/2. On the way between them it has no business: nodes that go straight shorten
+//! every edge that turns, by `alpha^2/8` in the middle of a turn by `alpha`, and the dissipation of
+//! that stretching, `eta EA alpha^4/24` a step and length, is more than that of bending in a wire.
 
 use crate::scalar::Scalar;
 use crate::scene::Scheme;
@@ -98,7 +109,7 @@ pub struct Formulas<D> {
     pub h: f64,
     /// Factor h^2 beta^2 of the forces at the end, s^2; h^2/2 of their average.
     pub end: D,
-    /// Factor h^2 beta (1 - beta) of the forces at the start, s^2.
+    /// Factor h^2 beta (1 - beta) of the forces at the start, s^2; h^2/2 of the viscous ones there.
     pub start: D,
     /// 1/(h beta), 1/s.
     pub rate: D,
@@ -117,8 +128,8 @@ pub struct Stage {
     pub weight: f64,
 }
 
-/// The end of the step alone.
-const AT_END: [Stage; 1] = [Stage { place: 1.0, weight: 1.0 }];
+/// The end of a step.
+pub const END: Stage = Stage { place: 1.0, weight: 1.0 };
 
 /// Gauss-Legendre quadrature of four points on [0, 1]: exact for forces of the seventh degree.
 const AVERAGE: [Stage; 4] = [
@@ -142,14 +153,14 @@ impl<D: Scalar> Formulas<D> {
                     start: beta * rest * (h * h),
                     rate: inverse * (1.0 / h),
                     memory: rest * inverse,
-                    stages: &AT_END,
+                    stages: &[END],
                 }
             }
             // Those that need no iteration have no such formulas, and never ask.
             Scheme::AverageVectorField | Scheme::Verlet | Scheme::Pefrl | Scheme::Rodas4 => Self {
                 h,
                 end: D::from(0.5 * h * h),
-                start: D::from(0.0),
+                start: D::from(0.5 * h * h),
                 rate: D::from(2.0 / h),
                 memory: D::from(1.0),
                 stages: &AVERAGE,
@@ -187,21 +198,31 @@ impl<D: Scalar> Formulas<D> {
         mass * (change - v0 * self.h) + self.end * n1 + self.start * n0
     }
 
-    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s.
+    /// The part of the viscous stress at an end that its forces count with: an average counts both
+    /// ends by half, and once.
     #[inline]
-    pub fn viscous_factor(&self, eta: D, stage: Stage) -> D {
-        match self.averages() {
-            true => eta * (1.0 / (stage.place * self.h)) + 1.0,
-            false => eta * self.rate + 1.0,
-        }
+    fn viscous(&self, eta: D) -> D {
+        if self.averages() { eta * 0.5 } else { eta }
+    }
+
+    /// Factor `c` of the stiffnesses under Kelvin-Voigt damping of time `eta`, s; of an average
+    /// that of the viscous stress alone.
+    #[inline]
+    pub fn viscous_factor(&self, eta: D) -> D {
+        let viscous = self.viscous(eta) * self.rate;
+        if self.averages() { viscous } else { viscous + 1.0 }
     }
 
     /// Shift of a natural strain under Kelvin-Voigt damping.
     #[inline]
-    pub fn viscous_shift(&self, eta: D, strain0: D, rate0: D, stage: Stage) -> D {
-        match self.averages() {
-            true => eta * strain0 * (1.0 / (stage.place * self.h)),
-            false => eta * (strain0 * self.rate + self.memory * rate0),
-        }
+    pub fn viscous_shift(&self, eta: D, strain0: D, rate0: D) -> D {
+        self.viscous(eta) * (strain0 * self.rate + self.memory * rate0)
+    }
+
+    /// The same at the start of a step, where the rate is known and the factor is 1.
+    #[inline]
+    pub fn viscous_shift_at(&self, eta: D, strain: D, rate: D) -> D {
+        let viscous = self.viscous(eta) * rate;
+        if self.averages() { strain - viscous } else { -viscous }
     }
 }

@@ -10,7 +10,7 @@
 use crate::banded::Ldlt;
 use crate::error::Error;
 use crate::rod::Rod;
-use crate::scheme::{Formulas, Stage};
+use crate::scheme::{END, Formulas};
 use crate::simulation::{Damping, Simulation};
 use num_dual::Dual64;
 
@@ -60,6 +60,7 @@ impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
 pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     rod: S,
     viscous: Option<S>,
+    dashpots: Option<S>,
     damping: Damping<Dual64>,
     beta: Dual64,
     q: Vec<f64>,
@@ -76,6 +77,7 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     shift: Vec<Dual64>,
     lifted: Vec<Dual64>,
     lifted_strain: Vec<Dual64>,
+    lifted_forces: Vec<Dual64>,
 }
 
 impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
@@ -84,10 +86,11 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         let state = simulation.state();
         let zero = vec![0.0; state.q.len()];
         let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
-        let strains = state.strain.len();
+        let (strains, n) = (state.strain.len(), state.q.len());
         let rod = simulation.rod().clone();
         Self {
-            viscous: (strains > 0).then(|| rod.clone()),
+            viscous: (strains > 0).then(|| simulation.dashpots().unwrap_or(&rod).clone()),
+            dashpots: simulation.dashpots().cloned(),
             rod,
             damping: simulation.damping(),
             beta: simulation.beta(),
@@ -102,6 +105,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             shift: vec![Dual64::from(0.0); strains],
             lifted: Vec::new(),
             lifted_strain: Vec::new(),
+            lifted_forces: if strains > 0 { vec![Dual64::from(0.0); n] } else { Vec::new() },
         }
     }
 
@@ -115,7 +119,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         if scheme.averages() {
             self.average_rate(&scheme, simulation);
         } else {
-            self.set_viscous(&scheme, scheme.stages[0], simulation);
+            self.set_viscous(&scheme, simulation);
             let rod = self.viscous.as_ref().unwrap_or(&self.rod);
             let (frames, direct) = (&self.frames, &mut self.direct);
             R::gradient_rate(rod, &now.q, frames, simulation.derivatives(), direct);
@@ -123,7 +127,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         }
         self.start.copy_from_slice(&self.q);
         let free = simulation.free();
-        let (q1, n1) = (&now.q[free.clone()], &now.unbalanced[free.clone()]);
+        let (q1, gradient) = (&now.q[free.clone()], &simulation.gradient()[free.clone()]);
         let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
         let n0 = &before.unbalanced[free.clone()];
         let (dq, dv) = (&mut self.q[free.clone()], &self.v[free.clone()]);
@@ -134,22 +138,19 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         for i in 0..free.len() {
             let change = Dual64::new(q1[i] - q0[i], -dq[i]);
             let v0 = Dual64::new(v0[i], dv[i]);
+            let mut n1 = Dual64::new(gradient[i], direct[i]);
             if dragged {
-                direct[i] += (drag * mass[i] * scheme.dragged(change, v0)).eps;
+                n1 += drag * mass[i] * scheme.dragged(change, v0);
+                direct[i] = n1.eps;
             }
-            let n1 = Dual64::new(n1[i], direct[i]);
             let n0 = Dual64::new(n0[i], dn[i]);
             dq[i] = -scheme.residual(mass[i], change, v0, n1, n0).eps;
         }
     }
 
-    /// The rod with the viscous stress at a stage, and its derivative.
-    fn set_viscous<R>(
-        &mut self,
-        scheme: &Formulas<Dual64>,
-        stage: Stage,
-        simulation: &Simulation<f64, R, W>,
-    ) where
+    /// The rod with the viscous stress at the end of the step, and its derivative.
+    fn set_viscous<R>(&mut self, scheme: &Formulas<Dual64>, simulation: &Simulation<f64, R, W>)
+    where
         R: Rod<f64, W, Seeded = S>,
     {
         let before = simulation.previous();
@@ -158,9 +159,10 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             for (i, shift) in self.shift.iter_mut().enumerate() {
                 let strain = Dual64::new(before.strain[i], self.strain[i]);
                 let rate = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
-                *shift = scheme.viscous_shift(eta, strain, rate, stage);
+                *shift = scheme.viscous_shift(eta, strain, rate);
             }
-            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta, stage), &self.shift);
+            let base = self.dashpots.as_ref().unwrap_or(&self.rod);
+            viscous.set_viscous(base, scheme.viscous_factor(eta), &self.shift);
         }
     }
 
@@ -171,9 +173,12 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         R: Rod<f64, W, Seeded = S>,
     {
         let mut sum = vec![0.0; self.direct.len()];
-        for (stage, forces) in scheme.stages.iter().zip(simulation.stages()) {
-            self.set_viscous(scheme, *stage, simulation);
-            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+        self.set_viscous(scheme, simulation);
+        for (k, forces) in simulation.stages().iter().enumerate() {
+            let (rod, stage) = match (scheme.stages.get(k), &self.viscous) {
+                (None, Some(viscous)) => (viscous, &END),
+                (stage, _) => (&self.rod, stage.unwrap_or(&END)),
+            };
             let (frames, direct) = (&self.frames, &mut self.direct);
             R::gradient_rate(rod, &forces.q, frames, simulation.derivatives(), direct);
             R::frame_rate(frames, &forces.q, &forces.gradient, &forces.tangent, direct);
@@ -213,17 +218,26 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             self.lifted.clear();
             self.lifted.extend(now.q.iter().zip(&self.q).map(|(q, dq)| Dual64::new(*q, *dq)));
         }
-        if self.viscous.is_some() {
+        if let Some(viscous) = &mut self.viscous {
             self.rod.strains(&self.lifted, &self.frames, &mut self.lifted_strain);
-            for i in 0..self.strain.len() {
-                let change = Dual64::new(
-                    now.strain[i] - before.strain[i],
-                    self.lifted_strain[i].eps - self.strain[i],
-                );
-                let rate0 = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
-                self.strain_rate[i] = scheme.rate(change, rate0).eps;
-                self.strain[i] = self.lifted_strain[i].eps;
+            let eta = self.damping.stiffness;
+            for (i, strain) in self.lifted_strain.iter().enumerate() {
+                let slope = (strain.eps - self.strain[i]) / scheme.h;
+                let rate = Dual64::new(now.strain_rate[i], slope);
+                self.shift[i] = scheme.viscous_shift_at(eta, *strain, rate);
+                (self.strain[i], self.strain_rate[i]) = (strain.eps, slope);
             }
+            let base = self.dashpots.as_ref().unwrap_or(&self.rod);
+            viscous.set_viscous(base, Dual64::from(1.0), &self.shift);
+            let forces = &mut self.lifted_forces;
+            viscous.gradient(&self.lifted, &self.frames, simulation.derivatives(), forces);
+            let drag = if scheme.averages() { Dual64::from(0.0) } else { self.damping.mass };
+            for i in simulation.free() {
+                let v = Dual64::new(now.v[i], self.v[i]);
+                self.unbalanced[i] = (forces[i] + drag * self.rod.mass()[i] * v).eps;
+            }
+        } else if scheme.averages() {
+            self.unbalanced.fill(0.0);
         }
         S::rebase(&mut self.frames, &self.lifted);
     }

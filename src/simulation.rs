@@ -9,7 +9,7 @@ use crate::rod::{Energies, Rod};
 use crate::scalar::Scalar;
 use crate::scene::Scheme;
 use crate::scene::supports::Moment;
-use crate::scheme::{Formulas, Stage};
+use crate::scheme::{END, Formulas};
 use crate::state::State;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -64,8 +64,11 @@ pub struct Damping<D> {
 #[derive(Clone, Debug)]
 pub struct Simulation<D: Scalar, R: Rod<D, W>, const W: usize> {
     rod: R,
-    /// The rod with Kelvin-Voigt stress over the current step; only when damped.
+    /// The rod with Kelvin-Voigt stress over the current step, or of an averaging scheme that stress
+    /// alone; only when damped.
     viscous: Option<R>,
+    /// What that stress alone is made from.
+    dashpots: Option<R>,
     free: Range<usize>,
     damping: Damping<D>,
     scheme: Scheme,
@@ -119,13 +122,13 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         // What iterations need room for.
         let n = if direct.is_some() { 0 } else { q.len() };
         let mut state = State::at_rest(q, frames);
-        rod.gradient(&state.q, &state.frames, derivatives, &mut state.unbalanced);
         let viscous = (damping.stiffness.value() > 0.0).then(|| {
             rod.strains(&state.q, &state.frames, &mut state.strain);
             state.strain_rate = vec![D::from(0.0); state.strain.len()];
-            rod.clone()
+            if scheme == Scheme::AverageVectorField { rod.dashpots() } else { rod.clone() }
         });
-        Self {
+        let mut simulation = Self {
+            dashpots: viscous.clone().filter(|_| scheme == Scheme::AverageVectorField),
             rod,
             viscous,
             free,
@@ -148,7 +151,9 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             correction: vec![D::from(0.0); n],
             rounding: vec![0.0; n],
             stages: Vec::new(),
-        }
+        };
+        simulation.find_forces();
+        simulation
     }
 
     /// Leaves the factors of the step's tangent at its solution behind, as sensitivities need it.
@@ -160,14 +165,31 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     pub fn drive(&mut self, drive: Drive) {
         drive.velocities(self.state.time, &mut self.state.v);
         self.drive = Some(drive);
-        self.find_strain_rates();
+        self.find_forces();
     }
 
-    /// The strain rates of the velocities at the start.
-    fn find_strain_rates(&mut self) {
-        if self.viscous.is_some() {
-            let State { q, frames, v, strain_rate, .. } = &mut self.state;
-            strain_rates(&self.rod, (&*q, &*frames), v, self.length, strain_rate);
+    /// The forces that the next step counts by its start.
+    fn find_forces(&mut self) {
+        let Self { state, rod, viscous, dashpots, shift, .. } = self;
+        let State { q, frames, v, strain, strain_rate, unbalanced, .. } = state;
+        let scheme = Formulas::new(self.scheme, self.beta, 1.0);
+        match viscous {
+            Some(viscous) => {
+                let eta = self.damping.stiffness;
+                for (shift, (strain, rate)) in shift.iter_mut().zip(strain.iter().zip(strain_rate))
+                {
+                    *shift = scheme.viscous_shift_at(eta, *strain, *rate);
+                }
+                viscous.set_viscous(dashpots.as_ref().unwrap_or(rod), D::from(1.0), shift);
+                viscous.gradient(q, frames, self.derivatives, unbalanced);
+            }
+            None if self.scheme == Scheme::AverageVectorField => unbalanced.fill(D::from(0.0)),
+            None => rod.gradient(q, frames, self.derivatives, unbalanced),
+        }
+        if self.scheme == Scheme::NewmarkBeta {
+            for i in self.free.clone() {
+                unbalanced[i] += self.damping.mass * rod.mass()[i] * v[i];
+            }
         }
     }
 
@@ -187,9 +209,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     pub fn formulas<E: Scalar>(&self, beta: E) -> Formulas<E> {
         Formulas::new(self.scheme, beta, self.state.time - self.previous.time)
     }
-    /// The forces on the way through the last step, one per stage of an averaging scheme.
+    /// The forces on the way through the last step, one per stage of an averaging scheme, and the
+    /// viscous ones at its end.
     pub fn stages(&self) -> &[StageForces<D, W>] {
         &self.stages
+    }
+    /// What the viscous stress of an averaging scheme is made from.
+    pub fn dashpots(&self) -> Option<&R> {
+        self.dashpots.as_ref()
     }
     /// The unknowns that move.
     pub fn free(&self) -> Range<usize> {
@@ -238,14 +265,9 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// ignored.
     pub fn set_velocity(&mut self, v: &[D]) {
         for i in self.free.clone() {
-            // The forces that direct schemes keep are without damping.
-            if self.direct.is_none() {
-                let change = v[i] - self.state.v[i];
-                self.state.unbalanced[i] += self.damping.mass * self.rod.mass()[i] * change;
-            }
             self.state.v[i] = v[i];
         }
-        self.find_strain_rates();
+        self.find_forces();
     }
 
     /// Kinetic energy now, J.
@@ -267,7 +289,25 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// All energies now, J.
     pub fn energies(&self) -> Energies {
         let kinetic = self.kinetic_energy();
-        Energies { kinetic, ..self.rod.energies(&self.state.q, &self.state.frames) }
+        let mut energies = self.rod.energies(&self.state.q, &self.state.frames);
+        energies.potential += self.state.wound;
+        Energies { kinetic, ..energies }
+    }
+
+    /// No less than the energy, J, of a change of all coordinates by `part` of themselves that
+    /// takes `h`, s.
+    pub(crate) fn energy_of_motion_by(&self, part: f64, h: f64) -> f64 {
+        let State { q, frames, .. } = &self.state;
+        let n = q.len();
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        self.rod.tangent(q, frames, self.derivatives, &mut gradient, &mut tangent);
+        let mut forces = vec![0.0; n];
+        tangent.absolute_product(q, &mut forces);
+        let of = |i: usize| {
+            let (mass, q) = (self.rod.mass()[i].value(), q[i].value().abs());
+            forces[i] * q + mass * (q / h) * (q / h)
+        };
+        0.5 * part * part * self.free.clone().map(of).sum::<f64>()
     }
 
     /// Advances to `time`, s. On an error the state is what it was before the step.
@@ -288,6 +328,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             Ok(_) if !is_finite(&self.state.v) => Error::Unstable { time },
             Ok(work) => match self.check_folds() {
                 Ok(()) => {
+                    self.state.wound += self.rod.wound(&self.previous.q, &self.state.q);
                     self.work += Work { steps: 1, ..work };
                     return Ok(());
                 }
@@ -307,6 +348,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             return Err(error);
         }
         self.finish(&scheme);
+        self.state.wound = self.previous.wound + self.rod.wound(&self.previous.q, &self.state.q);
         self.work.steps += 1;
         Ok(())
     }
@@ -345,20 +387,19 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             drive.advance::<D, R, W>(from, to, q, frames);
             drive.velocities(time, v);
         }
-        if !scheme.averages() {
-            self.set_viscous(scheme, scheme.stages[0]);
-        }
+        self.set_viscous(scheme);
     }
 
-    /// The rod with the viscous stress at a stage.
-    fn set_viscous(&mut self, scheme: &Formulas<D>, stage: Stage) {
+    /// The rod with the viscous stress at the end of the step.
+    fn set_viscous(&mut self, scheme: &Formulas<D>) {
         if let Some(viscous) = &mut self.viscous {
             let eta = self.damping.stiffness;
             let before = self.previous.strain.iter().zip(&self.previous.strain_rate);
             for (shift, (strain, rate)) in self.shift.iter_mut().zip(before) {
-                *shift = scheme.viscous_shift(eta, *strain, *rate, stage);
+                *shift = scheme.viscous_shift(eta, *strain, *rate);
             }
-            viscous.set_viscous(&self.rod, scheme.viscous_factor(eta, stage), &self.shift);
+            let base = self.dashpots.as_ref().unwrap_or(&self.rod);
+            viscous.set_viscous(base, scheme.viscous_factor(eta), &self.shift);
         }
     }
 
@@ -378,23 +419,26 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.work.gradients += usize::from(!with_tangent);
     }
 
-    /// The mean gradient over the straight way from the start of the step to its end.
+    /// The mean gradient over the straight way from the start of the step to its end, and the viscous
+    /// forces at the end.
     fn average(&mut self, scheme: &Formulas<D>, with_tangent: bool) {
         let n = self.gradient.len();
         if self.stages.is_empty() {
             let q = vec![D::from(0.0); n];
             let forces = StageForces { gradient: q.clone(), q, tangent: BandMatrix::zeros(n) };
-            self.stages = vec![forces; scheme.stages.len()];
+            self.stages = vec![forces; scheme.stages.len() + usize::from(self.viscous.is_some())];
         }
         self.gradient.fill(D::from(0.0));
         if with_tangent {
             self.tangent.clear();
         }
-        for (k, stage) in scheme.stages.iter().enumerate() {
-            self.set_viscous(scheme, *stage);
-            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+        for (k, forces) in self.stages.iter_mut().enumerate() {
+            let (rod, stage) = match (scheme.stages.get(k), &self.viscous) {
+                (None, Some(viscous)) => (viscous, &END),
+                (stage, _) => (&self.rod, stage.unwrap_or(&END)),
+            };
             let frames = &self.state.frames;
-            let StageForces { q, gradient, tangent } = &mut self.stages[k];
+            let StageForces { q, gradient, tangent } = forces;
             let ends = self.previous.q.iter().zip(&self.state.q);
             for (q, (start, end)) in q.iter_mut().zip(ends) {
                 *q = *start + (*end - *start) * stage.place;
@@ -555,11 +599,14 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         if self.viscous.is_some() {
             self.rod.strains(&state.q, &state.frames, &mut state.strain);
             state.strain_rate.clear();
-            state.strain_rate.extend((0..state.strain.len()).map(|i| {
-                scheme.rate(state.strain[i] - previous.strain[i], previous.strain_rate[i])
-            }));
+            let changes = state.strain.iter().zip(&previous.strain).map(|(s1, s0)| *s1 - *s0);
+            state.strain_rate.extend(changes.map(|change| change * (1.0 / scheme.h)));
+            self.find_forces();
+            self.work.gradients += 1;
+        } else if scheme.averages() {
+            state.unbalanced.fill(D::from(0.0));
         }
-        R::rebase(&mut state.frames, &state.q);
+        R::rebase(&mut self.state.frames, &self.state.q);
     }
 }
 

@@ -13,11 +13,14 @@ pub struct State<D, F> {
     pub frames: F,
     /// Velocities, m/s (rad/s).
     pub v: Vec<D>,
-    /// Elastic gradient less loads plus damping: minus the force that accelerates, N.
+    /// Elastic gradient less loads plus damping: minus the force that accelerates, N. Direct schemes
+    /// leave the damping out; of an average it is half of the viscous force alone.
     pub unbalanced: Vec<D>,
     /// Strains; empty without Kelvin-Voigt damping.
     pub strain: Vec<D>,
-    /// Strain rates, 1/s; empty without Kelvin-Voigt damping.
+    /// What whole turns of the rod add to the potential of its loads, J.
+    pub wound: f64,
+    /// Mean strain rates over the step that ended here, 1/s; empty without Kelvin-Voigt damping.
     pub strain_rate: Vec<D>,
 }
 
@@ -31,6 +34,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
             unbalanced: zero,
             q,
             frames,
+            wound: 0.0,
             strain: Vec::new(),
             strain_rate: Vec::new(),
         }
@@ -39,6 +43,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
     /// Copies `other` without allocating.
     pub fn restore(&mut self, other: &Self) {
         self.time = other.time;
+        self.wound = other.wound;
         self.q.clone_from(&other.q);
         self.frames.clone_from(&other.frames);
         self.v.clone_from(&other.v);

@@ -564,7 +564,8 @@ where
     R: Rod<f64, W, Seeded = S>,
     S: Rod<Dual64, W>,
 {
-    match simulation.step_to(time).and_then(|()| guard.check(simulation)) {
+    let at_last = halvings == HALVINGS;
+    match simulation.step_to(time).and_then(|()| guard.check(simulation, at_last)) {
         Ok(()) => {
             guard.accept();
             taken.push(time);
@@ -572,7 +573,7 @@ where
         }
         Err(error) => {
             simulation.step_back();
-            if halvings == HALVINGS {
+            if at_last {
                 return Err(error);
             }
             let middle = 0.5 * (simulation.state().time + time);

@@ -1,8 +1,12 @@
 //! Energy, orders in the step, and damping against theory.
 
-use rodfit::Problem;
 use rodfit::model::Model;
-use rodfit::scene::{Clamp, Scene, Scheme, Time};
+use rodfit::output::SimulationReport;
+use rodfit::scene::{
+    Clamp, Initial, InitialState, Material, Motion, PointForce, Scene, Scheme, Section, Shape,
+    Support, Time,
+};
+use rodfit::{Error, Problem, Trajectory};
 
 mod common;
 use common::{cantilever, cantilever_with, planar};
@@ -289,4 +293,182 @@ fn work_per_step_stays_what_it_is() {
         assert_eq!(with.newton_iterations, work.newton_iterations);
         assert_eq!(with.factorizations, work.newton_iterations + work.steps);
     }
+}
+
+/// A whole run with its report, and how it ended.
+fn run(scene: &Scene) -> (SimulationReport, Result<(), Error>) {
+    let problem = scene.problem().unwrap();
+    let mut report = SimulationReport::new(&problem);
+    let mut run = Trajectory::new(&problem, &[], &[]).unwrap();
+    let steps = problem.time().unwrap().steps();
+    let outcome = run.run(&problem, steps, |now| report.push(&problem, now));
+    report.finish(&run, &outcome);
+    (report, outcome)
+}
+
+fn totals(report: &SimulationReport) -> Vec<f64> {
+    report.energy.iter().map(|e| e[1..].iter().sum()).collect()
+}
+
+fn newmark(beta: f64, end: f64, step: f64) -> Option<Time> {
+    Some(Time { beta, ..Time::new(end, step) })
+}
+
+/// A nitinol wire that a force bent, let go, under Kelvin-Voigt damping of up to 16 times the time
+/// sound takes along an edge: nothing but damping takes energy, and it takes the same at every step
+/// and in both schemes that know it.
+#[test]
+fn kelvin_voigt_damping_of_a_stiff_wire() {
+    let shape = Shape::Straight { length: 0.35, direction: [1.0, 0.0, 0.0] };
+    let mut scene =
+        Scene::new(50, shape, Section::Circle { radius: 5e-4 }, Material::new(6450.0, 6.2e10));
+    scene.loads.gravity = [0.0, -9.81, 0.0];
+    scene.initial = Initial { state: InitialState::Equilibrium, ..Initial::default() };
+    scene.initial.point = vec![PointForce { force: [0.0, -0.12, 0.0], ..PointForce::default() }];
+    let mut dissipated = |scheme, step, eta| {
+        scene.loads.damping.stiffness = eta;
+        scene.time = Some(Time { scheme, ..Time::new(0.6, step) });
+        let (report, outcome) = run(&scene);
+        outcome.unwrap_or_else(|error| panic!("{scheme:?}, {step} s, {eta} s: {error}"));
+        let total = totals(&report);
+        let kinetic = report.energy.iter().map(|e| e[1]).fold(0.0, f64::max);
+        let rise = total.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+        assert!(rise < 1e-3 * kinetic, "{scheme:?}, {step} s, {eta} s: {:e}", rise / kinetic);
+        total[0] - total[total.len() - 1]
+    };
+    for eta in [1e-5, 1e-4, 4e-4] {
+        let exact = dissipated(Scheme::NewmarkBeta, 1e-4, eta);
+        for scheme in [Scheme::NewmarkBeta, Scheme::AverageVectorField] {
+            let errors = [1e-3, 5e-4].map(|step| dissipated(scheme, step, eta) / exact - 1.0);
+            println!(
+                "{eta} s, {scheme:?}: {errors:.4?} of the dissipation at steps of 1 and 0.5 ms"
+            );
+            assert!(errors[0].abs() < 0.1 && errors[1].abs() < 0.03, "{errors:?}");
+        }
+    }
+}
+
+/// Arcs sprung into another shape, and thrown, at steps that have many solutions: above beta = 1/2
+/// too the energy does not come out of nothing.
+#[test]
+fn no_energy_out_of_nothing() {
+    let arc = |length, angle| Shape::Arc { length, angle };
+    let mut sprung = Scene::new(
+        10,
+        arc(2.0, 4.4),
+        Section::Circle { radius: 0.0057 },
+        Material::new(312.0, 1e9),
+    );
+    (sprung.supports.start, sprung.supports.end) = (Support::Roller, Support::Pinned);
+    sprung.supports.clamp = Clamp::Nodes;
+    sprung.supports.roller = Some([-0.95, 0.85, 0.0]);
+    sprung.loads.gravity = [0.0, -1.0, 0.0];
+    let shape = Some(arc(2.0, 0.64));
+    sprung.initial = Initial { state: InitialState::Shape, shape, ..Initial::default() };
+    for beta in [0.51, 0.55, 0.6, 0.75, 1.0] {
+        sprung.time = newmark(beta, 4.2, 0.06);
+        let (report, outcome) = run(&sprung);
+        let total = totals(&report);
+        let kinetic = report.energy.iter().map(|e| e[1]).fold(0.0, f64::max);
+        let (mut lowest, mut gain) = (total[0], 0.0_f64);
+        for now in &total {
+            gain = gain.max(now - lowest);
+            lowest = lowest.min(*now);
+        }
+        println!(
+            "beta {beta}: gained {:.1e} of the largest kinetic energy, {outcome:?}",
+            gain / kinetic.max(f64::MIN_POSITIVE)
+        );
+        assert!(gain <= 0.11 * kinetic, "beta {beta}: {:e}", gain / kinetic);
+        let stated =
+            matches!(outcome, Ok(()) | Err(Error::EnergyGrowth { .. } | Error::Newton { .. }));
+        assert!(stated, "{outcome:?}");
+    }
+}
+
+/// A dead moment spins a rod about its hinge, beyond half turns and whole ones: its work is `M phi`,
+/// and `phi = M t^2/(2 I)`.
+#[test]
+fn a_dead_moment_spins_a_hinged_rod() {
+    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+    let mut scene =
+        Scene::new(12, shape, Section::Circle { radius: 0.01 }, Material::new(1273.52, 1e9));
+    scene.supports.start = Support::Pinned;
+    let moment = 0.5;
+    scene.loads.point = vec![PointForce { moment: [0.0, 0.0, moment], ..PointForce::default() }];
+    for (scheme, beta, step) in [
+        (Scheme::NewmarkBeta, 0.5, 5e-4),
+        (Scheme::NewmarkBeta, 0.6, 5e-4),
+        (Scheme::AverageVectorField, 0.5, 5e-4),
+        (Scheme::Rodas4, 0.5, 5e-4),
+        (Scheme::Verlet, 0.5, 1e-5),
+    ] {
+        for sign in [1.0, -1.0] {
+            scene.loads.point[0].moment[2] = sign * moment;
+            scene.time = Some(Time { scheme, beta, ..Time::new(1.0, step) });
+            let (report, outcome) = run(&scene);
+            outcome.unwrap_or_else(|error| panic!("{scheme:?}: {error}"));
+            let work = -report.energy.last().unwrap()[5];
+            let inertia = 1273.52 * std::f64::consts::PI * 1e-4 * 0.5_f64.powi(3) / 3.0;
+            let exact = moment * moment / (2.0 * inertia);
+            println!(
+                "{scheme:?}: {:.3} turns, off by {:.1e}",
+                work / moment / std::f64::consts::TAU,
+                work / exact - 1.0
+            );
+            assert!(work > 2.0 * std::f64::consts::TAU * moment);
+            assert!((work / exact - 1.0).abs() < 0.02, "{scheme:?}: {work} {exact}");
+            if beta == 0.5 {
+                assert!(report.energy_drift() < 1e-3, "{scheme:?}: {}", report.energy_drift());
+            }
+        }
+    }
+}
+
+/// A rod at rest without loads has no energy to compare rounding errors with: it stays, and no run
+/// is refused for them.
+#[test]
+fn a_rod_at_rest_stays_at_rest() {
+    let mut helix = common::helix_with(0.5, 3e-4, 0.06, Clamp::MidEdge);
+    helix.supports.end = Support::Clamped;
+    let mut plane = cantilever_with(0.5, 3e-4, 0.06, Clamp::MidEdge);
+    plane.rod.shape = Shape::Arc { length: 0.5, angle: 2.0 };
+    for mut scene in [helix, plane] {
+        scene.loads.gravity = [0.0; 3];
+        for state in [InitialState::Rest, InitialState::Equilibrium] {
+            scene.initial.state = state;
+            for (scheme, beta) in [
+                (Scheme::NewmarkBeta, 0.5),
+                (Scheme::NewmarkBeta, 0.8),
+                (Scheme::AverageVectorField, 0.5),
+                (Scheme::Rodas4, 0.5),
+            ] {
+                scene.time = Some(Time { scheme, beta, ..scene.time.unwrap() });
+                let (report, outcome) = run(&scene);
+                outcome.unwrap_or_else(|error| panic!("{scheme:?}: {error}"));
+                assert_eq!(report.energy_drift(), 0.0);
+                assert_eq!(report.energy_in_words(), "the rod stays where it is");
+            }
+        }
+    }
+}
+
+/// What a summary says of the energy: an error is a change that nothing explains.
+#[test]
+fn energy_in_words() {
+    let mut scene = cantilever_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
+    let words = |scene: &Scene| run(scene).0.energy_in_words();
+    let kept = words(&scene);
+    assert!(kept.starts_with("energy kept to ") && kept.ends_with("of the largest kinetic energy"));
+    scene.time = newmark(0.75, 0.2, 1e-3);
+    assert!(words(&scene).starts_with("beta = 0.75 took "), "{}", words(&scene));
+    scene.loads.damping.mass = 1.0;
+    assert!(words(&scene).starts_with("damping took "), "{}", words(&scene));
+    scene.supports.motion = vec![Motion {
+        end: rodfit::scene::End::Start,
+        displacement: [0.0, 0.1, 0.0],
+        ramp: Some(0.1),
+        ..Motion::default()
+    }];
+    assert!(words(&scene).starts_with("energy went from "), "{}", words(&scene));
 }

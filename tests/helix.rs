@@ -156,6 +156,9 @@ impl Rod<f64, 10> for PublishedRod {
     fn strains(&self, q: &[f64], frames: &Frames<f64>, strains: &mut Vec<f64>) {
         self.0.strains(q, frames, strains);
     }
+    fn dashpots(&self) -> Self {
+        Self(self.0.dashpots())
+    }
     fn set_viscous(&mut self, elastic: &Self, factor: f64, shift: &[f64]) {
         self.0.set_viscous(&elastic.0, factor, shift);
     }

@@ -55,9 +55,14 @@ fn differences(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
             let (above, below) = (side(h), side(-h));
             above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * h)).collect()
         };
-        // Angles and times in steps that stay within a time step, where the interpolant is smooth.
-        let positive = residuals.unknowns()[i].parameter.is_positive();
-        let h = if positive { 8e-3 } else { 4e-4 };
+        // Angles and times in steps that stay within a time step, where the interpolant is smooth. The
+        // misfit depends on beta so little that rounding errors of its gradients need twice the step.
+        let parameter = residuals.unknowns()[i].parameter;
+        let h = match parameter {
+            Beta => 8e-4,
+            _ if parameter.is_positive() => 8e-3,
+            _ => 4e-4,
+        };
         let (coarse, fine, finest) = (central(h), central(0.5 * h), central(0.25 * h));
         let twice = |k: usize| {
             let [a, b] = [(4.0 * fine[k] - coarse[k]) / 3.0, (4.0 * finest[k] - fine[k]) / 3.0];

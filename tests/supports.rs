@@ -7,6 +7,8 @@ use rodfit::scene::{
 use rodfit::{Equilibrium, Parameter, Point};
 use std::f64::consts::PI;
 
+mod common;
+
 /// A straight rod of unit length and bending stiffness, without weight.
 fn unit_rod(segments: usize, slenderness: f64) -> Scene {
     let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
@@ -215,7 +217,7 @@ fn end_twist() {
         scene.material.poisson_ratio = Some(0.3);
         scene.supports.end = Support::Clamped;
         let twist = 2.0 * PI * turns;
-        let (displacement, ramp) = ([0.01, 0.0, 0.0], Some(1e-3));
+        let (displacement, ramp) = ([0.01, 0.0, 0.0], Some(4e-3));
         scene.supports.motion = vec![Motion { twist, displacement, ramp, ..Motion::default() }];
         let found = rest(&scene);
         let exact = 0.5 * (1.0 / 1.3) * twist * twist;
@@ -223,7 +225,7 @@ fn end_twist() {
         println!("{turns} turns: {:.3e}", found.energies.twist / exact - 1.0);
         assert!((found.energies.twist / exact - 1.0).abs() < 1e-9);
         assert_eq!((found.model.as_str(), found.stable), ("spatial", Some(true)));
-        // In one step of implicit Euler.
+        // In two steps of implicit Euler.
         scene.time = Some(Time { beta: 1.0, ..Time::new(0.4, 2e-3) });
         let mut twists = Vec::new();
         let problem = scene.problem().unwrap();
@@ -396,4 +398,71 @@ fn natural_twist() {
     // From the middle of the first edge to the middle of the last.
     assert!((angle / (8.0 * 29.0 / 29.5) - 1.0).abs() < 1e-9, "{angle}");
     assert!(rest(&scene).energy.abs() < 1e-12);
+}
+
+/// A wall that shakes faster than the steps can see stands still for them: refused by name, with the
+/// step it needs; where they see it badly, said.
+#[test]
+fn walls_faster_than_the_step() {
+    let scene = |motion: Motion, step: f64| {
+        let mut scene = unit_rod(10, 1e-3);
+        scene.material.density = 1.0 / (PI * 1e-6);
+        scene.time = Some(Time::new(20.0 * step, step));
+        scene.supports.motion = vec![Motion { end: End::Start, ..motion }];
+        scene
+    };
+    let displacement = [0.0, 1e-3, 0.0];
+    let swing = |f: f64| Motion { displacement, frequency: Some(f), ..Motion::default() };
+    let ramp = |t: f64| Motion { displacement, ramp: Some(t), ..Motion::default() };
+    for (motion, key, needed) in [
+        (swing(1000.0), "supports.motion[0].frequency: found 1000 Hz", "2.500e-4 s"),
+        (swing(500.0), "supports.motion[0].frequency: found 500 Hz", "5.000e-4 s"),
+        (swing(251.0), "supports.motion[0].frequency: found 251 Hz", "9.960e-4 s"),
+        (ramp(5e-4), "supports.motion[0].ramp: found 0.0005 s", "2.500e-4 s"),
+        (ramp(1.9e-3), "supports.motion[0].ramp: found 0.0019 s", "9.500e-4 s"),
+    ] {
+        let error = scene(motion, 1e-3).problem().unwrap().simulate().expect_err(key).to_string();
+        assert!(error.starts_with(key) && error.contains(needed), "{error}");
+    }
+    for (motion, key) in [
+        (swing(250.0), Some("supports.motion[0].frequency: 250 Hz")),
+        (swing(51.0), Some("a time.step of 9.804e-4 s")),
+        (swing(50.0), None),
+        (ramp(2e-3), Some("supports.motion[0].ramp: 0.002 s")),
+        (ramp(1e-2), None),
+        (Motion { displacement: [0.0; 3], ..swing(1e4) }, None),
+    ] {
+        let problem = scene(motion, 1e-3).problem().unwrap();
+        problem.simulate().unwrap();
+        let warnings = rodfit::output::SimulationReport::new(&problem).warnings;
+        assert_eq!(warnings.len(), usize::from(key.is_some()), "{warnings:?}");
+        assert!(key.is_none_or(|key| warnings[0].contains(key)), "{warnings:?}");
+    }
+    // At rest nothing is stepped.
+    rest(&scene(ramp(5e-4), 1e-3));
+}
+
+/// A fit to a rod on a shaken wall takes no coarse step that does not see the wall move, and passes
+/// the warning on.
+#[test]
+fn fits_on_shaken_walls() {
+    for (frequency, warned) in [(10.0, true), (5.0, false)] {
+        let mut scene = unit_rod(10, 1e-3);
+        scene.material.density = 1.0 / (PI * 1e-6);
+        scene.supports.motion = vec![Motion {
+            end: End::Start,
+            displacement: [0.0, 0.002, 0.0],
+            frequency: Some(frequency),
+            ..Motion::default()
+        }];
+        scene.time = Some(Time::new(1.5, 1e-2));
+        let problem = scene.problem().unwrap();
+        let data = common::record(&problem.simulate().unwrap(), 60);
+        let unknown = rodfit::Unknown::new(Parameter::YoungsModulus);
+        let report = rodfit::Fit::new(&problem).observe(data).identify(unknown).solve().unwrap();
+        let found = report.estimate(Parameter::YoungsModulus).unwrap().value.unwrap();
+        assert!((found / scene.material.youngs_modulus - 1.0).abs() < 1e-6, "{report}");
+        let words = |w: &String| w.starts_with("supports.motion[0].frequency: 10 Hz");
+        assert_eq!(report.warnings.iter().any(words), warned, "{:?}", report.warnings);
+    }
 }

@@ -82,16 +82,12 @@ impl fmt::Display for Summary<'_> {
         if let Some([t, x, y, z]) = report.last_tip() {
             writeln!(f, "tip at t = {t} s: ({x:.6}, {y:.6}, {z:.6}) m")?;
         }
-        writeln!(
-            f,
-            "energy changed by {:.1e} of the largest kinetic energy; length {} m",
-            report.energy_drift(),
-            problem.length()
-        )?;
+        writeln!(f, "{}; length {} m", report.energy_in_words(), problem.length())?;
         write!(
             f,
             "{} steps, {} Newton iterations, {:.3} s: {}",
             report.steps, report.newton_iterations, report.wall_seconds, report.status
-        )
+        )?;
+        report.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
     }
 }

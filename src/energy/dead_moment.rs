@@ -2,7 +2,7 @@
 //!
 //! Energy: `E = -M phi` with the angle `phi` of an edge, counter-clockwise from its direction at
 //! rest. The element knows the angle in (-pi, pi] only; the rod's potential counts it on from edge
-//! to edge (`PlanarRod::energies`). In space a constant moment has no potential (Ziegler 1968), hence no
+//! to edge (`PlanarRod::energies`), and a simulation beyond whole turns of the first (`Rod::wound`). In space a constant moment has no potential (Ziegler 1968), hence no
 //! element there.
 //!
 //! Hand derivation: `grad phi = n = perp(e)/|e|^2` and `Hess phi = -(u n' + n u')`, `u = e/|e|^2`.

@@ -1,6 +1,6 @@
 //! What an optimum is worth: errors, doubts and a verdict.
 
-use super::doubts::{bounds_reached, surprises, test_residuals, unexplained};
+use super::doubts::{bounds_reached, steps_too_large, surprises, test_residuals, unexplained};
 use super::experiment::all;
 use super::grade::{Doubts, Weight};
 use super::journal::Stage;
@@ -65,6 +65,7 @@ impl Fit {
         bounds_reached(&self.unknowns, optimum, &local, &mut doubts);
         unexplained(search, optimum, &mut doubts);
         surprises(&self.unknowns, optimum, &mut doubts);
+        steps_too_large(search.experiments, &mut doubts);
         // Rounding errors are neither noise nor made by another mesh.
         if !search.is_rounding(optimum) {
             report.residual_tests = test_residuals(search, optimum, &mut doubts);

@@ -77,11 +77,12 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<
             scene = problem.remeshed(coarse)?;
         }
     }
+    let good = scene.supports.largest_good_step();
     let beta_is_known = unknowns.iter().all(|u| u.parameter != Parameter::Beta);
     if let Some(time) = &mut scene.time
         && beta_is_known
     {
-        let step = (first / COARSE_STEPS).max(time.step);
+        let step = (first / COARSE_STEPS).min(good).max(time.step);
         // The scheme damps like (beta - 1/2) h.
         time.beta = 0.5 + (time.beta - 0.5) * time.step / step;
         if stability_limit(time.scheme).is_some() {

@@ -104,6 +104,15 @@ pub(super) fn times(factor: f64) -> String {
     }
 }
 
+/// Recorded motions whose supports move too fast for the steps.
+pub(super) fn steps_too_large(experiments: &[Experiment], doubts: &mut Doubts) {
+    for experiment in experiments.iter().filter(|e| e.moves()) {
+        for words in experiment.problem.warnings() {
+            doubts.add(Weight::Numerics, experiment.key(&words));
+        }
+    }
+}
+
 /// Tests every coordinate of a measurement, whose residuals these are, for being noise.
 fn residual_tests(
     experiment: &Experiment,

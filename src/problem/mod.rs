@@ -376,11 +376,21 @@ impl Problem {
         Err(error.in_file(self.scene.path.as_deref()))
     }
 
+    /// What speaks against a simulation of the scene, though it can be made: steps that follow the
+    /// motion of a support badly.
+    pub fn warnings(&self) -> Vec<String> {
+        let time = self.scene.time.as_ref();
+        time.map_or(Vec::new(), |time| self.scene.supports.step_warnings(time.step))
+    }
+
     /// The scene's `[time]`.
     pub fn time(&self) -> Result<&Time, Error> {
+        let (file, supports) = (self.scene.path.as_deref(), &self.scene.supports);
         if self.scene.initial.state != InitialState::Equilibrium {
-            let file = self.scene.path.as_deref();
-            self.scene.supports.check_start().map_err(|error| error.in_file(file))?;
+            supports.check_start().map_err(|error| error.in_file(file))?;
+        }
+        if let Some(time) = &self.scene.time {
+            supports.check_step(time.step).map_err(|error| error.in_file(file))?;
         }
         self.scene.time.as_ref().ok_or_else(|| {
             Error::invalid("time", "no such table", "[time] with end and step, to simulate")

@@ -137,11 +137,20 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// has infinite energy; a large step does.
     fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
+    /// By how much the potential of the loads in [`energies`](Rod::energies) is short, J, after a step
+    /// in which an angle it counts has started over.
+    fn wound(&self, _before: &[D], _now: &[D]) -> f64 {
+        0.0
+    }
+
     /// Elastic energies and the potential of the loads; kinetic energy zero.
     fn energies(&self, q: &[D], frames: &Self::Frames) -> Energies;
 
     /// Writes the strains of all elements, in the order [`set_viscous`](Rod::set_viscous) expects.
     fn strains(&self, q: &[D], frames: &Self::Frames, strains: &mut Vec<D>);
+
+    /// The same stiffnesses without loads and natural strains: its energy is that of a rate of strain.
+    fn dashpots(&self) -> Self;
 
     /// Becomes `elastic` with every stiffness times `factor` and every natural strain
     /// `(natural + shift[i]) / factor`.

@@ -11,6 +11,7 @@ use crate::energy::{
 };
 use crate::scalar::{Nestable, Scalar};
 use num_dual::Dual64;
+use std::f64::consts::TAU;
 
 /// Half-bandwidth of the planar tangent.
 pub const HALF_BANDWIDTH: usize = 5;
@@ -153,12 +154,17 @@ impl<D: Nestable> PlanarRod<D> {
         }
     }
 
+    /// The angle of the first edge from its direction at rest, in (-pi, pi], rad.
+    fn first_angle(&self, q: &[D]) -> f64 {
+        let first = DeadMoment { moment: D::from(-1.0), rest: self.heading };
+        first.energy(unknowns(q, 0)).value()
+    }
+
     /// The potential of the moments, J: angles are counted on from the first edge's, beyond half
     /// turns, by the turning angles of the joints.
     fn moment_potential(&self, q: &[D]) -> f64 {
         let Some(last) = self.moment.iter().map(|(i, _)| *i).max() else { return 0.0 };
-        let first = DeadMoment { moment: D::from(-1.0), rest: self.heading };
-        let mut angle = first.energy(unknowns(q, 0)).value();
+        let mut angle = self.first_angle(q);
         let mut potential = 0.0;
         for j in 0..=last {
             if j > 0 {
@@ -314,6 +320,16 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         self.bend.iter().enumerate().position(struck).map(|i| i + 1)
     }
 
+    /// A hinged rod turns beyond half a turn, where its first angle jumps.
+    fn wound(&self, before: &[D], now: &[D]) -> f64 {
+        if self.moment.is_empty() {
+            return 0.0;
+        }
+        let turns = ((self.first_angle(before) - self.first_angle(now)) / TAU).round();
+        let moments: f64 = self.moment.iter().map(|(_, m)| m.moment.value()).sum();
+        -TAU * turns * moments
+    }
+
     fn energies(&self, q: &[D], (): &()) -> Energies {
         fn sum<D: Scalar, E: Element<D, N>, const N: usize>(elements: &[E], q: &[D]) -> f64 {
             elements.iter().enumerate().map(|(i, e)| e.energy(unknowns(q, i)).value()).sum()
@@ -333,6 +349,16 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             e.strain(&[x1 - x0, y1 - y0])
         }));
         strains.extend(self.bend.iter().enumerate().map(|(i, e)| e.strain(unknowns(q, i))));
+    }
+
+    fn dashpots(&self) -> Self {
+        let mut rod = self.clone();
+        let zero = D::from(0.0);
+        rod.stretch.iter_mut().for_each(|e| e.natural_strain = zero);
+        rod.bend.iter_mut().for_each(|e| e.natural_curvature = zero);
+        rod.load.iter_mut().for_each(|load| load.force = [zero; 2]);
+        rod.moment.clear();
+        rod
     }
 
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {

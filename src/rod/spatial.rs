@@ -465,6 +465,15 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         );
     }
 
+    fn dashpots(&self) -> Self {
+        let mut rod = self.clone();
+        let zero = D::from(0.0);
+        rod.stretch.iter_mut().for_each(|e| e.natural_strain = zero);
+        rod.joint.iter_mut().for_each(|joint| joint.natural = [zero; 3]);
+        rod.load.iter_mut().for_each(|load| load.force = [zero; 3]);
+        rod
+    }
+
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
         let (stretch_shift, joint_shift) = shift.split_at(elastic.stretch.len());
         for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift)
