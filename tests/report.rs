@@ -1,6 +1,6 @@
 //! The page of a fit, and the evidence it is drawn from.
 
-use rodfit::fit::{Analysis, Sample, Seen};
+use rodfit::fit::{Analysis, Recording, Sample, Seen, Vertical};
 use rodfit::report::fit_page;
 use rodfit::scene::Time;
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem};
@@ -83,6 +83,16 @@ fn the_page_has_everything_in_order() {
     assert!(!page.contains("<b>\"tip\""));
     // Two coordinates with three drawings each, a profile, the search, the scan and the shapes.
     assert_eq!(page.matches("<svg").count(), 2 * 3 + 4);
+    // Every drawing has a name of its own for who cannot see it.
+    let names: Vec<&str> = page.split("role=\"img\" aria-label=\"").skip(1).collect();
+    let mut names: Vec<&str> = names.iter().map(|n| n.split('"').next().unwrap()).collect();
+    assert_eq!(names.len(), page.matches("<svg").count());
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), 2 * 3 + 4);
+    assert!(names.contains(&"&lt;b&gt;&quot;tip&quot; &amp; co&lt;/b&gt;.csv, x: what is left"));
+    // On narrow screens cells say which column they stand in.
+    assert!(page.contains("<td data-head=\"95 % interval\">"));
     for axis in ["x", "y"] {
         for title in ["data and model", "what is left", "correlation of what is left"] {
             assert!(page.contains(&format!("<h4>{axis}: {title}</h4>")), "{axis} {title}");
@@ -207,4 +217,108 @@ fn the_evidence_is_the_fitted_model() {
     assert_eq!(json["evidence"]["series"][1]["over"], "time");
     assert_eq!(json["evidence"]["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(json["basins"]["list"][0]["seen"], "fit");
+}
+
+/// How a file was read, and how much was seen, stands beside what was run.
+#[test]
+fn the_page_says_how_files_were_read() {
+    let (problem, _) = &*FITTED;
+    let run = problem.simulate().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tip.csv");
+    let mut text = "frame,x[px],y[px]\n10,100,100\n".to_string();
+    for k in 1..=20_u32 {
+        let (x, _) = run.at(Point::Tip, 0.02 * f64::from(k)).unwrap();
+        let pixel = |x: f64| (x / 1e-3 + 100.0).round();
+        text += &format!("{},{},{}\n", 12 + k, pixel(x[0]), 200.0 - pixel(x[1]));
+    }
+    std::fs::write(&path, text).unwrap();
+    let recording = Recording {
+        fps: Some(50.0),
+        scale: Some(1e-3),
+        origin: Some([100.0, 100.0, 0.0]),
+        y: Some(Vertical::Down),
+        time_zero: Some(12.0),
+    };
+    let fit = Fit::new(problem)
+        .observe(recording.read(&path).unwrap())
+        .identify(Parameter::YoungsModulus)
+        .keep_evidence()
+        .solve()
+        .unwrap();
+    let page = fit_page(&fit, "pixels");
+    is_whole(&page);
+    let words = "tip.csv: 20 points, 40 values; 50 frames a second; 1.00 mm a pixel; \
+                 origin at (100, 100, 0); y down; motion from 12 on its clock";
+    assert!(page.contains(words), "{page}");
+}
+
+/// What is drawn in red has its warning on top: outliers that are no noise, but without memory.
+#[test]
+fn every_red_test_has_its_warning() {
+    let (problem, _) = &*FITTED;
+    let run = problem.simulate().unwrap();
+    let mut state = 7_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f64 / f64::from(1_u32 << 24) - 0.5
+    };
+    let sample = |k: u32| {
+        let time = 2e-3 * f64::from(k);
+        let (x, _) = run.at(Point::Tip, time).unwrap();
+        let mut off = || if random() > 0.45 { 0.05 * random() } else { 1e-3 * random() };
+        Sample { time, position: [Some(x[0] + off()), Some(x[1] + off()), None] }
+    };
+    let mut sample = sample;
+    let report = Fit::new(problem)
+        .observe(Observation::new((1..=200).map(&mut sample).collect()))
+        .identify(Parameter::YoungsModulus)
+        .keep_evidence()
+        .solve()
+        .unwrap();
+    let red: Vec<_> = report.residual_tests.iter().filter(|t| !t.passed).collect();
+    assert!(red.iter().any(|t| t.is_noise()), "{:?}", report.residual_tests);
+    for test in red {
+        let named =
+            |w: &String| w.contains(&test.verdict) && w.contains(&format!(", {}: ", test.axis));
+        assert!(report.warnings.iter().any(named), "{test:?} {:?}", report.warnings);
+    }
+}
+
+/// Two markers whose noise is estimated are weighted anew on the way, which is drawn as if they had
+/// had their last weights from the beginning.
+#[test]
+fn the_search_comes_down_in_one_weighting() {
+    let (problem, _) = &*FITTED;
+    let run = problem.simulate().unwrap();
+    let marker = |point: Point, noise: f64| {
+        let sample = |k: u32| {
+            let time = 0.01 * f64::from(k);
+            let (x, _) = run.at(point, time).unwrap();
+            let off = noise * (f64::from(k * k) * 2.4).sin();
+            Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
+        };
+        Observation::new((1..=40).map(sample).collect()).at(point)
+    };
+    let report = Fit::new(problem)
+        .observe(marker(Point::Tip, 1e-4))
+        .observe(marker(Point::Node(4), 3e-3))
+        .identify(Parameter::YoungsModulus)
+        .keep_evidence()
+        .solve()
+        .unwrap();
+    let history = &report.evidence.as_ref().unwrap().history;
+    let full: Vec<_> = history.iter().filter(|i| i.stage == "full model").collect();
+    let mut same = 0;
+    for pair in full.windows(2) {
+        let [before, after] = [pair[0], pair[1]];
+        // Where the weights change the place does not.
+        if before.values == after.values {
+            same += 1;
+            assert!((after.misfit / before.misfit - 1.0).abs() < 1e-9, "{before:?} {after:?}");
+        }
+    }
+    assert!(same > 0, "{full:?}");
+    // At the end, residuals are of the size of their sigmas.
+    assert!((full[full.len() - 1].rms() - 1.0).abs() < 0.1, "{full:?}");
 }

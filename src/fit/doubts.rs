@@ -159,6 +159,12 @@ pub(super) fn test_residuals(
                     tests.observation, tests.axis, tests.verdict
                 );
                 doubts.add(Weight::Misfit, words);
+            } else if !tests.passed {
+                let words = format!(
+                    "{}, {}: {}: some values may be far off; a robust loss (huber, cauchy) shows which",
+                    tests.observation, tests.axis, tests.verdict
+                );
+                doubts.add(Weight::Note, words);
             }
             all.push(tests);
         }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Points of a series beyond this are thinned out.
 const MOST_POINTS: usize = 2000;
 /// Room for the labels, so that charts above each other line up.
-const MARGINS: [f64; 2] = [78.0, 16.0];
+const MARGINS: [f64; 2] = [88.0, 16.0];
 /// Decades of a logarithmic axis below its top that are shown.
 const DECADES: f64 = 12.0;
 
@@ -269,7 +269,7 @@ fn inline(svg: &str) -> String {
     };
     match (value("width"), value("height")) {
         (Some(width), Some(height)) => format!(
-            "<svg viewBox=\"0 0 {width} {height}\" style=\"max-width:{width}px\" role=\"img\">{body}"
+            "<svg viewBox=\"0 0 {width} {height}\" style=\"max-width:{width}px;--width:{width}\" role=\"img\">{body}"
         ),
         _ => String::new(),
     }

@@ -18,8 +18,9 @@ const FLAT: f64 = 1e-6;
 const SEEN: &str = "var(--seen)";
 const MODEL: &str = "var(--model)";
 
-/// A drawing with words above and below it; the words are HTML.
-pub(super) fn figure(title: &str, svg: &str, caption: &str) -> String {
+/// A drawing with words above and below it, and its `name` for who cannot see it; all words are HTML.
+pub(super) fn figure(title: &str, name: &str, svg: &str, caption: &str) -> String {
+    let svg = svg.replacen("role=\"img\"", &format!("role=\"img\" aria-label=\"{name}\""), 1);
     format!("<figure><h4>{title}</h4>{svg}<figcaption>{caption}</figcaption></figure>\n")
 }
 
@@ -73,11 +74,17 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         .band(-band, band)
         .stems(lags.iter().copied(), SEEN)
         .dots(lags.iter().copied(), SEEN, 3.0);
+    let parts = [series.experiment.as_str(), series.label.as_str()];
+    let of: Vec<String> = parts.into_iter().filter(|p| !p.is_empty()).map(escaped).collect();
+    let figure = |what: &str, svg: &str, caption: &str| {
+        let title = format!("{name}: {what}");
+        figure(&title, &format!("{}, {title}", of.join(", ")), svg, caption)
+    };
     let sigma = Scale::of(series.sigma, &series.unit);
     format!(
         "<div class=\"series\"><div>{}{}</div><div>{}{}</div></div>\n",
         figure(
-            &format!("{name}: data and model"),
+            "data and model",
             &both.svg(),
             &format!(
                 "<i class=\"dot seen\"></i>seen <i class=\"{} model\"></i>model",
@@ -85,7 +92,7 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
             ),
         ),
         figure(
-            &format!("{name}: what is left"),
+            "what is left",
             &left.svg(),
             &format!(
                 "in units of \u{3c3} = {} {}; the band is \u{b1}2 \u{3c3}",
@@ -96,7 +103,7 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         match lags.is_empty() {
             true => String::new(),
             false => figure(
-                &format!("{name}: correlation of what is left"),
+                "correlation of what is left",
                 &correlation.svg(),
                 "white noise stays in the band, \u{b1}1.96/\u{221a}n, 95 % of the time",
             ),
@@ -167,8 +174,10 @@ pub(super) fn profile(profile: &Profile, estimate: Option<&Estimate>) -> String 
     for end in estimate.and_then(|e| e.profile95).into_iter().flatten().flatten() {
         chart = chart.mark(end / scale.factor);
     }
+    let name = escaped(&profile.label);
     figure(
-        &escaped(&profile.label),
+        &name,
+        &format!("likelihood profile of {name}"),
         &chart.svg(),
         "dots are fits of all others; dashed: the 95 % level, and where it is crossed",
     )
@@ -196,7 +205,7 @@ pub(super) fn history(evidence: &Evidence) -> String {
         legend += &format!("<i class=\"dot\" style=\"background:{color}\"></i>{} ", escaped(stage));
     }
     let words = format!("{legend}\u{2013} each over the part of the record it looks at");
-    figure("Convergence", &chart.svg(), &words)
+    figure("Convergence", "convergence of the search", &chart.svg(), &words)
 }
 
 /// What the scan saw over one unknown.
@@ -224,8 +233,10 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
     if let Some(value) = value {
         chart = chart.mark(value / factor);
     }
+    let name = escaped(&landscape.label);
     figure(
-        &format!("Scan over {}", escaped(&landscape.label)),
+        &format!("Scan over {name}"),
+        &format!("misfit in the scan over {name}"),
         &chart.svg(),
         "coarse model over the first period, the other unknowns at their best; dashed: the fit",
     )
@@ -260,7 +271,10 @@ pub(super) fn shapes(report: &FitReport, evidence: &Evidence) -> String {
         planes.truncate(2);
         // A rod that stays straight along an axis.
         let planes = if planes.is_empty() { vec![[0, 1]] } else { planes };
-        let draw = |plane: &[usize; 2]| projection(&shapes, &seen, *plane, planes.len() > 1);
+        let draw = |plane: &[usize; 2]| {
+            let what = (&shapes[..], &seen[..], experiment);
+            projection(what, *plane, planes.len() > 1)
+        };
         let title = if experiment.is_empty() {
             String::new()
         } else {
@@ -280,9 +294,9 @@ pub(super) fn shapes(report: &FitReport, evidence: &Evidence) -> String {
     }
 }
 
+/// Shapes and sightings of an experiment in one plane.
 fn projection(
-    shapes: &[&Shape],
-    seen: &[[Option<f64>; 3]],
+    (shapes, seen, experiment): (&[&Shape], &[[Option<f64>; 3]], &str),
     [a, b]: [usize; 2],
     narrow: bool,
 ) -> String {
@@ -299,7 +313,10 @@ fn projection(
     }
     let both = seen.iter().filter_map(|x| Some((of(x[a]?), of(x[b]?))));
     let chart = chart.dots(both, SEEN, 1.8);
-    figure(&format!("{}{} plane", names[a], names[b]), &chart.svg(), "")
+    let title = format!("{}{} plane", names[a], names[b]);
+    let of =
+        if experiment.is_empty() { String::new() } else { format!(" of {}", escaped(experiment)) };
+    figure(&title, &format!("the rod{of} in the {title}"), &chart.svg(), "")
 }
 
 /// From blue over violet to orange.

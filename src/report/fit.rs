@@ -1,18 +1,18 @@
 //! The page of a fit: what to believe first, then the numbers, then what they rest on.
 
 use super::number::{Scale, quantity, short};
-use super::{escaped, figures};
-use crate::fit::{Basin, Estimate, Evidence, FitReport, Profile, ResidualTests, Seen};
+use super::{escaped, figures, page, section};
+use crate::fit::{
+    Basin, Estimate, Evidence, FitReport, Grade, Measured, Profile, Recording, ResidualTests, Seen,
+    Vertical,
+};
 
-const STYLE: &str = include_str!("fit.css");
 const NONE: &str = "\u{2013}";
 
 /// A self-contained HTML page of a fit. `title` says which, such as the fit file's name. Data,
 /// model and the search are shown if the fit [kept its evidence](crate::Fit::keep_evidence).
 pub fn fit_page(report: &FitReport, title: &str) -> String {
-    let title = escaped(title);
-    let mut body = format!("<header><p class=\"kind\">Fit</p><h1>{title}</h1></header>\n");
-    body += &verdict(report);
+    let mut body = verdict(report);
     body += &section("Parameters", &parameters(report));
     let evidence = report.evidence.as_ref();
     if let Some(evidence) = evidence {
@@ -29,12 +29,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
         body += &section("The rod at the optimum", &figures::shapes(report, evidence));
     }
     body += &section("What was run", &run(report, evidence));
-    format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
-         <meta name=\"color-scheme\" content=\"light dark\"><title>Fit: {title}</title>\n\
-         <style>{STYLE}</style></head>\n<body><main>\n{body}</main></body></html>\n"
-    )
+    page("Fit", &escaped(title), &body)
 }
 
 /// By its name, with its experiments.
@@ -42,16 +37,12 @@ fn estimate<'a>(report: &'a FitReport, label: &str) -> Option<&'a Estimate> {
     report.parameters.iter().find(|e| e.label() == label)
 }
 
-fn section(title: &str, content: &str) -> String {
-    format!("<section><h2>{title}</h2>\n{content}\n</section>\n")
-}
-
 /// Whether to believe it, and everything that speaks against it.
 fn verdict(report: &FitReport) -> String {
-    let class = match (report.is_success(), report.warnings.is_empty()) {
-        (true, true) => "good",
-        (true, false) => "doubt",
-        (false, _) => "bad",
+    let class = match report.grade {
+        Grade::Trustworthy => "good",
+        grade if grade.is_usable() => "doubt",
+        _ => "bad",
     };
     let items = |words: &mut dyn Iterator<Item = &String>| -> String {
         words.map(|words| format!("<li>{}</li>\n", escaped(words))).collect()
@@ -63,8 +54,10 @@ fn verdict(report: &FitReport) -> String {
         false => format!("<h3>{title}</h3>\n<ul>\n{items}</ul>\n"),
     };
     format!(
-        "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{}</p><p>{}</p>\n{}{}</section>\n",
-        escaped(&report.verdict),
+        "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{}</p><p>{}</p>\n\
+         <p class=\"note\">{}</p>\n{}{}</section>\n",
+        escaped(&capitalised(&report.grade.to_string())),
+        escaped(&capitalised(&report.verdict)),
         escaped(&report.status),
         list("Warnings", warnings),
         list("Not determined by these data", unknown),
@@ -152,21 +145,23 @@ fn parameters(report: &FitReport) -> String {
         .map(|(head, cell)| (*head, rows().map(|(i, (e, scale))| cell(i, e, scale)).collect()))
         .filter(|(_, cells): &(&str, Vec<Option<String>>)| cells.iter().any(Option::is_some))
         .collect();
-    let head: String = cells.iter().map(|(head, _)| format!("<th>{head}</th>")).collect();
+    let heads: String = cells.iter().map(|(head, _)| format!("<th>{head}</th>")).collect();
+    // For narrow screens, where every cell stands on a line of its own.
+    let head = |k: usize| format!(" data-head=\"{}\"", cells[k].0);
     let body: String = rows()
         .map(|(i, (e, _))| {
             let known = e.value.is_some();
             let cell = |(k, (_, cells)): (usize, &(&str, Vec<Option<String>>))| match &cells[i] {
-                Some(text) if known || k > 0 => format!("<td>{text}</td>"),
-                _ if k == 0 => "<td class=\"bad\">not identifiable</td>".to_string(),
-                _ => format!("<td>{NONE}</td>"),
+                Some(text) if known || k > 0 => format!("<td{}>{text}</td>", head(k)),
+                _ if k == 0 => format!("<td class=\"bad\"{}>not identifiable</td>", head(k)),
+                _ => format!("<td{}>{NONE}</td>", head(k)),
             };
             let cells: String = cells.iter().enumerate().map(cell).collect();
             format!("<tr><th>{}</th>{cells}</tr>\n", escaped(&e.label()))
         })
         .collect();
     format!(
-        "<div class=\"wide\"><table id=\"parameters\"><thead><tr><th>parameter</th>{head}</tr></thead>\n\
+        "<div class=\"wide\"><table id=\"parameters\" class=\"cards\"><thead><tr><th>parameter</th>{heads}</tr></thead>\n\
          <tbody>{body}</tbody></table></div>\n{}",
         left_over(report)
     )
@@ -312,6 +307,23 @@ fn capitalised(words: &str) -> String {
         .map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
 
+/// How much was measured, and how the file was read.
+fn measured(measured: &Measured) -> String {
+    let Measured { label, points, values, recording } = measured;
+    let mut words = vec![format!("{label}: {points} points, {values} values")];
+    if let Some(Recording { fps, scale, origin, y, time_zero }) = recording {
+        words.extend(fps.map(|fps| format!("{fps} frames a second")));
+        words.extend(scale.map(|scale| format!("{} a pixel", quantity(scale, "m"))));
+        words.extend(origin.map(|[x, y, z]| format!("origin at ({x}, {y}, {z})")));
+        words.extend(y.map(|y| match y {
+            Vertical::Up => "y up".to_string(),
+            Vertical::Down => "y down".to_string(),
+        }));
+        words.extend(time_zero.map(|t| format!("motion from {t} on its clock")));
+    }
+    words.join("; ")
+}
+
 fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     let mut row = |key: &str, value: String| rows.push((key.into(), escaped(&value)));
@@ -322,7 +334,9 @@ fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
         if let Some(scene) = &setup.scene {
             row("scene", scene.clone());
         }
-        row("observations", setup.observations.join(", "));
+        for measured in &setup.measured {
+            row("measured", self::measured(measured));
+        }
         row("model", setup.model.clone());
         if let Some(scheme) = &setup.scheme {
             row("scheme", scheme.clone());

@@ -9,6 +9,24 @@ mod study;
 pub use fit::fit_page;
 pub use study::study_page;
 
+const STYLE: &str = include_str!("page.css");
+
+/// A whole page; `title` and `body` are HTML.
+fn page(kind: &str, title: &str, body: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
+         <meta name=\"color-scheme\" content=\"light dark\"><title>{kind}: {title}</title>\n\
+         <style>{STYLE}</style></head>\n<body><main>\n\
+         <header><p class=\"kind\">{kind}</p><h1>{title}</h1></header>\n{body}</main></body></html>\n"
+    )
+}
+
+/// A part of a page; both are HTML.
+fn section(title: &str, content: &str) -> String {
+    format!("<section><h2>{title}</h2>\n{content}\n</section>\n")
+}
+
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,51 +1,64 @@
 //! The page of a study.
 
-use super::escaped;
-use crate::study::{self, Study};
-use kuva::prelude::{Layout, LinePlot, Plot, ScatterPlot, SvgBackend, render_multiple};
+use super::chart::Chart;
+use super::figures::figure;
+use super::{escaped, page, section};
+use crate::study::{self, Row, Study};
 
-const COLORS: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+/// Colours of the schemes.
+const COLORS: usize = 6;
 
 /// A self-contained HTML page of a study: advice first, then the work-precision plot and all runs.
 pub fn study_page(study: &Study, scene: &str) -> String {
     let advice: String =
         study.advice_lines().iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+    let body = format!(
+        "<section class=\"verdict good\" id=\"advice\"><p class=\"words\">Speed against error</p>\n\
+         <ul>\n{advice}</ul>\n<p class=\"note\">The reference, extrapolated from meshes finer than any \
+         other, is good to {:.1e} of the length or better.</p></section>\n",
+        study.reference_error
+    );
+    let body = body
+        + &section("Work and precision", &work_precision(study))
+        + &section("All runs", &table(study));
+    page("Study", &escaped(scene), &body)
+}
+
+fn table(study: &Study) -> String {
     let number = |x: Option<f64>| x.map_or("failed".into(), |x| format!("{x:.2e}"));
-    let rows: String = study
-        .rows
-        .iter()
-        .map(|row| {
-            format!(
-                "<tr><td>{}</td><td>{:.3e}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>\
-                 <td>{:.2e}</td><td>{}</td><td>{:.1e}</td><td>{}</td></tr>\n",
-                study::name(row),
-                row.step,
-                row.segments,
-                number(row.error),
-                number(row.step_error),
-                number(Some(row.mesh_error)),
-                row.wall_seconds,
-                row.newton_iterations,
-                row.energy_drift,
-                escaped(&row.status)
-            )
-        })
-        .collect();
+    let heads = [
+        "scheme",
+        "step, s",
+        "segments",
+        "error / length",
+        "of the step",
+        "of the mesh",
+        "time, s",
+        "Newton iterations",
+        "energy",
+        "status",
+    ];
+    let row = |row: &Row| {
+        let cells = [
+            study::name(row),
+            format!("{:.3e}", row.step),
+            row.segments.to_string(),
+            number(row.error),
+            number(row.step_error),
+            number(Some(row.mesh_error)),
+            format!("{:.2e}", row.wall_seconds),
+            row.newton_iterations.to_string(),
+            format!("{:.1e}", row.energy_drift),
+            escaped(&row.status),
+        ];
+        let cell = |(cell, head): (&String, &str)| format!("<td data-head=\"{head}\">{cell}</td>");
+        let rest: String = cells[1..].iter().zip(&heads[1..]).map(|(c, h)| cell((c, h))).collect();
+        format!("<tr><th>{}</th>{rest}</tr>\n", cells[0])
+    };
     format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <title>Speed against error: {scene}</title><style>\
-         body{{font:15px sans-serif;max-width:1000px;margin:2em auto;padding:0 1em}}\
-         table{{border-collapse:collapse}}td,th{{padding:.2em .7em;text-align:right}}\
-         tr:nth-child(even){{background:#f3f3f3}}</style></head><body>\n\
-         <h1>Speed against error</h1><p>{scene}</p>\n<ul>\n{advice}</ul>\n\
-         <p>The reference, extrapolated from meshes finer than any other, is good to {:.1e} of the length \
-         or better.</p>\n{}\n<table><tr><th>scheme</th><th>step, s</th><th>segments</th>\
-         <th>error/L</th><th>of the step</th><th>of the mesh</th><th>time, s</th>\
-         <th>Newton iterations</th><th>energy</th><th>status</th></tr>\n{rows}</table>\n\
-         </body></html>\n",
-        study.reference_error,
-        work_precision(study),
-        scene = escaped(scene),
+        "<div class=\"wide\"><table class=\"cards\"><thead><tr>{}</tr></thead>\n<tbody>{}</tbody></table></div>",
+        heads.map(|head| format!("<th>{head}</th>")).concat(),
+        study.rows.iter().map(row).collect::<String>()
     )
 }
 
@@ -53,12 +66,13 @@ pub fn study_page(study: &Study, scene: &str) -> String {
 fn work_precision(study: &Study) -> String {
     let mut names: Vec<String> = study.rows.iter().map(study::name).collect();
     names.dedup();
-    let mut plots: Vec<Plot> = Vec::new();
-    for (name, color) in names.into_iter().zip(COLORS) {
-        let own = study.rows.iter().filter(|row| study::name(row) == name);
-        let mut points: Vec<(f64, f64)> = own
-            .filter_map(|row| Some((row.wall_seconds, row.error.filter(|e| *e > 0.0)?)))
-            .collect();
+    let mut chart = Chart::new("time, s", "tip error / length").log(true, true).size(760.0, 460.0);
+    let mut legend = String::new();
+    for (k, name) in names.iter().enumerate() {
+        let color = format!("var(--scheme{})", k % COLORS);
+        let own = study.rows.iter().filter(|row| study::name(row) == *name);
+        let mut points: Vec<(f64, f64)> =
+            own.filter_map(|row| Some((row.wall_seconds, row.error?))).collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut best = f64::INFINITY;
         let front: Vec<(f64, f64)> = points
@@ -70,14 +84,14 @@ fn work_precision(study: &Study) -> String {
                 better
             })
             .collect();
-        plots.push(Plot::Scatter(ScatterPlot::new().with_data(points).with_color(color)));
-        plots
-            .push(Plot::Line(LinePlot::new().with_data(front).with_color(color).with_legend(name)));
+        chart = chart.line(front, &color).dots(points, &color, 3.5);
+        legend += &format!("<i class=\"dot\" style=\"background:{color}\"></i>{} ", escaped(name));
     }
-    let layout = Layout::auto_from_plots(&plots)
-        .with_log_scale()
-        .with_x_label("time, s")
-        .with_y_label("tip error over length")
-        .with_title("work and precision");
-    SvgBackend::default().render_scene(&render_multiple(plots, layout))
+    let words = format!("{legend}\u{2013} dots are runs; lines join the best of each scheme");
+    figure(
+        "Error of the tip over the time it takes",
+        "error over time of all runs",
+        &chart.svg(),
+        &words,
+    )
 }
