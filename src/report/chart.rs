@@ -11,6 +11,8 @@ use std::sync::Arc;
 const MOST_POINTS: usize = 2000;
 /// Room for the labels, so that charts above each other line up.
 const MARGINS: [f64; 2] = [88.0, 16.0];
+/// Drawings wider than this have no room for a label beside the y axis on narrow screens.
+const BROAD: f64 = 600.0;
 /// Decades of a logarithmic axis below its top that are shown.
 const DECADES: f64 = 12.0;
 
@@ -268,9 +270,14 @@ fn inline(svg: &str) -> String {
         rest.split_once('"').map(|(value, _)| value.to_string())
     };
     match (value("width"), value("height")) {
-        (Some(width), Some(height)) => format!(
-            "<svg viewBox=\"0 0 {width} {height}\" style=\"max-width:{width}px;--width:{width}\" role=\"img\">{body}"
-        ),
+        (Some(width), Some(height)) => {
+            let broad = width.parse::<f64>().is_ok_and(|width| width > BROAD);
+            let class = if broad { " class=\"broad\"" } else { "" };
+            format!(
+                "<svg{class} viewBox=\"0 0 {width} {height}\" \
+                 style=\"max-width:{width}px;--width:{width}\" role=\"img\">{body}"
+            )
+        }
         _ => String::new(),
     }
 }

@@ -87,8 +87,9 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
             "data and model",
             &both.svg(),
             &format!(
-                "<i class=\"dot seen\"></i>seen <i class=\"{} model\"></i>model",
-                if modes { "dot" } else { "stroke" }
+                "<i class=\"dot seen\"></i>seen <i class=\"{} model\"></i>model{}",
+                if modes { "dot" } else { "stroke" },
+                if up.unit.is_empty() { String::new() } else { format!(", in {}", up.unit) }
             ),
         ),
         figure(

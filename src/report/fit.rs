@@ -152,7 +152,9 @@ fn parameters(report: &FitReport) -> String {
         .map(|(i, (e, _))| {
             let known = e.value.is_some();
             let cell = |(k, (_, cells)): (usize, &(&str, Vec<Option<String>>))| match &cells[i] {
-                Some(text) if known || k > 0 => format!("<td{}>{text}</td>", head(k)),
+                Some(text) if known || k > 0 => {
+                    format!("<td{}><span>{text}</span></td>", head(k))
+                }
                 _ if k == 0 => format!("<td class=\"bad\"{}>not identifiable</td>", head(k)),
                 _ => format!("<td{}>{NONE}</td>", head(k)),
             };
