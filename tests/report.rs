@@ -251,6 +251,7 @@ fn the_page_says_how_files_were_read() {
     let words = "tip.csv: 20 points, 40 values; 50 frames a second; 1.00 mm a pixel; \
                  origin at (100, 100, 0); y down; motion from 12 on its clock";
     assert!(page.contains(words), "{page}");
+    assert!(page.contains("tip.csv: rows 1 before time_zero"), "{page}");
 }
 
 /// What is drawn in red has its warning on top: outliers that are no noise, but without memory.

@@ -357,6 +357,9 @@ fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
             ),
         );
     }
+    for dropped in &report.dropped {
+        row("left out", format!("{}: rows {}", dropped.observation, dropped.rows));
+    }
     row("work", format!("{:.1} simulations", report.simulations));
     row("time", format!("{} s", short(report.wall_seconds)));
     if let Some(evidence) = evidence {
