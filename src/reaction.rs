@@ -11,7 +11,8 @@
 //! over the held nodes `i`, with the tangent `t` of a held edge and the point `c` of the support:
 //! the middle of the outermost edge where a wall cuts it, and the end of the rod otherwise. What a
 //! cut edge has inside of the wall, half of its mass, weighs on the wall and not on the rod: it is
-//! left out, so that force and moment at rest balance the rod from the wall on. (The rotational
+//! left out, so that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress
+//! is that of the mean strain rates over the step that ended. (The rotational
 //! inertia of a held edge that is turned about itself is left out too.)
 
 use crate::model::Model;
