@@ -273,3 +273,94 @@ fn both_routes_move_the_same() {
             .unwrap()
     );
 }
+
+/// A spring far from the origin: distances of a centimetre at coordinates of kilometres.
+struct Far {
+    rest_length: f64,
+    wrong: f64,
+}
+
+impl rodfit::Energy<4> for Far {
+    fn energy<D: Scalar>(&self, q: &[D; 4]) -> D {
+        let element =
+            Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 };
+        AsEnergy(element).energy(q)
+    }
+}
+
+impl rodfit::Analytic<4> for Far {
+    fn gradient(&self, q: &[f64; 4]) -> [f64; 4] {
+        let element =
+            Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 };
+        Element::gradient(&element, q)
+    }
+    fn hessian(&self, q: &[f64; 4]) -> [[f64; 4]; 4] {
+        let element =
+            Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 };
+        element.tangent(q).hessian.map(|row| row.map(|x| x * (1.0 + self.wrong)))
+    }
+}
+
+/// Coordinates large against distances: differences take steps in the energy's own scale, and
+/// agree; they were off by the energy itself.
+#[test]
+fn differences_take_steps_in_the_energys_own_scale() {
+    for offset in [0.0, 1.0, 1e2, 1e4, 1e6] {
+        for rest_length in [1e-2, 1.0] {
+            let spring = Far { rest_length, wrong: 0.0 };
+            let [dx, dy] = [0.9 * rest_length, 0.6 * rest_length];
+            let q = [offset, -offset, offset + dx, dy - offset];
+            let report = check(&spring, &[q], Tolerance::default());
+            assert!(report.derivatives_agree(), "{offset}: {report}");
+            assert!(report.passed(), "{offset} {rest_length}: {report}");
+            assert_eq!(report.above_count, 0);
+        }
+    }
+}
+
+/// The derivation's verdict is apart from the third opinion's, and every entry above a limit is
+/// listed, the first twenty of them.
+#[test]
+fn verdicts_are_kept_apart_and_entries_are_listed() {
+    // Differences cannot reach what is asked of them: that says nothing of the derivation.
+    let strict = Tolerance { finite_difference: 1e-16, ..Tolerance::default() };
+    let right = Far { rest_length: 0.5, wrong: 0.0 };
+    let q = [0.1, 0.2, 0.5, -0.2];
+    let report = check(&right, &[q], strict);
+    assert!(report.derivatives_agree() && !report.passed());
+    let words = report.to_string();
+    assert!(words.contains("automatic derivatives agree"), "{words}");
+    assert!(words.contains("finite differences DO NOT CONFIRM"), "{words}");
+    assert!(report.above_count > 0, "{words}");
+    assert!(report.above.iter().all(|above| above.against == "finite difference"));
+    // Sixteen entries are wrong, by either measure.
+    let wrong = Far { rest_length: 0.5, wrong: 1e-3 };
+    let one = check(&wrong, &[q], Tolerance::default());
+    assert!(!one.derivatives_agree() && !one.passed());
+    assert_eq!((one.above_count, one.above.len()), (32, 20));
+    let dual = one.above.iter().filter(|above| above.against == "dual");
+    let named: Vec<&str> = dual.map(|above| above.dof.as_str()).collect();
+    assert_eq!((named.len(), named[0], named[15]), (16, "q[0] q[0]", "q[3] q[3]"));
+    assert!(one.above.iter().all(|above| above.quantity == "hessian"));
+    let words = one.to_string();
+    assert!(
+        words.contains("derivatives DISAGREE") && words.contains("the first 20 of 32"),
+        "{words}"
+    );
+    // Errors that only duals can see.
+    let slight = check(&Far { rest_length: 0.5, wrong: 1e-9 }, &[q], Tolerance::default());
+    assert!(!slight.derivatives_agree());
+    assert_eq!((slight.above_count, slight.above.len()), (16, 16));
+    let json = serde_json::to_value(&slight).unwrap();
+    assert_eq!(json["verdicts"]["hand_dual"], "disagree");
+    assert_eq!(json["verdicts"]["finite_difference"], "agree");
+    assert_eq!(json["above"][3]["dof"], "q[0] q[3]");
+    assert!(json["max_relative_error"]["hessian"].as_f64().unwrap() > 1e-10);
+    // And of a Hessian from elsewhere.
+    let mut hessian = rodfit::Analytic::hessian(&right, &q);
+    assert!(rodfit::check::check_hessian(&right, &q, &hessian).passed());
+    hessian[1][2] += 1.0;
+    let report = rodfit::check::check_hessian(&right, &q, &hessian);
+    assert_eq!(report.above_count, 2, "{report}");
+    assert!(report.above.iter().all(|above| above.dof == "q[1] q[2]"), "{report}");
+}

@@ -1,38 +1,105 @@
 //! Central differences of fourth order over a valley of step sizes.
 
-use super::{relative, scale_of};
+use super::relative;
 
-/// Steps over the size of the unknowns.
+/// Steps over the [scale](scale) of the energy.
 pub(super) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+/// How many decades below the largest unknown a scale is looked for.
+const DECADES: i32 = 10;
+/// Steps of this part of the scale change a derivative by less than this part.
+const SMOOTH: f64 = 0.1;
+
+/// A difference with what it is compared with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Difference {
+    /// By which unknown of which component.
+    pub place: [usize; 2],
+    pub expected: f64,
+    pub found: f64,
+    /// Of `found - expected` over the size of the terms.
+    pub error: f64,
+}
+
+/// The energy's own scale at a state: the largest step, in decades below the largest unknown, up to
+/// which differences of its `gradient` stay what they are for small ones. Coordinates may be large
+/// against the distances that an energy sees. The stiffest entry of its Hessian is given.
+pub(super) fn scale<const N: usize>(
+    q: &[f64; N],
+    gradient: impl Fn(&[f64; N]) -> [f64; N],
+    stiffest: f64,
+) -> f64 {
+    let largest = q.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let largest = if largest > 0.0 { largest } else { 1.0 };
+    let near = |a: f64, b: f64, part: f64| (a - b).abs() <= part * stiffest;
+    let mut found: Option<(f64, [[[f64; 2]; N]; N])> = None;
+    // From below: far from the state an energy may be smooth again, and another.
+    for k in (0..=DECADES).rev() {
+        let scale = largest * 0.1_f64.powi(k);
+        let all: [_; N] = std::array::from_fn(|j| pairs(q, j, SMOOTH * scale, &gradient));
+        // The first to be taken must be well out of the rounding errors.
+        let part = if found.is_none() { SMOOTH * SMOOTH } else { SMOOTH };
+        let smooth = (0..N).all(|j| {
+            (0..N).all(|i| {
+                let [one, two] = all[j][i];
+                let as_before = found.as_ref().is_none_or(|(_, b)| near(one, b[j][i][0], part));
+                near(one, two, part) && as_before
+            })
+        });
+        match (smooth, &found) {
+            (true, _) => found = Some((scale, all)),
+            // Steps too small, lost in rounding errors.
+            (false, None) => {}
+            (false, Some(_)) => break,
+        }
+    }
+    found.map_or(largest, |(scale, _)| scale)
+}
+
+/// Differences over one and two steps of size `h` along unknown `j`.
+fn pairs<const N: usize, const M: usize>(
+    q: &[f64; N],
+    j: usize,
+    h: f64,
+    function: &impl Fn(&[f64; N]) -> [f64; M],
+) -> [[f64; 2]; M] {
+    // The step that is really taken.
+    let shifted = |s: f64| {
+        let mut moved = *q;
+        moved[j] += s * h;
+        (function(&moved), moved[j])
+    };
+    let ((a1, xa1), (b1, xb1)) = (shifted(1.0), shifted(-1.0));
+    let ((a2, xa2), (b2, xb2)) = (shifted(2.0), shifted(-2.0));
+    std::array::from_fn(|i| [(a1[i] - b1[i]) / (xa1 - xb1), (a2[i] - b2[i]) / (xa2 - xb2)])
+}
 
 /// Differences of `function` by every unknown at every step, against what `expected` says of the
 /// derivative by unknown `k[0]` of component `k[1]` and of the size it is measured by, given the
-/// step. Returns the largest error per step.
+/// step. Returns the largest error per step, and of every difference the best over the steps: some
+/// derivatives do not change where others do, and each has a step of its own.
 pub(super) fn difference<const N: usize, const M: usize>(
     q: &[f64; N],
+    scale: f64,
     function: impl Fn(&[f64; N]) -> [f64; M],
     expected: impl Fn([usize; 2], f64) -> (f64, f64),
-) -> [f64; STEPS.len()] {
-    STEPS.map(|step| {
-        let h = step * scale_of(q);
+) -> ([f64; STEPS.len()], [[Difference; M]; N]) {
+    let nothing = Difference { place: [0; 2], expected: 0.0, found: 0.0, error: f64::INFINITY };
+    let mut best = [[nothing; M]; N];
+    let worst = STEPS.map(|step| {
+        let h = step * scale;
         let mut worst = 0.0_f64;
         for j in 0..N {
-            // The step that is really taken.
-            let shifted = |s: f64| {
-                let mut moved = *q;
-                moved[j] += s * h;
-                (function(&moved), moved[j])
-            };
-            let ((a1, xa1), (b1, xb1)) = (shifted(1.0), shifted(-1.0));
-            let ((a2, xa2), (b2, xb2)) = (shifted(2.0), shifted(-2.0));
-            for i in 0..M {
-                let near = (a1[i] - b1[i]) / (xa1 - xb1);
-                let far = (a2[i] - b2[i]) / (xa2 - xb2);
+            for (i, [near, far]) in pairs(q, j, h, &function).into_iter().enumerate() {
+                let found = (4.0 * near - far) / 3.0;
                 let (derivative, size) = expected([j, i], h);
-                let error = relative((4.0 * near - far) / 3.0 - derivative, size);
+                let error = relative(found - derivative, size);
                 worst = worst.max(error);
+                if error <= best[j][i].error {
+                    best[j][i] = Difference { place: [j, i], expected: derivative, found, error };
+                }
             }
         }
         worst
-    })
+    });
+    (worst, best)
 }

@@ -2,7 +2,8 @@
 //!
 //! An entry's error is relative to the sum of the absolute terms that make it ([`Terms`]), so that
 //! rounding errors of a cancellation are not mistaken for a wrong formula, nor a wrong formula for
-//! rounding. [`check`] takes any energy with hand-derived derivatives, [`check_hessian`] a Hessian
+//! rounding. Finite differences are a third opinion with a verdict of its own: they say whether both
+//! derivatives are those of the energy. [`check`] takes any energy with hand-derived derivatives, [`check_hessian`] a Hessian
 //! from elsewhere, and [`check_problem`] all elements of a scene.
 
 mod finite_difference;
@@ -15,7 +16,7 @@ pub use scene::check_problem;
 pub use terms::Terms;
 
 use crate::energy::{Analytic, Energy};
-use finite_difference::{STEPS, difference};
+use finite_difference::{Difference, STEPS, difference, scale};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec64};
 use serde::{Deserialize, Serialize};
@@ -28,7 +29,7 @@ pub struct Tolerance {
     pub gradient: f64,
     /// Of Hessians, hand against dual.
     pub hessian: f64,
-    /// Of both, hand against finite differences at the best step.
+    /// Of both, hand against finite differences, each at its best step.
     pub finite_difference: f64,
 }
 
@@ -45,7 +46,7 @@ pub struct Errors {
     pub gradient: f64,
     /// Of Hessians, hand against dual.
     pub hessian: f64,
-    /// Of both, hand against finite differences at the best step.
+    /// Of both, hand against finite differences, each at its best step.
     pub finite_difference: f64,
 }
 
@@ -66,10 +67,51 @@ pub struct Worst {
     pub relative_error: f64,
 }
 
+/// A derivative whose error is above what passes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Above {
+    /// Name of the element.
+    pub element: String,
+    /// `gradient` or `hessian`.
+    pub quantity: String,
+    /// Name of the unknown, or of the two of a Hessian's entry.
+    pub dof: String,
+    /// By hand.
+    pub hand: f64,
+    /// What it is compared with: `dual` or `finite difference`.
+    pub against: String,
+    /// By that.
+    pub other: f64,
+    /// Difference over the sum of absolute terms.
+    pub relative_error: f64,
+}
+
+/// Whether two ways to a derivative agree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// At every state.
+    Agree,
+    /// Somewhere not.
+    Disagree,
+}
+
+/// What the check says of the derivation, and what the third opinion is.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Verdicts {
+    /// Hand-derived against automatic derivatives.
+    pub hand_dual: Verdict,
+    /// Hand-derived derivatives against finite differences.
+    pub finite_difference: Verdict,
+}
+
+/// So many entries above the limits are kept.
+const MOST_ABOVE: usize = 20;
+
 /// Errors of finite differences at one step size: large steps truncate, small ones round.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct ValleyPoint {
-    /// Step over the size of the unknowns.
+    /// Step over the energy's own scale, the length over which it is smooth.
     pub step: f64,
     /// Largest error of a gradient.
     pub gradient: f64,
@@ -84,6 +126,12 @@ pub struct CheckReport {
     pub max_relative_error: Errors,
     /// Absent when hand and dual agree to the last bit everywhere.
     pub worst: Option<Worst>,
+    /// What agrees.
+    pub verdicts: Verdicts,
+    /// The first twenty derivatives above the limits.
+    pub above: Vec<Above>,
+    /// How many there are.
+    pub above_count: usize,
     /// Over all states, by step size.
     pub valley: Vec<ValleyPoint>,
     /// How many states were compared.
@@ -99,6 +147,9 @@ impl CheckReport {
         Self {
             max_relative_error: Errors::default(),
             worst: None,
+            verdicts: Verdicts { hand_dual: Verdict::Agree, finite_difference: Verdict::Agree },
+            above: Vec::new(),
+            above_count: 0,
             valley: valley.to_vec(),
             states: 0,
             tolerance,
@@ -107,11 +158,12 @@ impl CheckReport {
 
     /// Whether every error is within its tolerance.
     pub fn passed(&self) -> bool {
-        let (found, allowed) = (&self.max_relative_error, &self.tolerance);
-        self.states > 0
-            && found.gradient <= allowed.gradient
-            && found.hessian <= allowed.hessian
-            && found.finite_difference <= allowed.finite_difference
+        self.derivatives_agree() && self.verdicts.finite_difference == Verdict::Agree
+    }
+
+    /// Whether hand-derived and automatic derivatives agree, whatever finite differences say.
+    pub fn derivatives_agree(&self) -> bool {
+        self.states > 0 && self.verdicts.hand_dual == Verdict::Agree
     }
 
     /// Compares one state; `element` and `dof` name it and its unknowns.
@@ -139,41 +191,60 @@ impl CheckReport {
         // A difference sees the values around the state too, so where a derivative vanishes its
         // error is measured by what it grows to within a step.
         let stiffest = (0..N).map(|i| terms.second[i][i]).fold(0.0, f64::max);
-        let by_energy = difference(
+        let scale = scale(q, |q| energy.gradient(q), stiffest);
+        let (by_energy, gradients) = difference(
             q,
+            scale,
             |q| [energy.energy(q)],
             |[j, _], h| (hand_gradient[j], terms.first[j] + h * stiffest),
         );
-        let by_gradient = difference(
+        let (by_gradient, hessians) = difference(
             q,
+            scale,
             |q| energy.gradient(q),
-            |[j, i], h| (hand_hessian[i][j], terms.second[i][j] + h / scale_of(q) * stiffest),
+            |[j, i], h| (hand_hessian[i][j], terms.second[i][j] + h / scale * stiffest),
         );
-        let mut best = [f64::INFINITY; 2];
         for (k, point) in self.valley.iter_mut().enumerate() {
             point.gradient = point.gradient.max(by_energy[k]);
             point.hessian = point.hessian.max(by_gradient[k]);
-            best = [best[0].min(by_energy[k]), best[1].min(by_gradient[k])];
         }
-        let worst = &mut self.max_relative_error.finite_difference;
-        *worst = worst.max(best[0]).max(best[1]);
+        for d in gradients.into_iter().flatten() {
+            self.third_opinion("gradient", d, element, || dof(d.place[0]));
+        }
+        for d in hessians.into_iter().flatten() {
+            let [j, i] = d.place;
+            self.third_opinion("hessian", d, element, || format!("{} {}", dof(i), dof(j)));
+        }
         self.states += 1;
     }
 
     fn entry(
         &mut self,
-        quantity: &str,
+        quantity: &'static str,
         [hand, dual]: [f64; 2],
         terms: f64,
         element: &str,
         dof: impl Fn() -> String,
     ) {
         let relative_error = relative(hand - dual, terms);
-        let largest = match quantity {
-            "gradient" => &mut self.max_relative_error.gradient,
-            _ => &mut self.max_relative_error.hessian,
+        let (largest, allowed) = match quantity {
+            "gradient" => (&mut self.max_relative_error.gradient, self.tolerance.gradient),
+            _ => (&mut self.max_relative_error.hessian, self.tolerance.hessian),
         };
         *largest = largest.max(relative_error);
+        if relative_error > allowed {
+            self.verdicts.hand_dual = Verdict::Disagree;
+            let (element, dof) = (element.to_string(), dof());
+            self.list(Above {
+                element,
+                quantity: quantity.into(),
+                dof,
+                hand,
+                against: "dual".into(),
+                other: dual,
+                relative_error,
+            });
+        }
         let before = self.worst.as_ref().map_or(0.0, |worst| worst.relative_error);
         if relative_error > before {
             let (element, dof) = (element.to_string(), dof());
@@ -181,12 +252,32 @@ impl CheckReport {
             self.worst = Some(Worst { element, quantity, dof, hand, dual, relative_error });
         }
     }
-}
 
-/// The size of the unknowns, the unit of finite-difference steps.
-fn scale_of<const N: usize>(q: &[f64; N]) -> f64 {
-    let largest = q.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    if largest > 0.0 { largest } else { 1.0 }
+    /// Takes a difference at its best step.
+    fn third_opinion(
+        &mut self,
+        quantity: &'static str,
+        d: Difference,
+        element: &str,
+        dof: impl Fn() -> String,
+    ) {
+        let largest = &mut self.max_relative_error.finite_difference;
+        *largest = largest.max(d.error);
+        if d.error > self.tolerance.finite_difference {
+            self.verdicts.finite_difference = Verdict::Disagree;
+            let (element, dof) = (element.to_string(), dof());
+            let (hand, other, relative_error) = (d.expected, d.found, d.error);
+            let (quantity, against) = (quantity.into(), "finite difference".into());
+            self.list(Above { element, quantity, dof, hand, against, other, relative_error });
+        }
+    }
+
+    fn list(&mut self, above: Above) {
+        self.above_count += 1;
+        if self.above.len() < MOST_ABOVE {
+            self.above.push(above);
+        }
+    }
 }
 
 /// An error over its scale; infinite where it should be zero, and for NaN.
@@ -261,8 +352,16 @@ pub fn check_hessian<const N: usize>(
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
-        let verdict = if self.passed() { "agree" } else { "DISAGREE" };
+        let verdict = match self.derivatives_agree() {
+            true => "agree",
+            false => "DISAGREE",
+        };
         writeln!(f, "hand-derived and automatic derivatives {verdict} at {} states", self.states)?;
+        let verdict = match self.verdicts.finite_difference {
+            Verdict::Agree => "confirm",
+            Verdict::Disagree => "DO NOT CONFIRM",
+        };
+        writeln!(f, "finite differences {verdict} the hand-derived ones")?;
         writeln!(f, "  largest error over the sum of absolute terms")?;
         writeln!(
             f,
@@ -284,6 +383,23 @@ impl fmt::Display for CheckReport {
                 f,
                 "  worst: {} of {}, {}: by hand {:e}, by num-dual {:e}",
                 w.quantity, w.element, w.dof, w.hand, w.dual
+            )?;
+        }
+        if self.above_count > self.above.len() {
+            writeln!(
+                f,
+                "  the first {} of {} above the limits:",
+                self.above.len(),
+                self.above_count
+            )?;
+        } else if self.above_count > 0 {
+            writeln!(f, "  above the limits:")?;
+        }
+        for a in &self.above {
+            writeln!(
+                f,
+                "    {} of {}, {}: by hand {:e}, by {} {:e}, error {:.1e}",
+                a.quantity, a.element, a.dof, a.hand, a.against, a.other, a.relative_error
             )?;
         }
         write!(f, "  finite-difference step      gradient   Hessian")?;
