@@ -296,6 +296,23 @@ fn what_is_held_out_is_predicted() {
 }
 
 /// Times of a scene are not needed where nothing moves, and are where something does.
+/// With its sigma given, one frequency is enough for one modulus: 2 sigma/f of it.
+#[test]
+fn one_frequency_for_one_modulus() {
+    let mut scene = cantilever_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
+    scene.loads.gravity = [0.0; 3];
+    let problem = scene.problem().unwrap();
+    let first = problem.modes(1, rodfit::modes::About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let sigma = 1e-3 * first;
+    let fit = Fit::new(&problem).observe(Frequencies::new(&[first], sigma));
+    let report = fit.identify(Parameter::YoungsModulus).solve().unwrap();
+    let estimate = &report.parameters[0];
+    let (value, error) = (estimate.value.unwrap(), estimate.std_error.unwrap());
+    assert!((value / 1e8 - 1.0).abs() < 1e-6, "{report}");
+    assert!((error / value / 2e-3 - 1.0).abs() < 1e-3 && report.is_success(), "{report}");
+    assert!(report.discretization_error[0].relative.is_some(), "{report}");
+}
+
 #[test]
 fn a_motion_needs_a_time() {
     let mut scene = rod(0.5, 0.2);

@@ -4,7 +4,7 @@
 //! nearer. Derivatives by num-dual; one set of tolerances for all 54 runs.
 //! `cargo test --release --test nist -- --nocapture` prints the table.
 
-use argmin::core::{Error, Executor, Jacobian, Operator, State};
+use argmin::core::{Error, Executor, Jacobian, Operator, State, TerminationReason};
 use num_dual::{Dual64, DualNum};
 use rodfit::fit::LevenbergMarquardt;
 use std::f64::consts::PI;
@@ -198,7 +198,7 @@ fn the_certified_values_are_right() {
 #[test]
 fn all_problems_from_both_starts() {
     println!("problem   start  digits  iterations  evaluations  ended");
-    let (mut sum, mut solved) = (0.0, 0);
+    let (mut sum, mut solved, mut unconverged) = (0.0, 0, Vec::new());
     for name in NAMES {
         let problem = Problem::read(name);
         for (k, start) in problem.starts.iter().enumerate() {
@@ -208,11 +208,18 @@ fn all_problems_from_both_starts() {
                 "{name:<9} {:>5} {digits:>7.1} {iterations:>11} {evaluations:>12}  {status}",
                 k + 1
             );
+            if status != TerminationReason::SolverConverged.text() {
+                unconverged.push((name, k + 1, status));
+            }
             sum += digits;
             solved += usize::from(digits >= 4.0);
         }
     }
     println!("{solved} of 54 to four digits or more; mean {:.2} of at most 11", sum / 54.0);
     assert_eq!(solved, 54);
+    // At the minimum to rounding, none says that it is not one; but for Lanczos1, which is fitted to
+    // the thirteenth digit of its data, where nothing tells a residual from its rounding error.
+    unconverged.retain(|(name, ..)| *name != "Lanczos1");
+    assert!(unconverged.is_empty(), "{unconverged:?}");
     assert!(sum / 54.0 >= 10.0, "{:.3}", sum / 54.0);
 }

@@ -8,13 +8,22 @@ use super::noise::{losses, residual_rms, weighted};
 use super::optimum::Optimum;
 use super::residuals::half_square;
 use super::search::Search;
+use super::setup::Setup;
 use super::uncertainty::Local;
-use super::{Estimate, Fit, FitReport, Grade, Unknown, prediction, replay};
+use super::vanishing::{Vanishing, vanishing};
+use super::{
+    Estimate, Experiment, Fit, FitReport, Grade, Measurement, Unknown, prediction, replay,
+};
 use crate::error::Error;
 
 impl Fit {
     /// What `optimum` says about the parameters, and what speaks against it.
-    pub(super) fn assess(&self, search: &Search, optimum: &Optimum) -> Result<FitReport, Error> {
+    pub(super) fn assess(
+        &self,
+        search: &Search,
+        optimum: &Optimum,
+        setup: &Setup,
+    ) -> Result<FitReport, Error> {
         let noise = self.noise(search, optimum);
         // The size of what was measured in units of the noise.
         let sizes = search.measured(optimum).map(|(experiment, m, sigma, own)| {
@@ -30,7 +39,14 @@ impl Fit {
             })
         };
         let rows = weighted(&optimum.jacobian, &noise.weights);
-        let local = Local::new(&self.unknowns, &rows, noise.variance, effect, rise)?;
+        let losses_of_all = residuals.losses();
+        let vanishing = vanishing(
+            &self.unknowns,
+            (optimum, &rows, &losses_of_all),
+            (&noise, noise.up),
+            &residuals,
+        );
+        let local = Local::new(&self.unknowns, &vanishing, &rows, noise.variance, effect, rise)?;
         if search.is_stopped() {
             // Half an analysis is none.
             return Err(Error::Interrupted);
@@ -39,35 +55,38 @@ impl Fit {
         search.estimate_sigmas(optimum, &mut sigma);
         let mut report = FitReport {
             converged: optimum.converged,
-            parameters: self.estimates(optimum, &local, noise.reach),
+            parameters: self.estimates(optimum, (&local, &vanishing), noise.reach),
             correlation: local.correlation.clone(),
             residual_rms: residual_rms(search, optimum),
             sigma,
-            units: units(search),
             singular_values: local.singular_values.clone(),
             not_identifiable: local.findings.clone(),
-            discretization_error: Vec::new(),
-            residual_tests: Vec::new(),
-            dropped: Vec::new(),
             losses: losses(search, optimum, &noise),
-            predictions: Vec::new(),
             basins: search.journal.basins(&self.unknowns, Some((&optimum.x, optimum.cost))),
-            simulations: 0.0,
-            wall_seconds: 0.0,
-            status: String::new(),
-            grade: Grade::NotUsable,
-            verdict: String::new(),
-            warnings: Vec::new(),
-            interrupted: false,
-            evidence: None,
+            ..self.bare(search)
         };
         let mut doubts = Doubts::default();
+        for estimate in &report.parameters {
+            if let Some(upper) = estimate.upper95 {
+                let words = format!(
+                    "{} cannot be told from zero: at most {upper:.3e} {} (one-sided 95 %)",
+                    estimate.label(),
+                    estimate.name.unit()
+                );
+                doubts.add(Weight::Note, words);
+            }
+        }
         bounds_reached(&self.unknowns, optimum, &local, &mut doubts);
         unexplained(search, optimum, &mut doubts);
         surprises(&self.unknowns, optimum, &mut doubts);
         steps_too_large(search.experiments, &mut doubts);
-        // Rounding errors are neither noise nor made by another mesh.
-        if !search.is_rounding(optimum) {
+        if !search.explained(optimum) {
+            setup.suspicions.iter().for_each(|words| doubts.add(Weight::Setup, words));
+        }
+        // Rounding errors are neither noise nor made by another mesh; as few values as unknowns
+        // leave nothing else.
+        let as_few = optimum.residuals.len() == self.unknowns.len();
+        if as_few || !search.is_rounding(optimum) {
             report.residual_tests = test_residuals(search, optimum, &mut doubts);
             search.jumps(optimum, &mut doubts);
             self.add_discretization(search, optimum, (&local, &noise), &mut report, &mut doubts);
@@ -109,12 +128,54 @@ impl Fit {
         };
         let mut sigma = search.sigmas.clone();
         search.estimate_sigmas(&optimum, &mut sigma);
-        let parameters = self.unknowns.iter().zip(&optimum.x).map(|(unknown, x)| Estimate {
+        let evidence =
+            self.keep_evidence.then(|| replay::evidence(search, whole.then_some(&optimum), &sigma));
+        let mut report = FitReport {
+            residual_rms: residual_rms(search, &optimum),
+            sigma,
+            status: optimum.status,
+            grade: Grade::Interrupted,
+            verdict: format!(
+                "do not believe this: these are the best values when the search was stopped ({})",
+                stage.name()
+            ),
+            interrupted: true,
+            evidence,
+            ..self.bare(search)
+        };
+        for ((estimate, unknown), x) in
+            report.parameters.iter_mut().zip(&self.unknowns).zip(&optimum.x)
+        {
+            estimate.value = Some(unknown.from_scale(*x));
+        }
+        Ok(report)
+    }
+
+    /// What recordings are worth that a search would be wasted on: what is left is all that moves
+    /// in them.
+    pub(super) fn unsearched(&self, search: &Search, words: &str) -> FitReport {
+        let left = |(e, m): (&Experiment, &Measurement)| m.size(&e.problem);
+        let left: Vec<f64> = all(search.experiments).map(left).collect();
+        FitReport {
+            residual_rms: left.iter().copied().fold(0.0, f64::max),
+            sigma: left,
+            status: format!("not to be used: {words}"),
+            verdict: words.into(),
+            warnings: vec![words.into()],
+            evidence: self.keep_evidence.then(|| replay::evidence(search, None, &search.sigmas)),
+            ..self.bare(search)
+        }
+    }
+
+    /// A report without results.
+    fn bare(&self, search: &Search) -> FitReport {
+        let parameters = self.unknowns.iter().map(|unknown| Estimate {
             name: unknown.parameter,
             experiments: unknown.experiments.clone(),
-            value: Some(unknown.from_scale(*x)),
+            value: None,
             std_error: None,
             interval95: None,
+            upper95: None,
             identifiable: false,
             prior: unknown.prior,
             observed_std_error: None,
@@ -122,14 +183,12 @@ impl Fit {
             bootstrap: None,
         });
         let n = self.unknowns.len();
-        let evidence =
-            self.keep_evidence.then(|| replay::evidence(search, whole.then_some(&optimum), &sigma));
-        Ok(FitReport {
+        FitReport {
             converged: false,
             parameters: parameters.collect(),
             correlation: vec![vec![None; n]; n],
-            residual_rms: residual_rms(search, &optimum),
-            sigma,
+            residual_rms: 0.0,
+            sigma: Vec::new(),
             units: units(search),
             singular_values: Vec::new(),
             not_identifiable: Vec::new(),
@@ -141,24 +200,27 @@ impl Fit {
             basins: search.journal.basins(&self.unknowns, None),
             simulations: 0.0,
             wall_seconds: 0.0,
-            status: optimum.status,
-            grade: Grade::Interrupted,
-            verdict: format!(
-                "do not believe this: these are the best values when the search was stopped ({})",
-                stage.name()
-            ),
+            status: String::new(),
+            grade: Grade::NotUsable,
+            verdict: String::new(),
             warnings: Vec::new(),
-            interrupted: true,
-            evidence,
-        })
+            interrupted: false,
+            evidence: None,
+        }
     }
 
-    fn estimates(&self, optimum: &Optimum, local: &Local, reach: f64) -> Vec<Estimate> {
+    fn estimates(
+        &self,
+        optimum: &Optimum,
+        (local, vanishing): (&Local, &[Option<Vanishing>]),
+        reach: f64,
+    ) -> Vec<Estimate> {
         let estimate = |(i, unknown): (usize, &Unknown)| {
             let x = optimum.x[i];
             let value = unknown.from_scale(x);
             let deviation = local.deviation[i].filter(|_| optimum.converged);
-            let known = local.deviation[i].is_some();
+            let zero = vanishing[i].and_then(|v| Some((v.value, v.upper95?)));
+            let known = local.deviation[i].is_some() || zero.is_some();
             let ends = |sd: f64| {
                 let [low, high] = unknown.parameter.limits();
                 [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high))
@@ -166,9 +228,10 @@ impl Fit {
             Estimate {
                 name: unknown.parameter,
                 experiments: unknown.experiments.clone(),
-                value: known.then_some(value),
+                value: known.then_some(zero.map_or(value, |(value, _)| value)),
                 std_error: deviation.map(|sd| sd * unknown.slope(value)),
-                interval95: deviation.map(ends),
+                interval95: zero.map(|(_, upper)| [0.0, upper]).or(deviation.map(ends)),
+                upper95: zero.map(|(_, upper)| upper),
                 identifiable: known,
                 prior: unknown.prior,
                 observed_std_error: None,

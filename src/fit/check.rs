@@ -39,9 +39,14 @@ impl Fit {
         }
         let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
         let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
-        let needed = self.unknowns.len() + 1;
+        // One more shows the noise, where that is not given.
+        let known = all(&fitted).all(|(_, m)| m.sigma().is_some());
+        let needed = self.unknowns.len() + usize::from(!known);
         if values + priors < needed {
-            let allowed = format!("at least {needed}, one more than parameters");
+            let allowed = match known {
+                true => format!("at least {needed}, as many as parameters"),
+                false => format!("at least {needed}, one more than parameters without a sigma"),
+            };
             return Err(Error::invalid("observation", format!("{values} values"), allowed));
         }
         Ok(())

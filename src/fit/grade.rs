@@ -47,6 +47,8 @@ impl fmt::Display for Grade {
 pub(super) enum Weight {
     /// The values mean nothing.
     Worthless,
+    /// Before the search something looked wrong that explains what is left.
+    Setup,
     /// Mesh and step are to blame for what is left.
     Mesh,
     /// Much of what was measured is left.
@@ -85,7 +87,7 @@ impl Doubts {
         match self.0.iter().map(|(weight, _)| *weight).min() {
             Some(Weight::Worthless) => Grade::NotUsable,
             Some(Weight::Mesh | Weight::Numerics) => Grade::RefineNumerics,
-            Some(Weight::Unexplained | Weight::Misfit | Weight::Contradiction) => {
+            Some(Weight::Setup | Weight::Unexplained | Weight::Misfit | Weight::Contradiction) => {
                 Grade::ModelDoesNotExplain
             }
             Some(Weight::Note) | None => Grade::Trustworthy,
@@ -152,6 +154,9 @@ impl FitReport {
 impl Doubts {
     /// What is wrong with the model or its set-up.
     fn of_the_model(&self) -> String {
+        if let Some(words) = self.first(Weight::Setup) {
+            return format!("much of what was observed is left, most likely as {words}");
+        }
         if self.first(Weight::Unexplained).is_some() {
             return "much of what was observed is left: something in the set-up is most likely wrong \
                     (scale, fps, origin, which point was followed, y up or down, what the scene says \

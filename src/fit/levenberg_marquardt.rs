@@ -8,7 +8,9 @@
 //!
 //! Costs can only tell steps apart that change them by more than their rounding errors, about
 //! `1e-8` of the residuals. Closer to the minimum full steps are taken as long as each promises
-//! less than the one before it; that gives the minimum to rounding.
+//! less than the one before it; that gives the minimum to rounding. Where no step lowers the cost and
+//! the full step promises no more than that, the minimum is reached; a fit that leaves nothing but
+//! rounding errors may still end with "no step lowers the cost".
 //!
 //! `cargo test --release --test nist -- --nocapture` shows what that is worth on the reference
 //! problems of NIST.
@@ -253,6 +255,11 @@ where
         }
         match failure {
             Some(error) => Err(error),
+            // What is left to gain is beyond what costs can judge.
+            None if change <= BELOW_COST * (2.0 * cost).sqrt() => {
+                let converged = TerminationReason::SolverConverged;
+                Ok((at(state, x, here).terminate_with(converged), None))
+            }
             None => {
                 let why = "no step lowers the cost, yet the gradient does not vanish".to_string();
                 let exit = TerminationReason::SolverExit(why);

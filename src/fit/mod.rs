@@ -25,6 +25,7 @@ mod measurement;
 mod observation;
 mod recording;
 mod rest_shape;
+mod setup;
 mod unknown;
 
 // The misfit and its derivatives.
@@ -60,6 +61,7 @@ mod prediction;
 mod profile;
 mod residual_tests;
 mod uncertainty;
+mod vanishing;
 
 // What is shown of it.
 mod evidence;
@@ -214,6 +216,7 @@ impl Fit {
         let clock = std::time::Instant::now();
         self.check()?;
         let fitted = self.fitted();
+        let setup = self.look(&fitted)?;
         let full_work = full_work(&fitted)?;
         let work = Rc::new(Cell::new(0.0));
         let journal = Rc::new(Journal::default());
@@ -226,11 +229,19 @@ impl Fit {
             work: work.clone(),
             progress: self.progress.clone(),
             journal: journal.clone(),
+            suspicious: !setup.suspicions.is_empty(),
         };
+        if let Some(words) = &setup.hopeless {
+            return Ok(FitReport {
+                dropped: self.dropped(),
+                ..self.unsearched(&search(&sigmas), words)
+            });
+        }
         let optimum = self.optimum(&search, &mut sigmas);
         let search = search(&sigmas);
-        let mut report = match optimum.and_then(|optimum| self.assess(&search, &optimum)) {
+        let mut report = match optimum.and_then(|optimum| self.assess(&search, &optimum, &setup)) {
             Err(Error::Interrupted) => self.unfinished(&search)?,
+            Err(error @ Error::Fit(_)) => return Err(setup.beside(error)),
             report => report?,
         };
         report.dropped = self.dropped();

@@ -15,6 +15,9 @@ use rayon::prelude::*;
 /// Candidates of the scan that are refined.
 const CANDIDATES: usize = 4;
 
+/// Simulations after which no finer search is begun: what fits has mostly been found after 50.
+const MOST_WORK: f64 = 1000.0;
+
 /// Values on the unknowns' scales, and the misfit there.
 type Candidate = (Vec<f64>, f64);
 
@@ -64,7 +67,8 @@ impl Search<'_> {
                     break;
                 }
             }
-            if best.as_ref().is_some_and(|b| self.explained(b)) {
+            let hopeless = self.suspicious || self.work.get() > MOST_WORK * self.full_work;
+            if best.as_ref().is_some_and(|b| self.explained(b) || hopeless) {
                 break;
             }
         }
@@ -145,7 +149,7 @@ impl Search<'_> {
             self.report("growing horizon");
             horizons.iter_mut().for_each(|h| *h *= effort.growth);
         }
-        let optimum = self.polish(&x)?;
+        let optimum = self.raised(self.polish(&x)?)?;
         self.journal.reach((optimum.x.clone(), optimum.cost, optimum.converged));
         Ok(optimum)
     }

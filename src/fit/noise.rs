@@ -5,7 +5,7 @@ use super::doubts::UNEXPLAINED;
 use super::experiment::all;
 use super::optimum::Optimum;
 use super::search::Search;
-use super::uncertainty::quantile95;
+use super::uncertainty::{one_sided95, quantile95};
 use super::{Experiment, Fit, Loss, LossEffect, Measurement};
 use nalgebra::DMatrix;
 
@@ -20,6 +20,8 @@ pub(super) struct Noise {
     pub rise: f64,
     /// How many standard deviations a 95 % interval reaches to each side.
     pub reach: f64,
+    /// How many it reaches up when it is open downward.
+    pub up: f64,
     /// Root of the information of every residual: below 1 under robust losses.
     pub weights: Vec<f64>,
 }
@@ -56,8 +58,9 @@ impl Fit {
         }
         weights.resize(total, 1.0);
         let robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
-        let reach = quantile95((!known).then_some(freedom));
-        Noise { variance, rise: if robust { square / slope } else { variance }, reach, weights }
+        let freedom = (!known).then_some(freedom);
+        let (reach, up) = (quantile95(freedom), one_sided95(freedom));
+        Noise { variance, rise: if robust { square / slope } else { variance }, reach, up, weights }
     }
 }
 

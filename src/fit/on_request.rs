@@ -83,7 +83,12 @@ impl Fit {
             }
         };
         let n = self.unknowns.len();
-        let Some(factors) = DMatrix::from_fn(n, n, |i, j| hessian[i][j]).cholesky() else {
+        // Of what may be zero there is no logarithm to speak of.
+        let known: Vec<usize> =
+            (0..n).filter(|i| report.parameters[*i].upper95.is_none()).collect();
+        let among = |m: &DMatrix<f64>| m.select_rows(&known).select_columns(&known);
+        let hessian = among(&DMatrix::from_fn(n, n, |i, j| hessian[i][j]));
+        let Some(factors) = hessian.cholesky() else {
             let words =
                 "the Hessian of the misfit is not positive: this is not a minimum of its own";
             return doubts.add(Weight::Worthless, words);
@@ -94,12 +99,12 @@ impl Fit {
         let covariance = match robust {
             false => noise.variance * inverse,
             true => {
-                let scatter = scatter(search, optimum);
+                let scatter = among(&scatter(search, optimum));
                 &inverse * scatter * &inverse
             }
         };
-        for (i, estimate) in report.parameters.iter_mut().enumerate() {
-            let sd = covariance[(i, i)].sqrt();
+        for (place, i) in known.into_iter().enumerate() {
+            let (sd, estimate) = (covariance[(place, place)].sqrt(), &mut report.parameters[i]);
             estimate.observed_std_error =
                 estimate.value.map(|value| sd * self.unknowns[i].slope(value));
         }

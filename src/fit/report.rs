@@ -22,6 +22,10 @@ pub struct Estimate {
     pub std_error: Option<f64>,
     /// 95 % interval in the same unit; none without convergence.
     pub interval95: Option<[f64; 2]>,
+    /// One-sided 95 % upper end of a damping that cannot be told from zero, in the same unit: the
+    /// interval is then `[0, upper95]`, and there is no standard error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper95: Option<f64>,
     /// Whether the data determine it.
     pub identifiable: bool,
     /// What was known before the data.
@@ -171,6 +175,11 @@ impl fmt::Display for FitReport {
         for (i, e) in self.parameters.iter().enumerate() {
             let unit = e.name.unit();
             match (e.value, e.std_error, e.interval95) {
+                (Some(value), None, Some([_, upper])) if e.upper95.is_some() => writeln!(
+                    f,
+                    "  {:<18} {value:.2e} {unit}   95 % at most {upper:.2e}",
+                    e.label()
+                )?,
                 (Some(value), Some(error), Some([low, high])) => writeln!(
                     f,
                     "  {:<18} {} +- {} {unit}   95 % [{}, {}]",

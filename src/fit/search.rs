@@ -23,6 +23,8 @@ pub(super) struct Search<'a> {
     pub progress: Option<Progress>,
     /// What it comes across.
     pub journal: Rc<Journal>,
+    /// Whether the set-up looks wrong: where nothing fits at first, nothing else will.
+    pub suspicious: bool,
 }
 
 /// What threads share of a search.
@@ -45,6 +47,7 @@ impl<'a> Task<'a> {
             work: Rc::default(),
             progress: None,
             journal: Rc::default(),
+            suspicious: false,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Unknown;
 use super::identifiability::{Finding, Kind, findings, sparsest, without_effect};
+use super::vanishing::Vanishing;
 use crate::error::Error;
 use faer::Mat;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -18,7 +19,7 @@ const PRACTICAL_LINEAR: f64 = 0.25;
 
 /// A direction whose standard deviation is more than this part of what is still an identification
 /// is also looked at as far as that: a long way off, the model may be flatter than it is here.
-const SUSPICIOUS: f64 = 0.1;
+pub(super) const SUSPICIOUS: f64 = 0.1;
 
 /// The local analysis of a fit.
 #[derive(Clone, Debug)]
@@ -41,11 +42,12 @@ pub(super) struct Local {
 impl Local {
     /// From the rows of the Jacobian on the unknowns' scales, residuals in units of the noise, and
     /// the variance of that noise (1 when sigma is known). `effect` is the size of the observed
-    /// motion in the same units: an unknown needs a billionth of it to have an effect.
+    /// motion in the same units: an unknown, unless it is known to be `vanishing`, needs a billionth of it to have an effect.
     /// `rise(step)` is the rise of the sum of squares by a step from the optimum, over the one that
     /// ends a 95 % interval.
     pub fn new(
         unknowns: &[Unknown],
+        vanishing: &[Option<Vanishing>],
         rows: &[Vec<f64>],
         variance: f64,
         effect: f64,
@@ -56,7 +58,9 @@ impl Local {
         let norms: Vec<f64> = (0..n).map(norm).collect();
         // A parameter without effect is out before the columns are scaled.
         let active: Vec<usize> = (0..n).filter(|j| norms[*j] > 1e-9 * effect).collect();
-        let out = (0..n).filter(|j| !active.contains(j));
+        let vanishing = |j: usize| vanishing.get(j).copied().flatten();
+        let zero = |j: usize| vanishing(j).is_some_and(|v| v.upper95.is_some());
+        let out = (0..n).filter(|j| !active.contains(j) && !zero(*j));
         let mut local = Self {
             deviation: vec![None; n],
             correlation: vec![vec![None; n]; n],
@@ -82,9 +86,11 @@ impl Local {
             active.iter().enumerate().for_each(|(a, j)| all[*j] = v[(a, k)] / norms[*j]);
             all
         };
-        let limit = |j: usize| match unknowns[j].parameter.is_positive() {
-            true => PRACTICAL_LOG,
-            false => PRACTICAL_LINEAR,
+        let limit = |j: usize| match (vanishing(j), unknowns[j].parameter.is_positive()) {
+            // It is not an identification, and no direction with it is to blame.
+            (Some(vanishing), _) => 20.0 * vanishing.log_deviation,
+            (None, true) => PRACTICAL_LOG,
+            (None, false) => PRACTICAL_LINEAR,
         };
         let mut unseen = Vec::new();
         for k in 0..active.len() {
@@ -128,7 +134,7 @@ impl Local {
             }
             refused[j] = true;
         }
-        let seen = active.iter().copied().filter(|j| !refused[*j]);
+        let seen = active.iter().copied().filter(|j| !refused[*j] && !zero(*j));
         for j in seen.clone() {
             local.deviation[j] = Some(deviation(j));
         }
@@ -168,11 +174,20 @@ impl Local {
 /// How many standard deviations a 95 % interval reaches to each side: normal when the noise is
 /// known, Student's t when it was estimated with `freedom` degrees of freedom.
 pub(super) fn quantile95(freedom: Option<f64>) -> f64 {
-    let normal = || Normal::standard().inverse_cdf(0.975);
+    quantile(0.975, freedom)
+}
+
+/// The same of one that is open to one side.
+pub(super) fn one_sided95(freedom: Option<f64>) -> f64 {
+    quantile(0.95, freedom)
+}
+
+fn quantile(part: f64, freedom: Option<f64>) -> f64 {
+    let normal = || Normal::standard().inverse_cdf(part);
     match freedom {
         None => normal(),
         Some(freedom) => {
-            StudentsT::new(0.0, 1.0, freedom).map_or_else(|_| normal(), |t| t.inverse_cdf(0.975))
+            StudentsT::new(0.0, 1.0, freedom).map_or_else(|_| normal(), |t| t.inverse_cdf(part))
         }
     }
 }
@@ -194,7 +209,7 @@ mod tests {
                 (0..3).map(|j| ((i * (j + 2)) as f64 + 0.3).sin() * [1.0, 3.0, 0.5][j]).collect()
             })
             .collect();
-        let found = Local::new(&unknowns(), &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
+        let found = Local::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
         let j = nalgebra::DMatrix::from_fn(20, 3, |i, k| rows[i][k]);
         let covariance = (j.transpose() * &j).try_inverse().unwrap() * 1e-4;
         for k in 0..3 {
@@ -214,7 +229,7 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..20)
             .map(|i| vec![(i as f64).sin(), -(i as f64).sin(), (2.0 * i as f64).cos()])
             .collect();
-        let found = Local::new(&unknowns(), &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
+        let found = Local::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
         assert_eq!(found.deviation[..2], [None, None]);
         assert!(found.deviation[2].is_some());
         assert!(found.findings[0].words.contains("youngs_modulus/density"), "{:?}", found.findings);
@@ -223,7 +238,7 @@ mod tests {
     #[test]
     fn no_effect_and_no_information_are_told_apart() {
         let rows: Vec<Vec<f64>> = (0..9).map(|i| vec![0.0, (i as f64).cos(), 1e-3]).collect();
-        let found = Local::new(&unknowns(), &rows, 1.0, 1.0, |_| f64::MAX).unwrap();
+        let found = Local::new(&unknowns(), &[], &rows, 1.0, 1.0, |_| f64::MAX).unwrap();
         assert!(found.findings[0].words.contains("youngs_modulus has no effect"));
         assert!(found.findings[1].words.contains("beta is practically not identifiable"));
         assert!(found.deviation[1].is_some());
@@ -238,11 +253,12 @@ mod tests {
                 vec![s, 2.0 * s + 0.1 * c, (3.0 * i as f64).cos()]
             })
             .collect();
-        let steep = Local::new(&unknowns(), &rows, 2e-3, 1.0, |_| 5.0).unwrap();
+        let steep = Local::new(&unknowns(), &[], &rows, 2e-3, 1.0, |_| 5.0).unwrap();
         assert!(steep.findings.is_empty() && steep.deviation.iter().all(Option::is_some));
         let flat =
             Local::new(
                 &unknowns(),
+                &[],
                 &rows,
                 2e-3,
                 1.0,
