@@ -461,7 +461,7 @@ fn impossible_requests_are_input_errors() {
         Section::Custom { area: 1e-4, i1: 1e-9, i2: 1e-9, j: 2e-9, up: [0.0, 1.0, 0.0] };
     let error = Fit::new(&scene.problem().unwrap()).observe(data).identify(Radius).solve();
     let error = error.unwrap_err().to_string();
-    assert!(error.contains("radius needs a circle"), "{error}");
+    assert!(error.contains("radius") && error.contains("circular section"), "{error}");
 }
 
 /// Where every simulation fails there is an error of the computation, not a number.
