@@ -1,12 +1,13 @@
 //! Where a rod comes to rest ([`flow`](crate::flow)), and whether it stays there.
 //!
 //! An equilibrium is stable when its tangent has no negative eigenvalue; their number is that of
-//! the negative pivots (Sylvester's law of inertia).
+//! the negative pivots (Sylvester's law of inertia). A direction along which nothing changes, such
+//! as the spin of a straight rod between hinges, does not count: the tangent gets a
+//! [negligible](Posed::negligible) stiffness.
 
-use crate::banded::{BandMatrix, Ldlt};
-use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::model::Model;
+use crate::modes::pencil::Pencil;
 use crate::parameter::{Parameter, Properties};
 use crate::problem::{AnyProblem, FramesOf, Posed, Problem, Settled};
 use crate::reaction::Reactions;
@@ -74,12 +75,12 @@ impl Problem {
                 let in_plane = found.negative_directions;
                 found.stable_in_plane = Some(in_plane == 0);
                 if self.can_twist() {
-                    // The plane's directions are among those of space.
                     let model = self.spatial_model()?;
                     let spatial = self.posed_as(&model);
                     let (q, frames) = spatial.placed(&found.nodes);
-                    let negative = negative_directions(&spatial, &q, &frames)?;
-                    found.negative_directions = negative.max(in_plane);
+                    let whole = Pencil::resting(&spatial, &q, &frames);
+                    let across = whole.across(model.components(spatial.normal()));
+                    found.negative_directions += across.below(-1.0)?;
                     found.stable = Some(found.negative_directions == 0);
                 }
                 Ok(found)
@@ -114,7 +115,7 @@ fn at_rest<M: Model<W>, const W: usize>(
         residual: rest.residual,
         stable: None,
         stable_in_plane: None,
-        negative_directions: negative_directions(posed, &rest.q, &rest.frames)?,
+        negative_directions: Pencil::resting(posed, &rest.q, &rest.frames).below(-1.0)?,
         reactions,
         nodes,
     })
@@ -138,32 +139,4 @@ pub(crate) fn nodes_over<D: Nestable, M: Model<W>, const W: usize>(
         add(wall, turned(rotation, sub(x, wall)))
     };
     Ok(tracked.iter().map(node).collect())
-}
-
-/// How many directions lead down from a state. A direction along which nothing changes, such as
-/// the spin of a straight rod between hinges, does not count: the tangent is shifted by
-/// [`Posed::zero_frequency_squared`].
-fn negative_directions<M: Model<W>, const W: usize>(
-    posed: &Posed<'_, M, W>,
-    q: &[f64],
-    frames: &FramesOf<M, W>,
-) -> Result<usize, Error> {
-    let (rod, free, chain) = (posed.rod(), posed.free(), posed.chain());
-    let mut tangent = BandMatrix::zeros(q.len());
-    let metric = match chain {
-        Some(chain) => {
-            rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
-            chain.metric(&rod)
-        }
-        None => {
-            rod.tangent(q, frames, Derivatives::Hand, &mut vec![0.0; q.len()], &mut tangent);
-            rod.mass().to_vec()
-        }
-    };
-    let shift = posed.zero_frequency_squared(chain);
-    let mut factors = Ldlt::with_order(q.len());
-    factors
-        .factor_sum(&metric, shift, &tangent, 1.0, free)
-        .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })?;
-    Ok(factors.negative_pivots())
 }

@@ -129,11 +129,24 @@ pub enum Error {
         /// The node that moves most.
         node: usize,
     },
+    /// Not all of the lowest modes were found.
+    #[error(
+        "the {asked} lowest modes, of {unknowns} there are, were not found for certain: too many lie close together, \
+         or rounding errors of a very fine mesh hide them"
+    )]
+    Unconverged {
+        /// How many were asked for.
+        asked: usize,
+        /// How many there are.
+        unknowns: usize,
+    },
     /// A mode whose frequency cannot be differentiated.
-    #[error("mode {number}, at {frequency_rad_s} rad/s: {reason}")]
+    #[error("mode {number}{among}, at {frequency_rad_s} rad/s: {reason}")]
     Mode {
         /// Counted from 1.
         number: usize,
+        /// Among which modes, if not all.
+        among: String,
         /// Its angular frequency; minus the growth rate of an unstable direction.
         frequency_rad_s: f64,
         /// Why not.
@@ -244,6 +257,7 @@ impl Error {
                 | Self::Interrupted
                 | Self::Indifferent { .. }
                 | Self::Mode { .. }
+                | Self::Unconverged { .. }
                 | Self::Fit(_)
         )
     }

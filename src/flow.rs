@@ -62,8 +62,8 @@ pub(crate) struct Flow<'a, R, const W: usize> {
     free: Range<usize>,
     length: f64,
     derivatives: Derivatives,
-    /// Squared frequencies below this are zero.
-    zero: f64,
+    /// Stiffnesses that count as none, N/m (N m for angles).
+    negligible: Vec<f64>,
     chain: Option<Chain>,
     /// What `lambda` multiplies: masses, or a chain's metric.
     metric: Vec<f64>,
@@ -88,12 +88,12 @@ enum Step {
 
 impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
     /// A rod at `q` of which only the unknowns in `free` move. `length`, m, is the scale of the
-    /// steps; squared frequencies below `zero`, 1/s^2, count as zero. A `chain` is solved by its
-    /// edges.
+    /// steps; stiffnesses below `negligible`, N/m (N m for angles), count as none. A `chain` is
+    /// solved by its edges.
     pub fn new(
         rod: &'a R,
         free: Range<usize>,
-        (length, zero): (f64, f64),
+        (length, negligible): (f64, Vec<f64>),
         chain: Option<Chain>,
         derivatives: Derivatives,
         q: Vec<f64>,
@@ -104,7 +104,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             free,
             length,
             derivatives,
-            zero,
+            negligible,
             metric: chain.map_or_else(|| rod.mass().to_vec(), |chain| chain.metric(rod)),
             chain,
             start: q.clone(),
@@ -195,18 +195,17 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             self.assemble(frames);
             self.iterations += 1;
             let free = self.free.clone();
-            if self.factors.factor_sum(&self.metric, lambda, &self.tangent, 1.0, free).is_err() {
-                return Step::Failed;
-            }
+            let factored =
+                self.factors.factor_sum(&self.metric, lambda, &self.tangent, 1.0, free).is_ok();
             // A step from a maximum along some direction would go up it.
-            let downhill = self.is_minimum(lambda);
+            let downhill = factored && self.is_minimum(lambda);
             // Where nothing, or only upwards, resists, corrections are rounding errors over almost
             // nothing. What is in balance to rounding is in balance.
             let patient = iteration == if downhill { PATIENCE } else { 0 };
             if patient && lambda == 0.0 && self.chain.is_none() && self.in_balance() {
                 return Step::Still;
             }
-            if iteration == 0 && !downhill {
+            if !factored || iteration == 0 && !downhill {
                 return Step::Failed;
             }
             self.correction.copy_from_slice(&self.gradient);
@@ -259,15 +258,16 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
         self.free.clone().all(|i| self.gradient[i].abs() <= level(i))
     }
 
-    /// Whether the factored matrix, or that with the least `lambda` that tells anything, is
+    /// Whether the factored matrix, or that with the least stiffness that tells anything, is
     /// positive definite.
     fn is_minimum(&mut self, lambda: f64) -> bool {
-        if self.factors.negative_pivots() == 0 || lambda >= self.zero {
-            return self.factors.negative_pivots() == 0;
+        if self.factors.negative_pivots() == 0 {
+            return true;
         }
-        let mut factors = self.factors.clone();
-        let free = self.free.clone();
-        factors.factor_sum(&self.metric, self.zero, &self.tangent, 1.0, free).is_ok()
+        let added: Vec<f64> =
+            self.metric.iter().zip(&self.negligible).map(|(m, k)| lambda * m + k).collect();
+        let (mut factors, free) = (self.factors.clone(), self.free.clone());
+        factors.factor_sum(&added, 1.0, &self.tangent, 1.0, free).is_ok()
             && factors.negative_pivots() == 0
     }
 }

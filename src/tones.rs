@@ -16,18 +16,17 @@
 //!
 //! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
 
-use crate::banded::{BandMatrix, Ldlt};
-use crate::energy::Derivatives;
+use crate::banded::Ldlt;
 use crate::error::Error;
 use crate::frame::Frames;
 use crate::model::{Model, SpatialModel};
-use crate::modes::{Kind, Own, lowest, out_of_plane};
+use crate::modes::pencil::Pencil;
+use crate::modes::{ModeName, Own, Plane, Vibrating, across};
 use crate::parameter::{Parameter, Properties};
-use crate::problem::{AnyProblem, Posed, Problem, Settled};
+use crate::problem::{AnyProblem, Problem, Settled};
 use crate::rod::Rod;
 use crate::scalar::Nestable;
 use num_dual::Dual64;
-use std::ops::Range;
 
 /// The shift's distance from the eigenvalue, as a part of it.
 const OFF: f64 = 1e-7;
@@ -47,16 +46,20 @@ pub struct Tone {
 }
 
 impl Problem {
-    /// The frequencies of the modes `numbers` about the equilibrium under the loads, with their exact
-    /// derivatives by `parameters`. Modes count from 1 in the order of
-    /// [`modes`](Problem::modes)`(_, About::Equilibrium)`, whose frequencies these are.
+    /// The frequencies of named modes about the equilibrium under the loads, with their exact
+    /// derivatives by `parameters`. A mere number counts, from 1 on in the order of rising frequency,
+    /// the modes in the plane of a planar scene, and all those of a spatial one; see [`ModeName`].
     ///
     /// A mode that is unstable or meets no resistance is refused by [`Error::Mode`], and so is one
-    /// that another of the same kind vibrates as fast as: of a round rod in space, bending modes come
-    /// in such pairs.
-    pub fn tones(&self, numbers: &[usize], parameters: &[Parameter]) -> Result<Vec<Tone>, Error> {
-        let vibrations = Vibrations::of(self, numbers, !parameters.is_empty())?;
-        let tone = |(_, own): &(Kind, Own)| Tone {
+    /// that another in the same plane vibrates as fast as: of a round rod in space, bending modes
+    /// come in such pairs.
+    pub fn tones<N: Into<ModeName> + Copy>(
+        &self,
+        modes: &[N],
+        parameters: &[Parameter],
+    ) -> Result<Vec<Tone>, Error> {
+        let vibrations = Vibrations::of(self, modes, !parameters.is_empty())?;
+        let tone = |(_, own): &(Option<Plane>, Own)| Tone {
             frequency_rad_s: own.frequency(),
             derivatives: Vec::with_capacity(parameters.len()),
         };
@@ -72,12 +75,12 @@ impl Problem {
     }
 
     /// The same frequencies, rad/s, over any scalar; `seed` makes the numbers of the parameters.
-    pub fn tones_over<D: Nestable>(
+    pub fn tones_over<D: Nestable, N: Into<ModeName> + Copy>(
         &self,
-        numbers: &[usize],
+        modes: &[N],
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Vec<D>, Error> {
-        Vibrations::of(self, numbers, D::ORDER > 0)?.over(seed)
+        Vibrations::of(self, modes, D::ORDER > 0)?.over(seed)
     }
 }
 
@@ -92,47 +95,66 @@ enum AnySettled {
 struct Vibrations<'a> {
     problem: &'a Problem,
     settled: AnySettled,
-    modes: Vec<(Kind, Own)>,
+    modes: Vec<(Option<Plane>, Own)>,
 }
 
 impl<'a> Vibrations<'a> {
-    /// The modes `numbers`; `apart` if derivatives are asked for.
-    fn of(problem: &'a Problem, numbers: &[usize], apart: bool) -> Result<Self, Error> {
-        // The next one tells whether the last stands alone.
-        let count = numbers.iter().max().map_or(0, |most| most.saturating_add(1));
-        let (mut all, settled) = match problem.posed() {
+    /// The named modes; `apart` if derivatives are asked for.
+    fn of<N: Into<ModeName> + Copy>(
+        problem: &'a Problem,
+        names: &[N],
+        apart: bool,
+    ) -> Result<Self, Error> {
+        let names: Vec<ModeName> = names.iter().map(|name| (*name).into()).collect();
+        for name in &names {
+            name.among.check(problem, "modes")?;
+        }
+        let planes: Vec<Option<Plane>> = names.iter().map(|n| n.among.plane_of(problem)).collect();
+        let own = |plane: Option<Plane>| -> Vec<ModeName> {
+            names.iter().zip(&planes).filter(|(_, p)| **p == plane).map(|(n, _)| *n).collect()
+        };
+        let (found, settled) = match problem.posed() {
             AnyProblem::Planar(posed) => {
                 let settled = posed.settled()?;
                 let q = &settled.rest.q;
-                let mut all =
-                    of_kind(Kind::InPlane, lowest(&posed, (q, &()), count, Kind::InPlane)?);
-                let mut model = None;
-                if problem.can_twist() {
-                    let spatial = &**model.insert(Box::new(problem.spatial_model()?));
-                    let outside = out_of_plane(&posed, &problem.posed_as(spatial), q, count)?;
-                    all.extend(of_kind(Kind::OutOfPlane, outside));
+                let mut found = vec![(Some(Plane::In), Vec::new())];
+                let inside = own(Some(Plane::In));
+                if !inside.is_empty() {
+                    found[0].1 = named(&Vibrating::of(&posed, q, &())?, &inside, apart)?;
                 }
-                (all, AnySettled::Planar(settled, model))
+                let mut model = None;
+                let outside = own(Some(Plane::Out));
+                if !outside.is_empty() {
+                    let spatial =
+                        problem.posed_as(&**model.insert(Box::new(problem.spatial_model()?)));
+                    let (q, frames) = across(&posed, &spatial, q);
+                    let vibrating = Vibrating::across(&spatial, &q, &frames)?;
+                    found.push((Some(Plane::Out), named(&vibrating, &outside, apart)?));
+                }
+                (found, AnySettled::Planar(settled, model))
             }
             AnyProblem::Spatial(posed) => {
                 let settled = posed.settled()?;
-                let state = (&settled.rest.q[..], &settled.rest.frames);
-                let all = lowest(&posed, state, count, Kind::Spatial)?;
-                (of_kind(Kind::Spatial, all), AnySettled::Spatial(settled))
+                let vibrating = Vibrating::of(&posed, &settled.rest.q, &settled.rest.frames)?;
+                (vec![(None, named(&vibrating, &names, apart)?)], AnySettled::Spatial(settled))
             }
         };
-        all.sort_by(|(_, a), (_, b)| a.frequency().total_cmp(&b.frequency()));
-        let modes = numbers.iter().map(|number| single(&all, *number, apart));
-        Ok(Self { problem, modes: modes.collect::<Result<_, _>>()?, settled })
+        // Back in the order of the names.
+        let mut found: Vec<_> = found.into_iter().map(|(p, all)| (p, all.into_iter())).collect();
+        let modes = planes.iter().filter_map(|plane| {
+            let (_, own) = found.iter_mut().find(|(p, _)| p == plane)?;
+            Some((*plane, own.next()?))
+        });
+        Ok(Self { problem, modes: modes.collect(), settled })
     }
 
     /// Their frequencies with the derivatives that `D` carries, rad/s.
     fn over<D: Nestable>(&self, seed: impl Fn(Parameter, f64) -> D) -> Result<Vec<D>, Error> {
         let properties = Properties::of(self.problem.scene(), seed);
-        let picked = |kind: Kind| self.modes.iter().enumerate().filter(move |(_, m)| m.0 == kind);
+        let picked = |plane| self.modes.iter().enumerate().filter(move |(_, m)| m.0 == plane);
         let mut frequencies = vec![D::from(0.0); self.modes.len()];
-        let mut add = |kind: Kind, one: &dyn Fn(&Own) -> Result<D, Error>| {
-            for (k, (_, own)) in picked(kind) {
+        let mut add = |plane: Option<Plane>, one: &dyn Fn(&Own) -> Result<D, Error>| {
+            for (k, (_, own)) in picked(plane) {
                 frequencies[k] = one(own)?;
             }
             Ok::<(), Error>(())
@@ -140,18 +162,16 @@ impl<'a> Vibrations<'a> {
         match (self.problem.posed(), &self.settled) {
             (AnyProblem::Planar(posed), AnySettled::Planar(settled, spatial)) => {
                 let (rod, q) = posed.settled_over(settled, &properties)?;
-                let tangent = Tangent::at(&posed, &rod, &q, &());
-                add(Kind::InPlane, &|own| tangent.frequency(own))?;
-                if let Some(model) =
-                    spatial.as_deref().filter(|_| picked(Kind::OutOfPlane).count() > 0)
-                {
+                let pencil = Pencil::at(&posed, &rod, &q, &());
+                add(Some(Plane::In), &|own| frequency(&pencil, own))?;
+                if let Some(model) = spatial.as_deref() {
                     let place = |i: usize| posed.model.position(&q, i);
                     let nodes: Vec<[D; 3]> = (0..posed.nodes()).map(place).collect();
                     let posed = self.problem.posed_as(model);
                     let (q, frames) = posed.placed(&nodes);
-                    let rod = model.rod(&properties);
-                    let tangent = Tangent::at(&posed, &rod, &q, &frames);
-                    add(Kind::OutOfPlane, &|own| tangent.frequency(own))?;
+                    let whole = Pencil::at(&posed, &model.rod(&properties), &q, &frames);
+                    let pencil = whole.across(model.components(posed.normal()));
+                    add(Some(Plane::Out), &|own| frequency(&pencil, own))?;
                 }
             }
             (AnyProblem::Spatial(posed), AnySettled::Spatial(settled)) => {
@@ -159,8 +179,8 @@ impl<'a> Vibrations<'a> {
                 // Angles are coordinates whose inertia is theirs about the moved frames only.
                 let mut frames = SpatialModel::lift::<D>(&settled.rest.frames);
                 <SpatialModel as Model<_>>::Rod::<D>::rebase(&mut frames, &q);
-                let tangent = Tangent::at(&posed, &rod, &q, &frames);
-                add(Kind::Spatial, &|own| tangent.frequency(own))?;
+                let pencil = Pencil::at(&posed, &rod, &q, &frames);
+                add(None, &|own| frequency(&pencil, own))?;
             }
             _ => unreachable!("a problem keeps its model"),
         }
@@ -168,78 +188,92 @@ impl<'a> Vibrations<'a> {
     }
 }
 
-fn of_kind(kind: Kind, modes: Vec<Own>) -> Vec<(Kind, Own)> {
-    modes.into_iter().map(|own| (kind, own)).collect()
+/// The named modes of a vibrating rod; if they are to stand `apart`, each with a frequency of its
+/// own.
+fn named<M: Model<W>, const W: usize, const V: usize>(
+    vibrating: &Vibrating<'_, M, W, V>,
+    names: &[ModeName],
+    apart: bool,
+) -> Result<Vec<Own>, Error> {
+    let mass = vibrating.node_masses();
+    let most = names.iter().map(|name| name.number).max().unwrap_or(0);
+    // Free motions come first, and the next one tells whether the last stands alone. Modes of one
+    // kind may be few among others.
+    let mut count = most.saturating_add(1 + vibrating.most_free()).min(vibrating.available());
+    loop {
+        let all = vibrating.lowest(count)?;
+        let place = |name: &ModeName| {
+            let mut own = (0..all.len()).filter(|k| name.among.has(&all[*k], |i| mass[i]));
+            own.nth(name.number.checked_sub(1)?)
+        };
+        let is_last = count == vibrating.available();
+        let places: Vec<Option<usize>> = names.iter().map(place).collect();
+        if is_last || places.iter().all(|k| k.is_some_and(|k| k + 1 < all.len())) {
+            let one = |(name, place): (&ModeName, &Option<usize>)| match *place {
+                Some(k) => single(&all, k, name, apart),
+                None => {
+                    let own = all.iter().filter(|own| name.among.has(own, |i| mass[i]));
+                    let (found, high) = (name.number as f64, own.count() as f64);
+                    Err(Error::OutOfRange { what: "mode", found, low: 1.0, high })
+                }
+            };
+            return names.iter().zip(&places).map(one).collect();
+        }
+        count = (2 * count).min(vibrating.available());
+    }
 }
 
-/// Mode `number` of `all`, if it has a frequency, and, if it is to stand `apart`, one of its own.
-fn single(all: &[(Kind, Own)], number: usize, apart: bool) -> Result<(Kind, Own), Error> {
-    let Some((kind, own)) = number.checked_sub(1).and_then(|k| all.get(k)) else {
-        let high = all.len() as f64;
-        return Err(Error::OutOfRange { what: "mode", found: number as f64, low: 1.0, high });
+/// Mode `k` of `all`, if it has a frequency, and, if it is to stand `apart`, one of its own.
+fn single(all: &[Own], k: usize, name: &ModeName, apart: bool) -> Result<Own, Error> {
+    let own = &all[k];
+    let refused = |reason: String| {
+        Err(Error::Mode {
+            number: name.number,
+            among: name.among.words(),
+            frequency_rad_s: own.frequency(),
+            reason,
+        })
     };
-    let refused =
-        |reason: String| Err(Error::Mode { number, frequency_rad_s: own.frequency(), reason });
     if own.squared <= 0.0 {
         return refused("nothing resists it, so that it does not vibrate".into());
     }
-    let as_fast = |(k, (other, mode)): (usize, &(Kind, Own))| {
-        let same = other == kind && k + 1 != number;
-        same && (mode.frequency() / own.frequency() - 1.0).abs() < APART
-    };
-    match all.iter().enumerate().position(|other| apart && as_fast(other)) {
-        Some(k) => refused(format!(
-            "mode {} vibrates as fast, so that neither has derivatives of its own",
-            k + 1
+    let as_fast = |other: &Own| (other.frequency() / own.frequency() - 1.0).abs() < APART;
+    match (0..all.len()).find(|i| apart && *i != k && as_fast(&all[*i])) {
+        Some(i) => refused(format!(
+            "{} mode {} of all vibrates as fast, so that neither has derivatives of its own",
+            all[i].kind.name(),
+            all[..=i].iter().filter(|own| !own.is_free()).count()
         )),
-        None => Ok((*kind, own.clone())),
+        None => Ok(own.clone()),
     }
 }
 
-/// A rod's tangent and masses at a state.
-struct Tangent<'a, D, const W: usize> {
-    free: Range<usize>,
-    mass: &'a [D],
-    tangent: BandMatrix<D, W>,
-}
-
-impl<'a, D: Nestable, const W: usize> Tangent<'a, D, W> {
-    fn at<M: Model<W>>(
-        posed: &Posed<'_, M, W>,
-        rod: &'a M::Rod<D>,
-        q: &[D],
-        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
-    ) -> Self {
-        let mut tangent = BandMatrix::zeros(q.len());
-        let mut gradient = vec![D::from(0.0); q.len()];
-        rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-        Self { free: posed.free(), mass: rod.mass(), tangent }
-    }
-
-    /// The frequency of a mode of the same rod in plain numbers, rad/s, with its derivatives.
-    fn frequency(&self, own: &Own) -> Result<D, Error> {
-        let mut factors = Ldlt::with_order(self.mass.len());
-        let mut x: Vec<D> = own.vector.iter().map(|x| D::from(*x)).collect();
-        let mut squared = D::from(own.squared);
-        for _ in 0..ITERATIONS {
-            let shift = squared * (1.0 - OFF);
-            factors
-                .factor_sum(self.mass, -shift, &self.tangent, D::from(1.0), self.free.clone())
-                .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })?;
-            let image: Vec<D> = x.iter().zip(self.mass).map(|(x, m)| *x * *m).collect();
-            x.copy_from_slice(&image);
-            factors.solve(&mut x);
-            let mut own = D::from(0.0);
-            let mut across = D::from(0.0);
-            for i in self.free.clone() {
-                across += x[i] * image[i];
-                own += x[i] * x[i] * self.mass[i];
-            }
-            squared = shift + across / own;
-            let scale = own.sqrt().recip();
-            x.iter_mut().for_each(|x| *x *= scale);
+/// The frequency of a mode of the same rod in plain numbers, rad/s, with its derivatives.
+fn frequency<D: Nestable, const W: usize>(
+    Pencil { tangent, mass, free }: &Pencil<D, W>,
+    own: &Own,
+) -> Result<D, Error> {
+    let mut factors = Ldlt::with_order(mass.len());
+    let mut x: Vec<D> = own.vector.iter().map(|x| D::from(*x)).collect();
+    let mut squared = D::from(own.squared);
+    for _ in 0..ITERATIONS {
+        let shift = squared * (1.0 - OFF);
+        factors
+            .factor_sum(mass, -shift, tangent, D::from(1.0), free.clone())
+            .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })?;
+        let image: Vec<D> = x.iter().zip(mass).map(|(x, m)| *x * *m).collect();
+        x.copy_from_slice(&image);
+        factors.solve(&mut x);
+        let mut own = D::from(0.0);
+        let mut across = D::from(0.0);
+        for i in free.clone() {
+            across += x[i] * image[i];
+            own += x[i] * x[i] * mass[i];
         }
-        // Rounding errors of the quotient are larger than those of the modes.
-        Ok((squared - D::from(squared.value()) + own.squared).sqrt())
+        squared = shift + across / own;
+        let scale = own.sqrt().recip();
+        x.iter_mut().for_each(|x| *x *= scale);
     }
+    // Rounding errors of the quotient are larger than those of the modes.
+    Ok((squared - D::from(squared.value()) + own.squared).sqrt())
 }

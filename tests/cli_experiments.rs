@@ -4,7 +4,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rodfit::modes::About;
+use rodfit::modes::{About, Plane};
 use rodfit::{Parameter, Point, Problem, Scene};
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -94,10 +94,11 @@ fn droop(problem: &Problem, header: &str, place: impl Fn(usize) -> f64) -> Strin
     format!("{header}\n{}", (2..=problem.segments()).step_by(2).map(row).collect::<String>())
 }
 
-/// The lowest two frequencies, as a list in the unit `factor` rad/s.
+/// The lowest two frequencies in the plane, as a list in the unit `factor` rad/s.
 fn frequencies(problem: &Problem, factor: f64) -> String {
-    let modes = problem.modes(2, About::Equilibrium).unwrap().frequencies_rad_s;
-    format!("{:?}", modes.iter().map(|f| f / factor).collect::<Vec<_>>())
+    let modes = problem.modes(8, About::Equilibrium).unwrap().modes;
+    let inside = modes.iter().filter(|mode| mode.plane == Some(Plane::In));
+    format!("{:?}", inside.map(|mode| mode.frequency_rad_s / factor).take(2).collect::<Vec<_>>())
 }
 
 /// Two rods of one material in clamps that are not quite level, what was measured of them, and the

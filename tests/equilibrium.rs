@@ -3,7 +3,7 @@
 use rodfit::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{
-    Clamp, Dimension, Discretization, Material, Node, PointForce, Scene, Section, Shape,
+    Clamp, Dimension, Discretization, Material, Node, PointForce, Scene, Section, Shape, Support,
 };
 use rodfit::{Derivatives, Equilibrium};
 use std::f64::consts::PI;
@@ -402,4 +402,73 @@ fn quarter_circle() {
         assert!((1.9..2.2).contains(&(paper[0] / paper[1]).log2()), "{paper:?}");
         assert!(corrected[1].abs() < 1.1e-3, "{corrected:?}");
     }
+}
+
+/// A rod that hangs from a hinge turns about itself without a force: that is no instability, and no
+/// singular tangent, on any mesh, of any section, straight down or let go from the side.
+#[test]
+fn hanging_from_a_hinge() {
+    let flat = Section::Rectangle { width: 0.01, height: 0.002, up: [1.0, 0.0, 0.0] };
+    let thin = Section::Rectangle { width: 2.3e-4, height: 1.4e-4, up: [1.0, 0.0, 0.0] };
+    for section in [Section::Circle { radius: 0.002 }, Section::Circle { radius: 1e-4 }, flat, thin]
+    {
+        for direction in [[0.0, -1.0, 0.0], [0.3, -1.0, 0.0], [0.02, -1.0, 0.0]] {
+            for segments in (4..60).step_by(5).chain([20, 30, 100, 400]) {
+                let shape = Shape::Straight { length: 0.5, direction };
+                let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 1e8) };
+                let mut scene = Scene::new(segments, shape, section.clone(), material);
+                scene.supports.start = Support::Pinned;
+                scene.loads.gravity = [0.0, -9.81, 0.0];
+                let found = scene.problem().unwrap().equilibrium();
+                let found = found.unwrap_or_else(|e| panic!("{segments} {section:?}: {e}"));
+                assert_eq!(found.stable, Some(true), "{segments} {section:?}: {found}");
+                let long = found.tip[0].hypot(found.tip[2]) < 1e-6 && found.tip[1] < -0.499;
+                // Let go from the side it turns about the hinge, which is not at the origin's side.
+                assert!(long || direction[0] != 0.0, "{segments} {section:?}: {found}");
+            }
+        }
+    }
+}
+
+/// A rod that nothing holds and nothing pulls is where it is; what pulls its ends apart stretches it.
+#[test]
+fn free_rods() {
+    let straight = Shape::Straight { length: 0.5, direction: [0.3, 0.5, -0.2] };
+    let arc = Shape::Arc { length: 0.5, angle: 2.0 };
+    let helix = helix_with(0.5, 1e-3, 1.0, Clamp::MidEdge).rod.shape;
+    for shape in [straight, arc, helix] {
+        for segments in [8, 20, 51, 100, 333] {
+            let mut scene = unit_rod(segments, 1e-3);
+            scene.rod.shape = shape.clone();
+            scene.material = Material { poisson_ratio: Some(0.3), ..Material::new(2700.0, 7e10) };
+            scene.supports.start = Support::Free;
+            let problem = scene.problem().unwrap();
+            let found =
+                problem.equilibrium().unwrap_or_else(|e| panic!("{shape:?} {segments}: {e}"));
+            assert_eq!(found.stable, Some(true), "{shape:?} {segments}: {found}");
+            let mut still = scene.clone();
+            still.supports.start = Support::Clamped;
+            still.supports.clamp = Clamp::Nodes;
+            let rest = still.problem().unwrap().equilibrium().unwrap().nodes;
+            let moved =
+                found.nodes.iter().zip(&rest).flat_map(|(a, b)| (0..3).map(|c| a[c] - b[c]));
+            assert!(moved.fold(0.0, |m: f64, x| m.max(x.abs())) < 1e-9, "{shape:?} {segments}");
+        }
+    }
+    let mut scene = unit_rod(40, 1e-2);
+    scene.supports.start = Support::Free;
+    let pull = |node, force| PointForce { node, force: [force, 0.0, 0.0], ..PointForce::default() };
+    scene.loads.point = vec![pull(Node::TIP, 1.0), pull(Node::Index(0), -1.0)];
+    let found = scene.problem().unwrap().equilibrium().unwrap();
+    assert_eq!(found.stable_in_plane, Some(true), "{found}");
+    // EA = 4/slenderness^2.
+    let longer = found.tip[0] - found.nodes[0][0] - 1.0;
+    assert!((longer / 2.5e-5 - 1.0).abs() < 1e-6, "{longer}");
+    // Pushed together, it does not stand.
+    scene.loads.point.iter_mut().for_each(|load| load.force[0] *= -1.0);
+    let found = scene.problem().unwrap().equilibrium().unwrap();
+    assert!(found.negative_directions > 0 || found.tip[0] < found.nodes[0][0], "{found}");
+    // A net force has no equilibrium.
+    scene.loads.point.truncate(1);
+    assert!(scene.problem().unwrap().equilibrium().is_err());
 }

@@ -4,9 +4,11 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{Analysis, Experiment, Frequencies, Refinement, RestShape, Sighting};
-use rodfit::modes::About;
-use rodfit::scene::{Clamp, Scene, Shape, Time};
+use rodfit::fit::{
+    Analysis, Experiment, FitFile, Frequencies, Measurement, Refinement, RestShape, Sighting,
+};
+use rodfit::modes::{About, Kind, Plane};
+use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Unknown};
 
 mod common;
@@ -325,4 +327,110 @@ fn a_motion_needs_a_time() {
     let fit = Fit::new(&scene.problem().unwrap());
     let fit = fit.observe(frequency(26.0)).observe(frequency(27.0)).identify(YoungsModulus);
     assert!(fit.solve().unwrap_err().to_string().contains("modes[0]"));
+}
+
+/// Whether a scene says how stiff the rod is in torsion changes no frequency in its plane, nor what a
+/// fit makes of it.
+#[test]
+fn torsion_does_not_renumber() {
+    let mut scene = rod(0.5, 1.0);
+    scene.time = None;
+    let mut true_scene = scene.clone();
+    true_scene.material.youngs_modulus = 2.2e8;
+    let seen = frequencies(&true_scene.problem().unwrap(), 3);
+    for poisson_ratio in [None, Some(0.5), Some(0.0)] {
+        scene.material.poisson_ratio = poisson_ratio;
+        let fit = Fit::new(&scene.problem().unwrap()).observe(Frequencies::new(&seen, 0.01));
+        exact(&fit.identify(YoungsModulus).solve().unwrap(), &[(YoungsModulus, 2.2e8)]);
+    }
+    // Those across the plane are asked for, and are other ones here.
+    let flat = Section::Rectangle { width: 0.01, height: 0.006, up: [0.0, 1.0, 0.0] };
+    (scene.rod.section, true_scene.rod.section) = (flat.clone(), flat);
+    true_scene.material.poisson_ratio = Some(0.0);
+    let all = true_scene.problem().unwrap().modes(9, About::Equilibrium).unwrap().modes;
+    let own = all.iter().filter(|m| m.plane == Some(Plane::Out) && m.kind == Kind::Bending);
+    let seen: Vec<f64> = own.map(|m| m.frequency_rad_s).take(2).collect();
+    let seen = Frequencies::new(&seen, 0.01).plane(Plane::Out).of_kind(Kind::Bending);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(seen).identify(YoungsModulus);
+    exact(&fit.solve().unwrap(), &[(YoungsModulus, 2.2e8)]);
+}
+
+/// Impulse excitation (ASTM E1876): E from the first bending frequency of a free bar, G from the
+/// first of torsion; and from what the theory says, up to the mesh.
+#[test]
+fn moduli_of_a_free_bar() {
+    let shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
+    let section = Section::Rectangle { width: 0.02, height: 0.004, up: [0.0, 1.0, 0.0] };
+    let guess = Material { shear_modulus: Some(1e10), ..Material::new(2700.0, 1e10) };
+    let mut scene = Scene::new(60, shape, section, guess);
+    scene.supports.start = Support::Free;
+    let (e, g) = (69e9, 26e9);
+    let mut true_scene = scene.clone();
+    true_scene.material.youngs_modulus = e;
+    true_scene.material.shear_modulus = Some(g);
+    let all = true_scene.problem().unwrap().modes(40, About::Equilibrium).unwrap().modes;
+    let first = |kind| {
+        let own = all.iter().filter(|m| m.kind == kind && m.number.is_some());
+        own.map(|m| m.frequency_rad_s).take(2).collect::<Vec<_>>()
+    };
+    let problem = scene.problem().unwrap();
+    let fit = |bending: &[f64], torsion: &[f64]| {
+        Fit::new(&problem)
+            .observe(Frequencies::new(bending, 1.0))
+            .observe(Frequencies::new(torsion, 1.0).of_kind(Kind::Torsion))
+            .identify(YoungsModulus)
+            .identify(ShearModulus)
+            .solve()
+            .unwrap()
+    };
+    let report = fit(&first(Kind::Bending), &first(Kind::Torsion));
+    exact(&report, &[(YoungsModulus, e), (ShearModulus, g)]);
+    let unit = (e * 0.004_f64.powi(2) / 12.0 / 2700.0).sqrt() / 0.16;
+    let report = fit(&[4.73004074_f64, 7.85320462].map(|b| b * b * unit), &first(Kind::Torsion));
+    // Lumped masses: 1.1e-3 at 60 segments.
+    assert!((value(&report, YoungsModulus) / e - 1.0).abs() < 5e-3, "{report}");
+}
+
+/// The keys of the fit file, and what it says of modes that a scene does not have.
+#[test]
+fn frequencies_in_the_fit_file() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let scene = |more: &str| {
+        format!(
+            "[rod]\nsegments = 20\nshape = {{ kind = \"straight\", length = 0.4, direction = [1, 0, 0] }}\n\
+             section = {{ kind = \"circle\", radius = 0.004 }}\n\
+             [material]\ndensity = 2700\nyoungs_modulus = 69e9\n{more}\n\
+             [supports]\nstart = \"free\"\n"
+        )
+    };
+    let load = |keys: &str| {
+        write(
+            "fit.toml",
+            &format!(
+                "scene = \"scene.toml\"\n[[frequencies]]\nhz = [3000, 6000]\nsigma = 1\n{keys}\n\
+                 [[parameter]]\nname = \"youngs_modulus\"\n"
+            ),
+        );
+        FitFile::load(folder.path().join("fit.toml"))
+    };
+    write("scene.toml", &scene("poisson_ratio = 0.33"));
+    let file = load("plane = \"out\"\nkind = \"torsion\"\ndirection = [0, 1, 0]").unwrap();
+    let Measurement::Frequencies(f) = &file.experiments[0].measurements[0] else { unreachable!() };
+    assert_eq!((f.among.plane, f.among.kind), (Some(Plane::Out), Some(Kind::Torsion)));
+    assert_eq!(f.among.direction, Some([0.0, 1.0, 0.0]));
+    for (keys, words) in [
+        ("plane = \"up\"", "in"),
+        ("kind = \"swing\"", "torsion"),
+        ("plane = \"in\"\nkind = \"torsion\"", "frequencies[0].kind"),
+        ("plane = \"out\"\nkind = \"axial\"", "frequencies[0].kind"),
+        ("direction = [0, 0, 0]", "frequencies[0].direction"),
+    ] {
+        let error = load(keys).and_then(|file| file.fit().solve().map(|_| ())).unwrap_err();
+        assert!(error.to_string().contains(words), "{keys}: {error}");
+    }
+    write("scene.toml", &scene(""));
+    let solved = |file: FitFile| file.fit().solve().map(|_| ());
+    let error = load("kind = \"torsion\"").and_then(solved).unwrap_err().to_string();
+    assert!(error.contains("poisson_ratio"), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use num_dual::HyperDual64;
-use rodfit::modes::About;
+use rodfit::modes::{About, Among, Kind, Mode, ModeName, Plane};
 use rodfit::scene::{
     Clamp, Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support,
 };
@@ -144,16 +144,18 @@ fn frequencies() {
             parameters.into_iter().filter(|p| p.of(&scene).is_some()).collect();
         let problem = scene.problem().unwrap();
         let tones = problem.tones(&NUMBERS, &parameters).unwrap();
-        let modes = problem.modes(8, About::Equilibrium).unwrap().frequencies_rad_s;
-        for (tone, number) in tones.iter().zip(NUMBERS) {
-            assert!((tone.frequency_rad_s / modes[number - 1] - 1.0).abs() < 1e-11, "{name}");
+        let numbered = |problem: &Problem| -> [f64; 3] {
+            let modes = problem.modes(12, About::Equilibrium).unwrap().modes;
+            NUMBERS.map(|number| {
+                let own = |m: &&Mode| m.number == Some(number) && m.plane != Some(Plane::Out);
+                modes.iter().find(own).unwrap().frequency_rad_s
+            })
+        };
+        for (tone, mode) in tones.iter().zip(numbered(&problem)) {
+            assert!((tone.frequency_rad_s / mode - 1.0).abs() < 1e-11, "{name}");
         }
         for (k, parameter) in parameters.iter().enumerate() {
-            let frequencies = |problem: &Problem| -> [f64; 3] {
-                let modes = problem.modes(8, About::Equilibrium).unwrap().frequencies_rad_s;
-                NUMBERS.map(|number| modes[number - 1])
-            };
-            let expected = difference(&problem, *parameter, frequencies);
+            let expected = difference(&problem, *parameter, numbered);
             let scale = parameter.of(&scene).filter(|value| *value != 0.0).unwrap_or(1.0);
             for ((tone, expected), number) in tones.iter().zip(expected).zip(NUMBERS) {
                 let off = (tone.derivatives[k] - expected).abs() * scale / tone.frequency_rad_s;
@@ -220,13 +222,83 @@ fn frequencies_of_theory() {
             assert!((found - power).abs() < 1e-8, "{found} {power}");
         }
     }
-    // Free rods, which also move as rigid bodies, too.
-    scene.supports.start = Support::Free;
-    let tones = scene.problem().unwrap().tones(&[4], &[YoungsModulus, Density]).unwrap();
-    let w = tones[0].frequency_rad_s;
-    assert!((w / (4.73004074_f64.powi(2) * unit) - 1.0).abs() < 5e-3, "{w}");
-    assert!((tones[0].derivatives[0] * 1e8 / w - 0.5).abs() < 1e-9, "{tones:?}");
-    assert!((tones[0].derivatives[1] * 1273.52 / w + 0.5).abs() < 1e-9, "{tones:?}");
+}
+
+/// A free bar by its names: the first of bending in and out of the plane, of torsion and stretch,
+/// with their powers of E, G and the density; rigid motions do not count.
+#[test]
+fn a_free_bar_by_names() {
+    let (e, g, rho, length) = (69e9, 26e9, 2700.0, 0.4);
+    for (direction, dimension) in [
+        ([1.0, 0.0, 0.0], Dimension::Auto),
+        ([0.6, 0.3, -0.5], Dimension::Auto),
+        ([0.6, 0.3, -0.5], Dimension::Spatial),
+    ] {
+        let shape = Shape::Straight { length, direction };
+        let section = Section::Rectangle { width: 0.02, height: 0.004, up: [-0.3, 0.6, 0.0] };
+        let material = Material { shear_modulus: Some(g), ..Material::new(rho, e) };
+        let mut scene = Scene::new(60, shape, section, material);
+        (scene.supports.start, scene.rod.dimension) = (Support::Free, dimension);
+        let problem = scene.problem().unwrap();
+        let spatial = problem.spatial().is_some();
+        let of = |kind| Among { kind: Some(kind), ..Among::default() };
+        let flat = (e * 0.004_f64.powi(2) / 12.0 / rho).sqrt() * (4.73004074 / length).powi(2);
+        // Edgewise is the second in space, the wave of twice the width over the height.
+        let edge = match spatial {
+            true => Among { direction: Some(normal(&problem)), ..of(Kind::Bending) },
+            false => Among { plane: Some(Plane::Out), ..of(Kind::Bending) },
+        };
+        let names = [of(Kind::Bending), edge, of(Kind::Torsion), of(Kind::Axial)];
+        let names = names.map(|among| ModeName { number: 1, among });
+        let tones = problem.tones(&names, &[YoungsModulus, ShearModulus, Density]).unwrap();
+        let axial = std::f64::consts::PI / length * (e / rho).sqrt();
+        for (k, exact, powers) in [
+            (0, Some(flat), [0.5, 0.0, -0.5]),
+            (1, Some(5.0 * flat), [0.5, 0.0, -0.5]),
+            (2, None, [0.0, 0.5, -0.5]),
+            (3, Some(axial), [0.5, 0.0, -0.5]),
+        ] {
+            let w = tones[k].frequency_rad_s;
+            assert!(exact.is_none_or(|exact| (w / exact - 1.0).abs() < 2e-3), "{k}: {w} {exact:?}");
+            for (j, (value, power)) in [e, g, rho].into_iter().zip(powers).enumerate() {
+                let found = tones[k].derivatives[j] * value / w;
+                assert!((found - power).abs() < 1e-7, "{k} {j}: {found} {power}");
+            }
+        }
+        // Without a word: in the plane, bending first.
+        let plain = problem.tones(&[1], &[]).unwrap()[0].frequency_rad_s;
+        assert!((plain / tones[0].frequency_rad_s - 1.0).abs() < 1e-11, "{plain}");
+    }
+}
+
+/// Across the flat side and the rod.
+fn normal(problem: &Problem) -> [f64; 3] {
+    let nodes = problem.equilibrium().unwrap().nodes;
+    let along = (Vector3::from(nodes[1]) - Vector3::from(nodes[0])).normalize();
+    let up = Vector3::new(-0.3, 0.6, 0.0);
+    along.cross(&(up - along * along.dot(&up))).into()
+}
+
+/// Planes and kinds that a scene does not have are refused, by the key.
+#[test]
+fn modes_that_cannot_be() {
+    let mut scene = sagging();
+    let problem = scene.problem().unwrap();
+    let (inside, outside) = (Some(Plane::In), Some(Plane::Out));
+    let [torsion, axial] = [Kind::Torsion, Kind::Axial].map(Some);
+    let refused = |problem: &Problem, plane, kind, direction, key: &str| {
+        let among = Among { plane, kind, direction };
+        let found = problem.tones(&[ModeName { number: 1, among }], &[]);
+        assert!(matches!(&found, Err(Error::Invalid { key: k, .. }) if k == key), "{found:?}");
+    };
+    refused(&problem, outside, None, None, "modes");
+    refused(&problem, None, torsion, None, "modes");
+    refused(&problem, inside, torsion, None, "modes.kind");
+    refused(&problem, outside, axial, None, "modes.kind");
+    refused(&problem, None, None, Some([0.0; 3]), "modes.direction");
+    scene.material.poisson_ratio = Some(0.3);
+    scene.rod.dimension = Dimension::Spatial;
+    refused(&scene.problem().unwrap(), inside, None, None, "modes.plane");
 }
 
 /// A stiff cantilever sags by w = rho A g L^4/(8 EI).

@@ -77,7 +77,7 @@ pub struct Stiffness<D> {
 impl<D: Scalar> Stiffness<D> {
     /// Applied to three strains.
     #[inline]
-    fn times(&self, s: &[D; 3]) -> [D; 3] {
+    pub(crate) fn times(&self, s: &[D; 3]) -> [D; 3] {
         let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
         [
             b11 * s[0] + b12 * s[1] + c1 * s[2],

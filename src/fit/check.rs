@@ -285,6 +285,7 @@ impl Measurement {
                 }
             }
             Self::Frequencies(f) => {
+                f.among.check(problem, key)?;
                 for (k, value) in f.values.iter().enumerate() {
                     if !(value.rad_s.is_finite() && value.rad_s > 0.0) {
                         let key = format!("{key}.rad_s[{k}]");

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::error::Error;
 use crate::missing::{Rule, always, if_there};
+use crate::modes::{Among, Kind, Plane};
 use crate::parameter::Parameter;
 use crate::point::Point;
 use crate::scene::{Scene, parse};
@@ -115,6 +116,9 @@ struct FrequenciesForm {
     hz: Option<Vec<f64>>,
     rad_s: Option<Vec<f64>>,
     modes: Option<Vec<usize>>,
+    plane: Option<Plane>,
+    kind: Option<Kind>,
+    direction: Option<[f64; 3]>,
     sigma: f64,
     #[serde(default)]
     loss: Loss,
@@ -203,8 +207,9 @@ impl FrequenciesForm {
             }
             frequencies = frequencies.of_modes(&modes)?;
         }
-        let Self { loss, held_out, .. } = self;
-        Ok(Measurement::Frequencies(Frequencies { loss, held_out, ..frequencies }))
+        let Self { plane, kind, direction, loss, held_out, .. } = self;
+        let among = Among { plane, kind, direction };
+        Ok(Measurement::Frequencies(Frequencies { among, loss, held_out, ..frequencies }))
     }
 }
 

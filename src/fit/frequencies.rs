@@ -2,11 +2,12 @@
 
 use super::Loss;
 use crate::error::Error;
+use crate::modes::{Among, Kind, ModeName, Plane};
 
 /// A measured natural frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frequency {
-    /// Which mode, from 1 on in the order of rising frequency, as `rodfit modes` counts.
+    /// Which mode, from 1 on in the order of rising frequency, as `rodfit modes` numbers them.
     pub mode: usize,
     /// rad/s.
     pub rad_s: f64,
@@ -17,6 +18,9 @@ pub struct Frequency {
 pub struct Frequencies {
     /// The frequencies.
     pub values: Vec<Frequency>,
+    /// Among which modes they count: without a word among those in the plane of a planar scene,
+    /// among all of a spatial one.
+    pub among: Among,
     /// Standard deviation of each, rad/s.
     pub sigma: f64,
     /// How residuals count.
@@ -31,6 +35,7 @@ impl Frequencies {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
         Self {
             values: rad_s.iter().enumerate().map(number).collect(),
+            among: Among::default(),
             sigma,
             loss: Loss::Squares,
             held_out: false,
@@ -51,6 +56,26 @@ impl Frequencies {
         }
         self.values.iter_mut().zip(modes).for_each(|(value, mode)| value.mode = *mode);
         Ok(self)
+    }
+
+    /// Seen in or out of the plane of a planar scene.
+    pub fn plane(self, plane: Plane) -> Self {
+        Self { among: Among { plane: Some(plane), ..self.among }, ..self }
+    }
+
+    /// Of modes of one kind only, counted among themselves.
+    pub fn of_kind(self, kind: Kind) -> Self {
+        Self { among: Among { kind: Some(kind), ..self.among }, ..self }
+    }
+
+    /// Of modes only that move along this line, counted among themselves.
+    pub fn along(self, direction: [f64; 3]) -> Self {
+        Self { among: Among { direction: Some(direction), ..self.among }, ..self }
+    }
+
+    /// The names of the modes.
+    pub(super) fn names(&self) -> impl Iterator<Item = ModeName> {
+        self.values.iter().map(|value| ModeName { number: value.mode, among: self.among })
     }
 
     /// With another loss than squares.

@@ -268,7 +268,7 @@ impl Measurement {
                 Some(path) => path.display().to_string(),
                 None => "the shape at rest".into(),
             },
-            Self::Frequencies(_) => "the frequencies".into(),
+            Self::Frequencies(f) => format!("the frequencies{}", f.among.words()),
             Self::Gauge(g) => g.name.clone(),
         }
     }

@@ -6,6 +6,7 @@ use super::view::View;
 use super::{Experiment, Frequency, Loss, Measurement, Moving, Reading, Sample, Sight, Unknown};
 use crate::Tone;
 use crate::error::Error;
+use crate::modes::ModeName;
 use crate::parameter::{Parameter, Properties};
 use crate::point::Stencil;
 use crate::problem::Problem;
@@ -23,8 +24,8 @@ pub(super) struct Part {
     /// Nodes that move, and nodes at rest, that are looked at.
     moving: Vec<usize>,
     resting: Vec<usize>,
-    /// Numbers of the modes whose frequencies are looked at.
-    modes: Vec<usize>,
+    /// The modes whose frequencies are looked at.
+    modes: Vec<ModeName>,
     /// Time of the last sample on the camera's clock, and of the last reading of a gauge, s.
     end: f64,
     gauged: f64,
@@ -121,7 +122,7 @@ impl Part {
             }
             Measurement::Frequencies(frequencies) => {
                 let first = self.modes.len();
-                self.modes.extend(frequencies.values.iter().map(|f| f.mode));
+                self.modes.extend(frequencies.names());
                 let place = |(k, f): (usize, &Frequency)| (first + k, f.rad_s);
                 Seen::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
             }
@@ -158,7 +159,7 @@ impl Part {
     }
 
     /// The modes whose frequencies were measured.
-    pub fn modes(&self) -> &[usize] {
+    pub fn modes(&self) -> &[ModeName] {
         &self.modes
     }
 

@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::flow::{Flow, Rest};
 use crate::frame::Frames;
 use crate::model::{Model, SpatialModel};
+use crate::modes::pencil::Pencil;
 use crate::parameter::Properties;
 use crate::rod::{Rod, SpatialRod};
 use crate::scalar::Nestable;
@@ -25,8 +26,32 @@ pub(crate) type Placed<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
 pub(crate) struct Settled<F> {
     /// The equilibrium.
     pub rest: Rest<F>,
-    /// By how much frequencies squared are shifted, 1/s^2.
-    shift: f64,
+    /// Whether it may move without a force.
+    indifferent: bool,
+}
+
+/// What a motion does whose largest displacement is the rod's length, or whose largest turn of an
+/// edge about itself is 1 rad.
+pub(crate) struct Moving {
+    /// The node that moves most.
+    pub node: usize,
+    /// How far, in lengths of the rod.
+    moved: f64,
+    /// The sum of all strains.
+    deformed: f64,
+    /// Energies of stretching, bending and twisting by those strains alone, J.
+    pub energies: [f64; 3],
+}
+
+impl Moving {
+    /// Whether edges turn about themselves and nodes stay.
+    pub fn is_spin(&self) -> bool {
+        self.moved <= 1e-6
+    }
+    /// Whether the rod keeps its shape.
+    pub fn is_rigid(&self) -> bool {
+        self.deformed <= 1e-2
+    }
 }
 
 impl SpatialProblem<'_> {
@@ -139,7 +164,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 drive.advance::<f64, M::Rod<f64>, W>(from, to, &mut q, &frames);
             }
             let chain = self.chain();
-            let scales = (self.problem.length(), self.zero_frequency_squared(chain));
+            let scales = (self.problem.length(), self.negligible(chain));
             let derivatives = self.problem.derivatives();
             let rest =
                 Flow::new(rod, self.free(), scales, chain, derivatives, q).descend(frames)?;
@@ -170,12 +195,47 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     }
 
     /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending
-    /// vibration's, or what rounding errors in a tangent that goes with the fourth power of the
-    /// mesh, or a chain's with the second, amount to.
-    pub(crate) fn zero_frequency_squared(&self, chain: Option<Chain>) -> f64 {
+    /// vibration's, and what rounding errors of the edges' stiffness, each another, add up to where
+    /// edges lie askew to the axes. A rod that no end holds moves along itself, against all of them
+    /// and those of eliminating one edge after the other.
+    pub(crate) fn zero_frequency_squared(&self) -> f64 {
+        let p = Properties::<f64>::of(self.scene(), |_, value| value);
+        let speed_squared = p.youngs_modulus / p.density;
+        let supports = &self.scene().supports;
+        let held = [supports.start, supports.end]
+            .iter()
+            .any(|s| matches!(s, Support::Clamped | Support::Pinned));
+        let nodes = self.nodes() as f64;
+        let noise = f64::EPSILON * if held { nodes.powf(1.5) } else { 10.0 * nodes.powi(2) };
+        self.bending_frequency_squared() * 1e-9
+            + noise * speed_squared / self.problem.length().powi(2)
+    }
+
+    /// A stiffness of every unknown that counts as none, N/m (N m for angles): a billionth of the
+    /// rod's own in bending and twisting as a whole, or what rounding errors amount to in a tangent
+    /// that goes with the fourth power of the mesh, or a chain's with the second.
+    pub(crate) fn negligible(&self, chain: Option<Chain>) -> Vec<f64> {
+        let nodes = self.nodes() as f64;
+        let p = Properties::<f64>::of(self.scene(), |_, value| value);
+        let [i1, i2] = p.second_moments;
+        let length = self.problem.length();
         let power = if chain.is_some() { 2 } else { 4 };
-        let noise = f64::EPSILON * (self.nodes() as f64).powi(power);
-        self.bending_frequency_squared() * (1e-9 + 10.0 * noise)
+        let noise = 10.0 * f64::EPSILON * nodes.powi(power);
+        let bending = self.bending_frequency_squared() * (1e-9 + noise);
+        let moving = match chain {
+            Some(_) => bending,
+            None => bending + self.zero_frequency_squared(),
+        };
+        // An angle's inertia about the edge is so small that it would not show: it counts like the
+        // edge's mass on a lever of the rod's length, as much more as twisting is stiffer.
+        let bend = p.youngs_modulus * i1.min(i2);
+        let twist = (p.shear_modulus * p.torsion_constant / bend).max(1.0);
+        let angle = bending * twist * p.density * p.area * length.powi(3) / nodes;
+        let stiffness = |(i, metric): (usize, f64)| match M::Rod::<f64>::is_angle(i) {
+            true => angle,
+            false => metric * moving,
+        };
+        self.metric(chain).into_iter().enumerate().map(stiffness).collect()
     }
 
     /// Unknowns of the equilibrium at t = 0, angles measured from the frames the rod begins with.
@@ -188,22 +248,25 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     }
 
     /// Gives an equilibrium `q` of a rod its exact derivatives: one step of Newton's method per
-    /// order that `D` carries, with masses times `shift`, 1/s^2, added to the tangent; that needs
-    /// one more. A long chain is solved by its edges.
+    /// order that `D` carries; `indifferent` with a [negligible](Self::negligible) stiffness added,
+    /// which needs one more. A long chain is solved by its edges.
     fn follow<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
         frames: &<M::Rod<D> as Rod<D, W>>::Frames,
         q: &mut [D],
-        shift: f64,
+        indifferent: bool,
     ) -> Result<(), Singular> {
         let n = q.len();
         let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
         let mut factors = Ldlt::with_order(n);
         let (free, chain) = (self.free(), self.chain());
-        let (metric, shift, one) = (self.metric(chain), D::from(shift), D::from(1.0));
-        let metric: Vec<D> = metric.into_iter().map(D::from).collect();
-        for _ in 0..D::ORDER + usize::from(shift.value() != 0.0) {
+        let one = D::from(1.0);
+        let added: Vec<D> = match indifferent {
+            true => self.negligible(chain).into_iter().map(D::from).collect(),
+            false => vec![D::from(0.0); n],
+        };
+        for _ in 0..D::ORDER + usize::from(indifferent) {
             match chain {
                 Some(chain) => {
                     rod.gradient(q, frames, Derivatives::Hand, &mut gradient);
@@ -212,7 +275,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 }
                 None => rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent),
             }
-            factors.factor_sum(&metric, shift, &tangent, one, free.clone())?;
+            factors.factor_sum(&added, one, &tangent, one, free.clone())?;
             factors.solve(&mut gradient);
             if let Some(chain) = chain {
                 chain.spread::<D, M::Rod<D>, W>(&mut gradient);
@@ -233,71 +296,74 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// An [equilibrium](Self::equilibrium) to be differentiated.
     pub(crate) fn settled(&self) -> Result<Settled<FramesOf<M, W>>, Error> {
         let rest = self.equilibrium()?;
-        Ok(Settled { shift: self.indifference(&rest)?, rest })
+        Ok(Settled { indifferent: self.is_indifferent(&rest)?, rest })
     }
 
     /// Its unknowns with the derivatives that `D` carries, and the rod that is in it. The frames stay
     /// where they are.
     pub(crate) fn settled_over<D: Nestable>(
         &self,
-        Settled { rest, shift }: &Settled<FramesOf<M, W>>,
+        Settled { rest, indifferent }: &Settled<FramesOf<M, W>>,
         properties: &Properties<D>,
     ) -> Result<(M::Rod<D>, Vec<D>), Error> {
         let rod = self.model.rod(properties);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
-        self.follow(&rod, &M::lift(&rest.frames), &mut q, *shift)
+        self.follow(&rod, &M::lift(&rest.frames), &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         Ok((rod, q))
     }
 
-    /// What must be added to the frequencies squared of a rod at rest, 1/s^2, to make its tangent
-    /// regular: nothing, unless a direction is left in which no force resists. That may be a motion
-    /// as a rigid body, or the spin of a round rod between hinges, which does not move a node:
-    /// parameters do not push that way, and any answer will do. Everything else is refused.
-    fn indifference(&self, rest: &Rest<FramesOf<M, W>>) -> Result<f64, Error> {
-        let (rod, free, n) = (self.rod(), self.free(), rest.q.len());
-        let chain = self.chain();
-        let (zero, metric) = (self.zero_frequency_squared(chain), self.metric(chain));
-        let mut tangent = BandMatrix::zeros(n);
-        let (q, frames, hand) = (&rest.q, &rest.frames, Derivatives::Hand);
-        match chain {
-            Some(_) => rod.edge_tangent(q, frames, hand, &mut tangent),
-            None => rod.tangent(q, frames, hand, &mut vec![0.0; n], &mut tangent),
-        }
-        let mut factors = Ldlt::with_order(n);
-        let mut below = |shift: f64| {
-            let factored = factors.factor_sum(&metric, shift, &tangent, 1.0, free.clone());
-            factored
-                .map(|()| factors.negative_pivots())
-                .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })
+    /// Whether a direction is left in which no force resists. That may be a motion as a rigid body,
+    /// or the spin of a round rod between hinges, which does not move a node: parameters do not push
+    /// that way, and any answer will do. Everything else is refused.
+    fn is_indifferent(&self, rest: &Rest<FramesOf<M, W>>) -> Result<bool, Error> {
+        let pencil = Pencil::resting(self, &rest.q, &rest.frames);
+        let node = |row: usize| row / M::STRIDE;
+        let refused = |error: Error| match error {
+            Error::SingularTangent { row, .. } => Error::Indifferent { node: node(row) },
+            error => error,
         };
-        if below(-zero)? == below(zero)? {
-            return Ok(0.0);
+        let factors = pencil.factors(1.0).map_err(refused)?;
+        if pencil.below(-1.0).map_err(refused)? == factors.negative_pivots() {
+            return Ok(false);
         }
         // Inverse iteration finds such a direction.
+        let n = rest.q.len();
         let mut x: Vec<f64> = (0..n).map(|i| 1.0 + (i * 71 % 101) as f64 / 101.0).collect();
         for _ in 0..3 {
             factors.solve(&mut x);
             let largest = x.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
-            x.iter_mut().zip(&metric).for_each(|(x, m)| *x *= m / largest);
+            x.iter_mut().zip(&pencil.mass).for_each(|(x, m)| *x *= m / largest);
         }
         factors.solve(&mut x);
-        if let Some(chain) = chain {
+        if let Some(chain) = self.chain() {
             chain.spread::<f64, M::Rod<f64>, W>(&mut x);
         }
+        let motion = self.motion((&rest.q, &rest.frames), &x);
+        match motion.is_spin() || motion.is_rigid() {
+            true => Ok(true),
+            false => Err(Error::Indifferent { node: motion.node }),
+        }
+    }
+
+    /// What a motion from a state with the rates `x` of all unknowns does.
+    pub(crate) fn motion(&self, (q, frames): (&[f64], &FramesOf<M, W>), x: &[f64]) -> Moving {
+        let length = self.problem.length();
         let size = |of_angles: bool| {
-            let own = free.clone().filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);
+            let own = (0..x.len()).filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);
             own.map(|i| (i / M::STRIDE, x[i].abs()))
                 .fold((0, 0.0), |a: (usize, f64), b| if b.1 > a.1 { b } else { a })
         };
         let ((node, moved), (_, turned)) = (size(false), size(true));
-        let length = self.problem.length();
-        let mut strains = Vec::new();
-        strain_rates(&rod, (&rest.q, &rest.frames), &x, length, &mut strains);
-        let deformed: f64 = strains.iter().map(|rate| rate.abs()).sum();
-        match moved <= 1e-6 * turned * length || deformed * length <= 1e-2 * moved {
-            true => Ok(zero),
-            false => Err(Error::Indifferent { node }),
+        let largest = (moved / length).max(turned).max(f64::MIN_POSITIVE);
+        let x: Vec<f64> = x.iter().map(|x| x / largest).collect();
+        let (rod, mut strains) = (self.rod(), Vec::new());
+        strain_rates(&rod, (q, frames), &x, length, &mut strains);
+        Moving {
+            node,
+            moved: moved / length / largest,
+            deformed: strains.iter().map(|rate| rate.abs()).sum(),
+            energies: rod.strain_energies(&strains),
         }
     }
 
@@ -317,10 +383,9 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let held = self.held_rod(rod);
         // Where nothing resists, such as the spin of a round rod between hinges, any answer along
         // that direction will do.
-        let shifts = [0.0, self.zero_frequency_squared(None)];
-        let followed = shifts.into_iter().find_map(|shift| {
+        let followed = [false, true].into_iter().find_map(|indifferent| {
             let mut q = q.clone();
-            self.follow(&held, &frames, &mut q, shift).ok().map(|()| q)
+            self.follow(&held, &frames, &mut q, indifferent).ok().map(|()| q)
         });
         // Not finite: the first step says so.
         (followed.unwrap_or_else(|| vec![D::from(f64::NAN); q.len()]), frames)

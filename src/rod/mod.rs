@@ -152,6 +152,10 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// The same stiffnesses without loads and natural strains: its energy is that of a rate of strain.
     fn dashpots(&self) -> Self;
 
+    /// Energies of stretching, bending and twisting by `strains` of all elements, natural ones taken
+    /// as zero, J.
+    fn strain_energies(&self, strains: &[D]) -> [D; 3];
+
     /// Becomes `elastic` with every stiffness times `factor` and every natural strain
     /// `(natural + shift[i]) / factor`.
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]);

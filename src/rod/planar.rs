@@ -361,6 +361,18 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         rod
     }
 
+    fn strain_energies(&self, strains: &[D]) -> [D; 3] {
+        let (stretch, bend) = strains.split_at(self.stretch.len());
+        let mut energies = [D::from(0.0); 3];
+        for (e, s) in self.stretch.iter().zip(stretch) {
+            energies[0] += e.stiffness * e.rest_length * *s * *s * 0.5;
+        }
+        for (e, s) in self.bend.iter().zip(bend) {
+            energies[1] += e.stiffness * *s * *s * 0.5;
+        }
+        energies
+    }
+
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
         let (stretch_shift, bend_shift) = shift.split_at(elastic.stretch.len());
         for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift)

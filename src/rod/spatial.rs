@@ -474,6 +474,21 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         rod
     }
 
+    /// What couples bending and twisting counts half for each.
+    fn strain_energies(&self, strains: &[D]) -> [D; 3] {
+        let (stretch, joints) = strains.split_at(self.stretch.len());
+        let mut energies = [D::from(0.0); 3];
+        for (e, s) in self.stretch.iter().zip(stretch) {
+            energies[0] += e.stiffness * e.rest_length * *s * *s * 0.5;
+        }
+        for (joint, s) in self.joint.iter().zip(joints.as_chunks::<3>().0) {
+            let stress = joint.stiffness.times(s);
+            energies[1] += (stress[0] * s[0] + stress[1] * s[1]) * 0.5;
+            energies[2] += stress[2] * s[2] * 0.5;
+        }
+        energies
+    }
+
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
         let (stretch_shift, joint_shift) = shift.split_at(elastic.stretch.len());
         for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift)
