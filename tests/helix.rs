@@ -159,6 +159,9 @@ impl Rod<f64, 10> for PublishedRod {
     fn dashpots(&self) -> Self {
         Self(self.0.dashpots())
     }
+    fn strain_energies(&self, strains: &[f64]) -> [f64; 3] {
+        self.0.strain_energies(strains)
+    }
     fn set_viscous(&mut self, elastic: &Self, factor: f64, shift: &[f64]) {
         self.0.set_viscous(&elastic.0, factor, shift);
     }
