@@ -108,7 +108,10 @@ impl FitReport {
         let findings: Vec<&str> = self.not_identifiable.iter().map(|f| f.words.as_str()).collect();
         let findings = findings.join("; ");
         let identified = self.parameters.iter().all(|e| e.identifiable);
-        let worthless = doubts.first(Weight::Worthless).unwrap_or_default().to_string();
+        let cause = doubts.first(Weight::Setup);
+        let cause = cause.map_or(String::new(), |words| format!("; most likely as {words}"));
+        let worthless = doubts.first(Weight::Worthless);
+        let worthless = worthless.map_or(String::new(), |words| format!("{words}{cause}"));
         let grade = match (self.converged, identified) {
             (false, _) => Grade::NotUsable,
             // Beside a misfit as large as the data nothing is identifiable.
@@ -126,7 +129,7 @@ impl FitReport {
             Grade::ModelDoesNotExplain => ("converged".into(), doubts.of_the_model()),
             Grade::NotIdentifiable => (
                 format!("not identifiable: {findings}"),
-                "the data do not determine all that was asked for".into(),
+                format!("the data do not determine all that was asked for{cause}"),
             ),
             Grade::Interrupted => (
                 "interrupted after convergence".into(),
