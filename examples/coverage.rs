@@ -68,7 +68,6 @@ fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(boo
 }
 
 fn main() -> Result<(), Error> {
-    use Parameter::{ClampAngle, DampingMass, TimeOffset, YoungsModulus};
     let count: u64 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(40);
     let mut tilted = cantilever(0.6, 0.0);
     (tilted.supports.angle, tilted.camera.time_offset) = (0.02, 0.013);
@@ -77,28 +76,28 @@ fn main() -> Result<(), Error> {
             name: "E alone",
             scene: cantilever(0.4, 0.0),
             noise: 2e-3,
-            unknowns: &[YoungsModulus],
+            unknowns: &[Parameter::YoungsModulus],
             profile: false,
         },
         Case {
             name: "E with damping",
             scene: cantilever(0.6, 0.8),
             noise: 1e-3,
-            unknowns: &[YoungsModulus, DampingMass],
+            unknowns: &[Parameter::YoungsModulus, Parameter::DampingMass],
             profile: false,
         },
         Case {
             name: "E with the clamp's angle and the camera's clock",
             scene: tilted,
             noise: 1e-3,
-            unknowns: &[YoungsModulus, TimeOffset, ClampAngle],
+            unknowns: &[Parameter::YoungsModulus, Parameter::TimeOffset, Parameter::ClampAngle],
             profile: false,
         },
         Case {
             name: "E from the first tenth of a second, strongly nonlinear",
             scene: cantilever(0.1, 0.0),
             noise: 3e-3,
-            unknowns: &[YoungsModulus],
+            unknowns: &[Parameter::YoungsModulus],
             profile: true,
         },
     ];

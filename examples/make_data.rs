@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     record(&scene, 1, 1e-3, &format!("{folder}/cantilever-tip.csv"))?;
 
-    // Beta: its dissipation goes with the step, which therefore stays; finer in space.
+    // Parameter::Beta: its dissipation goes with the step, which therefore stays; finer in space.
     let mut scene = Scene::load(format!("{folder}/cantilever-coarse-steps.toml"))?;
     scene.rod.segments = Some(200);
     Parameter::Beta.set(&mut scene, 0.75)?;

@@ -13,33 +13,33 @@
 
 use crate::model::Model;
 use crate::rod::Rod;
-use crate::scalar::Scalar;
+use crate::scalar::{Nestable, Scalar};
 use crate::scene::supports::Moment;
 use crate::scene::{End, Motion};
 use crate::vector::{Vector, add, dot, sub, turned};
-use num_dual::{Dual2_64, Dual64};
+use num_dual::{Dual, Dual2_64};
 
-/// The ends that move.
+/// The ends that supports hold.
 #[derive(Clone, Debug)]
-pub struct Drive {
-    ends: Vec<DrivenEnd>,
+pub struct Drive<D = f64> {
+    ends: Vec<DrivenEnd<D>>,
     /// Unknowns from one node to the next.
     stride: usize,
 }
 
-/// An end that moves.
+/// An end that a support holds, and may move.
 #[derive(Clone, Debug)]
-pub struct DrivenEnd {
+pub struct DrivenEnd<D = f64> {
     /// Which.
     pub end: End,
     /// Its motions, vectors in the model's axes.
-    pub motions: Vec<Motion>,
+    pub motions: Vec<Motion<D>>,
     /// The point it turns about, m.
-    pub centre: Vector<f64>,
+    pub centre: Vector<D>,
     /// Held nodes, and where they are without motion, m.
-    pub nodes: Vec<(usize, Vector<f64>)>,
+    pub nodes: Vec<(usize, Vector<D>)>,
     /// The held edge with its tangent and its first material director without motion.
-    pub edge: Option<(usize, [Vector<f64>; 2])>,
+    pub edge: Option<(usize, [Vector<D>; 2])>,
 }
 
 /// A rigid motion.
@@ -50,13 +50,13 @@ struct Pose<D> {
     twist: D,
 }
 
-impl DrivenEnd {
-    fn pose<D: Scalar>(&self, moment: Moment<D>) -> Pose<D> {
+impl<D: Scalar> DrivenEnd<D> {
+    fn pose(&self, moment: Moment<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
         for motion in &self.motions {
             let part = motion.part(moment);
-            let share = |v: [f64; 3]| v.map(|c| part * c);
+            let share = |v: [D; 3]| v.map(|c| part * c);
             pose.displacement = add(pose.displacement, share(motion.displacement));
             pose.rotation = add(pose.rotation, share(motion.rotation));
             pose.twist += part * motion.twist;
@@ -65,20 +65,33 @@ impl DrivenEnd {
     }
 
     /// Where the pose takes a point.
-    fn moved<D: Scalar>(&self, pose: &Pose<D>, point: Vector<f64>) -> Vector<D> {
-        let arm = sub(point, self.centre).map(D::from);
-        add(add(self.centre.map(D::from), pose.displacement), turned(pose.rotation, arm))
+    fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
+        let arm = sub(point, self.centre);
+        add(add(self.centre, pose.displacement), turned(pose.rotation, arm))
     }
 }
 
-impl Drive {
+impl<D: Scalar> DrivenEnd<D> {
+    /// The same over other numbers, such as ones that carry rates in time; its nodes only.
+    fn over<E: Scalar>(&self, lift: impl Fn(D) -> E + Copy) -> DrivenEnd<E> {
+        DrivenEnd {
+            end: self.end,
+            motions: self.motions.iter().map(|motion| motion.map(lift)).collect(),
+            centre: self.centre.map(lift),
+            nodes: self.nodes.iter().map(|(i, x)| (*i, x.map(lift))).collect(),
+            edge: None,
+        }
+    }
+}
+
+impl<D: Nestable> Drive<D> {
     /// The drive of a model.
-    pub fn new<M: Model<W>, const W: usize>(ends: Vec<DrivenEnd>) -> Self {
+    pub fn new<M: Model<W>, const W: usize>(ends: Vec<DrivenEnd<D>>) -> Self {
         Self { ends, stride: M::STRIDE }
     }
 
     /// Moves the held unknowns of `q`, which are where `from` puts them, to where `to` does.
-    pub fn advance<D: Scalar, R: Rod<D, W>, const W: usize>(
+    pub fn advance<R: Rod<D, W>, const W: usize>(
         &self,
         from: Moment<f64>,
         to: Moment<f64>,
@@ -86,38 +99,41 @@ impl Drive {
         frames: &R::Frames,
     ) {
         for end in &self.ends {
-            let pose = end.pose(to);
+            let pose = end.pose(to.map(D::from));
             for (node, point) in &end.nodes {
                 let position = end.moved(&pose, *point);
-                for c in 0..self.stride.min(3) {
-                    q[self.stride * node + c] = D::from(position[c]);
-                }
+                let axes = self.stride.min(3);
+                q[self.stride * node..][..axes].copy_from_slice(&position[..axes]);
             }
             if let Some((edge, [tangent, director])) = end.edge {
                 let about = tangent.map(|c| c * pose.twist);
                 let director = turned(pose.rotation, turned(about, director));
-                let turn = pose.twist - end.pose(from).twist;
-                R::align(q, frames, edge, director, turn);
+                let turn = pose.twist - end.pose(from.map(D::from)).twist;
+                R::align(q, frames, edge, director, turn.value());
             }
         }
     }
 
     /// Writes the velocities of the held nodes, m/s.
-    pub fn velocities<D: Scalar>(&self, time: f64, v: &mut [D]) {
+    pub fn velocities(&self, time: f64, v: &mut [D]) {
         for end in &self.ends {
-            let pose = end.pose(Moment::Time(Dual64::new(time, 1.0)));
+            let end = end.over(Dual::from_re);
+            let pose = end.pose(Moment::Time(Dual::new(D::from(time), D::from(1.0))));
             for (node, point) in &end.nodes {
                 let position = end.moved(&pose, *point);
                 for c in 0..self.stride.min(3) {
-                    v[self.stride * node + c] = D::from(position[c].eps);
+                    v[self.stride * node + c] = position[c].eps;
                 }
             }
         }
     }
+}
 
+impl Drive {
     /// Writes the accelerations of the held nodes, m/s^2.
     pub fn accelerations(&self, time: f64, a: &mut [f64]) {
         for end in &self.ends {
+            let end = end.over(Dual2_64::from_re);
             let pose = end.pose(Moment::Time(Dual2_64::from_re(time).derivative()));
             for (node, point) in &end.nodes {
                 let position = end.moved(&pose, *point);

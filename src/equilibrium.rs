@@ -8,14 +8,13 @@
 use crate::error::Error;
 use crate::model::Model;
 use crate::modes::pencil::Pencil;
-use crate::parameter::{Parameter, Properties};
+use crate::parameter::Parameter;
 use crate::problem::{AnyProblem, FramesOf, Posed, Problem, Settled};
 use crate::reaction::Reactions;
 use crate::rod::{Energies, Rod};
 use crate::scalar::Nestable;
 use crate::simulation::Damping;
 use crate::state::State;
-use crate::vector::{add, sub, turned};
 use serde::{Deserialize, Serialize};
 
 /// A rod at rest.
@@ -77,9 +76,9 @@ impl Problem {
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.posed_as(&model);
-                    let (q, frames) = spatial.placed(&found.nodes);
+                    let (q, frames) = spatial.placed_still(&found.nodes);
                     let whole = Pencil::resting(&spatial, &q, &frames);
-                    let across = whole.across(model.components(spatial.normal()));
+                    let across = whole.across(spatial.model.components(spatial.normal()));
                     found.negative_directions += across.below(-1.0)?;
                     found.stable = Some(found.negative_directions == 0);
                 }
@@ -122,21 +121,13 @@ fn at_rest<M: Model<W>, const W: usize>(
 }
 
 /// Where the nodes `tracked` of a rod at rest are in the world, m, with the derivatives of the
-/// numbers that `seed` makes of the parameters. The clamp angle turns the rod about `pivot`, a point
-/// and an axis.
+/// numbers that `seed` makes of the parameters.
 pub(crate) fn nodes_over<D: Nestable, M: Model<W>, const W: usize>(
     posed: &Posed<'_, M, W>,
     settled: &Settled<FramesOf<M, W>>,
     tracked: &[usize],
-    (wall, axis): ([f64; 3], [f64; 3]),
     seed: impl Fn(Parameter, f64) -> D,
 ) -> Result<Vec<[D; 3]>, Error> {
-    let properties = Properties::of(posed.scene(), seed);
-    let (_, q) = posed.settled_over(settled, &properties)?;
-    let (rotation, wall) = (axis.map(|a| properties.clamp_angle * a), wall.map(D::from));
-    let node = |i: &usize| {
-        let x = posed.model.position(&q, *i);
-        add(wall, turned(rotation, sub(x, wall)))
-    };
-    Ok(tracked.iter().map(node).collect())
+    let (_, q) = posed.settled_over(settled, &posed.setup_over(seed))?;
+    Ok(tracked.iter().map(|i| posed.model.position(&q, *i)).collect())
 }

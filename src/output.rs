@@ -1,7 +1,6 @@
 //! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
 
 use crate::error::Error;
-use crate::parameter::Properties;
 use crate::point::Point;
 use crate::problem::Problem;
 use crate::scene::{Scene, Scheme};
@@ -218,9 +217,9 @@ impl SimulationReport {
 
 /// The kinetic energy of a rod that goes a thousand-millionth of its length in the time of the scene, J.
 fn still(problem: &Problem) -> f64 {
-    let p = Properties::<f64>::of(problem.scene(), |_, value| value);
+    let area = problem.scene().rod.section.moments().area;
     let (mass, end) = (
-        p.density * p.area * problem.length(),
+        problem.scene().material.density * area * problem.length(),
         problem.scene().time.as_ref().map_or(f64::INFINITY, |time| time.end),
     );
     0.5 * mass * (1e-9 * problem.length() / end).powi(2)

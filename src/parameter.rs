@@ -1,400 +1,244 @@
-//! The parameters a trajectory can be differentiated by and identified from.
+//! The parameters a trajectory can be differentiated by and identified from: the physical
+//! [numbers](crate::scene::number) of a scene, named by their place in the file.
 
 use crate::error::Error;
-use crate::scene::along::MOST_PARTS;
-use crate::scene::section::{Moments, circle, rectangle};
-use crate::scene::{Along, Initial, Scene, Scheme, Section, Time};
-use crate::simulation::Damping;
+use crate::scene::number::Quantity;
+use crate::scene::{
+    DampingSpec, Handedness, Initial, Loads, Material, Motion, PointForce, RodSpec, Scene, Section,
+    Shape, Supports, Time,
+};
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// A physical or numerical parameter of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "&'static str")]
-pub enum Parameter {
+/// A physical number of a scene, by its place in the file: `rod.shape.length`,
+/// `loads.point.0.force.y`. Numbers that are asked for often have short names too, `radius`.
+///
+/// ```
+/// use rodfit::Parameter;
+/// let length: Parameter = "rod.shape.length".parse()?;
+/// assert_eq!((length.name(), length.unit()), ("rod.shape.length", "m"));
+/// let modulus: Parameter = "youngs_modulus".parse()?;
+/// assert_eq!(modulus, Parameter::YoungsModulus);
+/// assert_eq!(modulus.path(), "material.youngs_modulus");
+/// # Ok::<(), rodfit::Error>(())
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Parameter {
+    /// Where it stands.
+    path: &'static str,
+}
+
+/// Short names of places.
+macro_rules! short_names {
+    ($($(#[$doc:meta])* $constant:ident = $name:literal: $path:literal;)*) => {
+        #[allow(non_upper_case_globals)]
+        impl Parameter {
+            $($(#[$doc])* pub const $constant: Self = Self { path: $path };)*
+        }
+        const SHORT_NAMES: &[(&str, Parameter)] = &[$(($name, Parameter::$constant)),*];
+    };
+}
+
+short_names! {
     /// E, Pa. Holds the shear modulus or Poisson's ratio, whichever the scene gives.
-    YoungsModulus,
+    YoungsModulus = "youngs_modulus": "material.youngs_modulus";
     /// G, Pa.
-    ShearModulus,
+    ShearModulus = "shear_modulus": "material.shear_modulus";
     /// Poisson's ratio.
-    PoissonRatio,
+    PoissonRatio = "poisson_ratio": "material.poisson_ratio";
     /// kg/m^3.
-    Density,
+    Density = "density": "material.density";
     /// Of a circular section, m.
-    Radius,
+    Radius = "radius": "rod.section.radius";
     /// Of a rectangular section, across `up`, m.
-    Width,
+    Width = "width": "rod.section.width";
     /// Of a rectangular section, along `up`, m.
-    Height,
+    Height = "height": "rod.section.height";
     /// Factor on the curvature of the rest shape.
-    NaturalCurvature,
-    /// The same of one of the parts the scene gives a list for, counted from 1 at the start.
-    NaturalCurvatureOf(u8),
+    NaturalCurvature = "natural_curvature": "rod.natural_curvature";
     /// Twist per length that the rod has when nothing acts on it, rad/m.
-    NaturalTwist,
-    /// The same of one of the parts the scene gives a list for, counted from 1 at the start.
-    NaturalTwistOf(u8),
+    NaturalTwist = "natural_twist": "rod.natural_twist";
     /// Of the Newmark-beta scheme.
-    Beta,
+    Beta = "beta": "time.beta";
     /// Mass-proportional damping, 1/s.
-    DampingMass,
+    DampingMass = "damping.mass": "loads.damping.mass";
     /// Kelvin-Voigt time, s.
-    DampingStiffness,
+    DampingStiffness = "damping.stiffness": "loads.damping.stiffness";
     /// By how much the rod as a whole is turned about its first node in its plane, rad.
-    ClampAngle,
+    ClampAngle = "clamp_angle": "supports.angle";
     /// Velocity of the rod at t = 0 along x, m/s.
-    InitialVelocityX,
+    InitialVelocityX = "initial.velocity.x": "initial.velocity.x";
     /// The same along y.
-    InitialVelocityY,
+    InitialVelocityY = "initial.velocity.y": "initial.velocity.y";
     /// The same along z.
-    InitialVelocityZ,
+    InitialVelocityZ = "initial.velocity.z": "initial.velocity.z";
     /// Angular velocity of the rod at t = 0 about x, rad/s.
-    InitialAngularVelocityX,
+    InitialAngularVelocityX = "initial.angular_velocity.x": "initial.angular_velocity.x";
     /// The same about y.
-    InitialAngularVelocityY,
+    InitialAngularVelocityY = "initial.angular_velocity.y": "initial.angular_velocity.y";
     /// The same about z.
-    InitialAngularVelocityZ,
+    InitialAngularVelocityZ = "initial.angular_velocity.z": "initial.angular_velocity.z";
     /// What the recording's clock shows when the motion starts, s.
-    TimeOffset,
+    TimeOffset = "time_offset": "camera.time_offset";
     /// Recorded over real lengths.
-    PixelScale,
+    PixelScale = "pixel_scale": "camera.pixel_scale";
     /// Of the camera about the normal of the scene's plane, rad.
-    InPlaneRotation,
+    InPlaneRotation = "in_plane_rotation": "camera.in_plane_rotation";
     /// Where the clamp is recorded, less where it is in the scene, along x, m.
-    ClampPositionX,
+    ClampPositionX = "clamp_position.x": "camera.clamp_position.x";
     /// The same along y.
-    ClampPositionY,
+    ClampPositionY = "clamp_position.y": "camera.clamp_position.y";
     /// The same along z.
-    ClampPositionZ,
+    ClampPositionZ = "clamp_position.z": "camera.clamp_position.z";
 }
 
-/// Names of the parameters of parts.
-macro_rules! of_parts {
-    ($name:literal) => {
-        of_parts!($name, 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
-    };
-    ($name:literal, $($part:literal)*) => {
-        [$(concat!($name, ".", $part)),*]
-    };
-}
-const CURVATURES: [&str; MOST_PARTS] = of_parts!("natural_curvature");
-const TWISTS: [&str; MOST_PARTS] = of_parts!("natural_twist");
-
-fn of_part(names: [&'static str; MOST_PARTS], part: u8) -> &'static str {
-    names.get(usize::from(part).wrapping_sub(1)).copied().unwrap_or("of no part")
-}
+/// Lists along the rod, whose short names count from 1.
+const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
 
 impl Parameter {
-    /// All parameters there are.
-    pub fn all() -> impl Iterator<Item = Self> {
-        let whole = [
-            Self::YoungsModulus,
-            Self::ShearModulus,
-            Self::PoissonRatio,
-            Self::Density,
-            Self::Radius,
-            Self::Width,
-            Self::Height,
-            Self::NaturalCurvature,
-            Self::NaturalTwist,
-            Self::Beta,
-            Self::DampingMass,
-            Self::DampingStiffness,
-            Self::ClampAngle,
-            Self::InitialVelocityX,
-            Self::InitialVelocityY,
-            Self::InitialVelocityZ,
-            Self::InitialAngularVelocityX,
-            Self::InitialAngularVelocityY,
-            Self::InitialAngularVelocityZ,
-            Self::TimeOffset,
-            Self::PixelScale,
-            Self::InPlaneRotation,
-            Self::ClampPositionX,
-            Self::ClampPositionY,
-            Self::ClampPositionZ,
-        ];
-        let parts = 1..=MOST_PARTS as u8;
-        let curvatures = parts.clone().map(Self::NaturalCurvatureOf);
-        whole.into_iter().chain(curvatures).chain(parts.map(Self::NaturalTwistOf))
+    /// The parameter that stands at a place of a scene.
+    pub(crate) fn at(path: &str) -> Self {
+        Self { path: kept(path) }
     }
 
-    /// The name in files and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::YoungsModulus => "youngs_modulus",
-            Self::ShearModulus => "shear_modulus",
-            Self::PoissonRatio => "poisson_ratio",
-            Self::Density => "density",
-            Self::Radius => "radius",
-            Self::Width => "width",
-            Self::Height => "height",
-            Self::NaturalCurvature => "natural_curvature",
-            Self::NaturalCurvatureOf(part) => of_part(CURVATURES, part),
-            Self::NaturalTwist => "natural_twist",
-            Self::NaturalTwistOf(part) => of_part(TWISTS, part),
-            Self::Beta => "beta",
-            Self::DampingMass => "damping.mass",
-            Self::DampingStiffness => "damping.stiffness",
-            Self::ClampAngle => "clamp_angle",
-            Self::InitialVelocityX => "initial.velocity.x",
-            Self::InitialVelocityY => "initial.velocity.y",
-            Self::InitialVelocityZ => "initial.velocity.z",
-            Self::InitialAngularVelocityX => "initial.angular_velocity.x",
-            Self::InitialAngularVelocityY => "initial.angular_velocity.y",
-            Self::InitialAngularVelocityZ => "initial.angular_velocity.z",
-            Self::TimeOffset => "time_offset",
-            Self::PixelScale => "pixel_scale",
-            Self::InPlaneRotation => "in_plane_rotation",
-            Self::ClampPositionX => "clamp_position.x",
-            Self::ClampPositionY => "clamp_position.y",
-            Self::ClampPositionZ => "clamp_position.z",
+    /// The parameter of a name: a place in the scene's file, or a short name of one.
+    fn named(name: &str) -> Option<Self> {
+        if let Some((_, parameter)) = SHORT_NAMES.iter().find(|(short, _)| *short == name) {
+            return Some(*parameter);
         }
+        for list in LISTS {
+            let part =
+                name.strip_prefix(list).and_then(|rest| rest.strip_prefix('.')?.parse().ok());
+            if let Some(part) = part.and_then(|part: usize| part.checked_sub(1)) {
+                return Some(Self::at(&format!("rod.{list}.{part}")));
+            }
+        }
+        let known = name.len() <= LONGEST_NAME && quantities().contains_key(&pattern(name));
+        known.then(|| Self::at(name))
+    }
+
+    /// The numbers that a scene has.
+    pub fn all(scene: &Scene) -> Vec<Self> {
+        let mut all = Vec::new();
+        scene.over(|path, value, _| {
+            all.push(Self::at(path));
+            value
+        });
+        all
+    }
+
+    /// What it is called in reports: its short name, if it has one, or else its place.
+    pub fn name(self) -> &'static str {
+        if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
+            return short;
+        }
+        let part = |list: &&str| {
+            let part = self.path.strip_prefix("rod.")?.strip_prefix(*list)?.strip_prefix('.')?;
+            Some(kept(&format!("{list}.{}", part.parse::<usize>().ok()? + 1)))
+        };
+        LISTS.iter().find_map(part).unwrap_or(self.path)
+    }
+
+    /// Its place in the scene's file.
+    pub fn path(self) -> &'static str {
+        self.path
+    }
+
+    /// What kind of number it is.
+    pub fn quantity(self) -> Quantity {
+        quantities().get(&pattern(self.path)).copied().unwrap_or(Quantity::signed(""))
     }
 
     /// The unit, empty for pure numbers.
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::YoungsModulus | Self::ShearModulus => "Pa",
-            Self::Density => "kg/m^3",
-            Self::Radius | Self::Width | Self::Height => "m",
-            Self::NaturalTwist | Self::NaturalTwistOf(_) => "rad/m",
-            Self::DampingMass => "1/s",
-            Self::DampingStiffness | Self::TimeOffset => "s",
-            Self::InPlaneRotation | Self::ClampAngle => "rad",
-            Self::InitialVelocityX | Self::InitialVelocityY | Self::InitialVelocityZ => "m/s",
-            Self::InitialAngularVelocityX
-            | Self::InitialAngularVelocityY
-            | Self::InitialAngularVelocityZ => "rad/s",
-            Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => "m",
-            Self::PoissonRatio
-            | Self::NaturalCurvature
-            | Self::NaturalCurvatureOf(_)
-            | Self::Beta
-            | Self::PixelScale => "",
-        }
+        self.quantity().unit
     }
 
     /// Whether the parameter is positive and therefore identified in its logarithm.
     pub fn is_positive(self) -> bool {
-        !matches!(
-            self,
-            Self::PoissonRatio
-                | Self::NaturalCurvature
-                | Self::NaturalCurvatureOf(_)
-                | Self::NaturalTwist
-                | Self::NaturalTwistOf(_)
-                | Self::Beta
-                | Self::ClampAngle
-                | Self::InitialVelocityX
-                | Self::InitialVelocityY
-                | Self::InitialVelocityZ
-                | Self::InitialAngularVelocityX
-                | Self::InitialAngularVelocityY
-                | Self::InitialAngularVelocityZ
-                | Self::TimeOffset
-                | Self::InPlaneRotation
-                | Self::ClampPositionX
-                | Self::ClampPositionY
-                | Self::ClampPositionZ
-        )
-    }
-
-    /// Whether it is a velocity at t = 0.
-    pub fn is_initial_velocity(self) -> bool {
-        matches!(
-            self,
-            Self::InitialVelocityX
-                | Self::InitialVelocityY
-                | Self::InitialVelocityZ
-                | Self::InitialAngularVelocityX
-                | Self::InitialAngularVelocityY
-                | Self::InitialAngularVelocityZ
-        )
+        self.quantity().is_positive
     }
 
     /// Whether only the recording depends on it, and not the motion.
     pub fn is_of_the_camera(self) -> bool {
-        matches!(
-            self,
-            Self::TimeOffset
-                | Self::PixelScale
-                | Self::InPlaneRotation
-                | Self::ClampPositionX
-                | Self::ClampPositionY
-                | Self::ClampPositionZ
-        )
+        self.quantity().is_of_the_camera
+    }
+
+    /// Whether it is a moment on a node.
+    pub(crate) fn is_moment(self) -> bool {
+        self.path.contains(".moment.")
     }
 
     /// Smallest and largest value the parameter may take at all.
     pub fn limits(self) -> [f64; 2] {
-        match self {
-            Self::Beta => [0.5, 1.0],
-            Self::PoissonRatio => [-1.0 + 1e-9, 0.5],
-            Self::NaturalCurvature | Self::NaturalCurvatureOf(_) => [-1e3, 1e3],
-            Self::NaturalTwist | Self::NaturalTwistOf(_) => [-1e6, 1e6],
-            Self::TimeOffset => [-1e6, 1e6],
-            Self::InPlaneRotation | Self::ClampAngle => {
-                [-std::f64::consts::PI, std::f64::consts::PI]
-            }
-            Self::ClampPositionX | Self::ClampPositionY | Self::ClampPositionZ => [-1e6, 1e6],
-            Self::InitialVelocityX
-            | Self::InitialVelocityY
-            | Self::InitialVelocityZ
-            | Self::InitialAngularVelocityX
-            | Self::InitialAngularVelocityY
-            | Self::InitialAngularVelocityZ => [-1e6, 1e6],
-            _ => [f64::MIN_POSITIVE, f64::MAX],
-        }
+        self.quantity().limits
     }
 
     /// The parameter's value in a scene, if the scene has one.
     pub fn of(self, scene: &Scene) -> Option<f64> {
-        match self {
-            Self::YoungsModulus => Some(scene.material.youngs_modulus),
-            Self::ShearModulus => scene.material.shear_modulus,
-            Self::PoissonRatio => scene.material.poisson_ratio,
-            Self::Density => Some(scene.material.density),
-            Self::Radius => match scene.rod.section {
-                Section::Circle { radius } => Some(radius),
-                _ => None,
-            },
-            Self::Width => match scene.rod.section {
-                Section::Rectangle { width, .. } => Some(width),
-                _ => None,
-            },
-            Self::Height => match scene.rod.section {
-                Section::Rectangle { height, .. } => Some(height),
-                _ => None,
-            },
-            Self::NaturalCurvature => scene.rod.natural_curvature.whole(),
-            Self::NaturalCurvatureOf(part) => scene.rod.natural_curvature.part(part),
-            Self::NaturalTwist => scene.rod.natural_twist.whole(),
-            Self::NaturalTwistOf(part) => scene.rod.natural_twist.part(part),
-            Self::Beta => {
-                let newmark = |time: &&Time| time.scheme == Scheme::NewmarkBeta;
-                scene.time.as_ref().filter(newmark).map(|time| time.beta)
+        let mut found = None;
+        scene.over(|path, value, _| {
+            if path == self.path {
+                found = Some(value);
             }
-            Self::DampingMass => Some(scene.loads.damping.mass),
-            Self::DampingStiffness => Some(scene.loads.damping.stiffness),
-            Self::ClampAngle => in_world_axes(scene).is_empty().then_some(scene.supports.angle),
-            Self::InitialVelocityX => moving(scene).map(|initial| initial.velocity[0]),
-            Self::InitialVelocityY => moving(scene).map(|initial| initial.velocity[1]),
-            Self::InitialVelocityZ => moving(scene).map(|initial| initial.velocity[2]),
-            Self::InitialAngularVelocityX => {
-                moving(scene).map(|initial| initial.angular_velocity[0])
-            }
-            Self::InitialAngularVelocityY => {
-                moving(scene).map(|initial| initial.angular_velocity[1])
-            }
-            Self::InitialAngularVelocityZ => {
-                moving(scene).map(|initial| initial.angular_velocity[2])
-            }
-            Self::TimeOffset => Some(scene.camera.time_offset),
-            Self::PixelScale => Some(scene.camera.pixel_scale),
-            Self::InPlaneRotation => Some(scene.camera.in_plane_rotation),
-            Self::ClampPositionX => Some(scene.camera.clamp_position[0]),
-            Self::ClampPositionY => Some(scene.camera.clamp_position[1]),
-            Self::ClampPositionZ => Some(scene.camera.clamp_position[2]),
-        }
+            value
+        });
+        found
     }
 
     /// Puts a value into a scene.
     pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
-        let slot = match self {
-            Self::YoungsModulus => Some(&mut scene.material.youngs_modulus),
-            Self::ShearModulus => scene.material.shear_modulus.as_mut(),
-            Self::PoissonRatio => scene.material.poisson_ratio.as_mut(),
-            Self::Density => Some(&mut scene.material.density),
-            Self::Radius => match &mut scene.rod.section {
-                Section::Circle { radius } => Some(radius),
-                _ => None,
-            },
-            Self::Width => match &mut scene.rod.section {
-                Section::Rectangle { width, .. } => Some(width),
-                _ => None,
-            },
-            Self::Height => match &mut scene.rod.section {
-                Section::Rectangle { height, .. } => Some(height),
-                _ => None,
-            },
-            Self::NaturalCurvature => scene.rod.natural_curvature.whole_mut(),
-            Self::NaturalCurvatureOf(part) => scene.rod.natural_curvature.part_mut(part),
-            Self::NaturalTwist => scene.rod.natural_twist.whole_mut(),
-            Self::NaturalTwistOf(part) => scene.rod.natural_twist.part_mut(part),
-            Self::Beta => scene.time.as_mut().map(|time| &mut time.beta),
-            Self::DampingMass => Some(&mut scene.loads.damping.mass),
-            Self::DampingStiffness => Some(&mut scene.loads.damping.stiffness),
-            Self::ClampAngle => Some(&mut scene.supports.angle),
-            Self::InitialVelocityX => Some(&mut scene.initial.velocity[0]),
-            Self::InitialVelocityY => Some(&mut scene.initial.velocity[1]),
-            Self::InitialVelocityZ => Some(&mut scene.initial.velocity[2]),
-            Self::InitialAngularVelocityX => Some(&mut scene.initial.angular_velocity[0]),
-            Self::InitialAngularVelocityY => Some(&mut scene.initial.angular_velocity[1]),
-            Self::InitialAngularVelocityZ => Some(&mut scene.initial.angular_velocity[2]),
-            Self::TimeOffset => Some(&mut scene.camera.time_offset),
-            Self::PixelScale => Some(&mut scene.camera.pixel_scale),
-            Self::InPlaneRotation => Some(&mut scene.camera.in_plane_rotation),
-            Self::ClampPositionX => Some(&mut scene.camera.clamp_position[0]),
-            Self::ClampPositionY => Some(&mut scene.camera.clamp_position[1]),
-            Self::ClampPositionZ => Some(&mut scene.camera.clamp_position[2]),
-        };
-        match slot {
-            Some(slot) => *slot = value,
-            None => return Err(self.absent(scene)),
+        let mut found = false;
+        let changed = scene.over(|path, old, _| match path == self.path {
+            true => {
+                found = true;
+                value
+            }
+            false => old,
+        });
+        if !found {
+            return Err(self.absent(scene));
         }
+        *scene = changed;
         Ok(())
     }
 
-    /// The error for a parameter the scene does not have.
+    /// The error for a parameter that a scene does not have.
     pub fn absent(self, scene: &Scene) -> Error {
-        let mut found = self.name().to_string();
-        let allowed = match self {
-            Self::Radius => "with a circular section".into(),
-            Self::Width | Self::Height => "with a rectangular section".into(),
-            Self::ShearModulus | Self::PoissonRatio => "with its key in [material]".into(),
+        let names: Vec<&str> = Self::all(scene).into_iter().map(Self::name).collect();
+        let place = self.path.rsplit_once('.').map_or("", |(table, _)| table);
+        let needs = match self {
+            Self::Radius => "with a circular section",
+            Self::Width | Self::Height => "with a rectangular section",
+            Self::Beta => "with [time] and the scheme newmark-beta",
             Self::NaturalCurvature | Self::NaturalTwist => {
-                format!(
-                    "with one number there, not a list, whose parts are {found}.1, {found}.2, .."
-                )
+                "with one number there, not a list, whose parts are counted, .1, .2, .."
             }
-            Self::NaturalCurvatureOf(part) | Self::NaturalTwistOf(part) => {
-                format!("with a list of {part} numbers or more there")
-            }
-            Self::Beta => "with [time] and the scheme newmark-beta".into(),
-            Self::ClampAngle => {
-                let other = in_world_axes(scene);
-                let found_beside = if other.is_empty() { vec!["a scene in space"] } else { other };
-                found += &format!(" beside {}", found_beside.join(", "));
-                "in planar scenes where only the weight is given in the axes of the world".into()
-            }
-            parameter if parameter.is_initial_velocity() => "with a [time]".into(),
-            _ => "a parameter the scene has".into(),
+            _ => match place {
+                "material" => "with its key in [material]",
+                "rod.natural_curvature" | "rod.natural_twist" => {
+                    "with a list of so many numbers there"
+                }
+                "initial.velocity" | "initial.angular_velocity" => "with a [time]",
+                _ => "a number that the scene has",
+            },
         };
-        Error::invalid("parameter", found, allowed)
+        let allowed = format!("{needs}; the scene has {}", nearest(self.name(), &names));
+        Error::invalid("parameter", self.name(), allowed)
     }
 }
 
-/// What a scene gives in the axes of the world beside its weight, and would have to be turned with
-/// the rod.
-fn in_world_axes(scene: &Scene) -> Vec<&'static str> {
-    let given = [
-        ("loads.point", !scene.loads.point.is_empty()),
-        ("initial.point", !scene.initial.point.is_empty()),
-        ("initial.shape", scene.initial.shape.is_some()),
-        ("supports.motion", !scene.supports.motion.is_empty()),
-        ("supports.roller", scene.supports.roller.is_some()),
-    ];
-    given.into_iter().filter_map(|(key, given)| given.then_some(key)).collect()
+impl Serialize for Parameter {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
 }
 
-/// The start of a scene that is to move.
-fn moving(scene: &Scene) -> Option<&Initial> {
-    scene.time.as_ref().map(|_| &scene.initial)
-}
-
-impl From<Parameter> for &'static str {
-    fn from(parameter: Parameter) -> Self {
-        parameter.name()
+impl<'de> Deserialize<'de> for Parameter {
+    fn deserialize<T: serde::Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
+        Self::try_from(String::deserialize(deserializer)?).map_err(serde::de::Error::custom)
     }
 }
 
@@ -402,153 +246,167 @@ impl TryFrom<String> for Parameter {
     type Error = String;
 
     fn try_from(name: String) -> Result<Self, String> {
-        Self::all().find(|parameter| parameter.name() == name).ok_or_else(|| {
-            let of_parts = |p: &Self| matches!(p, Self::NaturalCurvatureOf(_) | Self::NaturalTwistOf(_));
-            let names: Vec<&str> = Self::all().filter(|p| !of_parts(p)).map(Self::name).collect();
-            let names = names.join(", ");
+        Self::named(&name).ok_or_else(|| {
+            let places: Vec<String> = quantities().keys().map(|p| p.replace('#', "0")).collect();
+            let short = SHORT_NAMES.iter().map(|(short, _)| *short);
+            let names: Vec<&str> = places.iter().map(String::as_str).chain(short).collect();
             format!(
-                "unknown parameter {name:?}, allowed: {names}, and natural_curvature.1, natural_twist.1, .. \
-                 of the parts of a list"
+                "unknown parameter {name:?}, allowed: a number of the scene by its place in the file, or by \
+                 its short name, such as youngs_modulus; nearest: {}",
+                nearest(&name, &names)
             )
         })
     }
 }
 
-impl std::fmt::Display for Parameter {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl std::str::FromStr for Parameter {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Self::try_from(name.to_string()).map_err(|message| Error::Parse { file: None, message })
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
 }
 
-/// A number per part of the rod: see [`Along`].
-#[derive(Clone, Copy, Debug)]
-pub struct PerPart<D> {
-    values: [D; MOST_PARTS],
-    count: usize,
-}
-
-impl<D: crate::Scalar> PerPart<D> {
-    fn new(
-        along: &Along,
-        whole: Parameter,
-        part: impl Fn(u8) -> Parameter,
-        seed: impl Fn(Parameter, f64) -> D,
-    ) -> Self {
-        let mut values = [D::from(0.0); MOST_PARTS];
-        let given = along.values();
-        for ((value, given), number) in values.iter_mut().zip(given).zip(1..) {
-            *value = seed(if along.whole().is_some() { whole } else { part(number) }, *given);
-        }
-        Self { values, count: given.len().min(MOST_PARTS) }
-    }
-
-    /// The number at a place, given as a part of the rod's length. Where two parts meet, the second's.
-    pub fn at(&self, place: f64) -> D {
-        // Rounding errors of arc lengths do not count.
-        let part = (place * self.count as f64 + 1e-9).max(0.0) as usize;
-        self.values[part.min(self.count.saturating_sub(1))]
+impl fmt::Debug for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 
-/// The numbers of a scene that a simulation depends on differentiably.
-#[derive(Clone, Copy, Debug)]
-pub struct Properties<D> {
-    /// E, Pa.
-    pub youngs_modulus: D,
-    /// G, Pa; zero when the scene gives neither it nor Poisson's ratio, as planar ones need not.
-    pub shear_modulus: D,
-    /// kg/m^3.
-    pub density: D,
-    /// m^2.
-    pub area: D,
-    /// Second moments of area in the plane of `up` and across it, m^4.
-    pub second_moments: [D; 2],
-    /// J, m^4.
-    pub torsion_constant: D,
-    /// Factor on the curvature of the rest shape.
-    pub natural_curvature: PerPart<D>,
-    /// Natural twist per length, rad/m.
-    pub natural_twist: PerPart<D>,
-    /// How much further than the scene says the rod is turned: zero, with derivatives, rad.
-    pub clamp_angle: D,
-    /// Velocity at t = 0 in world axes, m/s.
-    pub velocity: [D; 3],
-    /// Angular velocity at t = 0 in world axes, rad/s.
-    pub angular_velocity: [D; 3],
-    /// Both dampings.
-    pub damping: Damping<D>,
-    /// Of the scheme.
-    pub beta: D,
+impl Scene {
+    /// The scene over another scalar; `seed` makes its numbers of the parameters.
+    pub fn seeded<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
+        self.over(|path, value, _| seed(Parameter::at(path), value))
+    }
 }
 
-impl<D: crate::Scalar> Properties<D> {
-    /// Reads the numbers, each as `seed` makes it of its parameter and value: `|_, v| v` for plain
-    /// numbers, or a dual number with a derivative where the parameter is the one asked for.
-    pub fn of(scene: &Scene, seed: impl Fn(Parameter, f64) -> D) -> Self {
-        let Moments { area, second_moments, torsion_constant } = match scene.rod.section {
-            Section::Circle { radius } => circle(seed(Parameter::Radius, radius)),
-            Section::Rectangle { width, height, .. } => {
-                rectangle(seed(Parameter::Width, width), seed(Parameter::Height, height))
-            }
-            Section::Custom { area, i1, i2, j, .. } => Moments {
-                area: D::from(area),
-                second_moments: [i1, i2].map(D::from),
-                torsion_constant: D::from(j),
-            },
-        };
-        let youngs_modulus = seed(Parameter::YoungsModulus, scene.material.youngs_modulus);
-        let shear_modulus = match (scene.material.shear_modulus, scene.material.poisson_ratio) {
-            (Some(modulus), _) => seed(Parameter::ShearModulus, modulus),
-            (None, Some(ratio)) => {
-                youngs_modulus / ((seed(Parameter::PoissonRatio, ratio) + 1.0) * 2.0)
-            }
-            (None, None) => D::from(0.0),
-        };
-        Self {
-            youngs_modulus,
-            shear_modulus,
-            density: seed(Parameter::Density, scene.material.density),
-            area,
-            second_moments,
-            torsion_constant,
-            natural_curvature: {
-                use Parameter::{NaturalCurvature, NaturalCurvatureOf};
-                PerPart::new(
-                    &scene.rod.natural_curvature,
-                    NaturalCurvature,
-                    NaturalCurvatureOf,
-                    &seed,
-                )
-            },
-            natural_twist: {
-                use Parameter::{NaturalTwist, NaturalTwistOf};
-                PerPart::new(&scene.rod.natural_twist, NaturalTwist, NaturalTwistOf, &seed)
-            },
-            clamp_angle: {
-                let angle = scene.supports.angle;
-                seed(Parameter::ClampAngle, angle) - D::from(angle)
-            },
-            velocity: {
-                let [x, y, z] = scene.initial.velocity;
-                [
-                    seed(Parameter::InitialVelocityX, x),
-                    seed(Parameter::InitialVelocityY, y),
-                    seed(Parameter::InitialVelocityZ, z),
-                ]
-            },
-            angular_velocity: {
-                let [x, y, z] = scene.initial.angular_velocity;
-                [
-                    seed(Parameter::InitialAngularVelocityX, x),
-                    seed(Parameter::InitialAngularVelocityY, y),
-                    seed(Parameter::InitialAngularVelocityZ, z),
-                ]
-            },
-            damping: Damping {
-                mass: seed(Parameter::DampingMass, scene.loads.damping.mass),
-                stiffness: seed(Parameter::DampingStiffness, scene.loads.damping.stiffness),
-            },
-            beta: seed(Parameter::Beta, scene.time.as_ref().map_or(0.5, |time| time.beta)),
+/// Longer names are no slips of the pen.
+const LONGEST_NAME: usize = 200;
+
+/// The three names most like one.
+fn nearest(name: &str, names: &[&str]) -> String {
+    let likeness = |other: &str| {
+        // Short names and last parts are what people remember.
+        let end = other.rsplit_once('.').map_or(other, |(_, end)| end);
+        strsim::jaro_winkler(name, other).max(strsim::jaro_winkler(name, end))
+    };
+    if name.len() > LONGEST_NAME {
+        return "none".into();
+    }
+    let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
+    names.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
+    names.join(", ")
+}
+
+/// A name that is kept as long as the program runs. There are as many as numbers in its scenes.
+fn kept(name: &str) -> &'static str {
+    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(name) = names.get(name) {
+        return name;
+    }
+    let name: &'static str = Box::leak(name.into());
+    names.insert(name);
+    name
+}
+
+/// A place with every number in a list as `#`.
+fn pattern(path: &str) -> String {
+    let general = |part: &'_ str| match part.bytes().all(|b| b.is_ascii_digit()) {
+        true => "#".to_string(),
+        false => part.to_string(),
+    };
+    path.split('.').map(general).collect::<Vec<_>>().join(".")
+}
+
+/// What kinds of numbers stand where, in scenes of all kinds.
+fn quantities() -> &'static BTreeMap<String, Quantity> {
+    static QUANTITIES: OnceLock<BTreeMap<String, Quantity>> = OnceLock::new();
+    QUANTITIES.get_or_init(|| {
+        let mut quantities = BTreeMap::new();
+        for scene in specimens() {
+            scene.over(|path, value, quantity| {
+                quantities.insert(pattern(path), quantity);
+                value
+            });
         }
+        quantities
+    })
+}
+
+/// Scenes that have every number there is between them.
+fn specimens() -> [Scene; 4] {
+    let up = [0.0, 1.0, 0.0];
+    let circle = Section::Circle { radius: 1.0 };
+    let rectangle = Section::Rectangle { width: 1.0, height: 1.0, up };
+    let custom = Section::Custom { area: 1.0, i1: 1.0, i2: 1.0, j: 1.0, up };
+    let straight = Shape::Straight { length: 1.0, direction: up };
+    let arc = Shape::Arc { length: 1.0, angle: 1.0 };
+    let (axis, handedness) = (up, Handedness::Left);
+    let helix = Shape::Helix { length: 1.0, radius: 1.0, pitch: 1.0, axis, handedness };
+    let polyline = Shape::polyline("");
+    let kinds = [(straight, circle.clone()), (arc, rectangle), (helix, custom), (polyline, circle)];
+    kinds.map(|(shape, section)| {
+        let material = Material {
+            poisson_ratio: Some(0.3),
+            shear_modulus: Some(1.0),
+            ..Material::new(1.0, 1.0)
+        };
+        let mut scene = Scene::new(2, shape.clone(), section, material);
+        let whole = matches!(shape, Shape::Straight { .. });
+        if !whole {
+            let RodSpec { natural_curvature, natural_twist, .. } = &mut scene.rod;
+            (*natural_curvature, *natural_twist) = (vec![1.0].into(), vec![0.0].into());
+        }
+        let motion = Motion { ramp: Some(1.0), frequency: Some(1.0), ..Motion::default() };
+        scene.supports = Supports { motion: vec![motion], ..Supports::default() };
+        let point = vec![PointForce::default()];
+        scene.loads =
+            Loads { damping: DampingSpec::default(), point: point.clone(), ..Loads::default() };
+        scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
+        scene.time = Some(Time::new(1.0, 1.0));
+        scene
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_names_stand_for_places_that_there_are() {
+        for (short, parameter) in SHORT_NAMES {
+            assert!(quantities().contains_key(parameter.path), "{parameter}");
+            assert_eq!(Parameter::named(short), Some(*parameter));
+            assert_eq!(Parameter::named(parameter.path), Some(*parameter));
+            assert_eq!(parameter.name(), *short);
+        }
+    }
+
+    #[test]
+    fn a_value_is_set_where_its_name_says() {
+        for mut scene in specimens() {
+            for (i, parameter) in Parameter::all(&scene).into_iter().enumerate() {
+                let value = 17.0 + i as f64;
+                parameter.set(&mut scene, value).unwrap();
+                assert_eq!(parameter.of(&scene), Some(value), "{parameter}");
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_names_are_answered_with_the_nearest() {
+        let told = |name: &str| name.parse::<Parameter>().unwrap_err().to_string();
+        assert!(told("youngs_moduls").contains("youngs_modulus"), "{}", told("youngs_moduls"));
+        assert!(told("lenght").contains("rod.shape.length"), "{}", told("lenght"));
+        let second: Parameter = "natural_curvature.2".parse().unwrap();
+        assert_eq!(second.path(), "rod.natural_curvature.1");
     }
 }

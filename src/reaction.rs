@@ -63,7 +63,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             }
         }
         let mut acceleration = vec![0.0; q.len()];
-        if let Some(drive) = self.drive() {
+        if let Some(drive) = self.moved_ends() {
             drive.accelerations(*time, &mut acceleration);
         }
         for (i, force) in force.iter_mut().enumerate() {
@@ -117,7 +117,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// Whether a node stands inside of a wall.
     fn is_inside(&self, node: usize) -> bool {
-        let [start, end] = cuts(self.scene());
+        let [start, end] = cuts(&self.scene().supports);
         start && node == 0 || end && node + 1 == self.nodes()
     }
 

@@ -9,7 +9,6 @@ use crate::model::Model;
 use crate::parameter::Parameter;
 use crate::problem::{AnyProblem, Posed, Problem};
 use crate::trajectory::{Motion, Trajectory};
-use crate::vector::{add, sub, turned};
 use num_dual::HyperDual64;
 
 /// The parts of a hyper-dual number after the real one.
@@ -51,7 +50,7 @@ fn rest_posed<M: Model<W>, const W: usize>(
 ) -> Result<Trajectory, Error> {
     let mut record = plain.emptied(&[one, two, two]);
     let tracked = plain.tracked();
-    let nodes = nodes_over(posed, &posed.settled()?, tracked, plain.pivot(), seed)?;
+    let nodes = nodes_over(posed, &posed.settled()?, tracked, seed)?;
     record.push(0.0, |k, node| {
         let place = tracked.binary_search(&node).expect("records go over the tracked nodes");
         [nodes[place].map(|x| PARTS[k](&x)), [0.0; 3]]
@@ -70,12 +69,6 @@ fn repeat_posed<M: Model<W>, const W: usize>(
     let mut ends = plain.times().iter();
     let mut next = ends.next();
     let mut part = Vec::new();
-    let turns = [one, two].contains(&Parameter::ClampAngle);
-    // Zero, with the derivatives of the clamp angle along both directions.
-    let angle = {
-        let along = |p: Parameter| f64::from(u8::from(p == Parameter::ClampAngle));
-        HyperDual64::new(0.0, along(one), along(two), 0.0)
-    };
     for time in std::iter::once(None).chain(plain.taken().iter().map(Some)) {
         if let Some(time) = time {
             simulation.step_to(*time)?;
@@ -87,15 +80,9 @@ fn repeat_posed<M: Model<W>, const W: usize>(
             let (q, v): ([Vec<f64>; 4], [Vec<f64>; 4]) = (parts(&state.q), parts(&state.v));
             part.extend(q.into_iter().zip(v));
             record.push(state.time, |k, node| -> Motion {
-                let place = |k: usize| -> Motion {
-                    let (q, v) = &part[k];
-                    let position = if k == 0 { M::position::<f64> } else { M::rate::<f64> };
-                    [position(posed.model, q, node), posed.model.rate(v, node)]
-                };
-                match turns {
-                    false => place(k),
-                    true => turned_with(angle, plain.pivot(), [0, 1, 2, 3].map(place))[k],
-                }
+                let (q, v) = &part[k];
+                let position = if k == 0 { M::position::<f64> } else { M::rate::<f64> };
+                [position(posed.model, q, node), posed.model.rate(v, node)]
             });
             next = ends.next();
         }
@@ -103,29 +90,11 @@ fn repeat_posed<M: Model<W>, const W: usize>(
     Ok(record)
 }
 
-/// The parts of a motion whose rod is turned as a whole by `angle` about a point and an axis.
-fn turned_with(
-    angle: HyperDual64,
-    (wall, axis): ([f64; 3], [f64; 3]),
-    parts: [Motion; 4],
-) -> [Motion; 4] {
-    let whole = |j: usize, c: usize| {
-        let [re, one, two, both] = parts.map(|motion| motion[j][c]);
-        HyperDual64::new(re, one, two, both)
-    };
-    let [x, v] = [0, 1].map(|j| [0, 1, 2].map(|c| whole(j, c)));
-    let (rotation, wall) = (axis.map(|a| angle * a), wall.map(HyperDual64::from));
-    let x = add(wall, turned(rotation, sub(x, wall)));
-    let v = turned(rotation, v);
-    PARTS.map(|part| [x.map(|c| part(&c)), v.map(|c| part(&c))])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Point;
     use crate::scene::{Handedness, Material, Scene, Section, Shape};
-    use Parameter::{Density, NaturalCurvature, YoungsModulus};
 
     fn helix() -> Scene {
         let shape = Shape::Helix {
@@ -152,11 +121,11 @@ mod tests {
             let tip = problem.nodes() - 1;
             let plain = Trajectory::at_rest(&problem, &[tip], &[]).unwrap();
             for pair in [
-                [YoungsModulus, YoungsModulus],
-                [YoungsModulus, Density],
-                [YoungsModulus, NaturalCurvature],
-                [NaturalCurvature, NaturalCurvature],
-                [Parameter::ClampAngle, YoungsModulus],
+                [Parameter::YoungsModulus, Parameter::YoungsModulus],
+                [Parameter::YoungsModulus, Parameter::Density],
+                [Parameter::YoungsModulus, Parameter::NaturalCurvature],
+                [Parameter::NaturalCurvature, Parameter::NaturalCurvature],
+                [Parameter::ClampAngle, Parameter::YoungsModulus],
             ] {
                 let [one, two] = pair;
                 if one.of(&scene).is_none()

@@ -8,8 +8,10 @@
 //! ([`Posed::simulation_over`](crate::Posed::simulation_over)).
 
 use crate::banded::Ldlt;
+use crate::drive::Drive;
 use crate::error::Error;
 use crate::rod::Rod;
+use crate::scene::supports::Moment;
 use crate::scheme::{END, Formulas};
 use crate::simulation::{Damping, Simulation};
 use num_dual::Dual64;
@@ -60,6 +62,10 @@ impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
 pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     rod: S,
     viscous: Option<S>,
+    /// The supports that move.
+    drive: Option<Drive<Dual64>>,
+    /// Whether the parameter moves what supports hold.
+    moves_supports: bool,
     dashpots: Option<S>,
     damping: Damping<Dual64>,
     beta: Dual64,
@@ -88,7 +94,12 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
         let (strains, n) = (state.strain.len(), state.q.len());
         let rod = simulation.rod().clone();
+        let free = simulation.free();
+        let held = (0..state.q.len()).filter(|i| !free.contains(i));
+        let drive = simulation.driven().cloned();
         Self {
+            moves_supports: drive.is_some() || held.map(|i| state.q[i].eps).any(|rate| rate != 0.0),
+            drive,
             viscous: (strains > 0).then(|| simulation.dashpots().unwrap_or(&rod).clone()),
             dashpots: simulation.dashpots().cloned(),
             rod,
@@ -116,16 +127,23 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     {
         let scheme = simulation.formulas(self.beta);
         let (before, now) = (simulation.previous(), simulation.state());
+        let held = self.held(simulation);
         if scheme.averages() {
-            self.average_rate(&scheme, simulation);
+            self.average_rate(&scheme, simulation, &held);
         } else {
             self.set_viscous(&scheme, simulation);
             let rod = self.viscous.as_ref().unwrap_or(&self.rod);
             let (frames, direct) = (&self.frames, &mut self.direct);
             R::gradient_rate(rod, &now.q, frames, simulation.derivatives(), direct);
             R::frame_rate(frames, &now.q, simulation.gradient(), simulation.tangent(), direct);
+            for (i, rate, _) in &held {
+                simulation.tangent().add_column(*i, *rate, direct);
+            }
         }
         self.start.copy_from_slice(&self.q);
+        for (i, q, v) in held {
+            (self.q[i], self.v[i]) = (q, v);
+        }
         let free = simulation.free();
         let (q1, gradient) = (&now.q[free.clone()], &simulation.gradient()[free.clone()]);
         let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
@@ -148,6 +166,31 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         }
     }
 
+    /// The unknowns that supports hold, with the derivatives of their places and velocities at the
+    /// end of the step; none where the parameter does not move them.
+    fn held<R>(&mut self, simulation: &Simulation<f64, R, W>) -> Vec<(usize, f64, f64)>
+    where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        if !self.moves_supports {
+            return Vec::new();
+        }
+        let now = simulation.state();
+        let free = simulation.free();
+        let held = (0..now.q.len()).filter(|i| !free.contains(i));
+        let Some(drive) = &self.drive else {
+            return held.map(|i| (i, self.q[i], 0.0)).collect();
+        };
+        let dual = |x: &[f64], rates: &[f64]| -> Vec<Dual64> {
+            x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, *rate)).collect()
+        };
+        let (mut q, mut v) = (dual(&now.q, &self.q), dual(&now.v, &self.v));
+        let moment = Moment::Time(now.time);
+        drive.advance::<S, W>(moment, moment, &mut q, &self.frames);
+        drive.velocities(now.time, &mut v);
+        held.map(|i| (i, q[i].eps, v[i].eps)).collect()
+    }
+
     /// The rod with the viscous stress at the end of the step, and its derivative.
     fn set_viscous<R>(&mut self, scheme: &Formulas<Dual64>, simulation: &Simulation<f64, R, W>)
     where
@@ -168,8 +211,12 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
 
     /// The derivative of the mean gradient at a fixed end of the step: by the parameter, the frames
     /// and the start.
-    fn average_rate<R>(&mut self, scheme: &Formulas<Dual64>, simulation: &Simulation<f64, R, W>)
-    where
+    fn average_rate<R>(
+        &mut self,
+        scheme: &Formulas<Dual64>,
+        simulation: &Simulation<f64, R, W>,
+        held: &[(usize, f64, f64)],
+    ) where
         R: Rod<f64, W, Seeded = S>,
     {
         let mut sum = vec![0.0; self.direct.len()];
@@ -184,6 +231,9 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             R::frame_rate(frames, &forces.q, &forces.gradient, &forces.tangent, direct);
             for (j, start) in self.q.iter().enumerate() {
                 forces.tangent.add_column(j, start * (1.0 - stage.place), direct);
+            }
+            for (i, rate, _) in held {
+                forces.tangent.add_column(*i, rate * stage.place, direct);
             }
             for (sum, direct) in sum.iter_mut().zip(direct) {
                 *sum += stage.weight * *direct;

@@ -6,7 +6,7 @@ use crate::drive::Drive;
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::rod::{Energies, Rod};
-use crate::scalar::Scalar;
+use crate::scalar::{Nestable, Scalar};
 use crate::scene::Scheme;
 use crate::scene::supports::Moment;
 use crate::scheme::{END, Formulas};
@@ -62,7 +62,7 @@ pub struct Damping<D> {
 /// A rod, its state, and the room a step needs. Generic over the scalar: with dual numbers the
 /// whole simulation carries derivatives.
 #[derive(Clone, Debug)]
-pub struct Simulation<D: Scalar, R: Rod<D, W>, const W: usize> {
+pub struct Simulation<D: Nestable, R: Rod<D, W>, const W: usize> {
     rod: R,
     /// The rod with Kelvin-Voigt stress over the current step, or of an averaging scheme that stress
     /// alone; only when damped.
@@ -79,7 +79,7 @@ pub struct Simulation<D: Scalar, R: Rod<D, W>, const W: usize> {
     derivatives: Derivatives,
     keep_tangent: bool,
     /// The supports that move.
-    drive: Option<Drive>,
+    drive: Option<Drive<D>>,
     state: State<D, R::Frames>,
     previous: State<D, R::Frames>,
     work: Work,
@@ -106,7 +106,7 @@ pub struct StageForces<D, const W: usize> {
     pub tangent: BandMatrix<D, W>,
 }
 
-impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
+impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. `length`, m,
     /// is the scale of the stopping rule.
     pub fn new(
@@ -162,7 +162,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     }
 
     /// Moves supports.
-    pub fn drive(&mut self, drive: Drive) {
+    pub fn drive(&mut self, drive: Drive<D>) {
         drive.velocities(self.state.time, &mut self.state.v);
         self.drive = Some(drive);
         self.find_forces();
@@ -193,6 +193,10 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         }
     }
 
+    /// The supports that move.
+    pub(crate) fn driven(&self) -> Option<&Drive<D>> {
+        self.drive.as_ref()
+    }
     /// The rod.
     pub fn rod(&self) -> &R {
         &self.rod
@@ -384,7 +388,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             let end = self.free.end;
             q[end..].copy_from_slice(&self.previous.q[end..]);
             let [from, to] = [self.previous.time, time].map(Moment::Time);
-            drive.advance::<D, R, W>(from, to, q, frames);
+            drive.advance::<R, W>(from, to, q, frames);
             drive.velocities(time, v);
         }
         self.set_viscous(scheme);

@@ -9,7 +9,7 @@ pub const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
 pub const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
 
 /// A table of numbers; blanks and NaN are missing.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     path: PathBuf,
     /// Name and unit of every column: `("x", Some("mm"))` for `x[mm]`.
@@ -19,7 +19,7 @@ pub struct Table {
 }
 
 /// A row of a table.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Line in the file.
     pub line: u64,
@@ -81,6 +81,11 @@ impl Table {
             let allowed = symbols.join(", ");
             self.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}{more}"))
         })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// An error at a line of this file.

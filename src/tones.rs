@@ -22,9 +22,9 @@ use crate::frame::Frames;
 use crate::model::{Model, SpatialModel};
 use crate::modes::pencil::Pencil;
 use crate::modes::{ModeName, Own, Plane, Vibrating, across};
-use crate::parameter::{Parameter, Properties};
-use crate::problem::{AnyProblem, Problem, Settled};
-use crate::rod::Rod;
+use crate::parameter::Parameter;
+use crate::problem::{AnyProblem, Modelled, Problem, Settled};
+use crate::rod::{Rod, spatial};
 use crate::scalar::Nestable;
 use num_dual::Dual64;
 
@@ -87,7 +87,7 @@ impl Problem {
 /// An equilibrium by its model.
 enum AnySettled {
     /// With the spatial model, where modes out of the plane are asked for.
-    Planar(Settled<()>, Option<Box<SpatialModel>>),
+    Planar(Settled<()>, Option<Box<Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>>>),
     Spatial(Settled<Frames<f64>>),
 }
 
@@ -150,7 +150,6 @@ impl<'a> Vibrations<'a> {
 
     /// Their frequencies with the derivatives that `D` carries, rad/s.
     fn over<D: Nestable>(&self, seed: impl Fn(Parameter, f64) -> D) -> Result<Vec<D>, Error> {
-        let properties = Properties::of(self.problem.scene(), seed);
         let picked = |plane| self.modes.iter().enumerate().filter(move |(_, m)| m.0 == plane);
         let mut frequencies = vec![D::from(0.0); self.modes.len()];
         let mut add = |plane: Option<Plane>, one: &dyn Fn(&Own) -> Result<D, Error>| {
@@ -161,21 +160,22 @@ impl<'a> Vibrations<'a> {
         };
         match (self.problem.posed(), &self.settled) {
             (AnyProblem::Planar(posed), AnySettled::Planar(settled, spatial)) => {
-                let (rod, q) = posed.settled_over(settled, &properties)?;
+                let (rod, q) = posed.settled_over(settled, &posed.setup_over(&seed))?;
                 let pencil = Pencil::at(&posed, &rod, &q, &());
                 add(Some(Plane::In), &|own| frequency(&pencil, own))?;
                 if let Some(model) = spatial.as_deref() {
                     let place = |i: usize| posed.model.position(&q, i);
                     let nodes: Vec<[D; 3]> = (0..posed.nodes()).map(place).collect();
                     let posed = self.problem.posed_as(model);
-                    let (q, frames) = posed.placed(&nodes);
-                    let whole = Pencil::at(&posed, &model.rod(&properties), &q, &frames);
-                    let pencil = whole.across(model.components(posed.normal()));
+                    let setup = posed.setup_over(&seed);
+                    let (q, frames) = posed.placed(&setup, &nodes);
+                    let whole = Pencil::at(&posed, &setup.rod(posed.model), &q, &frames);
+                    let pencil = whole.across(posed.model.components(posed.normal()));
                     add(Some(Plane::Out), &|own| frequency(&pencil, own))?;
                 }
             }
             (AnyProblem::Spatial(posed), AnySettled::Spatial(settled)) => {
-                let (rod, q) = posed.settled_over(settled, &properties)?;
+                let (rod, q) = posed.settled_over(settled, &posed.setup_over(&seed))?;
                 // Angles are coordinates whose inertia is theirs about the moved frames only.
                 let mut frames = SpatialModel::lift::<D>(&settled.rest.frames);
                 <SpatialModel as Model<_>>::Rod::<D>::rebase(&mut frames, &q);

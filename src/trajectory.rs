@@ -13,7 +13,6 @@ use crate::rod::{Energies, Rod};
 use crate::scalar::Scalar;
 use crate::sensitivity::{self, Sensitivity};
 use crate::simulation::{Simulation, Work};
-use crate::vector::{add, cross, sub};
 use nalgebra::Vector3;
 use num_dual::{Dual64, HyperDual64};
 use std::time::Duration;
@@ -72,8 +71,6 @@ pub struct Trajectory {
     stepping: Duration,
     /// Ends of all steps taken, halves too, s.
     taken: Vec<f64>,
-    /// The point and axis that the clamp angle turns the rod about.
-    pivot: ([f64; 3], [f64; 3]),
     /// Of every time, where asked for.
     energies: Option<Vec<Energies>>,
     reactions: Option<Vec<Reactions>>,
@@ -125,7 +122,6 @@ impl Trajectory {
             work: Work::default(),
             stepping: Duration::ZERO,
             taken: Vec::new(),
-            pivot: (problem.wall(), problem.normal()),
             energies: None,
             reactions: None,
             records: true,
@@ -178,7 +174,7 @@ impl Trajectory {
         self.motion.extend(self.tracked.iter().map(place));
         for (parameter, track) in self.parameters.iter().zip(&mut self.derivatives) {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-            let nodes = nodes_over(posed, &settled, &self.tracked, self.pivot, seed)?;
+            let nodes = nodes_over(posed, &settled, &self.tracked, seed)?;
             track.extend(nodes.iter().map(|x| [x.map(|x| x.eps), [0.0; 3]]));
         }
         Ok(())
@@ -292,21 +288,8 @@ impl Trajectory {
         self.times.push(state.time);
         let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
         self.motion.extend(self.tracked.iter().map(motion));
-        let parameters = self.parameters.iter().zip(sensitivities);
-        for (track, (parameter, s)) in self.derivatives.iter_mut().zip(parameters) {
-            let rates = |i: &usize| {
-                let [x, v] = [model.rate(s.q(), *i), model.rate(s.v(), *i)];
-                match parameter {
-                    Parameter::ClampAngle => {
-                        // The rod turns as a whole besides.
-                        let [position, velocity] = motion(i);
-                        let (wall, normal) = self.pivot;
-                        let turning = cross(normal, sub(position, wall));
-                        [add(x, turning), add(v, cross(normal, velocity))]
-                    }
-                    _ => [x, v],
-                }
-            };
+        for (track, s) in self.derivatives.iter_mut().zip(sensitivities) {
+            let rates = |i: &usize| [model.rate(s.q(), *i), model.rate(s.v(), *i)];
             track.extend(self.tracked.iter().map(rates));
         }
     }
@@ -324,11 +307,6 @@ impl Trajectory {
     /// The nodes that are recorded, ascending.
     pub(crate) fn tracked(&self) -> &[usize] {
         &self.tracked
-    }
-
-    /// The point and axis that the clamp angle turns the rod about.
-    pub(crate) fn pivot(&self) -> ([f64; 3], [f64; 3]) {
-        self.pivot
     }
 
     /// Ends of all steps taken, s: those of the scene, and halves where a step was refused.

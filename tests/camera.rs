@@ -7,11 +7,6 @@ use rodfit::{Fit, Observation, Parameter, Problem, Unknown};
 mod common;
 use common::{cantilever_with, helix_with, record};
 
-use Parameter::{
-    ClampAngle, ClampPositionX, ClampPositionY, InPlaneRotation, PixelScale, TimeOffset,
-    YoungsModulus,
-};
-
 /// A record of the tip as a camera shows it that is turned, scaled and shifted about the wall, and
 /// whose clock shows `offset` when the rod is let go; it has been running before.
 fn filmed(problem: &Problem, [offset, scale, turn]: [f64; 3], shift: [f64; 3]) -> Observation {
@@ -52,12 +47,12 @@ fn a_camera_set_up_by_eye() {
             observation.samples.retain(|sample| sample.time >= 0.0);
             let mut fit = Fit::new(&scene.problem().unwrap()).observe(observation);
             let looked_for = [
-                (YoungsModulus, truth),
-                (TimeOffset, offset),
-                (PixelScale, camera[1]),
-                (InPlaneRotation, camera[2]),
-                (ClampPositionX, shift[0]),
-                (ClampPositionY, shift[1]),
+                (Parameter::YoungsModulus, truth),
+                (Parameter::TimeOffset, offset),
+                (Parameter::PixelScale, camera[1]),
+                (Parameter::InPlaneRotation, camera[2]),
+                (Parameter::ClampPositionX, shift[0]),
+                (Parameter::ClampPositionY, shift[1]),
             ];
             // A straight rod's tip swings about its wall in the plane; a helix's hangs below it, and
             // turning about the vertical is what its swing does not tell.
@@ -76,7 +71,7 @@ fn a_camera_set_up_by_eye() {
             assert!(report.is_success(), "{report}");
             for (parameter, value) in looked_for {
                 let found = report.estimate(*parameter).unwrap().value.unwrap();
-                let scale = if *parameter == YoungsModulus { truth } else { 1.0 };
+                let scale = if *parameter == Parameter::YoungsModulus { truth } else { 1.0 };
                 assert!((found - value).abs() < 1e-7 * scale, "{parameter}: {found} {value}");
             }
         }
@@ -93,13 +88,13 @@ fn derivatives_through_the_camera() {
     let truth = stiff(scene.clone(), 0.9e8);
     let observation = filmed(&truth, [0.01, 1.05, -0.1], [0.01, 0.02, 0.0]);
     let unknowns = [
-        YoungsModulus,
-        TimeOffset,
-        PixelScale,
-        InPlaneRotation,
-        ClampPositionX,
-        ClampPositionY,
-        ClampAngle,
+        Parameter::YoungsModulus,
+        Parameter::TimeOffset,
+        Parameter::PixelScale,
+        Parameter::InPlaneRotation,
+        Parameter::ClampPositionX,
+        Parameter::ClampPositionY,
+        Parameter::ClampAngle,
     ];
     let mut fit = Fit::new(&scene.problem().unwrap()).observe(observation);
     for unknown in unknowns {
@@ -109,7 +104,7 @@ fn derivatives_through_the_camera() {
     let x = vec![0.95e8_f64.ln(), 0.0133, 0.01, 0.02, -0.003, 0.004, 0.05];
     let (rows, hessian) = (residuals.jacobian_at(&x).unwrap(), residuals.hessian(&x).unwrap());
     for j in 0..x.len() {
-        let step = if unknowns[j] == TimeOffset { 1e-6 } else { 1e-5 };
+        let step = if unknowns[j] == Parameter::TimeOffset { 1e-6 } else { 1e-5 };
         let at = |h: f64| {
             let mut x = x.clone();
             x[j] += h;
@@ -139,7 +134,9 @@ fn a_clamp_that_points_up() {
             scene.rod.shape = rodfit::scene::Shape::Straight { length: 0.5, direction };
             scene.rod.segments = Some(20);
             let problem = scene.problem().unwrap();
-            let truth = problem.with([(YoungsModulus, 0.8e8), (ClampAngle, angle)]).unwrap();
+            let truth = problem
+                .with([(Parameter::YoungsModulus, 0.8e8), (Parameter::ClampAngle, angle)])
+                .unwrap();
             let run = truth.simulate().unwrap();
             let start = run.tip(0);
             let rise = start[1] / 0.5;
@@ -151,21 +148,25 @@ fn a_clamp_that_points_up() {
             });
             let report = Fit::new(&problem)
                 .observe(Observation::new(samples.collect()))
-                .identify(YoungsModulus)
-                .identify(TimeOffset)
-                .identify(ClampAngle)
+                .identify(Parameter::YoungsModulus)
+                .identify(Parameter::TimeOffset)
+                .identify(Parameter::ClampAngle)
                 .solve()
                 .unwrap();
-            for (parameter, value) in
-                [(YoungsModulus, 0.8e8), (TimeOffset, 0.01), (ClampAngle, angle)]
-            {
+            for (parameter, value) in [
+                (Parameter::YoungsModulus, 0.8e8),
+                (Parameter::TimeOffset, 0.01),
+                (Parameter::ClampAngle, angle),
+            ] {
                 let found = report.estimate(parameter).unwrap().value.unwrap();
-                let scale = if parameter == YoungsModulus { value } else { 1.0 };
+                let scale = if parameter == Parameter::YoungsModulus { value } else { 1.0 };
                 assert!((found - value).abs() < 1e-7 * scale, "{parameter}: {found}\n{report}");
             }
             // The derivative that users get, the turn of the whole rod included.
-            let derived = problem.simulate_with(&[ClampAngle]).unwrap();
-            let at = |angle: f64| problem.with([(ClampAngle, angle)]).unwrap().simulate().unwrap();
+            let derived = problem.simulate_with(&[Parameter::ClampAngle]).unwrap();
+            let at = |angle: f64| {
+                problem.with([(Parameter::ClampAngle, angle)]).unwrap().simulate().unwrap()
+            };
             let (plus, minus) = (at(1e-5), at(-1e-5));
             let (_, slope) = derived.at(rodfit::Point::Tip, 0.33).unwrap();
             let ends = [&plus, &minus].map(|run| run.at(rodfit::Point::Tip, 0.33).unwrap().0);

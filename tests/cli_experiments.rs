@@ -12,8 +12,6 @@ use std::f64::consts::TAU;
 mod command;
 use command::{Folder, change, refused, stderr};
 
-use Parameter::{ClampAngle, YoungsModulus};
-
 /// Of positions, m.
 const SIGMA: f64 = 1e-4;
 const TRUTH: f64 = 1.3e8;
@@ -116,7 +114,7 @@ fn lab() -> Lab {
         let file = format!("{name}.toml");
         folder.write(&file, &change("length = 0.5", &format!("length = {length}")));
         let problem = Scene::load(folder.path(&file)).unwrap().problem().unwrap();
-        problem.with([(YoungsModulus, TRUTH), (ClampAngle, angle)]).unwrap()
+        problem.with([(Parameter::YoungsModulus, TRUTH), (Parameter::ClampAngle, angle)]).unwrap()
     };
     let long = rod("long", "0.5", ANGLES[0]);
     let short = rod("short", "0.3", ANGLES[1]);
@@ -184,7 +182,7 @@ fn two_rods_share_a_modulus() {
     for (file, angle) in [("fitted-long.toml", long), ("fitted-short.toml", short)] {
         let scene = Scene::load(folder.path(file)).unwrap();
         assert_eq!(Some(scene.material.youngs_modulus), e["value"].as_f64());
-        assert_eq!(ClampAngle.of(&scene), angle["value"].as_f64());
+        assert_eq!(Parameter::ClampAngle.of(&scene), angle["value"].as_f64());
         assert!(folder.run(&["simulate", file, "-q"]).status.success());
     }
 }

@@ -14,10 +14,6 @@ use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Unknown};
 mod common;
 use common::{cantilever_with, helix_with, record};
 
-use Parameter::{
-    ClampAngle, DampingMass, Density, NaturalCurvature, ShearModulus, TimeOffset, YoungsModulus,
-};
-
 /// A released cantilever of a given length.
 fn rod(length: f64, end: f64) -> Scene {
     let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
@@ -86,20 +82,20 @@ fn modulus_from_a_droop_and_density_from_a_frequency() {
         let report = Fit::new(&problem)
             .observe(droop(&truth, 20).sigma(1e-4))
             .observe(Frequencies::new(&frequencies(&truth, 1), 0.01))
-            .identify(YoungsModulus)
-            .identify(Density)
+            .identify(Parameter::YoungsModulus)
+            .identify(Parameter::Density)
             .solve()
             .unwrap();
         println!("{name}: {report}");
-        exact(&report, &[(YoungsModulus, e), (Density, 900.0)]);
+        exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::Density, 900.0)]);
         // A droop under the rod's own weight alone leaves the two one.
         scene.loads.point.clear();
         true_scene.loads.point.clear();
         let (problem, truth) = (scene.problem().unwrap(), true_scene.problem().unwrap());
         let alone = Fit::new(&problem)
             .observe(droop(&truth, 20).sigma(1e-4))
-            .identify(YoungsModulus)
-            .identify(Density)
+            .identify(Parameter::YoungsModulus)
+            .identify(Parameter::Density)
             .solve()
             .unwrap();
         assert!(!alone.is_success() && alone.status.contains("youngs_modulus/density"), "{alone}");
@@ -117,12 +113,12 @@ fn modulus_and_natural_curvature_of_a_drooping_rod() {
     true_scene.rod.natural_curvature = 0.8.into();
     let report = Fit::new(&scene.problem().unwrap())
         .observe(droop(&true_scene.problem().unwrap(), 20))
-        .identify(YoungsModulus)
-        .identify(NaturalCurvature)
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::NaturalCurvature)
         .solve()
         .unwrap();
     println!("{report}");
-    exact(&report, &[(YoungsModulus, 3.3e7), (NaturalCurvature, 0.8)]);
+    exact(&report, &[(Parameter::YoungsModulus, 3.3e7), (Parameter::NaturalCurvature, 0.8)]);
 }
 
 /// E and G of a helix from its droop and two frequencies, without any motion.
@@ -139,12 +135,12 @@ fn moduli_of_a_helix_at_rest() {
     let report = Fit::new(&scene.problem().unwrap())
         .observe(droop(&truth, 25).sigma(1e-4))
         .observe(Frequencies::new(&frequencies(&truth, 2), 0.02))
-        .identify(YoungsModulus)
-        .identify(ShearModulus)
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::ShearModulus)
         .solve()
         .unwrap();
     println!("{report}");
-    exact(&report, &[(YoungsModulus, 2.2e7), (ShearModulus, 6.1e6)]);
+    exact(&report, &[(Parameter::YoungsModulus, 2.2e7), (Parameter::ShearModulus, 6.1e6)]);
 }
 
 /// Two rods of one material, cut to other lengths, each with its own clamp, clock and air: what
@@ -171,24 +167,27 @@ fn two_rods_share_a_modulus() {
     ]);
     let report = fit
         .clone()
-        .identify(YoungsModulus)
-        .identify(DampingMass)
-        .identify(Unknown::new(ClampAngle).of_experiment("long"))
-        .identify(Unknown::new(ClampAngle).of_experiment("short"))
-        .identify(Unknown::new(TimeOffset).of_experiment("long"))
-        .identify(Unknown::new(TimeOffset).of_experiment("short"))
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::DampingMass)
+        .identify(Unknown::new(Parameter::ClampAngle).of_experiment("long"))
+        .identify(Unknown::new(Parameter::ClampAngle).of_experiment("short"))
+        .identify(Unknown::new(Parameter::TimeOffset).of_experiment("long"))
+        .identify(Unknown::new(Parameter::TimeOffset).of_experiment("short"))
         .solve()
         .unwrap();
     println!("{report}");
-    exact(&report, &[(YoungsModulus, e), (DampingMass, 0.7)]);
+    exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::DampingMass, 0.7)]);
     for (k, truth) in [(2, 0.02), (3, -0.03), (4, 0.01), (5, 0.02)] {
         let found = report.parameters[k].value.unwrap();
         assert!((found - truth).abs() < 1e-8, "{}: {found}", report.parameters[k].label());
     }
     let both = [
-        fit.clone().identify(ClampAngle).identify(Unknown::new(ClampAngle).of_experiment("long")),
-        fit.clone().identify(Unknown::new(ClampAngle).of_experiment("other")),
-        Fit::of([Experiment::new("a", &a), Experiment::new("a", &b)]).identify(YoungsModulus),
+        fit.clone()
+            .identify(Parameter::ClampAngle)
+            .identify(Unknown::new(Parameter::ClampAngle).of_experiment("long")),
+        fit.clone().identify(Unknown::new(Parameter::ClampAngle).of_experiment("other")),
+        Fit::of([Experiment::new("a", &a), Experiment::new("a", &b)])
+            .identify(Parameter::YoungsModulus),
     ];
     for (fit, words) in both.iter().zip(["parameter[1].name", "experiment", "observation"]) {
         let error = fit.solve().unwrap_err().to_string();
@@ -207,14 +206,18 @@ fn information_adds_up() {
         data
     };
     let sd = |report: &FitReport| {
-        let estimate = report.estimate(YoungsModulus).unwrap();
+        let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
         estimate.std_error.unwrap() / estimate.value.unwrap()
     };
     let alone = [0, 1].map(|k| {
-        sd(&Fit::new(&problems[k]).observe(data(k)).identify(YoungsModulus).solve().unwrap())
+        sd(&Fit::new(&problems[k])
+            .observe(data(k))
+            .identify(Parameter::YoungsModulus)
+            .solve()
+            .unwrap())
     });
     let experiments = [0, 1].map(|k| Experiment::new(["a", "b"][k], &problems[k]).observe(data(k)));
-    let together = sd(&Fit::of(experiments).identify(YoungsModulus).solve().unwrap());
+    let together = sd(&Fit::of(experiments).identify(Parameter::YoungsModulus).solve().unwrap());
     let expected = (alone[0].powi(-2) + alone[1].powi(-2)).powf(-0.5);
     // The errors are those at slightly different optima.
     assert!((together / expected - 1.0).abs() < 0.05, "{alone:?} {together}");
@@ -228,31 +231,34 @@ fn a_prior_lends_its_error() {
     let problem = scene.problem().unwrap();
     let mut data = record(&problem.simulate().unwrap(), 60).sigma(1e-3);
     noise(&mut data, 1e-3, 3);
-    let density = Unknown::new(Density).prior(1300.0, 26.0);
+    let density = Unknown::new(Parameter::Density).prior(1300.0, 26.0);
     let fit = |unknowns: Vec<Unknown>| {
         let fit = Fit::new(&problem).observe(data.clone());
         unknowns.into_iter().fold(fit, |fit, unknown| fit.identify(unknown)).solve().unwrap()
     };
-    let alone = fit(vec![YoungsModulus.into()]);
-    let with_prior = fit(vec![YoungsModulus.into(), density.clone()]);
+    let alone = fit(vec![Parameter::YoungsModulus.into()]);
+    let with_prior = fit(vec![Parameter::YoungsModulus.into(), density.clone()]);
     println!("{with_prior}");
     assert!(with_prior.is_success());
     let relative = |report: &FitReport, p| {
         let e = report.estimate(p).unwrap();
         e.std_error.unwrap() / e.value.unwrap()
     };
-    let expected = (relative(&alone, YoungsModulus).powi(2) + 0.02_f64.powi(2)).sqrt();
-    assert!((relative(&with_prior, YoungsModulus) / expected - 1.0).abs() < 2e-3);
-    assert!((relative(&with_prior, Density) / 0.02 - 1.0).abs() < 2e-3);
+    let expected = (relative(&alone, Parameter::YoungsModulus).powi(2) + 0.02_f64.powi(2)).sqrt();
+    assert!((relative(&with_prior, Parameter::YoungsModulus) / expected - 1.0).abs() < 2e-3);
+    assert!((relative(&with_prior, Parameter::Density) / 0.02 - 1.0).abs() < 2e-3);
     // The optimiser ends a thousandth of a standard deviation from the minimum.
-    assert!((value(&with_prior, Density) / 1300.0 - 1.0).abs() < 2e-5);
+    assert!((value(&with_prior, Parameter::Density) / 1300.0 - 1.0).abs() < 2e-5);
     // E moves along with the density that the prior prefers.
-    let ratio = value(&with_prior, YoungsModulus) / value(&alone, YoungsModulus);
+    let ratio =
+        value(&with_prior, Parameter::YoungsModulus) / value(&alone, Parameter::YoungsModulus);
     assert!((ratio / (1300.0 / 1273.52) - 1.0).abs() < 2e-5);
     // Data that say otherwise.
-    let wrong = fit(vec![Unknown::new(YoungsModulus).prior(2e8, 1e6)]);
+    let wrong = fit(vec![Unknown::new(Parameter::YoungsModulus).prior(2e8, 1e6)]);
     assert!(wrong.warnings.iter().any(|w| w.contains("contradict")), "{wrong}");
-    let bad = Fit::new(&problem).observe(data).identify(Unknown::new(Density).prior(-1.0, 1.0));
+    let bad = Fit::new(&problem)
+        .observe(data)
+        .identify(Unknown::new(Parameter::Density).prior(-1.0, 1.0));
     assert!(bad.solve().unwrap_err().to_string().contains("prior.mean"));
 }
 
@@ -280,7 +286,7 @@ fn what_is_held_out_is_predicted() {
             .observe(tip.clone())
             .observe(middle.clone().sigma(1e-3).held_out())
             .observe(shape.clone())
-            .identify(YoungsModulus)
+            .identify(Parameter::YoungsModulus)
             .solve()
             .unwrap()
     };
@@ -289,8 +295,9 @@ fn what_is_held_out_is_predicted() {
     assert!(right.is_success() && right.warnings.is_empty(), "{right}");
     assert_eq!(right.predictions.len(), 2);
     assert!(right.predictions[0].rms < 1.2 * right.predictions[0].expected);
-    let without = Fit::new(&problem).observe(tip.clone()).identify(YoungsModulus).solve().unwrap();
-    assert_eq!(value(&right, YoungsModulus), value(&without, YoungsModulus));
+    let without =
+        Fit::new(&problem).observe(tip.clone()).identify(Parameter::YoungsModulus).solve().unwrap();
+    assert_eq!(value(&right, Parameter::YoungsModulus), value(&without, Parameter::YoungsModulus));
     // Without damping no modulus explains the later swings.
     scene.loads.damping.mass = 0.0;
     let wrong = fit(&scene);
@@ -320,12 +327,13 @@ fn a_motion_needs_a_time() {
     let mut scene = rod(0.5, 0.2);
     let data = record(&scene.problem().unwrap().simulate().unwrap(), 20);
     scene.time = None;
-    let fit = Fit::new(&scene.problem().unwrap()).observe(data).identify(YoungsModulus);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(data).identify(Parameter::YoungsModulus);
     assert!(fit.solve().unwrap_err().to_string().contains("time"));
     scene.time = Some(Time::new(0.2, 4e-3));
     let frequency = |rad_s| Frequencies::new(&[rad_s], 0.1).of_modes(&[0]).unwrap();
     let fit = Fit::new(&scene.problem().unwrap());
-    let fit = fit.observe(frequency(26.0)).observe(frequency(27.0)).identify(YoungsModulus);
+    let fit =
+        fit.observe(frequency(26.0)).observe(frequency(27.0)).identify(Parameter::YoungsModulus);
     assert!(fit.solve().unwrap_err().to_string().contains("modes[0]"));
 }
 
@@ -341,7 +349,10 @@ fn torsion_does_not_renumber() {
     for poisson_ratio in [None, Some(0.5), Some(0.0)] {
         scene.material.poisson_ratio = poisson_ratio;
         let fit = Fit::new(&scene.problem().unwrap()).observe(Frequencies::new(&seen, 0.01));
-        exact(&fit.identify(YoungsModulus).solve().unwrap(), &[(YoungsModulus, 2.2e8)]);
+        exact(
+            &fit.identify(Parameter::YoungsModulus).solve().unwrap(),
+            &[(Parameter::YoungsModulus, 2.2e8)],
+        );
     }
     // Those across the plane are asked for, and are other ones here.
     let flat = Section::Rectangle { width: 0.01, height: 0.006, up: [0.0, 1.0, 0.0] };
@@ -351,8 +362,8 @@ fn torsion_does_not_renumber() {
     let own = all.iter().filter(|m| m.plane == Some(Plane::Out) && m.kind == Kind::Bending);
     let seen: Vec<f64> = own.map(|m| m.frequency_rad_s).take(2).collect();
     let seen = Frequencies::new(&seen, 0.01).plane(Plane::Out).of_kind(Kind::Bending);
-    let fit = Fit::new(&scene.problem().unwrap()).observe(seen).identify(YoungsModulus);
-    exact(&fit.solve().unwrap(), &[(YoungsModulus, 2.2e8)]);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(seen).identify(Parameter::YoungsModulus);
+    exact(&fit.solve().unwrap(), &[(Parameter::YoungsModulus, 2.2e8)]);
 }
 
 /// Impulse excitation (ASTM E1876): E from the first bending frequency of a free bar, G from the
@@ -378,17 +389,17 @@ fn moduli_of_a_free_bar() {
         Fit::new(&problem)
             .observe(Frequencies::new(bending, 1.0))
             .observe(Frequencies::new(torsion, 1.0).of_kind(Kind::Torsion))
-            .identify(YoungsModulus)
-            .identify(ShearModulus)
+            .identify(Parameter::YoungsModulus)
+            .identify(Parameter::ShearModulus)
             .solve()
             .unwrap()
     };
     let report = fit(&first(Kind::Bending), &first(Kind::Torsion));
-    exact(&report, &[(YoungsModulus, e), (ShearModulus, g)]);
+    exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::ShearModulus, g)]);
     let unit = (e * 0.004_f64.powi(2) / 12.0 / 2700.0).sqrt() / 0.16;
     let report = fit(&[4.73004074_f64, 7.85320462].map(|b| b * b * unit), &first(Kind::Torsion));
     // Lumped masses: 1.1e-3 at 60 segments.
-    assert!((value(&report, YoungsModulus) / e - 1.0).abs() < 5e-3, "{report}");
+    assert!((value(&report, Parameter::YoungsModulus) / e - 1.0).abs() < 5e-3, "{report}");
 }
 
 /// The keys of the fit file, and what it says of modes that a scene does not have.

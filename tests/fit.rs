@@ -10,11 +10,6 @@ use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 mod common;
 use common::{cantilever_with, record};
 
-use Parameter::{
-    Beta, DampingMass, DampingStiffness, Density, NaturalCurvature, PoissonRatio, Radius,
-    YoungsModulus,
-};
-
 /// 25 edges for `end` seconds.
 fn small(end: f64) -> Scene {
     let mut scene = cantilever_with(0.5, 2e-3, end, Clamp::MidEdge);
@@ -50,10 +45,10 @@ fn exact_modulus_from_anywhere() {
             scene.material.youngs_modulus = 1.0;
             let start = truth * 100f64.powf(random.random_range(-1.0..1.0));
             let starts = [truth / 100.0, truth * 100.0, start];
-            let unknown = Unknown::new(YoungsModulus);
+            let unknown = Unknown::new(Parameter::YoungsModulus);
             for unknown in [unknown.clone(), unknown.start(starts[k % 3])] {
                 let report = fit(&scene, &data, std::slice::from_ref(&unknown));
-                let error = (value(&report, YoungsModulus) / truth - 1.0).abs();
+                let error = (value(&report, Parameter::YoungsModulus) / truth - 1.0).abs();
                 worst = worst.max(error);
                 work.push(report.simulations);
                 assert!(
@@ -77,8 +72,8 @@ fn exact_modulus_with_walls_at_nodes() {
     let mut scene = small(3.0);
     scene.supports.clamp = Clamp::Nodes;
     let data = observe(&scene, 300);
-    let report = fit(&scene, &data, &[YoungsModulus.into()]);
-    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into()]);
+    assert!((value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
 }
 
 #[test]
@@ -87,12 +82,15 @@ fn exact_beta_alone_and_with_the_modulus() {
         let mut scene = small(2.0);
         scene.time = Some(Time { beta: truth, ..Time::new(2.0, 5e-3) });
         let data = observe(&scene, 200);
-        Beta.set(&mut scene, 0.62).unwrap();
-        let report = fit(&scene, &data, &[Beta.into()]);
-        assert!((value(&report, Beta) - truth).abs() < 1e-6, "{truth}: {report}");
-        let report = fit(&scene, &data, &[YoungsModulus.into(), Beta.into()]);
-        assert!((value(&report, Beta) - truth).abs() < 1e-6, "{truth}: {report}");
-        assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{truth}: {report}");
+        Parameter::Beta.set(&mut scene, 0.62).unwrap();
+        let report = fit(&scene, &data, &[Parameter::Beta.into()]);
+        assert!((value(&report, Parameter::Beta) - truth).abs() < 1e-6, "{truth}: {report}");
+        let report = fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::Beta.into()]);
+        assert!((value(&report, Parameter::Beta) - truth).abs() < 1e-6, "{truth}: {report}");
+        assert!(
+            (value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs() < 1e-6,
+            "{truth}: {report}"
+        );
     }
 }
 
@@ -105,9 +103,16 @@ fn exact_natural_curvature_with_the_modulus() {
         scene.rod.natural_curvature = truth.into();
         let data = observe(&scene, 100);
         scene.rod.natural_curvature = 0.8.into();
-        let report = fit(&scene, &data, &[YoungsModulus.into(), NaturalCurvature.into()]);
-        assert!((value(&report, NaturalCurvature) / truth - 1.0).abs() < 1e-7, "{report}");
-        assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-7, "{report}");
+        let report = fit(
+            &scene,
+            &data,
+            &[Parameter::YoungsModulus.into(), Parameter::NaturalCurvature.into()],
+        );
+        assert!(
+            (value(&report, Parameter::NaturalCurvature) / truth - 1.0).abs() < 1e-7,
+            "{report}"
+        );
+        assert!((value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs() < 1e-7, "{report}");
     }
 }
 
@@ -117,9 +122,17 @@ fn exact_dampings_with_the_modulus() {
     scene.loads.damping.mass = 0.8;
     scene.loads.damping.stiffness = 2e-3;
     let data = observe(&scene, 200);
-    let unknowns = [YoungsModulus.into(), DampingMass.into(), DampingStiffness.into()];
+    let unknowns = [
+        Parameter::YoungsModulus.into(),
+        Parameter::DampingMass.into(),
+        Parameter::DampingStiffness.into(),
+    ];
     let report = fit(&scene, &data, &unknowns);
-    for (parameter, truth) in [(YoungsModulus, 1e8), (DampingMass, 0.8), (DampingStiffness, 2e-3)] {
+    for (parameter, truth) in [
+        (Parameter::YoungsModulus, 1e8),
+        (Parameter::DampingMass, 0.8),
+        (Parameter::DampingStiffness, 2e-3),
+    ] {
         assert!((value(&report, parameter) / truth - 1.0).abs() < 1e-6, "{report}");
     }
 }
@@ -141,14 +154,14 @@ fn exact_modulus_with_every_scheme() {
         scene.material.youngs_modulus = 1e8;
         let data = observe(&scene, 50);
         scene.material.youngs_modulus = 1.0;
-        let report = fit(&scene, &data, &[YoungsModulus.into()]);
-        let error = (value(&report, YoungsModulus) / 1e8 - 1.0).abs();
+        let report = fit(&scene, &data, &[Parameter::YoungsModulus.into()]);
+        let error = (value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs();
         println!("{scheme:?}: off by {error:.1e} after {:.1} simulations", report.simulations);
         assert!(report.is_success() && error < 1e-8, "{scheme:?}: {report}");
         records.push(data);
     }
-    let report = fit(&scene, &records[1], &[YoungsModulus.into()]);
-    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-4, "{report}");
+    let report = fit(&scene, &records[1], &[Parameter::YoungsModulus.into()]);
+    assert!((value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs() < 1e-4, "{report}");
 }
 
 /// A known force separates what gravity cannot.
@@ -161,9 +174,9 @@ fn modulus_and_density_with_a_known_force() {
         ..PointForce::default()
     }];
     let data = observe(&scene, 100);
-    let report = fit(&scene, &data, &[YoungsModulus.into(), Density.into()]);
-    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{report}");
-    assert!((value(&report, Density) / 1273.52 - 1.0).abs() < 1e-6, "{report}");
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::Density.into()]);
+    assert!((value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs() < 1e-6, "{report}");
+    assert!((value(&report, Parameter::Density) / 1273.52 - 1.0).abs() < 1e-6, "{report}");
 }
 
 /// Damping that is not there goes to zero without holding up the others, whose minimum is that
@@ -177,9 +190,10 @@ fn what_vanishes_does_not_hold_up_the_rest() {
     for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
         *x += noise.sample(&mut random);
     }
-    let camera = [YoungsModulus, Parameter::ClampAngle, Parameter::PixelScale].map(Unknown::new);
+    let camera =
+        [Parameter::YoungsModulus, Parameter::ClampAngle, Parameter::PixelScale].map(Unknown::new);
     let without = fit(&scene, &data, &camera);
-    let damping = [DampingMass, DampingStiffness].map(Unknown::new);
+    let damping = [Parameter::DampingMass, Parameter::DampingStiffness].map(Unknown::new);
     let all: Vec<Unknown> = camera.into_iter().chain(damping).collect();
     let with = fit(&scene, &data, &all);
     println!("{with}");
@@ -212,7 +226,7 @@ fn jumps_of_the_misfit_are_named() {
         let scene = rod(step, 0.32);
         let run = scene.problem().unwrap().simulate().unwrap();
         let halved = run.work().steps > run.times().len() - 1;
-        let report = fit(&scene, &data, &[Unknown::new(YoungsModulus)]);
+        let report = fit(&scene, &data, &[Unknown::new(Parameter::YoungsModulus)]);
         assert!(!report.warnings.is_empty(), "{report}");
         (halved, report.warnings.iter().any(|w| w.contains("taken in halves")))
     };
@@ -239,10 +253,10 @@ fn partial_observations_of_several_points() {
     let report = Fit::new(&scene.problem().unwrap())
         .observe(middle)
         .observe(node)
-        .identify(YoungsModulus)
+        .identify(Parameter::YoungsModulus)
         .solve()
         .unwrap();
-    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
+    assert!((value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
     assert_eq!(report.sigma.len(), 2);
 }
 
@@ -266,9 +280,9 @@ fn standard_error_is_the_spread() {
         }
         // Of the mesh and the step of the data.
         let same = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
-        let fit = Fit::new(&problem).observe(data).identify(YoungsModulus).analyse(same);
+        let fit = Fit::new(&problem).observe(data).identify(Parameter::YoungsModulus).analyse(same);
         let report = fit.solve().unwrap();
-        let estimate = report.estimate(YoungsModulus).unwrap();
+        let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
         estimates.push((estimate.value.unwrap() / 1e8).ln());
         errors.push(estimate.std_error.unwrap() / estimate.value.unwrap());
         let [low, high] = estimate.interval95.unwrap();
@@ -306,16 +320,24 @@ fn refusal(report: &FitReport, words: &[&str]) {
 fn modulus_and_density_under_gravity_are_refused_by_name() {
     let scene = small(1.0);
     let data = observe(&scene, 100);
-    let report = fit(&scene, &data, &[YoungsModulus.into(), Density.into()]);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::Density.into()]);
     refusal(&report, &["not identifiable", "youngs_modulus/density"]);
     assert!(report.parameters.iter().all(|e| !e.identifiable));
     // With damping, whose rate is identified all the same.
     let mut scene = scene;
     scene.loads.damping.mass = 0.8;
     let data = observe(&scene, 100);
-    let report = fit(&scene, &data, &[YoungsModulus.into(), DampingMass.into(), Density.into()]);
+    let report = fit(
+        &scene,
+        &data,
+        &[
+            Parameter::YoungsModulus.into(),
+            Parameter::DampingMass.into(),
+            Parameter::Density.into(),
+        ],
+    );
     refusal(&report, &["youngs_modulus/density"]);
-    let damping = report.estimate(DampingMass).unwrap();
+    let damping = report.estimate(Parameter::DampingMass).unwrap();
     assert!((damping.value.unwrap() / 0.8 - 1.0).abs() < 1e-6, "{report}");
 }
 
@@ -325,11 +347,17 @@ fn what_has_no_effect_is_refused_by_name() {
     let mut scene = small(1.0);
     scene.material.poisson_ratio = Some(0.4);
     let data = observe(&scene, 50);
-    refusal(&fit(&scene, &data, &[PoissonRatio.into()]), &["poisson_ratio has no effect"]);
+    refusal(
+        &fit(&scene, &data, &[Parameter::PoissonRatio.into()]),
+        &["poisson_ratio has no effect"],
+    );
     // Nor does anything in a rod at rest without load.
     scene.loads.gravity = [0.0; 3];
     let data = observe(&scene, 50);
-    refusal(&fit(&scene, &data, &[YoungsModulus.into()]), &["youngs_modulus has no effect"]);
+    refusal(
+        &fit(&scene, &data, &[Parameter::YoungsModulus.into()]),
+        &["youngs_modulus has no effect"],
+    );
 }
 
 /// A wrong model never looks fine.
@@ -340,13 +368,13 @@ fn an_unexplained_motion_is_a_warning() {
     for sample in &mut data.samples {
         sample.position[1] = sample.position[1].map(|y| -y);
     }
-    let report = fit(&scene, &data, &[YoungsModulus.into()]);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into()]);
     assert!(report.warnings.iter().any(|w| w.contains("unexplained")), "{report}");
     let mut data = observe(&scene, 100).sigma(1e-5);
     for (k, sample) in data.samples.iter_mut().enumerate() {
         sample.position[1] = sample.position[1].map(|y| y + 1e-3 * (k as f64).sin());
     }
-    let report = fit(&scene, &data, &[YoungsModulus.into()]);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into()]);
     assert!(report.warnings.iter().any(|w| w.contains("times the stated sigma")), "{report}");
 }
 
@@ -354,9 +382,9 @@ fn an_unexplained_motion_is_a_warning() {
 fn bounds_hold_and_are_mentioned() {
     let scene = small(1.0);
     let data = observe(&scene, 100);
-    let bounded = Unknown::new(YoungsModulus).bounds(1.2e8, 1e10);
+    let bounded = Unknown::new(Parameter::YoungsModulus).bounds(1.2e8, 1e10);
     let report = fit(&scene, &data, &[bounded]);
-    assert!((value(&report, YoungsModulus) / 1.2e8 - 1.0).abs() < 1e-12, "{report}");
+    assert!((value(&report, Parameter::YoungsModulus) / 1.2e8 - 1.0).abs() < 1e-12, "{report}");
     assert!(report.warnings.iter().any(|w| w.contains("bound")), "{report}");
 }
 
@@ -367,8 +395,9 @@ fn either_route_identifies_the_same() {
     scene.rod.segments = Some(10);
     let data = observe(&scene, 50);
     let problem = scene.problem().unwrap().with_derivatives(rodfit::Derivatives::Dual);
-    let report = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap();
-    assert!((value(&report, YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
+    let report =
+        Fit::new(&problem).observe(data).identify(Parameter::YoungsModulus).solve().unwrap();
+    assert!((value(&report, Parameter::YoungsModulus) / 1e8 - 1.0).abs() < 1e-8, "{report}");
 }
 
 /// The commonest slips of a set-up are named, in no time.
@@ -405,7 +434,7 @@ fn wrong_set_ups_are_named_at_once() {
     for (data, words) in cases {
         let clock = std::time::Instant::now();
         let fit = Fit::new(&scene.problem().unwrap()).observe(data);
-        let fit = fit.identify(YoungsModulus).identify(DampingMass);
+        let fit = fit.identify(Parameter::YoungsModulus).identify(Parameter::DampingMass);
         let found = match fit.solve() {
             Ok(report) => {
                 assert!(!report.is_success(), "{report}");
@@ -435,19 +464,30 @@ fn impossible_requests_are_input_errors() {
     let late = Observation::new(vec![Sample { time: 1.1, position: [Some(0.0); 3] }; 1]);
     let cases: Vec<(Fit, &str)> = vec![
         (base(), "parameter: found none"),
-        (Fit::new(&problem).identify(YoungsModulus), "observation: found none"),
-        (base().identify(YoungsModulus).identify(YoungsModulus), "each name once"),
-        (base().identify(Unknown::new(YoungsModulus).start(-1.0)), "parameter[0].start"),
-        (base().identify(Unknown::new(Beta).start(0.4)), "parameter[0].start"),
-        (base().identify(Unknown::new(YoungsModulus).bounds(2.0, 1.0)), "parameter[0].bounds"),
+        (Fit::new(&problem).identify(Parameter::YoungsModulus), "observation: found none"),
         (
-            base().identify(Unknown::new(YoungsModulus).start(5.0).bounds(1.0, 2.0)),
+            base().identify(Parameter::YoungsModulus).identify(Parameter::YoungsModulus),
+            "each name once",
+        ),
+        (base().identify(Unknown::new(Parameter::YoungsModulus).start(-1.0)), "parameter[0].start"),
+        (base().identify(Unknown::new(Parameter::Beta).start(0.4)), "parameter[0].start"),
+        (
+            base().identify(Unknown::new(Parameter::YoungsModulus).bounds(2.0, 1.0)),
+            "parameter[0].bounds",
+        ),
+        (
+            base().identify(Unknown::new(Parameter::YoungsModulus).start(5.0).bounds(1.0, 2.0)),
             "within the bounds",
         ),
-        (Fit::new(&problem).observe(late).identify(YoungsModulus), "time.end"),
-        (base().observe(data.clone().sigma(0.0)).identify(YoungsModulus), "observation[1].sigma"),
+        (Fit::new(&problem).observe(late).identify(Parameter::YoungsModulus), "time.end"),
         (
-            base().observe(data.clone().at(Point::ArcLength(0.6))).identify(YoungsModulus),
+            base().observe(data.clone().sigma(0.0)).identify(Parameter::YoungsModulus),
+            "observation[1].sigma",
+        ),
+        (
+            base()
+                .observe(data.clone().at(Point::ArcLength(0.6)))
+                .identify(Parameter::YoungsModulus),
             "observation[1].point",
         ),
         (base().identify(Parameter::ShearModulus), "parameter"),
@@ -459,7 +499,8 @@ fn impossible_requests_are_input_errors() {
     let mut scene = scene;
     scene.rod.section =
         Section::Custom { area: 1e-4, i1: 1e-9, i2: 1e-9, j: 2e-9, up: [0.0, 1.0, 0.0] };
-    let error = Fit::new(&scene.problem().unwrap()).observe(data).identify(Radius).solve();
+    let error =
+        Fit::new(&scene.problem().unwrap()).observe(data).identify(Parameter::Radius).solve();
     let error = error.unwrap_err().to_string();
     assert!(error.contains("radius") && error.contains("circular section"), "{error}");
 }
@@ -471,7 +512,8 @@ fn failing_simulations_are_not_a_cost() {
     let data = observe(&scene, 40);
     scene.loads.gravity = [0.0, -1e200, 0.0];
     let problem = scene.problem().unwrap();
-    let error = Fit::new(&problem).observe(data).identify(YoungsModulus).solve().unwrap_err();
+    let error =
+        Fit::new(&problem).observe(data).identify(Parameter::YoungsModulus).solve().unwrap_err();
     assert!(
         !error.is_input() && error.to_string().contains("every trial simulation failed"),
         "{error}"

@@ -10,8 +10,6 @@ use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 mod common;
 use common::helix_with;
 
-use Parameter::*;
-
 /// 26 nodes for 1 s.
 fn small() -> Scene {
     let mut scene = helix_with(0.5, 2e-3, 1.0, Clamp::MidEdge);
@@ -52,12 +50,12 @@ fn exact_modulus_from_anywhere() {
         scene.material.youngs_modulus = truth;
         let data = observe(&scene);
         scene.material.youngs_modulus = 1.0;
-        let unknown = Unknown::new(YoungsModulus);
+        let unknown = Unknown::new(Parameter::YoungsModulus);
         let starts =
             [0.01, 0.1, 1.0, 10.0, 100.0].map(|factor| unknown.clone().start(factor * truth));
         for unknown in [unknown.clone()].into_iter().chain(starts) {
             let report = fit(&scene, &data, std::slice::from_ref(&unknown));
-            let error = error(&report, YoungsModulus, truth);
+            let error = error(&report, Parameter::YoungsModulus, truth);
             worst = worst.max(error);
             work.push(report.simulations);
             assert!(error < 1e-8, "{truth:e}, {unknown:?}: {report}");
@@ -78,17 +76,22 @@ fn young_and_shear_modulus_together() {
     (scene.material.poisson_ratio, scene.material.shear_modulus) = (None, Some(4.2e6));
     let data = observe(&scene);
     (scene.material.youngs_modulus, scene.material.shear_modulus) = (1.0, Some(1.0));
-    let report = fit(&scene, &data, &[YoungsModulus.into(), ShearModulus.into()]);
-    let errors = [error(&report, YoungsModulus, 1e7), error(&report, ShearModulus, 4.2e6)];
+    let report =
+        fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::ShearModulus.into()]);
+    let errors = [
+        error(&report, Parameter::YoungsModulus, 1e7),
+        error(&report, Parameter::ShearModulus, 4.2e6),
+    ];
     println!("errors {errors:?}, {:.1} simulations\n{report}", report.simulations);
     assert!(errors.iter().all(|e| *e < 1e-7), "{errors:?}");
     // The other way to say the same.
     let mut scene = small();
     let data = observe(&scene);
     scene.material.poisson_ratio = Some(0.2);
-    let report = fit(&scene, &data, &[YoungsModulus.into(), PoissonRatio.into()]);
-    assert!(error(&report, YoungsModulus, 1e7) < 1e-7, "{report}");
-    assert!(error(&report, PoissonRatio, 0.5) < 1e-6, "{report}");
+    let report =
+        fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::PoissonRatio.into()]);
+    assert!(error(&report, Parameter::YoungsModulus, 1e7) < 1e-7, "{report}");
+    assert!(error(&report, Parameter::PoissonRatio, 0.5) < 1e-6, "{report}");
 }
 
 #[test]
@@ -96,10 +99,10 @@ fn modulus_and_beta_together() {
     let mut scene = small();
     scene.time = Some(Time { beta: 0.7, ..Time::new(1.0, 5e-3) });
     let data = observe(&scene);
-    Beta.set(&mut scene, 0.5).unwrap();
-    let report = fit(&scene, &data, &[YoungsModulus.into(), Beta.into()]);
-    assert!(error(&report, YoungsModulus, 1e7) < 1e-7, "{report}");
-    assert!(error(&report, Beta, 0.7) < 1e-7, "{report}");
+    Parameter::Beta.set(&mut scene, 0.5).unwrap();
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::Beta.into()]);
+    assert!(error(&report, Parameter::YoungsModulus, 1e7) < 1e-7, "{report}");
+    assert!(error(&report, Parameter::Beta, 0.7) < 1e-7, "{report}");
 }
 
 #[test]
@@ -107,8 +110,8 @@ fn exact_modulus_with_the_average_vector_field() {
     let mut scene = small();
     scene.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(1.0, 5e-3) });
     let data = observe(&scene);
-    let report = fit(&scene, &data, &[YoungsModulus.into()]);
-    assert!(error(&report, YoungsModulus, 1e7) < 1e-8, "{report}");
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into()]);
+    assert!(error(&report, Parameter::YoungsModulus, 1e7) < 1e-8, "{report}");
 }
 
 #[test]
@@ -117,9 +120,10 @@ fn modulus_and_natural_curvature_together() {
     scene.rod.natural_curvature = 0.93.into();
     let data = observe(&scene);
     scene.rod.natural_curvature = 1.0.into();
-    let report = fit(&scene, &data, &[YoungsModulus.into(), NaturalCurvature.into()]);
-    assert!(error(&report, YoungsModulus, 1e7) < 1e-7, "{report}");
-    assert!(error(&report, NaturalCurvature, 0.93) < 1e-7, "{report}");
+    let report =
+        fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::NaturalCurvature.into()]);
+    assert!(error(&report, Parameter::YoungsModulus, 1e7) < 1e-7, "{report}");
+    assert!(error(&report, Parameter::NaturalCurvature, 0.93) < 1e-7, "{report}");
 }
 
 /// The standard error is the spread of the estimates over noisy data sets.
@@ -137,8 +141,8 @@ fn standard_error_is_the_spread() {
         for sample in &mut data.samples {
             sample.position = sample.position.map(|x| x.map(|x| x + noise.sample(&mut random)));
         }
-        let report = fit(&scene, &data, &[Unknown::new(YoungsModulus).start(1e7)]);
-        let estimate = report.estimate(YoungsModulus).unwrap();
+        let report = fit(&scene, &data, &[Unknown::new(Parameter::YoungsModulus).start(1e7)]);
+        let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
         let [low, high] = estimate.interval95.unwrap();
         covered += usize::from(low <= 1e7 && 1e7 <= high);
         estimates.push(estimate.value.unwrap());

@@ -10,11 +10,6 @@ use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 mod common;
 use common::{cantilever_with, helix_with, record};
 
-use Parameter::{
-    Beta, ClampAngle, DampingMass, DampingStiffness, Density, InitialAngularVelocityZ,
-    InitialVelocityY, NaturalCurvature, Radius, ShearModulus, YoungsModulus,
-};
-
 fn small(end: f64) -> Scene {
     let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
     scene.rod.segments = Some(10);
@@ -59,7 +54,7 @@ fn differences(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
         // misfit depends on beta so little that rounding errors of its gradients need twice the step.
         let parameter = residuals.unknowns()[i].parameter;
         let h = match parameter {
-            Beta => 8e-4,
+            _ if parameter == Parameter::Beta => 8e-4,
             _ if parameter.is_positive() => 8e-3,
             _ => 4e-4,
         };
@@ -80,7 +75,13 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
     damped.loads.damping.mass = 0.8;
     damped.loads.damping.stiffness = 2e-3;
     damped.time = Some(Time { beta: 0.6, ..Time::new(0.3, 1e-3) });
-    let planar = vec![YoungsModulus, DampingMass, DampingStiffness, Beta, Radius];
+    let planar = vec![
+        Parameter::YoungsModulus,
+        Parameter::DampingMass,
+        Parameter::DampingStiffness,
+        Parameter::Beta,
+        Parameter::Radius,
+    ];
     let mut drooping = small(0.4);
     drooping.initial.state = InitialState::Equilibrium;
     drooping.initial.point = vec![PointForce { force: [0.0, 0.05, 0.0], ..PointForce::default() }];
@@ -94,14 +95,23 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
     (helix.material.poisson_ratio, helix.material.shear_modulus) = (None, Some(4e6));
     let cases = [
         ("damped", damped, planar),
-        ("from equilibrium", drooping, vec![YoungsModulus, Density]),
-        ("average vector field", averaged, vec![YoungsModulus]),
+        ("from equilibrium", drooping, vec![Parameter::YoungsModulus, Parameter::Density]),
+        ("average vector field", averaged, vec![Parameter::YoungsModulus]),
         (
             "thrown",
             thrown,
-            vec![YoungsModulus, InitialVelocityY, InitialAngularVelocityZ, ClampAngle],
+            vec![
+                Parameter::YoungsModulus,
+                Parameter::InitialVelocityY,
+                Parameter::InitialAngularVelocityZ,
+                Parameter::ClampAngle,
+            ],
         ),
-        ("helix", helix, vec![YoungsModulus, ShearModulus, NaturalCurvature]),
+        (
+            "helix",
+            helix,
+            vec![Parameter::YoungsModulus, Parameter::ShearModulus, Parameter::NaturalCurvature],
+        ),
     ];
     for (name, scene, parameters) in cases {
         let data = match name {
@@ -159,8 +169,8 @@ fn the_hessian_of_everything() {
             .observe(Frequencies::new(&tones, 0.2).loss(Loss::Cauchy)),
     ]);
     let residuals = fit
-        .identify(Unknown::new(YoungsModulus).prior(1.1e8, 1e6))
-        .identify(Density)
+        .identify(Unknown::new(Parameter::YoungsModulus).prior(1.1e8, 1e6))
+        .identify(Parameter::Density)
         .identify(Unknown::new(Parameter::ClampAngle).of_experiment("a"))
         .identify(Unknown::new(Parameter::TimeOffset).of_experiment("b"))
         .residuals()
@@ -172,7 +182,7 @@ fn the_hessian_of_everything() {
     assert!(error < 1e-7, "{error:e}\n{exact:?}\n{by_hand:?}");
     let still = Fit::of([Experiment::new("b", &problems[1])
         .observe(Frequencies::new(&tones, 2.0).loss(Loss::Cauchy))])
-    .identify(YoungsModulus)
+    .identify(Parameter::YoungsModulus)
     .residuals()
     .unwrap();
     let x = vec![1.02e8_f64.ln()];

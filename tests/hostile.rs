@@ -235,7 +235,7 @@ const SCENES: &[(&str, &str, &[&str])] = &[
     (
         "segments = 20",
         "segments = 20\nnatural_curvature = []",
-        &["rod.natural_curvature", "1 to 16"],
+        &["rod.natural_curvature", "one finite number or more"],
     ),
     ("segments = 20", "segments = 20\nnatural_curvature = \"much\"", &["scene.toml", "a number"]),
     ("segments = 20", "segments = 20\nnatural_twist = nan", &["rod.natural_twist", "NaN"]),

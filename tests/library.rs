@@ -432,7 +432,8 @@ impl Quantity for ClampMoment {
         let [a, b, c] = [0, 1, 2].map(|i| rod.points[i].position);
         let heading = |p: [D; 3], q: [D; 3]| (q[1] - p[1]).atan2(q[0] - p[0]);
         let curvature = (heading(b, c) - heading(a, b)) / 0.04;
-        let stiffness = rod.properties.youngs_modulus * rod.properties.second_moments[0];
+        let stiffness =
+            rod.scene.material.youngs_modulus * rod.scene.rod.section.moments().second_moments[0];
         stiffness * curvature + rod.points[2].velocity[1] * (1e-3 * (1.0 + rod.time))
     }
 }
@@ -440,7 +441,6 @@ impl Quantity for ClampMoment {
 /// A quantity of a simulated motion, as a gauge would show it.
 fn shown(problem: &Problem, quantity: &impl Quantity, time: f64) -> f64 {
     let run = problem.simulate().unwrap();
-    let properties = rodfit::parameter::Properties::of(problem.scene(), |_, value| value);
     let step = 1e-7;
     let moving = |point: &Point| {
         let at = |t: f64| run.at(*point, t).unwrap().0;
@@ -449,7 +449,7 @@ fn shown(problem: &Problem, quantity: &impl Quantity, time: f64) -> f64 {
         rodfit::fit::Moving { position, velocity }
     };
     let points: Vec<_> = quantity.points().iter().map(moving).collect();
-    quantity.show(&Sight { time, points: &points, properties: &properties })
+    quantity.show(&Sight { time, points: &points, scene: problem.scene() })
 }
 
 const TIMES: [f64; 5] = [0.013, 0.031, 0.052, 0.074, 0.095];

@@ -11,8 +11,6 @@ use rodfit::{Fit, FitReport, Observation, Parameter};
 mod common;
 use common::{cantilever_with, record};
 
-use Parameter::{DampingMass, TimeOffset, YoungsModulus};
-
 const ROBUST: [Loss; 3] = [Loss::Huber, Loss::SoftL1, Loss::Cauchy];
 const SIGMA: f64 = 1e-3;
 
@@ -61,9 +59,13 @@ fn gaps_outliers_and_a_late_clock() {
     for (seed, loss) in ROBUST.into_iter().cycle().take(12).enumerate() {
         let data = late(spoiled(&clean, seed as u64, [0.2, 0.05])).loss(loss);
         let data = if seed % 2 == 0 { data.sigma(SIGMA) } else { data };
-        let report = fit(&scene, data, &[YoungsModulus, DampingMass, TimeOffset]);
+        let report = fit(
+            &scene,
+            data,
+            &[Parameter::YoungsModulus, Parameter::DampingMass, Parameter::TimeOffset],
+        );
         assert!(report.is_success(), "{loss:?}, {seed}: {report}");
-        let e = report.estimate(YoungsModulus).unwrap();
+        let e = report.estimate(Parameter::YoungsModulus).unwrap();
         let (found, [low, high]) = (e.value.unwrap(), e.interval95.unwrap());
         assert!((found / 1e8 - 1.0).abs() < 0.01, "{loss:?}, {seed}: {report}");
         covered += usize::from(low <= 1e8 && 1e8 <= high);
@@ -76,9 +78,14 @@ fn gaps_outliers_and_a_late_clock() {
     assert!(covered >= 10);
     // Least squares on the same data: an interval many times wider, and a warning or a miss.
     let data = late(spoiled(&clean, 0, [0.2, 0.05]));
-    let robust = fit(&scene, data.clone().loss(Loss::Huber), &[YoungsModulus, TimeOffset]);
-    let squares = fit(&scene, data, &[YoungsModulus, TimeOffset]);
-    let error = |report: &FitReport| report.estimate(YoungsModulus).unwrap().std_error.unwrap();
+    let robust = fit(
+        &scene,
+        data.clone().loss(Loss::Huber),
+        &[Parameter::YoungsModulus, Parameter::TimeOffset],
+    );
+    let squares = fit(&scene, data, &[Parameter::YoungsModulus, Parameter::TimeOffset]);
+    let error =
+        |report: &FitReport| report.estimate(Parameter::YoungsModulus).unwrap().std_error.unwrap();
     assert!(error(&squares) > 5.0 * error(&robust), "{squares}\n{robust}");
 }
 
@@ -91,7 +98,7 @@ fn robust_intervals_cover() {
         for outliers in [0.0, 0.05] {
             let covers = |seed: u64| {
                 let data = spoiled(&clean, seed, [0.0, outliers]).loss(loss);
-                let report = fit(&scene, data, &[YoungsModulus]);
+                let report = fit(&scene, data, &[Parameter::YoungsModulus]);
                 assert!(report.is_success(), "{report}");
                 let [low, high] = report.parameters[0].interval95.unwrap();
                 usize::from(low <= 1e8 && 1e8 <= high)

@@ -85,7 +85,7 @@ fn torsional_vibration() {
             rectangle(0.02, 0.005),
         ),
     ] {
-        let wave = (moments.torsion_constant / section.second_moments().iter().sum::<f64>() * 4e7
+        let wave = (moments.torsion_constant / moments.second_moments.iter().sum::<f64>() * 4e7
             / 1000.0)
             .sqrt();
         let exact = std::f64::consts::FRAC_PI_2 / 0.5 * wave;

@@ -11,8 +11,6 @@ use rodfit::{Fit, Observation, Parameter, Unknown};
 mod common;
 use common::{cantilever_with, record};
 
-use Parameter::{DampingMass, Density, Radius, ShearModulus, YoungsModulus};
-
 fn small(end: f64) -> Scene {
     let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
     scene.rod.segments = Some(10);
@@ -46,7 +44,8 @@ fn four_ways_to_an_error() {
         observed_information: true,
         discretization_error: Refinement::None,
     };
-    let report = fit(&scene, &data, &[YoungsModulus, DampingMass], analysis.clone());
+    let report =
+        fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis.clone());
     println!("{report}");
     for estimate in &report.parameters {
         let (sd, [low, high]) = (estimate.std_error.unwrap(), estimate.interval95.unwrap());
@@ -63,7 +62,7 @@ fn four_ways_to_an_error() {
     }
     assert!(report.warnings.is_empty(), "{report}");
     // Seeded: the same again.
-    let again = fit(&scene, &data, &[YoungsModulus, DampingMass], analysis);
+    let again = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis);
     assert_eq!(
         again.parameters[0].bootstrap.as_ref().unwrap().interval95,
         report.parameters[0].bootstrap.as_ref().unwrap().interval95
@@ -77,10 +76,10 @@ fn the_profile_ends_where_the_misfit_has_risen() {
     let scene = small(0.3);
     let data = noisy(&scene, 12, 1e-2, 3).sigma(1e-2);
     let analysis = Analysis { profile: true, ..Analysis::default() };
-    let report = fit(&scene, &data, &[YoungsModulus], analysis);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus], analysis);
     let residuals = Fit::new(&scene.problem().unwrap())
         .observe(data)
-        .identify(YoungsModulus)
+        .identify(Parameter::YoungsModulus)
         .residuals()
         .unwrap();
     let square =
@@ -102,7 +101,7 @@ fn an_open_interval_is_open() {
     for seed in 0..8 {
         let data = noisy(&scene, 30, 1e-2, seed);
         let analysis = Analysis { profile: true, ..Analysis::default() };
-        let report = fit(&scene, &data, &[DampingMass], analysis);
+        let report = fit(&scene, &data, &[Parameter::DampingMass], analysis);
         let estimate = &report.parameters[0];
         match estimate.profile95 {
             Some([low, high]) => {
@@ -137,7 +136,8 @@ fn intervals_cover() {
             *x += noise.sample(&mut random);
         }
         let analysis = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
-        let report = fit(&scene, &data, &[YoungsModulus, DampingMass], analysis);
+        let report =
+            fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis);
         for (count, (e, truth)) in covered.iter_mut().zip(report.parameters.iter().zip([1e8, 0.8]))
         {
             let [low, high] = e.interval95.unwrap();
@@ -163,7 +163,7 @@ fn profiles_cover_where_standard_errors_do_not() {
             discretization_error: Refinement::None,
             ..Analysis::default()
         };
-        let report = fit(&scene, &data, &[YoungsModulus], analysis);
+        let report = fit(&scene, &data, &[Parameter::YoungsModulus], analysis);
         let ([low, high], [from, to]) =
             (report.parameters[0].interval95.unwrap(), report.parameters[0].profile95.unwrap());
         by_error += usize::from(low <= 1e8 && 1e8 <= high);
@@ -190,32 +190,42 @@ fn what_is_not_identifiable_is_named() {
     let plain = Analysis::default;
     let mut scene = small(1.0);
     let data = noisy(&scene, 100, 2.7e-3, 1);
-    let report = fit(&scene, &data, &[YoungsModulus, Density, DampingMass], plain());
+    let report = fit(
+        &scene,
+        &data,
+        &[Parameter::YoungsModulus, Parameter::Density, Parameter::DampingMass],
+        plain(),
+    );
     refused(&report, Kind::Structural, &["youngs_modulus/density"]);
     assert!(report.parameters[2].identifiable, "{report}");
     // Bending goes with E r^2 at a given density; only stretching tells them apart.
     // Of a thinner rod the digits lose even that, and the finding is structural.
     let report = Fit::new(&scene.problem().unwrap())
         .observe(data.clone())
-        .identify(YoungsModulus)
-        .identify(Unknown::new(Radius).bounds(4e-3, 2e-2))
+        .identify(Parameter::YoungsModulus)
+        .identify(Unknown::new(Parameter::Radius).bounds(4e-3, 2e-2))
         .solve()
         .unwrap();
     println!("{}", report.status);
     refused(&report, Kind::Practical, &["youngs_modulus*radius^2", "practically"]);
     assert!(report.parameters.iter().all(|e| !e.identifiable), "{report}");
-    let report = fit(&scene, &data, &[YoungsModulus, Radius, Density], plain());
+    let report = fit(
+        &scene,
+        &data,
+        &[Parameter::YoungsModulus, Parameter::Radius, Parameter::Density],
+        plain(),
+    );
     println!("{}", report.status);
     refused(&report, Kind::Structural, &[]);
     assert!(report.parameters.iter().all(|e| !e.identifiable), "{report}");
     // Twist does not enter in a plane.
     scene.material.shear_modulus = Some(3e7);
-    let report = fit(&scene, &data, &[YoungsModulus, ShearModulus], plain());
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::ShearModulus], plain());
     refused(&report, Kind::Structural, &["shear_modulus has no effect"]);
     assert!(report.parameters[0].identifiable && !report.parameters[1].identifiable);
     scene.loads.gravity = [0.0; 3];
     let data = noisy(&scene, 100, 1e-3, 1);
-    let report = fit(&scene, &data, &[YoungsModulus, DampingMass], plain());
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], plain());
     refused(
         &report,
         Kind::Structural,
@@ -230,7 +240,7 @@ fn nothing_wrong_looks_fine() {
     let same = || Analysis { discretization_error: Refinement::None, ..Analysis::default() };
     let scene = small(1.0);
     let data = noisy(&scene, 100, 1e-3, 4);
-    let fine = fit(&scene, &data, &[YoungsModulus, DampingMass], same());
+    let fine = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], same());
     assert!(fine.warnings.is_empty() && fine.grade == Grade::Trustworthy, "{fine}");
     let doubtful = |report: &FitReport, word: &str| {
         assert!(report.grade != Grade::Trustworthy, "{report}");
@@ -241,7 +251,7 @@ fn nothing_wrong_looks_fine() {
     for window in windows.windows(2).filter(|w| !(w[0] < 1e8 && w[1] > 1e8)) {
         let report = Fit::new(&scene.problem().unwrap())
             .observe(data.clone())
-            .identify(Unknown::new(YoungsModulus).bounds(window[0], window[1]))
+            .identify(Unknown::new(Parameter::YoungsModulus).bounds(window[0], window[1]))
             .analyse(same())
             .solve()
             .unwrap();
@@ -250,16 +260,29 @@ fn nothing_wrong_looks_fine() {
     // Damped data, undamped model.
     let mut undamped = scene.clone();
     undamped.loads.damping.mass = 0.0;
-    doubtful(&fit(&undamped, &data, &[YoungsModulus], Analysis::default()), "resemble");
+    doubtful(&fit(&undamped, &data, &[Parameter::YoungsModulus], Analysis::default()), "resemble");
     // A clock that runs a hundredth of a second late.
     let mut late = data.clone();
     late.samples.iter_mut().for_each(|s| s.time -= 0.008);
     late.samples.retain(|s: &Sample| s.time >= 0.0);
-    doubtful(&fit(&scene, &late, &[YoungsModulus, DampingMass], Analysis::default()), "resemble");
+    doubtful(
+        &fit(
+            &scene,
+            &late,
+            &[Parameter::YoungsModulus, Parameter::DampingMass],
+            Analysis::default(),
+        ),
+        "resemble",
+    );
     // Ten edges and exact data: the mesh is what is wrong.
     let mut coarse = scene.clone();
     coarse.supports.clamp = Clamp::Nodes;
-    let report = fit(&coarse, &data, &[YoungsModulus, DampingMass], Analysis::default());
+    let report = fit(
+        &coarse,
+        &data,
+        &[Parameter::YoungsModulus, Parameter::DampingMass],
+        Analysis::default(),
+    );
     doubtful(&report, "mesh and step may be");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
 }
@@ -276,7 +299,8 @@ fn a_damping_of_zero_has_an_upper_bound() {
         for seed in 0..60 {
             let data = noisy(&scene, 100, 1e-3, 100 + seed);
             let how = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
-            let report = fit(&scene, &data, &[YoungsModulus, DampingMass], how);
+            let report =
+                fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], how);
             let [modulus, damping] = &report.parameters[..] else { panic!("{report}") };
             assert!(report.is_success() && damping.identifiable, "{report}");
             let [low, high] = modulus.interval95.unwrap();
@@ -307,7 +331,7 @@ fn the_mesh_is_blamed_before_the_model() {
     let mut fine = coarse.clone();
     fine.rod.segments = Some(60);
     let data = noisy(&fine, 100, 1e-4, 6);
-    let unknowns = [YoungsModulus, DampingMass];
+    let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
     let report = fit(&coarse, &data, &unknowns, Analysis::default());
     assert!(report.warnings[0].contains("refine segments or step before"), "{report}");
     assert!(report.warnings.iter().any(|w| w.contains("resemble")), "{report}");
@@ -336,7 +360,12 @@ fn residuals_are_tested_where_they_belong() {
         let t = sample.time;
         sample.position[1] = sample.position[1].map(|y| y - 3e-3 * (t - 0.5));
     }
-    let report = fit(&scene, &data, &[YoungsModulus, DampingMass], Analysis::default());
+    let report = fit(
+        &scene,
+        &data,
+        &[Parameter::YoungsModulus, Parameter::DampingMass],
+        Analysis::default(),
+    );
     let [x, y] = &report.residual_tests[..] else { panic!("{report:?}") };
     assert!(x.axis == "x" && x.passed && y.axis == "y" && !y.is_noise(), "{x:?} {y:?}");
     assert!(y.trend < 1e-6 || y.whiteness < 1e-6, "{y:?}");
@@ -348,7 +377,7 @@ fn noise_is_no_objection() {
     let mut scene = small(1.0);
     scene.rod.segments = Some(20);
     let data = noisy(&scene, 100, 1.2e-2, 2);
-    let report = fit(&scene, &data, &[YoungsModulus], Analysis::default());
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus], Analysis::default());
     assert!(report.residual_rms > 0.1 * 7e-2 && report.warnings.is_empty(), "{report}");
     assert!(report.simulations < 20.0, "{report}");
 }
@@ -368,12 +397,12 @@ fn the_discretization_error_covers_the_bias() {
             fine.rod.segments = Some(4 * segments);
             fine.time = Some(Time::new(0.6, 0.1 * step));
             let data = record(&fine.problem().unwrap().simulate().unwrap(), 60);
-            let report = fit(&scene, &data, &[YoungsModulus], Analysis::default());
+            let report = fit(&scene, &data, &[Parameter::YoungsModulus], Analysis::default());
             let bias = (report.parameters[0].value.unwrap() / e - 1.0).abs();
             let stated = report.discretization_error[0].relative.unwrap();
             let how =
                 Analysis { discretization_error: Refinement::Refitted, ..Analysis::default() };
-            let refitted = fit(&scene, &data, &[YoungsModulus], how);
+            let refitted = fit(&scene, &data, &[Parameter::YoungsModulus], how);
             let again = refitted.discretization_error[0].relative.unwrap();
             println!(
                 "{segments} edges, {step} s, {clamp:?}, {e:e} Pa: bias {bias:.2e}, stated \

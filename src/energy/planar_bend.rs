@@ -96,7 +96,7 @@ impl<D: Scalar> PlanarBend<D> {
 }
 
 /// Integrated curvature 2 tan(phi/2) at the middle one of three points of the plane.
-pub fn curvature(points: &[[f64; 2]; 3]) -> f64 {
+pub fn curvature<D: Scalar>(points: &[[D; 2]; 3]) -> D {
     let [[a, b], [c, d], [e, f]] = *points;
     bent(&[a, b, c, d, e, f]).curvature
 }

@@ -70,7 +70,7 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();
     if !scene.mesh_is_given() {
-        let turns = problem.turning()? / COARSE_TURN;
+        let turns = problem.turning() / COARSE_TURN;
         let modes = COARSE_PER_MODE * experiment.highest_mode();
         let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
         if coarse < problem.segments() {

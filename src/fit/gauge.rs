@@ -1,9 +1,9 @@
 //! A measurement of one's own: whatever follows from where points of the rod are and how they move.
 
 use super::{Loss, Observation, Sample};
-use crate::parameter::Properties;
 use crate::point::Point;
 use crate::scalar::Scalar;
+use crate::scene::Scene;
 use num_dual::{Dual64, HyperDual64};
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -38,8 +38,6 @@ use std::sync::Arc;
 /// let strain = Gauge::at_rest("strain", "", Strain { place: 0.1, radius: 5e-3 }, &[3.67e-3], 1e-5);
 /// let fit = Fit::new(&problem).observe(strain).identify(Parameter::YoungsModulus);
 /// # let x = [1e8_f64.ln()];
-/// # let residuals = fit.residuals();
-/// # assert!(residuals.is_err(), "one value is no more than the parameters");
 /// # let more = Gauge::at_rest("strain", "", Strain { place: 0.1, radius: 5e-3 }, &[0.0; 2], 1.0);
 /// # let fit = Fit::new(&problem).observe(more).identify(Parameter::YoungsModulus);
 /// # let strain = fit.residuals()?.residuals(&x)?[0];
@@ -62,8 +60,8 @@ pub struct Sight<'a, D> {
     pub time: f64,
     /// The [points](Quantity::points) it looks at, in their order.
     pub points: &'a [Moving<D>],
-    /// Stiffness, mass and size of the rod.
-    pub properties: &'a Properties<D>,
+    /// The scene, with its numbers over `D`.
+    pub scene: &'a Scene<D>,
 }
 
 /// A point that moves, in world axes.

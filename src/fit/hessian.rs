@@ -9,7 +9,7 @@ use super::parts::{Part, Run, Seeing};
 use super::view::View;
 use super::{Loss, Residuals, Unknown};
 use crate::error::Error;
-use crate::parameter::{Parameter, Properties};
+use crate::parameter::Parameter;
 use crate::second_order;
 use num_dual::{DualNum, HyperDual64};
 
@@ -78,7 +78,7 @@ impl Residuals {
             resting: resting.as_ref(),
             frequencies: &frequencies,
             view: &View::new(problem, seed),
-            properties: &Properties::of(problem.scene(), seed),
+            scene: &problem.scene().seeded(seed),
             tracks: [0, 1, 2].map(Some),
         };
         let mut sum = 0.0;

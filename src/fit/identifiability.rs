@@ -45,7 +45,8 @@ impl Finding {
 /// A parameter that nothing observed depends on; damping, beside unknowns that have an effect, has
 /// come out at zero.
 pub(super) fn without_effect(unknown: &Unknown, place: usize, alone: bool) -> Finding {
-    let damping = matches!(unknown.parameter, Parameter::DampingMass | Parameter::DampingStiffness);
+    let damping =
+        [Parameter::DampingMass, Parameter::DampingStiffness].contains(&unknown.parameter);
     let (kind, words) = match damping && !alone {
         true => {
             (Kind::Practical, format!("{unknown} came out at zero: these data show none of it"))
@@ -204,8 +205,13 @@ mod tests {
     /// E/density and E*radius^2 at once, mixed as singular vectors may mix them.
     #[test]
     fn mixed_combinations_are_taken_apart() {
-        use Parameter::{DampingMass, Density, Radius, YoungsModulus};
-        let unknowns = [DampingMass, YoungsModulus, Density, Radius].map(Unknown::new);
+        let unknowns = [
+            Parameter::DampingMass,
+            Parameter::YoungsModulus,
+            Parameter::Density,
+            Parameter::Radius,
+        ]
+        .map(Unknown::new);
         // Nothing changes along (E, density) = (1, 1) and along (E, radius) = (-2, 1).
         let (one, two) = ([0.0, 1.0, 1.0, 0.0], [0.0, -2.0, 0.0, 1.0]);
         let mix = |a: f64, b: f64| (0..4).map(|j| a * one[j] + b * two[j]).collect::<Vec<f64>>();
@@ -217,7 +223,7 @@ mod tests {
         assert_eq!(found.len(), 2);
         for finding in &found {
             assert_eq!(finding.parameters.len(), 2, "{finding:?}");
-            assert!(!finding.parameters.contains(&DampingMass));
+            assert!(!finding.parameters.contains(&Parameter::DampingMass));
         }
         let words: String = found.iter().map(|f| f.words.as_str()).collect();
         let known = ["youngs_modulus/density", "youngs_modulus*radius^2", "density/radius^2"];

@@ -35,7 +35,12 @@ pub(super) struct Optimum {
 impl Search<'_> {
     /// Fits the full model to the whole record.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
-        self.optimize(self.all_residuals()?, start, (1e-10, 1e-3, 60), Some(Stage::Full))
+        let tolerances = (1e-10, 1e-3, 60);
+        let mut optimum =
+            self.optimize(self.all_residuals()?, start, tolerances, Some(Stage::Full))?;
+        // What leaves nothing but rounding errors has nothing to gain from another step.
+        optimum.converged |= self.is_rounding(&optimum);
+        Ok(optimum)
     }
 
     /// Fits `residuals` with these tolerances of step and noise and this many iterations, and notes

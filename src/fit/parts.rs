@@ -7,9 +7,10 @@ use super::{Experiment, Frequency, Loss, Measurement, Moving, Reading, Sample, S
 use crate::Tone;
 use crate::error::Error;
 use crate::modes::ModeName;
-use crate::parameter::{Parameter, Properties};
+use crate::parameter::Parameter;
 use crate::point::Stencil;
 use crate::problem::Problem;
+use crate::scene::Scene;
 use crate::trajectory::{Lifted, Snapshot, Trajectory};
 use num_dual::Dual64;
 use std::sync::Arc;
@@ -66,7 +67,7 @@ pub(super) struct Seeing<'a, D, const P: usize> {
     pub resting: Option<&'a Trajectory>,
     pub frequencies: &'a [D],
     pub view: &'a View<D>,
-    pub properties: &'a Properties<D>,
+    pub scene: &'a Scene<D>,
     pub tracks: [Option<usize>; P],
 }
 
@@ -234,7 +235,7 @@ impl Part {
             resting: run.resting.as_ref(),
             frequencies: &frequencies,
             view: &View::new(&run.problem, |_, value| value),
-            properties: &Properties::of(run.problem.scene(), |_, value| value),
+            scene: run.problem.scene(),
             tracks: [],
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
@@ -256,7 +257,7 @@ impl Part {
                 resting: run.resting.as_ref(),
                 frequencies: &frequencies,
                 view: &View::new(&run.problem, seed),
-                properties: &Properties::of(run.problem.scene(), seed),
+                scene: &run.problem.scene().seeded(seed),
                 tracks: [track],
             };
             let mut row = rows.iter_mut();
@@ -275,7 +276,7 @@ impl Part {
         seeing: &Seeing<D, P>,
         mut each: impl FnMut(D, Loss),
     ) -> Result<(), Error> {
-        let &Seeing { moving, resting, frequencies, view, properties, tracks } = seeing;
+        let &Seeing { moving, resting, frequencies, view, scene, tracks } = seeing;
         for Series { seen, weight, loss } in &self.series {
             let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
                 let recorded = view.recorded(position);
@@ -313,7 +314,7 @@ impl Part {
                             let [position, velocity] = record.motion_over(stencil, time, tracks)?;
                             seen.push(Moving { position, velocity });
                         }
-                        let sight = Sight { time, points: &seen, properties };
+                        let sight = Sight { time, points: &seen, scene };
                         each((D::shown(&**shows, &sight) - *value) * *weight, *loss);
                     }
                 }

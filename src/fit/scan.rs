@@ -13,6 +13,7 @@ use super::search::{Search, Task};
 use crate::error::Error;
 use crate::parameter::Parameter;
 use crate::problem::Problem;
+use crate::scene::number::Candidates;
 use rayon::prelude::*;
 
 /// Shear modulus over Young's modulus in the scan, when neither is known: Poisson's ratio 0.3.
@@ -181,51 +182,32 @@ impl Unknown {
         let length = problem.length();
         let here = self.start.or(self.parameter.of(problem.scene()));
         let hint = self.start.or(self.prior.map(|prior| prior.mean));
-        let values = match (self.parameter, hint) {
-            // Clamps and cameras are set up by eye.
-            (
-                Parameter::NaturalCurvatureOf(_)
-                | Parameter::NaturalTwistOf(_)
-                | Parameter::ClampAngle
-                | Parameter::InitialVelocityX
-                | Parameter::InitialVelocityY
-                | Parameter::InitialVelocityZ
-                | Parameter::InitialAngularVelocityX
-                | Parameter::InitialAngularVelocityY
-                | Parameter::InitialAngularVelocityZ
-                | Parameter::TimeOffset
-                | Parameter::PixelScale
-                | Parameter::InPlaneRotation
-                | Parameter::ClampPositionX
-                | Parameter::ClampPositionY
-                | Parameter::ClampPositionZ,
-                _,
-            ) => here.into_iter().collect(),
-            (Parameter::YoungsModulus, None) => log_range(1e3, 1e13, 3.0),
-            (Parameter::YoungsModulus, Some(e)) => log_range(e * 1e-3, e * 1e3, 3.0),
-            (Parameter::Beta, None) => vec![0.55, 0.75, 0.95],
-            (Parameter::PoissonRatio, None) => vec![0.3],
-            (Parameter::NaturalCurvature, None) => vec![0.5, 1.0, 1.5],
-            (Parameter::NaturalTwist, None) => [-2.0, 0.0, 2.0].map(|turn| turn / length).to_vec(),
-            (
-                Parameter::Beta
-                | Parameter::PoissonRatio
-                | Parameter::NaturalCurvature
-                | Parameter::NaturalTwist,
-                Some(value),
-            ) => vec![value],
-            (_, Some(value)) => log_range(value / 30.0, value * 30.0, 1.4),
-            (Parameter::ShearModulus, None) => {
+        let values = match (self.parameter.quantity().candidates, hint) {
+            (Candidates::Here, _) => here.into_iter().collect(),
+            (_, Some(value)) if self.parameter == Parameter::YoungsModulus => {
+                log_range(value * 1e-3, value * 1e3, 3.0)
+            }
+            (_, Some(value)) if self.parameter.is_positive() => {
+                log_range(value / 30.0, value * 30.0, 1.4)
+            }
+            (_, Some(value)) => vec![value],
+            (Candidates::Decades(low, high, per_decade), None) => log_range(low, high, per_decade),
+            (Candidates::Values(values), None) => values.to_vec(),
+            (Candidates::PerLength(values), None) => values.iter().map(|v| v / length).collect(),
+            (Candidates::OfLength(low, high, per_decade), None) => {
+                log_range(low * length, high * length, per_decade)
+            }
+            (Candidates::OfYoungsModulus(low, per_decade), None) => {
                 let e = problem.scene().material.youngs_modulus;
                 // Beside an unknown Young's modulus the scan ties it to that; one value will do.
-                if beside_youngs_modulus { vec![e] } else { log_range(0.01 * e, e, 3.0) }
+                if beside_youngs_modulus { vec![e] } else { log_range(low * e, e, per_decade) }
             }
-            (Parameter::Density, None) => log_range(100.0, 2e4, 2.0),
-            (Parameter::Radius | Parameter::Width | Parameter::Height, None) => {
-                log_range(1e-4 * length, 0.1 * length, 2.0)
+            (Candidates::Rate(low, high, per_decade), None) => {
+                log_range(low / duration, high / rise, per_decade)
             }
-            (Parameter::DampingMass, None) => log_range(0.03 / duration, 10.0 / rise, 1.5),
-            (Parameter::DampingStiffness, None) => log_range(1e-5 * rise, 0.1 * rise, 1.0),
+            (Candidates::Time(low, high, per_decade), None) => {
+                log_range(low * rise, high * rise, per_decade)
+            }
         };
         let [low, high] = self.scaled_bounds().map(|x| self.from_scale(x));
         let mut inside: Vec<f64> =
@@ -243,9 +225,9 @@ impl Unknown {
 fn thin(lists: &mut [Vec<f64>], unknowns: &[Unknown]) {
     let points = |lists: &[Vec<f64>]| lists.iter().map(|l| l.len() as f64).product::<f64>();
     while points(lists) > MOST_POINTS as f64 {
-        let weight = |i: usize| match unknowns[i].parameter {
-            Parameter::YoungsModulus => lists[i].len() / 8,
-            _ => lists[i].len(),
+        let weight = |i: usize| match unknowns[i].parameter == Parameter::YoungsModulus {
+            true => lists[i].len() / 8,
+            false => lists[i].len(),
         };
         let Some(longest) = (0..lists.len()).max_by_key(|i| weight(*i)) else { return };
         let kept = lists[longest].iter().skip(lists[longest].len() / 2 % 2).step_by(2).copied();

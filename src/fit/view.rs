@@ -2,7 +2,7 @@
 
 use crate::parameter::Parameter;
 use crate::problem::Problem;
-use crate::scalar::Scalar;
+use crate::scalar::{Nestable, Scalar};
 use crate::vector::{Vector, add, dot, scale, sub, turned};
 
 /// The [camera](crate::scene::Camera) of a scene, over numbers that may carry derivatives.
@@ -14,25 +14,22 @@ pub(super) struct View<D> {
     time_offset: D,
 }
 
-impl<D: Scalar> View<D> {
+impl<D: Nestable> View<D> {
     /// The camera of a problem; `seed` makes the numbers of the parameters.
     pub fn new(problem: &Problem, seed: impl Fn(Parameter, f64) -> D) -> Self {
-        let camera = &problem.scene().camera;
-        let angle = seed(Parameter::InPlaneRotation, camera.in_plane_rotation);
-        let [x, y, z] = camera.clamp_position;
+        let (wall, scene) = problem.wall_over(seed);
+        let camera = scene.camera;
         Self {
-            centre: problem.wall().map(D::from),
-            shift: [
-                seed(Parameter::ClampPositionX, x),
-                seed(Parameter::ClampPositionY, y),
-                seed(Parameter::ClampPositionZ, z),
-            ],
-            rotation: problem.normal().map(|n| angle * n),
-            pixel_scale: seed(Parameter::PixelScale, camera.pixel_scale),
-            time_offset: seed(Parameter::TimeOffset, camera.time_offset),
+            centre: wall,
+            shift: camera.clamp_position,
+            rotation: problem.normal().map(|n| camera.in_plane_rotation * n),
+            pixel_scale: camera.pixel_scale,
+            time_offset: camera.time_offset,
         }
     }
+}
 
+impl<D: Scalar> View<D> {
     /// The motion's time, s, when the recording's clock shows `time`; zero before it starts.
     pub fn time(&self, time: f64) -> D {
         let since = -self.time_offset + time;

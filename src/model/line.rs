@@ -1,10 +1,12 @@
 //! How much of the rod's line every joint, edge and node stands for.
 
+use crate::scalar::Scalar;
+
 /// The curve between the nodes, and which of its ends a wall cuts in the middle of an edge.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Arcs<'a> {
+pub(crate) struct Arcs<'a, D = f64> {
     /// Length along every edge, m.
-    pub lengths: &'a [f64],
+    pub lengths: &'a [D],
     /// At the start and at the end.
     pub cut: [bool; 2],
     /// Whether joints and masses next to a wall change too.
@@ -14,23 +16,24 @@ pub(crate) struct Arcs<'a> {
 /// Lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
 /// `rho A l`.
 #[derive(Clone, Debug)]
-pub(super) struct Line {
+pub(super) struct Line<D> {
     /// Of every inner node, where the rod bends and twists.
-    pub joint: Vec<f64>,
+    pub joint: Vec<D>,
     /// Of every edge, where it stretches.
-    pub stretch: Vec<f64>,
+    pub stretch: Vec<D>,
     /// Of every node, where its mass is.
-    pub node: Vec<f64>,
+    pub node: Vec<D>,
     /// Of every edge, where it turns about itself.
-    pub spin: Vec<f64>,
+    pub spin: Vec<D>,
 }
 
-impl Line {
+impl<D: Scalar> Line<D> {
     /// As published: halves of the adjacent edges.
-    pub fn plain(edges: &[f64]) -> Self {
-        let half = |j: Option<usize>| 0.5 * j.and_then(|j| edges.get(j)).unwrap_or(&0.0);
+    pub fn plain(edges: &[D]) -> Self {
+        let zero = D::from(0.0);
+        let half = |j: Option<usize>| *j.and_then(|j| edges.get(j)).unwrap_or(&zero) * 0.5;
         Self {
-            joint: edges.windows(2).map(|l| 0.5 * (l[0] + l[1])).collect(),
+            joint: edges.windows(2).map(|l| (l[0] + l[1]) * 0.5).collect(),
             stretch: edges.to_vec(),
             node: (0..=edges.len()).map(|i| half(i.checked_sub(1)) + half(Some(i))).collect(),
             spin: edges.to_vec(),
@@ -38,7 +41,7 @@ impl Line {
     }
 
     /// With the ends of the sums at walls: see [`super`].
-    pub fn corrected(arcs: Arcs) -> Self {
+    pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, cut) in arcs.cut.into_iter().enumerate() {
             // Seen from the wall.
@@ -48,17 +51,18 @@ impl Line {
                 continue;
             }
             let [inside, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
-            line.stretch[at(1, edges)] += 0.5 * inside;
+            line.stretch[at(1, edges)] += inside * 0.5;
             if !arcs.joints {
                 continue;
             }
-            line.node[at(1, edges + 1)] -= 0.25 * inside;
-            line.node[at(2, edges + 1)] += 0.25 * inside;
+            line.node[at(1, edges + 1)] -= inside * 0.25;
+            line.node[at(2, edges + 1)] += inside * 0.25;
             if edges > 2 {
                 let [first, second] = [0, 1].map(|k| at(k, edges - 1));
-                let shift = (inside * inside / 8.0 - next * next / 12.0) / next;
+                let shift = (inside * inside * (1.0 / 8.0) - next * next * (1.0 / 12.0)) / next;
                 // Twice a neighbour's length or more is no smooth mesh.
-                let shift = shift.min(0.5 * line.joint[second]);
+                let most = line.joint[second] * 0.5;
+                let shift = if shift.value() > most.value() { most } else { shift };
                 line.joint[first] += shift;
                 line.joint[second] -= shift;
             }
@@ -96,7 +100,7 @@ mod tests {
         let lengths = [1.1, 1.0, 0.9, 0.8, 0.7];
         let line = Line::corrected(Arcs { lengths: &lengths, cut: [true, false], joints: true });
         let mut at = -0.55;
-        let mut sum = [0.0; 2];
+        let mut sum = [0.0_f64; 2];
         for (joint, edge) in line.joint.iter().zip(&lengths) {
             at += edge;
             sum = [sum[0] + joint, sum[1] + joint * at];

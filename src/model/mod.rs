@@ -70,45 +70,77 @@ pub(crate) use line::Arcs;
 pub use planar::PlanarModel;
 pub use spatial::SpatialModel;
 
-use crate::parameter::Properties;
 use crate::rod::Rod;
 use crate::scalar::{Nestable, Scalar};
-use crate::scene::{End, Support};
+use crate::scene::shape::Mesh;
+use crate::scene::{End, Material, Scene, Support};
+use crate::vector::{Vector, add, sub, turned};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 
 /// A force and a moment on a node, in world axes.
 #[derive(Clone, Copy, Debug)]
-pub struct NodalLoad {
+pub struct NodalLoad<D = f64> {
     /// Which node.
     pub node: usize,
     /// N.
-    pub force: [f64; 3],
+    pub force: [D; 3],
     /// N m.
-    pub moment: [f64; 3],
+    pub moment: [D; 3],
 }
 
-/// What a [`Problem`](crate::Problem) asks of a model. `W` is the half-bandwidth of its tangent.
+/// Which constants the elements get: decided once for a problem.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Correction {
+    /// Whether arcs count, and what they make up for; not in the paper's form.
+    pub arcs: bool,
+    /// Which outermost edges a wall cuts.
+    pub cut: [bool; 2],
+    /// Whether joints and masses next to a wall change too.
+    pub joints: bool,
+}
+
+impl Correction {
+    /// The arcs of a mesh, where they count.
+    fn arcs<'a, D: Scalar>(&self, mesh: &'a Mesh<D>) -> Option<Arcs<'a, D>> {
+        let Self { cut, joints, .. } = *self;
+        self.arcs.then_some(Arcs { lengths: &mesh.arcs, cut, joints })
+    }
+}
+
+/// What a [`Problem`](crate::Problem) asks of a model: which axes and rules it has chosen for a
+/// scene. Everything that has derivatives it makes of the scene's numbers, whatever their type. `W` is
+/// the half-bandwidth of its tangent.
 pub trait Model<const W: usize> {
     /// Unknowns from one node to the next.
     const STRIDE: usize;
     /// The rod over the scalar `D`.
     type Rod<D: Nestable>: Rod<D, W, Seeded = Self::Rod<Dual64>>;
+    /// The rest shape in the model's own terms.
+    type Rest<D: Nestable>: Clone + std::fmt::Debug;
 
-    /// The rod with the given properties.
-    fn rod<D: Nestable>(&self, properties: &Properties<D>) -> Self::Rod<D>;
+    /// The rest shape of a scene on its mesh.
+    fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;
+
+    /// The rod with the numbers of a scene.
+    fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
 
     /// Adds forces and moments on nodes to a rod's loads.
-    fn add_loads<D: Nestable>(&self, rod: &mut Self::Rod<D>, loads: &[NodalLoad]);
+    fn add_loads<D: Nestable>(
+        &self,
+        rod: &mut Self::Rod<D>,
+        rest: &Self::Rest<D>,
+        loads: &[NodalLoad<D>],
+    );
 
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;
 
     /// The unknowns at rest, m (rad for angles).
-    fn rest(&self) -> Vec<f64>;
+    fn unknowns<D: Nestable>(&self, rest: &Self::Rest<D>) -> Vec<D>;
 
     /// The frames at rest.
-    fn frames(&self) -> <Self::Rod<f64> as Rod<f64, W>>::Frames;
+    fn frames<D: Nestable>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D, W>>::Frames;
 
     /// Frames over another scalar.
     fn lift<D: Nestable>(
@@ -128,8 +160,34 @@ pub trait Model<const W: usize> {
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3];
 }
 
+impl<D: Scalar> Material<D> {
+    /// G, Pa; zero when the material gives neither it nor Poisson's ratio, as planar scenes need not.
+    pub(crate) fn shear_modulus(&self) -> D {
+        match (self.shear_modulus, self.poisson_ratio) {
+            (Some(modulus), _) => modulus,
+            (None, Some(ratio)) => self.youngs_modulus / ((ratio + 1.0) * 2.0),
+            (None, None) => D::from(0.0),
+        }
+    }
+}
+
+/// The nodes of a rod that is turned as a whole about its first, and a `normal`, by the scene's
+/// `supports.angle`; what else lies in the plane stays.
+fn tilted<D: Scalar>(
+    scene: &Scene<D>,
+    nodes: &[Vector<D>],
+    normal: &Vector3<f64>,
+) -> Vec<Vector<D>> {
+    let angle = scene.supports.angle;
+    if angle.value() == 0.0 && D::ORDER == 0 {
+        return nodes.to_vec();
+    }
+    let rotation = [0, 1, 2].map(|c| angle * normal[c]);
+    nodes.iter().map(|x| add(nodes[0], turned(rotation, sub(*x, nodes[0])))).collect()
+}
+
 /// Where an end rolls: as the scene says, or along the rod.
-fn rolling(scene: &crate::scene::Scene, nodes: &[[f64; 3]]) -> Option<(End, Vector3<f64>)> {
+fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vector3<f64>)> {
     let end = scene.supports.rolling()?;
     let edge = match end {
         End::Start => &nodes[..2],

@@ -1,37 +1,42 @@
 //! The model of a scene that lies in a plane.
 
 use super::line::Line;
-use super::{Arcs, Model, NodalLoad, rolling};
+use super::{Correction, Model, NodalLoad, rolling, tilted};
 use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
-use crate::error::Error;
-use crate::parameter::Properties;
 use crate::rod::PlanarRod;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::scalar::{Nestable, Scalar};
 use crate::scene::shape::Mesh;
 use crate::scene::{End, Plane, Scene, Support};
-use nalgebra::{Rotation3, Vector3};
+use crate::vector::{Vector, sub};
+use nalgebra::Vector3;
+use num_dual::Dual64;
 
-/// Rest shape and loads in the scene's plane.
+/// The plane of a scene, and how its rod lies in it.
 #[derive(Clone, Debug)]
 pub struct PlanarModel {
     /// The plane.
     pub plane: Plane,
-    /// Rest positions, m.
-    nodes: Vec<[f64; 2]>,
-    rest_length: Vec<f64>,
-    line: Line,
-    /// The corrected form's.
-    corrected: bool,
-    rest_curvature: Vec<f64>,
-    /// Where the joints are, as parts of the length.
-    places: Vec<f64>,
+    correction: Correction,
     /// Which of the section's two second moments resists bending in the plane.
     second_moment: usize,
-    /// m/s^2.
-    gravity: [f64; 2],
-    loads: Vec<NodalLoad>,
+    nodes: usize,
 }
+
+/// The rest shape in the plane.
+#[derive(Clone, Debug)]
+pub struct PlanarRest<D> {
+    /// Positions, m.
+    nodes: Vec<[D; 2]>,
+    length: Vec<D>,
+    line: Line<D>,
+    curvature: Vec<D>,
+    /// Where the joints are, as parts of the length.
+    places: Vec<f64>,
+}
+
+/// How far from the plane a vector may point, relative to its length.
+const TOLERANCE: f64 = 1e-9;
 
 impl PlanarModel {
     /// The model, or what leaves the plane of the rest. `start` is the shape the rod starts in, if
@@ -39,80 +44,97 @@ impl PlanarModel {
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
-        start: Option<&[[f64; 3]]>,
-        arcs: Option<Arcs>,
-        loads: &[NodalLoad],
-    ) -> Result<Result<Self, String>, Error> {
+        start: Option<&[Vector<f64>]>,
+        correction: Correction,
+    ) -> Result<Self, String> {
         let nodes = &mesh.nodes[..];
         let along = Vector3::from(nodes[1]) - Vector3::from(nodes[0]);
-        let (mut vectors, turns) = vectors(scene, nodes, start);
+        let Directions { within, across } = Directions::of(scene, nodes, start);
+        let vector = |(key, v): &Named<f64>| (key.clone(), Vector3::from(*v));
+        let mut vectors: Vec<(String, Vector3<f64>)> = within.iter().map(vector).collect();
         // A turn lies across its plane.
-        vectors.extend(turns.iter().map(|(key, turn)| (key.clone(), turn.cross(&along))));
+        let turns = || across.iter().map(vector);
+        vectors.extend(turns().map(|(key, turn)| (key, turn.cross(&along))));
         let up = scene.rod.section.up().map(Vector3::from);
-        let leaves = |what: &str| Ok(Err(format!("{what} leaves the plane of the rest")));
-        let mut plane = match Plane::through(nodes, &vectors, up) {
-            Ok(plane) => plane,
-            Err(what) => return leaves(&what),
-        };
-        for (key, turn) in &turns {
-            if plane.components(*turn).0.norm() > 1e-9 * turn.norm() {
-                return leaves(key);
+        let leaves = |what: &str| format!("{what} leaves the plane of the rest");
+        let mut plane = Plane::through(nodes, &vectors, up).map_err(|what| leaves(&what))?;
+        for (key, turn) in turns() {
+            if plane.components(turn).0.norm() > TOLERANCE * turn.norm() {
+                return Err(leaves(&key));
             }
         }
-        if !scene.rod.natural_twist.is_zero() {
-            return leaves("rod.natural_twist");
+        if let Some((key, _)) = turns_of_the_rod(scene).into_iter().find(|(_, t)| *t != 0.0) {
+            return Err(leaves(&key));
         }
-        if let Some(i) = scene.supports.motion.iter().position(|motion| motion.twist != 0.0) {
-            return leaves(&format!("supports.motion[{i}].twist"));
-        }
-        // The rod turns, and what lies in the plane stays.
-        let normal = plane.x.cross(&plane.y);
-        let wall = Vector3::from(nodes[0]);
-        let tilt = Rotation3::from_scaled_axis(normal * scene.supports.angle);
-        let tilted: Vec<[f64; 3]> =
-            nodes.iter().map(|x| (wall + tilt * (Vector3::from(*x) - wall)).into()).collect();
-        let nodes = if scene.supports.angle == 0.0 { nodes } else { &tilted };
+        let mut model = Self { plane: plane.clone(), correction, second_moment: 0, nodes: 0 };
+        let tilted = tilted(scene, nodes, &model.normal());
         // A roller at the end holds the last coordinate of its node, one at the start the first, so
         // that the free unknowns stay side by side.
-        if let Some((end, direction)) = rolling(scene, nodes) {
+        if let Some((end, direction)) = rolling(scene, &tilted) {
+            let normal = plane.x.cross(&plane.y);
             let along = direction.normalize();
             (plane.x, plane.y) = match end {
                 End::End => (along, normal.cross(&along)),
                 End::Start => (along.cross(&normal), along),
             };
         }
-        let second_moment = match second_moment_in(scene, &plane, nodes)? {
-            Some(second_moment) => second_moment,
-            None => {
-                let why = "rod.section.up is neither in the plane of the rest nor across it";
-                return Ok(Err(why.to_string()));
+        let second_moment = second_moment_in(scene, &plane, &tilted)
+            .ok_or("rod.section.up is neither in the plane of the rest nor across it")?;
+        model = Self { plane, second_moment, nodes: nodes.len(), ..model };
+        Ok(model)
+    }
+
+    /// What leaves the plane when the scene's numbers change as their derivatives say.
+    pub(crate) fn left_by(
+        &self,
+        scene: &Scene<Dual64>,
+        mesh: &Mesh<Dual64>,
+        start: Option<&[Vector<Dual64>]>,
+    ) -> Option<String> {
+        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let rate = |v: Vector<Dual64>| self.components(v).map(|c| c.eps);
+        let Directions { mut within, mut across } = Directions::of(scene, &mesh.nodes, start);
+        within.extend(mesh.nodes.iter().map(|x| ("rod.shape".into(), *x)));
+        if let Some(up) = scene.rod.section.up_across(&mesh.nodes) {
+            let [i1, i2] = scene.rod.section.moments().second_moments;
+            let key = "rod.section.up".to_string();
+            let [x, y, z] = self.components(up.map(|c| c.re));
+            let (in_plane, out) = (x.hypot(y), z.abs());
+            if i1.re != i2.re {
+                if in_plane > out { &mut within } else { &mut across }.push((key, up));
+            } else if i1.eps != i2.eps && in_plane.min(out) > TOLERANCE {
+                // A square has no axes of its own until it stops being one.
+                return Some("rod.section".into());
             }
+        }
+        let out = |(_, v): &Named<Dual64>| {
+            let rate = rate(*v);
+            rate[2].abs() > TOLERANCE * size(&rate)
         };
-        let nodes: Vec<[f64; 2]> = nodes.iter().map(|x| plane.project((*x).into())).collect();
-        let rest_length: Vec<f64> =
-            nodes.windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).collect();
-        let rest_curvature: Vec<f64> = nodes
-            .windows(3)
-            .map(|p| planar_bend::curvature(p.first_chunk().expect("windows of three")))
-            .collect();
-        Ok(Ok(Self {
-            gravity: plane.project(scene.loads.gravity.into()),
-            loads: loads.to_vec(),
-            plane,
-            nodes,
-            line: arcs.map_or_else(|| Line::plain(&rest_length), Line::corrected),
-            corrected: arcs.is_some(),
-            rest_length,
-            rest_curvature,
-            places: mesh.places(),
-            second_moment,
-        }))
+        let off = |(_, v): &Named<Dual64>| {
+            let rate = rate(*v);
+            size(&rate[..2]) > TOLERANCE * size(&rate)
+        };
+        let named = within.into_iter().find(out).or(across.into_iter().find(off));
+        let turned = turns_of_the_rod(scene).into_iter().find(|(_, turn)| turn.eps != 0.0);
+        named.map(|(key, _)| key).or(turned.map(|(key, _)| key))
+    }
+
+    /// The normal of the plane.
+    pub(crate) fn normal(&self) -> Vector3<f64> {
+        self.plane.x.cross(&self.plane.y)
+    }
+
+    /// A point in the plane's axes.
+    fn projected<D: Scalar>(&self, point: Vector<D>) -> [D; 2] {
+        let [x, y, _] = self.components(point);
+        [x, y]
     }
 }
 
-impl PlanarModel {
-    /// Of an edge at rest, m.
-    fn direction(&self, edge: usize) -> [f64; 2] {
+impl<D: Scalar> PlanarRest<D> {
+    /// Of an edge, m.
+    fn direction(&self, edge: usize) -> [D; 2] {
         let [a, b] = [self.nodes[edge], self.nodes[edge + 1]];
         [b[0] - a[0], b[1] - a[1]]
     }
@@ -121,71 +143,90 @@ impl PlanarModel {
 impl Model<HALF_BANDWIDTH> for PlanarModel {
     const STRIDE: usize = 2;
     type Rod<D: Nestable> = PlanarRod<D>;
+    type Rest<D: Nestable> = PlanarRest<D>;
 
-    fn rod<D: Nestable>(&self, p: &Properties<D>) -> PlanarRod<D> {
-        let axial = p.youngs_modulus * p.area;
-        let bending = p.youngs_modulus * p.second_moments[self.second_moment];
-        let stretch = self.rest_length.iter().zip(&self.line.stretch).map(|(l, arc)| Stretch {
-            stiffness: axial * (l / arc),
-            rest_length: D::from(*l),
+    fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> PlanarRest<D> {
+        let tilted = tilted(scene, &mesh.nodes, &self.normal());
+        let nodes: Vec<[D; 2]> = tilted.iter().map(|x| self.projected(*x)).collect();
+        let chord = |p: &[[D; 2]]| {
+            let [x, y] = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
+            (x * x + y * y).sqrt()
+        };
+        let length: Vec<D> = nodes.windows(2).map(chord).collect();
+        let joints = nodes.windows(3);
+        let curvature = joints
+            .map(|p| planar_bend::curvature(p.first_chunk().expect("windows of three")))
+            .collect();
+        let arcs = self.correction.arcs(mesh);
+        let line = arcs.map_or_else(|| Line::plain(&length), Line::corrected);
+        PlanarRest { nodes, length, line, curvature, places: mesh.places() }
+    }
+
+    fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
+        let (material, section) = (&scene.material, scene.rod.section.moments());
+        let axial = material.youngs_modulus * section.area;
+        let bending = material.youngs_modulus * section.second_moments[self.second_moment];
+        let stretch = rest.length.iter().zip(&rest.line.stretch).map(|(l, arc)| Stretch {
+            stiffness: axial * (*l / *arc),
+            rest_length: *l,
             natural_strain: D::from(0.0),
         });
-        let bends = self.line.joint.iter().zip(&self.rest_curvature).zip(&self.places);
+        let bends = rest.line.joint.iter().zip(&rest.curvature).zip(&rest.places);
         let bend = bends.map(|((l, k), place)| {
-            let natural = p.natural_curvature.at(*place) * *k;
+            let natural = scene.rod.natural_curvature.at(*place) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
             let mut stiffness = bending * l.recip();
-            if self.corrected {
-                stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
+            if self.correction.arcs {
+                stiffness = stiffness / (natural * natural * 0.25 + 1.0).powi(2);
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });
-        let line_density = p.density * p.area;
-        let node_mass: Vec<D> = self.line.node.iter().map(|l| line_density * *l).collect();
-        // Turning the rod turns the weight the other way, as the rod sees it.
-        let (sin, cos) = (p.clamp_angle.sin(), p.clamp_angle.cos());
-        let [x, y] = self.gravity;
-        let gravity = [cos * x + sin * y, cos * y - sin * x];
+        let line_density = material.density * section.area;
+        let node_mass: Vec<D> = rest.line.node.iter().map(|l| line_density * *l).collect();
+        let gravity = self.projected(scene.loads.gravity);
         let load: Vec<DeadLoad<D, 2>> =
             node_mass.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();
-        let mut rod = PlanarRod {
+        PlanarRod {
             stretch: stretch.collect(),
             bend: bend.collect(),
             mass: node_mass.iter().flat_map(|m| [*m, *m]).collect(),
             load,
             moment: Vec::new(),
-            heading: self.direction(0).map(D::from),
-        };
-        self.add_loads(&mut rod, &self.loads);
-        rod
+            heading: rest.direction(0),
+        }
     }
 
-    fn add_loads<D: Nestable>(&self, rod: &mut PlanarRod<D>, loads: &[NodalLoad]) {
+    fn add_loads<D: Nestable>(
+        &self,
+        rod: &mut PlanarRod<D>,
+        rest: &PlanarRest<D>,
+        loads: &[NodalLoad<D>],
+    ) {
         for load in loads {
-            let force = self.plane.project(load.force.into());
+            let force = self.projected(load.force);
             for c in 0..2 {
-                rod.load[load.node].force[c] += D::from(force[c]);
+                rod.load[load.node].force[c] += force[c];
             }
-            let (_, moment) = self.plane.components(load.moment.into());
-            if moment != 0.0 {
-                let last = self.rest_length.len() - 1;
+            let [_, _, moment] = self.components(load.moment);
+            if moment.value() != 0.0 || D::ORDER > 0 {
+                let last = rest.length.len() - 1;
                 for edge in [load.node.saturating_sub(1), load.node.min(last)] {
-                    let rest = self.direction(edge).map(D::from);
-                    rod.moment.push((edge, DeadMoment { moment: D::from(0.5 * moment), rest }));
+                    let rest = rest.direction(edge);
+                    rod.moment.push((edge, DeadMoment { moment: moment * 0.5, rest }));
                 }
             }
         }
     }
 
     fn dof(&self) -> usize {
-        2 * self.nodes.len()
+        2 * self.nodes
     }
 
-    fn rest(&self) -> Vec<f64> {
-        self.nodes.iter().flatten().copied().collect()
+    fn unknowns<D: Nestable>(&self, rest: &PlanarRest<D>) -> Vec<D> {
+        rest.nodes.iter().flatten().copied().collect()
     }
 
-    fn frames(&self) {}
+    fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
 
     fn lift<D: Nestable>((): &()) {}
 
@@ -199,7 +240,7 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
     }
 
     fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
-        let axes = [self.plane.x, self.plane.y, self.plane.x.cross(&self.plane.y)];
+        let axes = [self.plane.x, self.plane.y, self.normal()];
         axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
@@ -213,55 +254,60 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
 }
 
 /// A vector with the key it stands under.
-type Named = (String, Vector3<f64>);
+type Named<D> = (String, Vector<D>);
 
 /// What must lie in the plane beside the rest shape, and the turns, which must lie across it.
-fn vectors(
-    scene: &Scene,
-    nodes: &[[f64; 3]],
-    start: Option<&[[f64; 3]]>,
-) -> (Vec<Named>, Vec<Named>) {
-    let mut vectors: Vec<Named> = vec![
-        ("loads.gravity".into(), scene.loads.gravity.into()),
-        ("initial.velocity".into(), scene.initial.velocity.into()),
-    ];
-    let mut turns: Vec<Named> =
-        vec![("initial.angular_velocity".into(), scene.initial.angular_velocity.into())];
-    for (table, points) in [("loads", &scene.loads.point), ("initial", &scene.initial.point)] {
-        for (i, load) in points.iter().enumerate() {
-            vectors.push((format!("{table}.point[{i}].force"), load.force.into()));
-            turns.push((format!("{table}.point[{i}].moment"), load.moment.into()));
+struct Directions<D> {
+    within: Vec<Named<D>>,
+    across: Vec<Named<D>>,
+}
+
+impl<D: Scalar> Directions<D> {
+    fn of(scene: &Scene<D>, nodes: &[Vector<D>], start: Option<&[Vector<D>]>) -> Self {
+        let mut within = vec![
+            ("loads.gravity".to_string(), scene.loads.gravity),
+            ("initial.velocity".into(), scene.initial.velocity),
+        ];
+        let mut across =
+            vec![("initial.angular_velocity".to_string(), scene.initial.angular_velocity)];
+        for (table, points) in [("loads", &scene.loads.point), ("initial", &scene.initial.point)] {
+            for (i, load) in points.iter().enumerate() {
+                within.push((format!("{table}.point[{i}].force"), load.force));
+                across.push((format!("{table}.point[{i}].moment"), load.moment));
+            }
         }
+        for (i, motion) in scene.supports.motion.iter().enumerate() {
+            let key = format!("supports.motion[{i}]");
+            within.push((format!("{key}.displacement"), motion.displacement));
+            across.push((format!("{key}.rotation"), motion.rotation));
+        }
+        if let Some(roller) = scene.supports.roller {
+            within.push(("supports.roller".into(), roller.map(D::from)));
+        }
+        if let Some(start) = start {
+            within.extend(start.iter().map(|x| ("initial.shape".into(), sub(*x, nodes[0]))));
+        }
+        Self { within, across }
     }
-    for (i, motion) in scene.supports.motion.iter().enumerate() {
-        let key = format!("supports.motion[{i}]");
-        vectors.push((format!("{key}.displacement"), motion.displacement.into()));
-        turns.push((format!("{key}.rotation"), motion.rotation.into()));
-    }
-    if let Some(roller) = scene.supports.roller {
-        vectors.push(("supports.roller".into(), roller.into()));
-    }
-    if let Some(start) = start {
-        let from = Vector3::from(nodes[0]);
-        let shape = start.iter().map(|x| ("initial.shape".into(), Vector3::from(*x) - from));
-        vectors.extend(shape);
-    }
-    (vectors, turns)
+}
+
+/// What turns the rod about itself, rad or rad/m.
+fn turns_of_the_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
+    let twists = scene.rod.natural_twist.values().iter().map(|t| ("rod.natural_twist".into(), *t));
+    let motions = scene.supports.motion.iter().enumerate();
+    let motions = motions.map(|(i, motion)| (format!("supports.motion[{i}].twist"), motion.twist));
+    twists.chain(motions).collect()
 }
 
 /// Which second moment resists bending in the plane: 0 with `up` in the plane, 1 across it; none
 /// when bending leaves the plane.
-fn second_moment_in(
-    scene: &Scene,
-    plane: &Plane,
-    nodes: &[[f64; 3]],
-) -> Result<Option<usize>, Error> {
-    let Some(up) = scene.rod.section.up_across(nodes)? else { return Ok(Some(0)) };
-    let [i1, i2] = scene.rod.section.second_moments();
-    let (in_plane, out) = plane.components(up);
-    Ok(match () {
-        () if i1 == i2 || out.abs() <= 1e-9 => Some(0),
-        () if in_plane.norm() <= 1e-9 => Some(1),
+fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[Vector<f64>]) -> Option<usize> {
+    let Some(up) = scene.rod.section.up_across(nodes) else { return Some(0) };
+    let [i1, i2] = scene.rod.section.moments().second_moments;
+    let (in_plane, out) = plane.components(up.into());
+    match () {
+        () if i1 == i2 || out.abs() <= TOLERANCE => Some(0),
+        () if in_plane.norm() <= TOLERANCE => Some(1),
         () => None,
-    })
+    }
 }

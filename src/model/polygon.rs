@@ -1,11 +1,9 @@
 //! Joints of a polygon that is bent at rest: how they answer turns, and what the curve they stand
 //! for would. See [`super`].
 
-use super::line::Arcs;
 use crate::frame::{EdgeFrame, transport};
 use crate::scalar::Scalar;
-use crate::vector::{Vector, add, cross, dot, unit};
-use nalgebra::Vector3;
+use crate::vector::{Vector, add, cross, dot, scale, sub, unit};
 
 /// Strains `[k1, k2, tau]` in which a joint resists with EI1, with EI2 and with GJ: its stiffness
 /// is `EI1 a a' + EI2 b b' + GJ c c'`, over its length.
@@ -16,49 +14,48 @@ pub(super) const PLAIN: Resistances<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0
 
 /// How the curve's tangent lies to every joint's, at rest: its components along the axes about
 /// which the joint bends. `curvature` is the rest's in the material frames `edges`.
-pub(super) fn slants(
-    nodes: &[[f64; 3]],
-    arcs: Arcs,
-    edges: &[EdgeFrame<f64>],
-    curvature: &[[f64; 2]],
-) -> Vec<[f64; 2]> {
-    let joint = |(i, k): (usize, &[f64; 2])| {
-        let slant = slant(tangent(nodes, arcs.lengths, i + 1), &edges[i], &edges[i + 1]);
+pub(super) fn slants<D: Scalar>(
+    nodes: &[Vector<D>],
+    arcs: &[D],
+    edges: &[EdgeFrame<D>],
+    curvature: &[[D; 2]],
+) -> Vec<[D; 2]> {
+    let joint = |(i, k): (usize, &[D; 2])| {
+        let slant = slant(tangent(nodes, arcs, i + 1), &edges[i], &edges[i + 1]);
         // Beyond half the turning angle, 2 atan(|k|/2), the polygon is too coarse to tell.
-        let half = 0.25 * (k[0] * k[0] + k[1] * k[1]);
-        let smooth = (slant[0] * slant[0] + slant[1] * slant[1]) * (1.0 + half) <= half;
-        if smooth { slant } else { [0.0; 2] }
+        let [k, s] = [k, &slant].map(|v| v[0].value().powi(2) + v[1].value().powi(2));
+        let half = 0.25 * k;
+        if s * (1.0 + half) <= half { slant } else { [D::from(0.0); 2] }
     };
     curvature.iter().enumerate().map(joint).collect()
 }
 
 /// The slant in the natural shape: as much more as that is more curved than the rest, whose
 /// curvature is `k`; and as the natural `twist` of the joint, rad, turns the curvature on.
-pub(super) fn lean<D: Scalar>(slant: [f64; 2], factor: D, k: [f64; 2], twist: D) -> [D; 2] {
-    [0, 1].map(|c| factor * (twist * (k[c] / -6.0) + slant[c]))
+pub(super) fn lean<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
+    [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]))
 }
 
 /// The curve's unit tangent at node `i`: that of the polynomial through the five nearest nodes.
-fn tangent(nodes: &[[f64; 3]], arcs: &[f64], i: usize) -> Vector<f64> {
+fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
+    let (zero, one) = (D::from(0.0), D::from(1.0));
     let count = nodes.len().min(5);
     let first = i.saturating_sub(2).min(nodes.len() - count);
     // Arc lengths from node i.
-    let s = |j: usize| match j < i {
-        true => -arcs[j..i].iter().sum::<f64>(),
-        false => arcs[i..j].iter().sum(),
-    };
-    let mut sum = Vector3::zeros();
+    let sum = |lengths: &[D]| lengths.iter().fold(zero, |sum, l| sum + *l);
+    let s = |j: usize| if j < i { -sum(&arcs[j..i]) } else { sum(&arcs[i..j]) };
+    let mut total = [zero; 3];
     for j in (first..first + count).filter(|j| *j != i) {
         let others = (first..first + count).filter(|m| ![i, j].contains(m));
-        let weight: f64 = others.map(|m| s(m) / (s(m) - s(j))).product::<f64>() / s(j);
-        sum += (Vector3::from(nodes[j]) - Vector3::from(nodes[i])) * weight;
+        let weight = others.fold(one, |product, m| product * (s(m) / (s(m) - s(j)))) / s(j);
+        total = add(total, scale(sub(nodes[j], nodes[i]), weight));
     }
-    unit(sum.into())
+    unit(total)
 }
 
 /// The components of the unit tangent `t` along the axes about which a joint bends, its directors
 /// `m2` and `-m1` halfway between its edges.
-fn slant(t: Vector<f64>, e: &EdgeFrame<f64>, f: &EdgeFrame<f64>) -> [f64; 2] {
+fn slant<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
     let between = unit(add(e.tangent, f.tangent));
     let m1 = transport(e.tangent, between, e.director);
     [dot(t, cross(between, m1)), -dot(t, m1)]
@@ -87,6 +84,7 @@ pub(super) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D
 mod tests {
     use super::*;
     use crate::frame::Frames;
+    use nalgebra::Vector3;
 
     /// A helix of unit radius and torsion 1/2 in steps of `l`, and its tangent at node `i`.
     fn helix(l: f64) -> (Vec<[f64; 3]>, impl Fn(usize) -> Vector<f64>) {

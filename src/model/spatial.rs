@@ -2,48 +2,56 @@
 
 use super::line::Line;
 use super::polygon::{PLAIN, lean, resistances, slants};
-use super::{Arcs, Model, NodalLoad, rolling};
+use super::{Correction, Model, NodalLoad, rolling, tilted};
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::{DeadLoad, Stretch};
 use crate::error::Error;
 use crate::frame::{EdgeFrame, Frames};
-use crate::parameter::Properties;
 use crate::rod::SpatialRod;
 use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::scalar::{Nestable, Scalar};
 use crate::scene::shape::Mesh;
 use crate::scene::{End, Scene, Support};
+use crate::vector::{Vector, dot, scale, sub, unit};
 use nalgebra::Vector3;
 
-/// Rest shape, material frames and loads.
+/// The axes of a scene in space.
 #[derive(Clone, Debug)]
 pub struct SpatialModel {
-    /// Rest positions, m.
-    nodes: Vec<[f64; 3]>,
-    rest_length: Vec<f64>,
-    line: Line,
+    correction: Correction,
+    nodes: usize,
+    /// The model's axes in the world: the world's own, unless an end rolls.
+    axes: [Vector3<f64>; 3],
+    /// For a circle, which has no direction `up`: the axis least along the first edge.
+    across: Vector3<f64>,
+    /// Of the plane of a planar scene, about which the rod as a whole may be turned.
+    normal: Option<Vector3<f64>>,
+}
+
+/// The rest shape and its material frames, in the model's axes.
+#[derive(Clone, Debug)]
+pub struct SpatialRest<D> {
+    /// Positions, m.
+    nodes: Vec<Vector<D>>,
+    length: Vec<D>,
+    line: Line<D>,
     /// The corrected form's: how the curve's tangents lie to the joints'.
-    slants: Option<Vec<[f64; 2]>>,
-    /// Integrated curvatures of the rest shape in the material frame.
-    rest_curvature: Vec<[f64; 2]>,
+    slants: Option<Vec<[D; 2]>>,
+    /// Integrated curvatures in the material frame.
+    curvature: Vec<[D; 2]>,
     /// Where the joints are, as parts of the length.
     places: Vec<f64>,
-    /// Space-parallel at rest: no twist.
-    frames: Frames<f64>,
-    /// m/s^2.
-    gravity: [f64; 3],
-    loads: Vec<NodalLoad>,
-    /// The model's axes in the world: the world's own, unless an end rolls. All vectors above but
-    /// the loads' are in these.
-    axes: [Vector3<f64>; 3],
+    /// Space-parallel: no twist.
+    frames: Frames<D>,
 }
 
 impl SpatialModel {
     pub(crate) fn new(
         scene: &Scene,
         mesh: &Mesh,
-        arcs: Option<Arcs>,
+        correction: Correction,
         loads: &[NodalLoad],
+        normal: Option<Vector3<f64>>,
     ) -> Result<Self, Error> {
         if let Some(load) = loads.iter().find(|load| load.moment != [0.0; 3]) {
             let found = format!("{:?} on node {} of a spatial scene", load.moment, load.node);
@@ -51,7 +59,8 @@ impl SpatialModel {
                            the way; turn an end by [[supports.motion]]";
             return Err(Error::invalid("loads.point.moment", found, allowed));
         }
-        let nodes = &mesh.nodes[..];
+        let turned = normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
+        let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
         let axes = match rolling(scene, nodes) {
             None => [Vector3::x(), Vector3::y(), Vector3::z()],
             // A roller at the end holds the last two coordinates of its node, one at the start the
@@ -66,69 +75,74 @@ impl SpatialModel {
                 }
             }
         };
-        let own = |v: &[f64; 3]| axes.map(|axis| axis.dot(&Vector3::from(*v)));
-        let up = scene.rod.section.up_across(nodes)?.map(|up| Vector3::from(own(&up.into())));
-        let nodes: Vec<[f64; 3]> = nodes.iter().map(own).collect();
-        let edges: Vec<Vector3<f64>> =
-            nodes.windows(2).map(|p| Vector3::from(p[1]) - Vector3::from(p[0])).collect();
-        let tangents: Vec<[f64; 3]> = edges.iter().map(|e| e.normalize().into()).collect();
-        // m1 along `up`; a circle takes any direction across, the one most across.
-        let director = match up {
-            Some(up) => up,
-            None => {
-                let t = Vector3::from(tangents[0]);
-                let axis = Vector3::ith(t.map(f64::abs).imin(), 1.0);
-                (axis - t * t.dot(&axis)).normalize()
-            }
-        };
-        let frames = Frames::bishop(&tangents, director.into());
-        let stiffness = Stiffness { bend: [0.0; 3], twist: 0.0, coupling: [0.0; 2] };
-        let zero = JointLaw { stiffness, natural: [0.0; 3] };
-        let rest_curvature: Vec<[f64; 2]> = (0..nodes.len() - 2)
-            .map(|i| {
-                let joint = zero.at([frames.edges[i], frames.edges[i + 1]], 0.0);
-                let [a, b, c] = [nodes[i], nodes[i + 1], nodes[i + 2]];
-                let q = [a[0], a[1], a[2], 0.0, b[0], b[1], b[2], 0.0, c[0], c[1], c[2]];
-                let [k1, k2, _] = joint.strains(&q);
-                [k1, k2]
-            })
-            .collect();
-        let rest_length: Vec<f64> = edges.iter().map(Vector3::norm).collect();
-        Ok(Self {
-            line: arcs.map_or_else(|| Line::plain(&rest_length), Line::corrected),
-            slants: arcs.map(|arcs| slants(&nodes, arcs, &frames.edges, &rest_curvature)),
-            nodes,
-            rest_length,
-            rest_curvature,
-            places: mesh.places(),
-            frames,
-            gravity: own(&scene.loads.gravity),
-            loads: loads.to_vec(),
-            axes,
-        })
+        let first = Vector3::from(unit(sub(nodes[1], nodes[0])));
+        let first = Vector3::from(axes.map(|axis| axis.dot(&first)));
+        let across = Vector3::ith(first.map(f64::abs).imin(), 1.0);
+        Ok(Self { correction, nodes: nodes.len(), axes, across, normal })
     }
 }
 
 impl Model<HALF_BANDWIDTH> for SpatialModel {
     const STRIDE: usize = 4;
     type Rod<D: Nestable> = SpatialRod<D>;
+    type Rest<D: Nestable> = SpatialRest<D>;
 
-    fn rod<D: Nestable>(&self, p: &Properties<D>) -> SpatialRod<D> {
-        let axial = p.youngs_modulus * p.area;
-        let [ei1, ei2] = p.second_moments.map(|i| p.youngs_modulus * i);
-        let gj = p.shear_modulus * p.torsion_constant;
-        let stretch = self.rest_length.iter().zip(&self.line.stretch).map(|(l, arc)| Stretch {
-            stiffness: axial * (l / arc),
-            rest_length: D::from(*l),
+    fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
+        let turned = self.normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
+        let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
+        let up = scene.rod.section.up_across(nodes).map(|up| self.components(up));
+        let nodes: Vec<Vector<D>> = nodes.iter().map(|x| self.components(*x)).collect();
+        let edges: Vec<Vector<D>> = nodes.windows(2).map(|p| sub(p[1], p[0])).collect();
+        let tangents: Vec<Vector<D>> = edges.iter().map(|e| unit(*e)).collect();
+        // m1 along `up`; a circle takes any direction across, the one most across.
+        let director = up.unwrap_or_else(|| {
+            let axis: [f64; 3] = self.across.into();
+            let axis = axis.map(D::from);
+            unit(sub(axis, scale(tangents[0], dot(tangents[0], axis))))
+        });
+        let frames = Frames::bishop(&tangents, director);
+        let zero = D::from(0.0);
+        let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };
+        let law = JointLaw { stiffness, natural: [zero; 3] };
+        let curvature: Vec<[D; 2]> = (0..nodes.len() - 2)
+            .map(|i| {
+                let joint = law.at([frames.edges[i], frames.edges[i + 1]], zero);
+                let [a, b, c] = [nodes[i], nodes[i + 1], nodes[i + 2]];
+                let q = [a[0], a[1], a[2], zero, b[0], b[1], b[2], zero, c[0], c[1], c[2]];
+                let [k1, k2, _] = joint.strains(&q);
+                [k1, k2]
+            })
+            .collect();
+        let length: Vec<D> = edges.iter().map(|e| dot(*e, *e).sqrt()).collect();
+        let arcs = self.correction.arcs(mesh);
+        SpatialRest {
+            line: arcs.map_or_else(|| Line::plain(&length), Line::corrected),
+            slants: arcs.map(|arcs| slants(&nodes, arcs.lengths, &frames.edges, &curvature)),
+            nodes,
+            length,
+            curvature,
+            places: mesh.places(),
+            frames,
+        }
+    }
+
+    fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
+        let (material, section) = (&scene.material, scene.rod.section.moments());
+        let axial = material.youngs_modulus * section.area;
+        let [ei1, ei2] = section.second_moments.map(|i| material.youngs_modulus * i);
+        let gj = material.shear_modulus() * section.torsion_constant;
+        let stretch = rest.length.iter().zip(&rest.line.stretch).map(|(l, arc)| Stretch {
+            stiffness: axial * (*l / *arc),
+            rest_length: *l,
             natural_strain: D::from(0.0),
         });
-        let joint = self.rest_curvature.iter().enumerate().map(|(i, k)| {
-            let per_length = self.line.joint[i].recip();
-            let factor = p.natural_curvature.at(self.places[i]);
+        let joint = rest.curvature.iter().enumerate().map(|(i, k)| {
+            let per_length = rest.line.joint[i].recip();
+            let factor = scene.rod.natural_curvature.at(rest.places[i]);
             let natural = k.map(|k| factor * k);
-            let twist = p.natural_twist.at(self.places[i])
-                * (0.5 * (self.line.spin[i] + self.line.spin[i + 1]));
-            let [a, b, c] = match &self.slants {
+            let twist = scene.rod.natural_twist.at(rest.places[i])
+                * ((rest.line.spin[i] + rest.line.spin[i + 1]) * 0.5);
+            let [a, b, c] = match &rest.slants {
                 Some(slants) => resistances(natural, lean(slants[i], factor, *k, twist)),
                 None => PLAIN.map(|a| a.map(D::from)),
             };
@@ -144,42 +158,48 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
                 natural: [natural[0], natural[1], twist],
             }
         });
-        let line_density = p.density * p.area;
-        let line_inertia = p.density * (p.second_moments[0] + p.second_moments[1]);
+        let line_density = material.density * section.area;
+        let [i1, i2] = section.second_moments;
+        let line_inertia = material.density * (i1 + i2);
+        let gravity = self.components(scene.loads.gravity);
         let mut mass = Vec::with_capacity(self.dof());
-        let mut load = Vec::with_capacity(self.nodes.len());
-        for (i, length) in self.line.node.iter().enumerate() {
+        let mut load = Vec::with_capacity(rest.nodes.len());
+        for (i, length) in rest.line.node.iter().enumerate() {
             let node_mass = line_density * *length;
             mass.extend([node_mass; 3]);
-            mass.extend(self.line.spin.get(i).map(|l| line_inertia * *l));
-            load.push(DeadLoad { force: self.gravity.map(|g| node_mass * g) });
+            mass.extend(rest.line.spin.get(i).map(|l| line_inertia * *l));
+            load.push(DeadLoad { force: gravity.map(|g| node_mass * g) });
         }
-        let mut rod = SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load };
-        self.add_loads(&mut rod, &self.loads);
-        rod
+        SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load }
     }
 
-    fn add_loads<D: Nestable>(&self, rod: &mut SpatialRod<D>, loads: &[NodalLoad]) {
+    fn add_loads<D: Nestable>(
+        &self,
+        rod: &mut SpatialRod<D>,
+        _: &SpatialRest<D>,
+        loads: &[NodalLoad<D>],
+    ) {
         for load in loads {
             let force = self.components(load.force);
             for c in 0..3 {
-                rod.load[load.node].force[c] += D::from(force[c]);
+                rod.load[load.node].force[c] += force[c];
             }
         }
     }
 
     fn dof(&self) -> usize {
-        4 * self.nodes.len() - 1
+        4 * self.nodes - 1
     }
 
-    fn rest(&self) -> Vec<f64> {
-        let mut q: Vec<f64> = self.nodes.iter().flat_map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
+    fn unknowns<D: Nestable>(&self, rest: &SpatialRest<D>) -> Vec<D> {
+        let zero = D::from(0.0);
+        let mut q: Vec<D> = rest.nodes.iter().flat_map(|[x, y, z]| [*x, *y, *z, zero]).collect();
         q.pop();
         q
     }
 
-    fn frames(&self) -> Frames<f64> {
-        self.frames.clone()
+    fn frames<D: Nestable>(&self, rest: &SpatialRest<D>) -> Frames<D> {
+        rest.frames.clone()
     }
 
     fn lift<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {

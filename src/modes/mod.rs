@@ -145,7 +145,7 @@ fn state<M: Model<W>, const W: usize>(
     about: About,
 ) -> Result<State<M, W>, Error> {
     Ok(match about {
-        About::Rest => (posed.rest(), posed.model.frames()),
+        About::Rest => (posed.rest(), posed.rest_frames()),
         About::Equilibrium => {
             let rest = posed.equilibrium()?;
             (rest.q, rest.frames)
@@ -160,7 +160,7 @@ pub(crate) fn across(
     q: &[f64],
 ) -> (Vec<f64>, crate::frame::Frames<f64>) {
     let place = |i: usize| planar.model.position(q, i);
-    spatial.placed(&(0..planar.nodes()).map(place).collect::<Vec<_>>())
+    spatial.placed_still(&(0..planar.nodes()).map(place).collect::<Vec<_>>())
 }
 
 /// A vibration in the terms of its [`Pencil`].

@@ -150,7 +150,7 @@ mod tests {
                 scene.rod.dimension = Dimension::Spatial;
                 let space = scene.problem().unwrap();
                 let (plane, space) = (plane.planar().unwrap(), space.spatial().unwrap());
-                let whole = Pencil::at(&space, &space.rod(), &space.rest(), &space.model.frames());
+                let whole = Pencil::at(&space, &space.rod(), &space.rest(), &space.rest_frames());
                 let inside = Pencil::at(&plane, &plane.rod(), &plane.rest(), &());
                 let outside = whole.across(space.model.components(plane.normal()));
                 for squared in [1.0, 1e3, 1e5, 1e7, 1e9] {

@@ -1,6 +1,7 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
 mod remeshed;
+mod setup;
 mod start;
 
 pub(crate) use start::Settled;
@@ -8,20 +9,20 @@ pub(crate) use start::Settled;
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
-use crate::model::{Arcs, Model, NodalLoad, PlanarModel, SpatialModel};
-use crate::parameter::{Parameter, Properties};
+use crate::model::{Correction, Model, PlanarModel, SpatialModel};
+use crate::parameter::Parameter;
 use crate::point::{Point, Stencil};
 use crate::rod::{Rod, planar, spatial};
-use crate::scalar::Nestable;
+use crate::scalar::{Nestable, Scalar};
 use crate::scene::shape::Mesh;
 use crate::scene::{
-    Clamp, Dimension, Discretization, InitialState, NamedNode, Node, PointForce, Scene, Support,
-    Time,
+    Clamp, Dimension, Discretization, End, InitialState, Scene, Support, Supports, Time,
 };
 use crate::sensitivity::{ImplicitSensitivity, Sensitivity};
-use crate::simulation::Simulation;
-use crate::vector::{add, scale};
+use crate::simulation::{Damping, Simulation};
+use crate::vector::{add, dot, scale, sub, unit};
 use num_dual::Dual64;
+use setup::Setup;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,13 +39,7 @@ pub struct Problem {
     model: AnyModel,
     /// Why this model.
     reason: String,
-    /// Of every node from the wall, m.
-    arc_length: Vec<f64>,
-    length: f64,
-    /// Loads that hold the rod until t = 0.
-    held: Vec<NodalLoad>,
-    /// The nodes of the shape the rod begins in, if not the rest shape, m.
-    start_shape: Option<Vec<[f64; 3]>>,
+    mesh: Mesh,
     /// The unknowns of the equilibrium the rod starts from, angles measured from the frames it
     /// begins with; empty if it does not.
     initial: Vec<f64>,
@@ -54,16 +49,24 @@ pub struct Problem {
 
 #[derive(Clone, Debug)]
 enum AnyModel {
-    Planar(PlanarModel),
-    Spatial(SpatialModel),
+    Planar(Modelled<PlanarModel, { planar::HALF_BANDWIDTH }>),
+    Spatial(Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>),
+}
+
+/// A model with the scene it was chosen for, in plain numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Modelled<M: Model<W>, const W: usize> {
+    model: M,
+    setup: Setup<f64, M, W>,
 }
 
 /// A problem whose model is known: what makes rods, simulations and sensitivities.
 #[derive(Debug)]
-pub struct Posed<'a, M, const W: usize> {
+pub struct Posed<'a, M: Model<W>, const W: usize> {
     problem: &'a Problem,
     /// The model.
     pub model: &'a M,
+    setup: &'a Setup<f64, M, W>,
 }
 
 /// A planar problem.
@@ -91,27 +94,25 @@ impl Scene {
 impl Problem {
     fn new(mut scene: Scene) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
-        let mesh = mesh(&scene)?;
+        scene.read_shapes()?;
+        let mesh = scene.mesh()?;
+        check_edges("rod.shape", &mesh.nodes)?;
         let natural = &scene.rod.natural_curvature;
         if natural.values().iter().any(|factor| *factor != 1.0) && mesh.is_straight() {
-            let found =
-                natural.whole().map_or(format!("{:?}", natural.values()), |f| f.to_string());
+            let found = match natural.values() {
+                [factor] => factor.to_string(),
+                factors => format!("{factors:?}"),
+            };
             let allowed = format!("1 {BESIDE_STRAIGHT}");
             return Err(Error::invalid("rod.natural_curvature", found, allowed));
         }
-        let loads = nodal(&scene.loads.point, "loads", mesh.nodes.len())?;
-        let start_shape = start_shape(&scene, &mesh)?;
-        let (model, reason) = choose(&scene, &mesh, start_shape.as_deref(), &loads)?;
-        let held = nodal(&scene.initial.point, "initial", mesh.nodes.len())?;
+        let (model, reason) = choose(&scene, &mesh)?;
         let mut problem = Self {
-            held,
-            start_shape,
             initial: Vec::new(),
             derivatives: Derivatives::default(),
             model,
             reason,
-            arc_length: mesh.arc_length,
-            length: mesh.length,
+            mesh,
             scene,
             stop: None,
         };
@@ -185,8 +186,8 @@ impl Problem {
     /// The problem with its model.
     pub fn posed(&self) -> AnyProblem<'_> {
         match &self.model {
-            AnyModel::Planar(model) => AnyProblem::Planar(Posed { problem: self, model }),
-            AnyModel::Spatial(model) => AnyProblem::Spatial(Posed { problem: self, model }),
+            AnyModel::Planar(modelled) => AnyProblem::Planar(self.posed_as(modelled)),
+            AnyModel::Spatial(modelled) => AnyProblem::Spatial(self.posed_as(modelled)),
         }
     }
     /// Whether the scene says how stiff the rod is in torsion, and has no moments, whose work out of
@@ -197,22 +198,21 @@ impl Problem {
         known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
     /// The spatial model of the scene, whatever model it has.
-    pub(crate) fn spatial_model(&self) -> Result<SpatialModel, Error> {
-        let mut mesh = mesh(&self.scene)?;
-        if let Some(posed) = self.planar() {
-            // Turned as the planar model's.
-            let rest = posed.rest();
-            mesh.nodes = (0..self.nodes()).map(|i| posed.model.position(&rest, i)).collect();
-        }
-        let loads = nodal(&self.scene.loads.point, "loads", mesh.nodes.len())?;
-        SpatialModel::new(&self.scene, &mesh, arcs(&self.scene, &mesh), &loads)
+    pub(crate) fn spatial_model(
+        &self,
+    ) -> Result<Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>, Error> {
+        let normal = self.planar().map(|posed| posed.model.normal());
+        let loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
+        let correction = correction(&self.scene, &self.mesh);
+        let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
+        Ok(Modelled::new(model, &self.scene))
     }
     /// The problem with another model.
     pub(crate) fn posed_as<'a, M: Model<W>, const W: usize>(
         &'a self,
-        model: &'a M,
+        modelled: &'a Modelled<M, W>,
     ) -> Posed<'a, M, W> {
-        Posed { problem: self, model }
+        Posed { problem: self, model: &modelled.model, setup: &modelled.setup }
     }
     /// The problem with its planar model, if it has one.
     pub fn planar(&self) -> Option<PlanarProblem<'_>> {
@@ -231,13 +231,13 @@ impl Problem {
     /// Number of unknowns, the supported ones included.
     pub fn dof(&self) -> usize {
         match &self.model {
-            AnyModel::Planar(model) => model.dof(),
-            AnyModel::Spatial(model) => model.dof(),
+            AnyModel::Planar(modelled) => modelled.model.dof(),
+            AnyModel::Spatial(modelled) => modelled.model.dof(),
         }
     }
     /// Number of nodes.
     pub fn nodes(&self) -> usize {
-        self.arc_length.len()
+        self.mesh.nodes.len()
     }
     /// Number of edges.
     pub fn segments(&self) -> usize {
@@ -246,27 +246,35 @@ impl Problem {
     /// The rod's first node at rest in the world, m.
     pub(crate) fn wall(&self) -> [f64; 3] {
         match self.posed() {
-            AnyProblem::Planar(posed) => posed.model.position(&posed.rest(), 0),
-            AnyProblem::Spatial(posed) => posed.model.position(&posed.rest(), 0),
+            AnyProblem::Planar(posed) => posed.rest_positions()[0],
+            AnyProblem::Spatial(posed) => posed.rest_positions()[0],
         }
     }
+    /// The same over another scalar, beside the scene; `seed` makes its numbers of the parameters.
+    pub(crate) fn wall_over<D: Nestable>(
+        &self,
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> ([D; 3], Scene<D>) {
+        let scene = self.scene.seeded(seed);
+        // Turning the rod turns it about this node.
+        (scene.made_mesh().nodes[0], scene)
+    }
     /// How far the rest shape's tangent turns from end to end, rad.
-    pub(crate) fn turning(&self) -> Result<f64, Error> {
-        let known = self.scene.rod.shape.turning();
-        known.map_or_else(|| Ok(mesh(&self.scene)?.turning()), Ok)
+    pub(crate) fn turning(&self) -> f64 {
+        self.scene.rod.shape.turning().unwrap_or_else(|| self.mesh.turning())
     }
     /// A point of the rest shape in the world, m.
     pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
-        let node: &dyn Fn(usize) -> [f64; 3] = match self.posed() {
-            AnyProblem::Planar(posed) => &move |i| posed.model.position(&posed.rest(), i),
-            AnyProblem::Spatial(posed) => &move |i| posed.model.position(&posed.rest(), i),
+        let nodes = match self.posed() {
+            AnyProblem::Planar(posed) => posed.rest_positions(),
+            AnyProblem::Spatial(posed) => posed.rest_positions(),
         };
-        stencil.nodes.iter().fold([0.0; 3], |sum, (i, w)| add(sum, scale(node(*i), *w)))
+        stencil.nodes.iter().fold([0.0; 3], |sum, (i, w)| add(sum, scale(nodes[*i], *w)))
     }
     /// The normal of the plane of a planar scene; of a spatial one the z axis.
     pub(crate) fn normal(&self) -> [f64; 3] {
         match self.posed() {
-            AnyProblem::Planar(posed) => posed.model.plane.x.cross(&posed.model.plane.y).into(),
+            AnyProblem::Planar(posed) => posed.model.normal().into(),
             AnyProblem::Spatial(_) => [0.0, 0.0, 1.0],
         }
     }
@@ -279,7 +287,7 @@ impl Problem {
     }
     /// Length between wall and tip, m.
     pub fn length(&self) -> f64 {
-        self.length
+        self.mesh.length
     }
     /// Which derivatives simulations use.
     pub fn derivatives(&self) -> Derivatives {
@@ -315,65 +323,43 @@ impl Problem {
         for (parameter, value) in values {
             parameter.set(&mut scene, value)?;
         }
-        scene.validate()?;
-        let turned = scene.supports.angle != self.scene.supports.angle;
-        self.check_velocities(&scene)?;
-        let twisted = scene.rod.natural_twist.is_zero() != self.scene.rod.natural_twist.is_zero();
-        if turned || twisted {
-            let path = scene.path.clone();
-            let problem = Self::new(scene).map_err(|error| error.in_file(path.as_deref()))?;
-            return Ok(problem.computed_as(self));
-        }
-        let mut problem = Self { scene, ..self.clone() };
-        problem.check_sizes().map_err(|error| error.in_file(self.scene.path.as_deref()))?;
-        problem.find_start()?;
-        Ok(problem)
+        Ok(scene.problem()?.computed_as(self))
     }
 
     /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
     /// model.
     pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
-        let value = parameter.of(&self.scene).ok_or_else(|| parameter.absent(&self.scene))?;
-        if parameter == Parameter::ClampAngle && self.planar().is_none() {
+        if parameter.of(&self.scene).is_none() {
             return Err(parameter.absent(&self.scene));
         }
-        let curvature =
-            matches!(parameter, Parameter::NaturalCurvature | Parameter::NaturalCurvatureOf(_));
-        if curvature && mesh(&self.scene)?.is_straight() {
+        let curvature = parameter.path().starts_with(Parameter::NaturalCurvature.path());
+        if curvature && self.mesh.is_straight() {
             let found = format!("{parameter} {BESIDE_STRAIGHT}");
             return Err(Error::invalid("parameter", found, "with a curved rest shape"));
         }
-        let mut moved = self.scene.clone();
-        let speeds = moved.initial.velocity.iter().chain(&moved.initial.angular_velocity);
-        let step = speeds.fold(1.0_f64, |most, v| most.max(v.abs()));
-        if parameter.is_initial_velocity() {
-            parameter.set(&mut moved, value + step)?;
-            self.check_velocities(&moved)?;
-        }
-        Ok(())
-    }
-
-    /// Refuses initial velocities that leave the plane of the model.
-    fn check_velocities(&self, scene: &Scene) -> Result<(), Error> {
-        let AnyModel::Planar(model) = &self.model else { return Ok(()) };
-        let initial = &scene.initial;
-        let [_, _, out] = model.components(initial.velocity);
-        let [x, y, about] = model.components(initial.angular_velocity);
-        let leaves = |part: f64, other: f64| part.abs() > 1e-9 * part.hypot(other);
-        let found = if leaves(out, initial.velocity.map(f64::abs).into_iter().sum()) {
-            ("initial.velocity", initial.velocity)
-        } else if leaves(x.hypot(y), about) {
-            ("initial.angular_velocity", initial.angular_velocity)
-        } else {
-            return Ok(());
+        let beside = |what: &str, allowed: &str| {
+            Err(Error::invalid("parameter", format!("{parameter} beside {what}"), allowed))
         };
-        let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);
-        let allowed = format!(
-            "a motion in the plane with normal {n:?} that the scene was found to lie in; \
-             with rod.dimension = \"spatial\" any"
-        );
-        let error = Error::invalid(found.0, format!("{:?}", found.1), allowed);
-        Err(error.in_file(self.scene.path.as_deref()))
+        let turns = parameter == Parameter::ClampAngle;
+        if turns && self.scene.initial.shape.is_some() {
+            return beside("initial.shape", "in planar scenes that start in their rest shape");
+        }
+        match self.posed() {
+            AnyProblem::Planar(posed) => {
+                let setup =
+                    posed.setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
+                posed.check_plane(parameter, &setup)?;
+                posed.check_roller(parameter, &setup)
+            }
+            AnyProblem::Spatial(_) if turns || parameter.is_moment() => {
+                beside("a scene in space", "in planar scenes")
+            }
+            AnyProblem::Spatial(posed) => {
+                let setup =
+                    posed.setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
+                posed.check_roller(parameter, &setup)
+            }
+        }
     }
 
     /// What speaks against a simulation of the scene, though it can be made: steps that follow the
@@ -401,24 +387,24 @@ impl Problem {
     /// The nodes and weights whose sum is a point of the rod.
     pub fn stencil(&self, point: Point) -> Result<Stencil, Error> {
         match point {
-            Point::Tip => Ok(Stencil::node(self.arc_length.len() - 1)),
-            Point::Node(i) if i < self.arc_length.len() => Ok(Stencil::node(i)),
+            Point::Tip => Ok(Stencil::node(self.mesh.nodes.len() - 1)),
+            Point::Node(i) if i < self.nodes() => Ok(Stencil::node(i)),
             Point::Node(i) => Err(Error::OutOfRange {
                 what: "node",
                 found: i as f64,
                 low: 0.0,
-                high: (self.arc_length.len() - 1) as f64,
+                high: (self.mesh.nodes.len() - 1) as f64,
             }),
             Point::ArcLength(s) => {
-                if !(0.0..=self.length).contains(&s) {
+                if !(0.0..=self.mesh.length).contains(&s) {
                     return Err(Error::OutOfRange {
                         what: "arc_length",
                         found: s,
                         low: 0.0,
-                        high: self.length,
+                        high: self.mesh.length,
                     });
                 }
-                Ok(Stencil::between(&self.arc_length, s))
+                Ok(Stencil::between(&self.mesh.arc_length, s))
             }
         }
     }
@@ -427,8 +413,8 @@ impl Problem {
     pub fn arc_length(&self, point: Point) -> Result<f64, Error> {
         self.stencil(point)?;
         Ok(match point {
-            Point::Tip => self.arc_length[self.arc_length.len() - 1],
-            Point::Node(i) => self.arc_length[i],
+            Point::Tip => self.mesh.arc_length[self.segments()],
+            Point::Node(i) => self.mesh.arc_length[i],
             Point::ArcLength(s) => s,
         })
     }
@@ -437,10 +423,47 @@ impl Problem {
 /// A model's frames.
 pub(crate) type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
 
-impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+impl<M: Model<W>, const W: usize> Modelled<M, W> {
+    fn new(model: M, scene: &Scene) -> Self {
+        let setup = Setup::new(&model, scene.clone());
+        Self { model, setup }
+    }
+}
+
+impl PlanarProblem<'_> {
+    /// Refuses a parameter whose change leads out of the plane.
+    fn check_plane(
+        &self,
+        parameter: Parameter,
+        setup: &Setup<Dual64, PlanarModel, { planar::HALF_BANDWIDTH }>,
+    ) -> Result<(), Error> {
+        let Setup { scene, mesh, start, .. } = setup;
+        let Some(what) = self.model.left_by(scene, mesh, start.as_deref()) else { return Ok(()) };
+        let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);
+        let allowed = format!(
+            "a number that keeps {what} in the plane with normal {n:?} that the scene was found to lie \
+             in; with rod.dimension = \"spatial\" any"
+        );
+        let error = Error::invalid("parameter", parameter, allowed);
+        Err(error.in_file(self.scene().path.as_deref()))
+    }
+}
+
+impl<'a, M: Model<W>, const W: usize> Posed<'a, M, W> {
     /// The unknowns at rest, m (rad for angles).
     pub fn rest(&self) -> Vec<f64> {
-        self.model.rest()
+        self.model.unknowns(&self.setup.rest)
+    }
+
+    /// Where the nodes are at rest, in the world, m.
+    fn rest_positions(&self) -> Vec<[f64; 3]> {
+        let q = self.rest();
+        (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
+    }
+
+    /// The frames at rest.
+    pub(crate) fn rest_frames(&self) -> FramesOf<M, W> {
+        self.model.frames(&self.setup.rest)
     }
 
     /// The unknowns that the supports leave free.
@@ -456,7 +479,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     }
 
     /// The scene.
-    pub fn scene(&self) -> &Scene {
+    pub fn scene(&self) -> &'a Scene {
         &self.problem.scene
     }
 
@@ -472,19 +495,46 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2.
     pub(crate) fn bending_frequency_squared(&self) -> f64 {
-        let p = Properties::<f64>::of(&self.problem.scene, |_, value| value);
-        let [i1, i2] = p.second_moments;
-        p.youngs_modulus * i1.min(i2) / (p.density * p.area * self.problem.length.powi(4))
+        let (material, section) = (&self.scene().material, self.scene().rod.section.moments());
+        let [i1, i2] = section.second_moments;
+        let length = self.problem.length();
+        material.youngs_modulus * i1.min(i2) / (material.density * section.area * length.powi(4))
+    }
+
+    /// The scene over another scalar; `seed` makes its numbers of the parameters.
+    pub(crate) fn setup_over<D: Nestable>(
+        &self,
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> Setup<D, M, W> {
+        Setup::new(self.model, self.scene().seeded(seed))
+    }
+
+    /// Refuses a parameter that turns the line on which an end rolls, where that follows the rod.
+    fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M, W>) -> Result<(), Error> {
+        let supports = &self.scene().supports;
+        let Some(end) = supports.rolling().filter(|_| supports.roller.is_none()) else {
+            return Ok(());
+        };
+        let q = self.model.unknowns(&setup.rest);
+        let last = self.nodes() - 1;
+        let [a, b] = if end == End::Start { [0, 1] } else { [last - 1, last] };
+        let edge = unit(sub(self.model.position(&q, b), self.model.position(&q, a)));
+        let size = parameter.of(self.scene()).map_or(1.0, |value| value.abs().max(1.0));
+        if edge.iter().all(|c| c.eps.abs() * size <= 1e-9) {
+            return Ok(());
+        }
+        let found = format!("{parameter}, which turns the end that rolls along the rod");
+        Err(Error::invalid("parameter", found, "with supports.roller, a direction that stays"))
     }
 
     /// The rod with plain numbers.
     pub fn rod(&self) -> M::Rod<f64> {
-        self.model.rod(&Properties::of(&self.problem.scene, |_, value| value))
+        self.setup.rod(self.model)
     }
 
     /// A simulation at the start, over plain numbers.
     pub fn simulation(&self) -> Simulation<f64, M::Rod<f64>, W> {
-        self.simulation_over(|_, value| value)
+        self.simulation_of(self.setup)
     }
 
     /// A simulation at the start over any scalar; `seed` makes the numbers of the parameters.
@@ -504,20 +554,26 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Simulation<D, M::Rod<D>, W> {
-        let properties = Properties::of(&self.problem.scene, seed);
-        let rod = self.model.rod(&properties);
-        let start = self.start(&rod);
-        let velocity = self.start_velocity(&rod, &start.0, &properties);
+        self.simulation_of(&self.setup_over(seed))
+    }
+
+    fn simulation_of<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Simulation<D, M::Rod<D>, W> {
+        let scene = &setup.scene;
+        let rod = setup.rod(self.model);
+        let start = self.start(setup, &rod);
+        let velocity = self.start_velocity(setup, &rod, &start.0);
+        let drive = self.drive(setup);
+        let damping = &scene.loads.damping;
         let mut simulation = Simulation::new(
             rod,
             start,
             self.free(),
-            properties.damping,
-            (self.problem.scene.scheme(), properties.beta),
-            self.problem.length,
+            Damping { mass: damping.mass, stiffness: damping.stiffness },
+            (scene.scheme(), scene.time.as_ref().map_or(D::from(0.5), |time| time.beta)),
+            self.problem.length(),
             self.problem.derivatives,
         );
-        if let Some(drive) = self.drive() {
+        if let Some(drive) = drive {
             simulation.drive(drive);
         }
         if let Some(velocity) = velocity {
@@ -537,11 +593,16 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     }
 }
 
-/// The rest shape's mesh, cut by the walls.
-fn mesh(scene: &Scene) -> Result<Mesh, Error> {
-    let mesh = scene.rod.shape.mesh(scene.rod.segments, cuts(scene), &scene.folder())?;
-    check_edges("rod.shape", &mesh.nodes)?;
-    Ok(mesh)
+impl<D: Scalar> Scene<D> {
+    /// The rest shape's mesh, cut by the walls.
+    pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
+        self.rod.shape.mesh(self.rod.segments, cuts(&self.supports))
+    }
+
+    /// The same of a scene whose mesh has been made before.
+    pub(crate) fn made_mesh(&self) -> Mesh<D> {
+        self.mesh().expect("a problem's scene has a mesh")
+    }
 }
 
 /// Lengths of edges, m, whose fourth powers double precision can hold.
@@ -550,7 +611,7 @@ const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 /// Refuses edges, at `key`, that cannot be computed with.
 fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     let length = |p: &[[f64; 3]]| {
-        let [x, y, z] = [0, 1, 2].map(|c| p[1][c] - p[0][c]);
+        let [x, y, z] = sub(p[1], p[0]);
         x.hypot(y).hypot(z)
     };
     match nodes.windows(2).map(length).find(|length| !EDGES.contains(length)) {
@@ -563,47 +624,52 @@ fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
 }
 
 /// Which outermost edges a wall cuts.
-pub(crate) fn cuts(scene: &Scene) -> [bool; 2] {
-    let cut = |support| support == Support::Clamped && scene.supports.clamp == Clamp::MidEdge;
-    [cut(scene.supports.start), cut(scene.supports.end)]
+pub(crate) fn cuts<D>(supports: &Supports<D>) -> [bool; 2] {
+    let cut = |support| support == Support::Clamped && supports.clamp == Clamp::MidEdge;
+    [cut(supports.start), cut(supports.end)]
 }
 
-/// The edges' arcs, where the discretisation counts them.
-fn arcs<'a>(scene: &Scene, mesh: &'a Mesh) -> Option<Arcs<'a>> {
+/// Which constants the elements get.
+fn correction(scene: &Scene, mesh: &Mesh) -> Correction {
     let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
     // Turns of 5e-6 a joint and more, which rounding errors do not make.
     let mut longer = edges.map(|(p, arc)| {
-        let [x, y, z] = [0, 1, 2].map(|c| p[1][c] - p[0][c]);
-        arc / (x * x + y * y + z * z).sqrt() - 1.0 > 1e-12
+        let edge = sub(p[1], p[0]);
+        arc / dot(edge, edge).sqrt() - 1.0 > 1e-12
     });
     let curved = !scene.rod.natural_curvature.is_zero() && longer.any(|longer| longer);
-    let joints = curved || scene.discretization() == Discretization::CorrectedStatics;
-    let arcs = Arcs { lengths: &mesh.arcs, cut: cuts(scene), joints };
-    (scene.discretization() != Discretization::Paper).then_some(arcs)
+    Correction {
+        arcs: scene.discretization() != Discretization::Paper,
+        cut: cuts(&scene.supports),
+        joints: curved || scene.discretization() == Discretization::CorrectedStatics,
+    }
 }
 
 /// The smallest model that can hold the scene, or the one asked for; and why.
-fn choose(
-    scene: &Scene,
-    mesh: &Mesh,
-    start: Option<&[[f64; 3]]>,
-    loads: &[NodalLoad],
-) -> Result<(AnyModel, String), Error> {
-    let arcs = arcs(scene, mesh);
+fn choose(scene: &Scene, mesh: &Mesh) -> Result<(AnyModel, String), Error> {
+    let correction = correction(scene, mesh);
+    scene.rod.section.check_up(&mesh.nodes)?;
+    let start = setup::start_shape(scene, mesh)?;
+    if let Some(start) = &start {
+        check_edges("initial.shape", start)?;
+    }
+    let loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
+    setup::nodal(&scene.initial.point, "initial", mesh)?;
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),
         Dimension::Auto | Dimension::Planar => {
-            match PlanarModel::new(scene, mesh, start, arcs, loads)? {
-                Ok(model) if asked == Dimension::Planar => {
-                    return Ok((AnyModel::Planar(model), "asked for".into()));
-                }
+            match PlanarModel::new(scene, mesh, start.as_deref(), correction) {
                 Ok(model) => {
-                    let n = model.plane.x.cross(&model.plane.y);
+                    let n = model.normal();
                     let n = [n.x, n.y, n.z].map(|c| (c * 1e6).round() / 1e6 + 0.0);
-                    let why =
-                        format!("rest shape, loads and section lie in the plane with normal {n:?}");
-                    return Ok((AnyModel::Planar(model), why));
+                    let why = match asked {
+                        Dimension::Planar => "asked for".into(),
+                        _ => format!(
+                            "rest shape, loads and section lie in the plane with normal {n:?}"
+                        ),
+                    };
+                    return Ok((AnyModel::Planar(Modelled::new(model, scene)), why));
                 }
                 Err(why) if asked == Dimension::Planar => {
                     let allowed = format!("\"auto\" or \"spatial\", as {why}");
@@ -621,28 +687,6 @@ fn choose(
         let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
         return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
     }
-    Ok((AnyModel::Spatial(SpatialModel::new(scene, mesh, arcs, loads)?), why))
-}
-
-/// The nodes of the shape the rod begins in, where the scene gives one.
-fn start_shape(scene: &Scene, rest: &Mesh) -> Result<Option<Vec<[f64; 3]>>, Error> {
-    let Some(shape) = &scene.initial.shape else { return Ok(None) };
-    let nodes = shape.nodes_of(rest, &scene.folder())?;
-    check_edges("initial.shape", &nodes)?;
-    Ok(Some(nodes))
-}
-
-fn nodal(loads: &[PointForce], table: &str, nodes: usize) -> Result<Vec<NodalLoad>, Error> {
-    let on = |(k, load): (usize, &PointForce)| {
-        let node = match load.node {
-            Node::Named(NamedNode::Tip) => nodes - 1,
-            Node::Index(i) if i < nodes => i,
-            Node::Index(i) => {
-                let allowed = format!("\"tip\" or 0 .. {}", nodes - 1);
-                return Err(Error::invalid(format!("{table}.point[{k}].node"), i, allowed));
-            }
-        };
-        Ok(NodalLoad { node, force: load.force, moment: load.moment })
-    };
-    loads.iter().enumerate().map(on).collect()
+    let model = SpatialModel::new(scene, mesh, correction, &loads, None)?;
+    Ok((AnyModel::Spatial(Modelled::new(model, scene)), why))
 }

@@ -1,6 +1,6 @@
 //! The same scene on another mesh: what stands at nodes stays where it is on the rod.
 
-use super::{Problem, mesh};
+use super::Problem;
 use crate::error::Error;
 use crate::scene::{NamedNode, Node, PointForce, Scene};
 use crate::vector::scale;
@@ -11,7 +11,7 @@ impl Problem {
     pub(crate) fn remeshed(&self, segments: usize) -> Result<Scene, Error> {
         let mut scene = self.scene.clone();
         scene.rod.segments = Some(segments);
-        let arcs = mesh(&scene)?.arc_length;
+        let arcs = scene.mesh()?.arc_length;
         scene.loads.point = self.moved(&scene.loads.point, &arcs);
         scene.initial.point = self.moved(&scene.initial.point, &arcs);
         Ok(scene)
@@ -22,9 +22,9 @@ impl Problem {
         let share = |load: &PointForce| match load.node {
             Node::Index(i) if i < last => {
                 let right =
-                    arcs.partition_point(|s| *s < self.arc_length[i]).clamp(1, arcs.len() - 1);
+                    arcs.partition_point(|s| *s < self.mesh.arc_length[i]).clamp(1, arcs.len() - 1);
                 let [a, b] = [arcs[right - 1], arcs[right]];
-                let part = ((self.arc_length[i] - a) / (b - a)).clamp(0.0, 1.0);
+                let part = ((self.mesh.arc_length[i] - a) / (b - a)).clamp(0.0, 1.0);
                 vec![(right - 1, 1.0 - part), (right, part)]
                     .into_iter()
                     .filter(|(_, part)| *part > 0.0)

@@ -1,6 +1,7 @@
 //! Where a problem's rod begins: in its rest shape, in a given shape, or in equilibrium; and the
 //! equilibria that `rodfit static` looks for from there.
 
+use super::setup::Setup;
 use super::{FramesOf, Posed, SpatialProblem};
 use crate::banded::{BandMatrix, Ldlt, Singular};
 use crate::chain::Chain;
@@ -11,16 +12,17 @@ use crate::flow::{Flow, Rest};
 use crate::frame::Frames;
 use crate::model::{Model, SpatialModel};
 use crate::modes::pencil::Pencil;
-use crate::parameter::Properties;
 use crate::rod::{Rod, SpatialRod};
 use crate::scalar::Nestable;
 use crate::scene::supports::Moment;
 use crate::scene::{Clamp, End, Motion, Support};
 use crate::simulation::strain_rates;
-use crate::vector::{add, cross, dot, scale, sub, turned, unit};
+use crate::vector::{add, cross, dot, scale, sub, unit};
 
+/// Frames over any scalar.
+type FramesOver<D, M, const W: usize> = <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames;
 /// Unknowns with the frames their angles count from.
-pub(crate) type Placed<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
+pub(crate) type Placed<D, M, const W: usize> = (Vec<D>, FramesOver<D, M, W>);
 
 /// An equilibrium, and what its [derivatives](Posed::settled_over) need beside it.
 pub(crate) struct Settled<F> {
@@ -55,50 +57,68 @@ impl Moving {
 }
 
 impl SpatialProblem<'_> {
-    /// The unknowns and frames of a rod that has moved to `nodes` without turning about itself.
-    pub(crate) fn placed<D: Nestable>(&self, nodes: &[[D; 3]]) -> (Vec<D>, Frames<D>) {
-        let mut q: Vec<D> = self.rest().into_iter().map(D::from).collect();
+    /// The unknowns and frames of a rod that has moved from its rest shape to `nodes` without turning
+    /// about itself.
+    pub(crate) fn placed<D: Nestable>(
+        &self,
+        setup: &Setup<D, SpatialModel, { crate::rod::spatial::HALF_BANDWIDTH }>,
+        nodes: &[[D; 3]],
+    ) -> (Vec<D>, Frames<D>) {
+        let mut q = self.model.unknowns(&setup.rest);
         for (i, x) in nodes.iter().enumerate() {
             q[4 * i..4 * i + 3].copy_from_slice(&self.model.components(*x));
         }
-        let mut frames = SpatialModel::lift(&self.model.frames());
+        let mut frames = self.model.frames(&setup.rest);
         SpatialRod::<D>::rebase(&mut frames, &q);
         (q, frames)
+    }
+
+    /// The same in plain numbers.
+    pub(crate) fn placed_still(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
+        self.placed(self.setup, nodes)
     }
 }
 
 impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The unknowns before supports move and loads pull, and their frames: of the rest shape, or of
     /// the scene's initial shape, without twist.
-    pub(crate) fn begin(&self) -> Placed<M, W> {
-        let (mut q, mut frames) = (self.rest(), self.model.frames());
-        let Some(nodes) = &self.problem.start_shape else { return (q, frames) };
+    pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Placed<D, M, W> {
+        let mut q = self.model.unknowns(&setup.rest);
+        let mut frames = self.model.frames(&setup.rest);
+        let Some(nodes) = &setup.start else { return (q, frames) };
         for (i, x) in nodes.iter().enumerate() {
             let own = self.model.components(*x);
             let axes = M::STRIDE.min(3);
             q[M::STRIDE * i..][..axes].copy_from_slice(&own[..axes]);
         }
-        M::Rod::<f64>::rebase(&mut frames, &q);
-        M::Rod::<f64>::untwist(&mut q, &frames);
+        M::Rod::<D>::rebase(&mut frames, &q);
+        M::Rod::<D>::untwist(&mut q, &frames);
         (q, frames)
     }
 
-    /// The supports that move, if any do.
-    pub(crate) fn drive(&self) -> Option<Drive> {
-        let supports = &self.problem.scene().supports;
-        let moved = |end: End| supports.motion.iter().filter(move |motion| motion.end == end);
-        if supports.motion.is_empty() {
-            return None;
-        }
-        let (q, frames) = self.begin();
+    /// The ends that supports hold in place, if any of them moves.
+    pub(crate) fn drive<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Option<Drive<D>> {
+        (!setup.scene.supports.motion.is_empty()).then(|| self.held_ends(setup))
+    }
+
+    /// The same in plain numbers.
+    pub(crate) fn moved_ends(&self) -> Option<Drive> {
+        self.drive(self.setup)
+    }
+
+    /// The ends that supports hold in place, moved or not.
+    fn held_ends<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Drive<D> {
+        let supports = &setup.scene.supports;
+        let (q, frames) = self.begin(setup);
         let last = self.nodes() - 1;
         let place = |i: usize| {
-            let mut x = [0.0; 3];
+            let mut x = [D::from(0.0); 3];
             let axes = M::STRIDE.min(3);
             x[..axes].copy_from_slice(&q[M::STRIDE * i..][..axes]);
             x
         };
-        let ends = [End::Start, End::End].into_iter().filter(|end| moved(*end).next().is_some());
+        let holds = |end: &End| matches!(supports.at(*end), Support::Clamped | Support::Pinned);
+        let ends = [End::Start, End::End].into_iter().filter(holds);
         let ends = ends.map(|end| {
             let ([outer, inner], edge) = match end {
                 End::Start => ([0, 1], 0),
@@ -107,10 +127,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             let clamped = supports.at(end) == Support::Clamped;
             let held = if clamped { vec![outer, inner] } else { vec![outer] };
             let centre = match supports.clamp {
-                Clamp::MidEdge if clamped => scale(add(place(outer), place(inner)), 0.5),
+                Clamp::MidEdge if clamped => scale(add(place(outer), place(inner)), D::from(0.5)),
                 _ => place(outer),
             };
-            let motions = moved(end).map(|motion| Motion {
+            let moved = supports.motion.iter().filter(|motion| motion.end == end);
+            let motions = moved.map(|motion| Motion {
                 displacement: self.model.components(motion.displacement),
                 rotation: self.model.components(motion.rotation),
                 ..motion.clone()
@@ -120,7 +141,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 motions: motions.collect(),
                 centre,
                 nodes: held.into_iter().map(|i| (i, place(i))).collect(),
-                edge: M::Rod::<f64>::director(&q, &frames, edge).filter(|_| clamped).map(
+                edge: M::Rod::<D>::director(&q, &frames, edge).filter(|_| clamped).map(
                     |director| {
                         let tangent = unit(sub(place(edge + 1), place(edge)));
                         (edge, [tangent, director])
@@ -128,14 +149,24 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 ),
             }
         });
-        Some(Drive::new::<M, W>(ends.collect()))
+        Drive::new::<M, W>(ends.collect())
     }
 
-    /// The rod with the forces that hold it until t = 0.
-    fn held_rod<D: Nestable>(&self, rod: &M::Rod<D>) -> M::Rod<D> {
-        let mut held = rod.clone();
-        self.model.add_loads(&mut held, &self.problem.held);
-        held
+    /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.
+    fn hold<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        moment: Moment<f64>,
+        q: &mut [D],
+        frames: &FramesOver<D, M, W>,
+    ) {
+        let (begin, _) = self.begin(setup);
+        let free = self.free();
+        let held = (0..q.len()).filter(|i| !free.contains(i) && !M::Rod::<D>::is_angle(*i));
+        for i in held {
+            q[i] = begin[i];
+        }
+        self.held_ends(setup).advance::<M::Rod<D>, W>(moment, moment, q, frames);
     }
 
     /// The state the rod creeps into under its loads, from where it begins; moved ends are where
@@ -152,8 +183,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         settled: bool,
     ) -> Result<Rest<FramesOf<M, W>>, Error> {
         self.problem.check_stop()?;
-        let (mut q, mut frames) = self.begin();
-        let drive = self.drive();
+        let (mut q, mut frames) = self.begin(self.setup);
+        let drive = self.drive(self.setup);
         let parts = drive.as_ref().map_or(1, |drive| drive.parts(self.problem.length(), settled));
         let mut iterations = 0;
         for k in 1..=parts {
@@ -161,7 +192,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 let part = |k: usize| k as f64 / parts as f64;
                 let [from, to] = [k - 1, k].map(|k| Moment::Approach { part: part(k), settled });
                 drive.carry(from, to, &mut q, |end, node| self.reach(end, node));
-                drive.advance::<f64, M::Rod<f64>, W>(from, to, &mut q, &frames);
+                drive.advance::<M::Rod<f64>, W>(from, to, &mut q, &frames);
             }
             let chain = self.chain();
             let scales = (self.problem.length(), self.negligible(chain));
@@ -199,8 +230,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// edges lie askew to the axes. A rod that no end holds moves along itself, against all of them
     /// and those of eliminating one edge after the other.
     pub(crate) fn zero_frequency_squared(&self) -> f64 {
-        let p = Properties::<f64>::of(self.scene(), |_, value| value);
-        let speed_squared = p.youngs_modulus / p.density;
+        let material = &self.scene().material;
+        let speed_squared = material.youngs_modulus / material.density;
         let supports = &self.scene().supports;
         let held = [supports.start, supports.end]
             .iter()
@@ -216,8 +247,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// that goes with the fourth power of the mesh, or a chain's with the second.
     pub(crate) fn negligible(&self, chain: Option<Chain>) -> Vec<f64> {
         let nodes = self.nodes() as f64;
-        let p = Properties::<f64>::of(self.scene(), |_, value| value);
-        let [i1, i2] = p.second_moments;
+        let (p, section) = (&self.scene().material, self.scene().rod.section.moments());
+        let [i1, i2] = section.second_moments;
         let length = self.problem.length();
         let power = if chain.is_some() { 2 } else { 4 };
         let noise = 10.0 * f64::EPSILON * nodes.powi(power);
@@ -229,8 +260,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         // An angle's inertia about the edge is so small that it would not show: it counts like the
         // edge's mass on a lever of the rod's length, as much more as twisting is stiffer.
         let bend = p.youngs_modulus * i1.min(i2);
-        let twist = (p.shear_modulus * p.torsion_constant / bend).max(1.0);
-        let angle = bending * twist * p.density * p.area * length.powi(3) / nodes;
+        let twist = (p.shear_modulus() * section.torsion_constant / bend).max(1.0);
+        let angle = bending * twist * p.density * section.area * length.powi(3) / nodes;
         let stiffness = |(i, metric): (usize, f64)| match M::Rod::<f64>::is_angle(i) {
             true => angle,
             false => metric * moving,
@@ -240,10 +271,10 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// Unknowns of the equilibrium at t = 0, angles measured from the frames the rod begins with.
     pub(crate) fn equilibrium_held(&self) -> Result<Vec<f64>, Error> {
-        let rod = self.held_rod(&self.rod());
+        let rod = self.setup.held(self.model, &self.rod());
         let found = self.equilibrium_of(&rod, false)?;
         let mut q = found.q;
-        M::Rod::<f64>::refer(&mut q, &found.frames, &self.begin().1);
+        M::Rod::<f64>::refer(&mut q, &found.frames, &self.begin(self.setup).1);
         Ok(q)
     }
 
@@ -304,11 +335,13 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     pub(crate) fn settled_over<D: Nestable>(
         &self,
         Settled { rest, indifferent }: &Settled<FramesOf<M, W>>,
-        properties: &Properties<D>,
+        setup: &Setup<D, M, W>,
     ) -> Result<(M::Rod<D>, Vec<D>), Error> {
-        let rod = self.model.rod(properties);
+        let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
-        self.follow(&rod, &M::lift(&rest.frames), &mut q, *indifferent)
+        let frames = M::lift(&rest.frames);
+        self.hold(setup, Moment::Approach { part: 1.0, settled: true }, &mut q, &frames);
+        self.follow(&rod, &frames, &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         Ok((rod, q))
     }
@@ -370,17 +403,20 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The unknowns at t = 0 with their frames, those of an equilibrium with exact derivatives.
     pub(crate) fn start<D: Nestable>(
         &self,
+        setup: &Setup<D, M, W>,
         rod: &M::Rod<D>,
-    ) -> (Vec<D>, <M::Rod<D> as Rod<D, W>>::Frames) {
-        let (begin, frames) = self.begin();
-        let frames = M::lift::<D>(&frames);
+    ) -> Placed<D, M, W> {
+        let (begin, frames) = self.begin(setup);
         let equilibrium = &self.problem.initial;
-        let at = if equilibrium.is_empty() { &begin } else { equilibrium };
-        let q: Vec<D> = at.iter().map(|x| D::from(*x)).collect();
-        if equilibrium.is_empty() || D::ORDER == 0 {
+        if equilibrium.is_empty() {
+            return (begin, frames);
+        }
+        let mut q: Vec<D> = equilibrium.iter().map(|x| D::from(*x)).collect();
+        if D::ORDER == 0 {
             return (q, frames);
         }
-        let held = self.held_rod(rod);
+        self.hold(setup, Moment::Approach { part: 1.0, settled: false }, &mut q, &frames);
+        let held = setup.held(self.model, rod);
         // Where nothing resists, such as the spin of a round rod between hinges, any answer along
         // that direction will do.
         let followed = [false, true].into_iter().find_map(|indifferent| {
@@ -395,17 +431,15 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// carry no derivatives.
     pub(crate) fn start_velocity<D: Nestable>(
         &self,
+        setup: &Setup<D, M, W>,
         rod: &M::Rod<D>,
         q: &[D],
-        properties: &Properties<D>,
     ) -> Option<Vec<D>> {
         if D::ORDER == 0 && !self.problem.scene().initial.moves() {
             return None;
         }
-        // The rod as a whole is turned by the clamp angle: as it sees it, the world turns back.
-        let back = self.normal().map(|n| properties.clamp_angle * -n);
-        let velocity = self.model.components(turned(back, properties.velocity));
-        let spin = self.model.components(turned(back, properties.angular_velocity));
+        let velocity = self.model.components(setup.scene.initial.velocity);
+        let spin = self.model.components(setup.scene.initial.angular_velocity);
         let axes = M::STRIDE.min(3);
         let zero = D::from(0.0);
         let place = |i: usize| {

@@ -130,7 +130,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
 
     /// Turns an edge so that its first material director is `director`, on the turn nearest to
     /// `turn` beyond its angle in `q`.
-    fn align(_q: &mut [D], _frames: &Self::Frames, _edge: usize, _director: [f64; 3], _turn: f64) {}
+    fn align(_q: &mut [D], _frames: &Self::Frames, _edge: usize, _director: [D; 3], _turn: f64) {}
 
     /// The inner node that was folded shut on the way from `before` to `now`: a joint there turns
     /// by more than a right angle, and the other way than before. No motion gets there, as a fold

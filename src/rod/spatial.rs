@@ -420,9 +420,8 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         }
     }
 
-    fn align(q: &mut [D], frames: &Frames<D>, j: usize, director: [f64; 3], turn: f64) {
+    fn align(q: &mut [D], frames: &Frames<D>, j: usize, director: [D; 3], turn: f64) {
         let [d1, d2] = frames.edges[j].material(unit(edge(q, j)), D::from(0.0));
-        let director = director.map(D::from);
         let angle = dot(director, d2).atan2(dot(director, d1));
         let theta = &mut q[STRIDE * j + 3];
         let turns = ((*theta + turn - angle).value() / TAU).round();

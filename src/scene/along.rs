@@ -1,23 +1,22 @@
 //! Numbers that may change along the rod.
 
+use super::number::{Numbers, Quantity, Written};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
-
-/// Most parts of a rod.
-pub const MOST_PARTS: usize = 16;
 
 /// A number that holds all along the rod, or a list with one for each of as many equal parts of its
 /// length, from the start. In code, `0.5.into()` or `vec![0.5, 0.8].into()`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
+    bound = "D: Written",
     expecting = "expected a number, or a list of numbers, one for each part of the rod"
 )]
-pub enum Along {
+pub enum Along<D = f64> {
     /// Of the whole rod.
-    Whole(f64),
-    /// Of each part, 1 to 16.
-    Parts(Vec<f64>),
+    Whole(D),
+    /// Of each part.
+    Parts(Vec<D>),
 }
 
 impl From<f64> for Along {
@@ -32,12 +31,41 @@ impl From<Vec<f64>> for Along {
     }
 }
 
-impl Along {
+impl<D> Along<D> {
     /// The numbers, one for each part.
-    pub fn values(&self) -> &[f64] {
+    pub fn values(&self) -> &[D] {
         match self {
             Self::Whole(value) => std::slice::from_ref(value),
             Self::Parts(values) => values,
+        }
+    }
+
+    /// The number at a place, given as a part of the rod's length. Where two parts meet, the second's.
+    pub fn at(&self, place: f64) -> D
+    where
+        D: Copy,
+    {
+        let values = self.values();
+        // Rounding errors of arc lengths do not count.
+        let part = (place * values.len() as f64 + 1e-9).max(0.0) as usize;
+        values[part.min(values.len() - 1)]
+    }
+}
+
+impl Along {
+    pub(super) fn over<D>(
+        &self,
+        key: &str,
+        quantity: [Quantity; 2],
+        n: &mut Numbers<'_, D>,
+    ) -> Along<D> {
+        let [whole, part] = quantity;
+        match self {
+            Self::Whole(value) => Along::Whole(n.number(key, *value, whole)),
+            Self::Parts(values) => n.table(key, |n| {
+                let each = |(i, value): (usize, &f64)| n.number(&i.to_string(), *value, part);
+                Along::Parts(values.iter().enumerate().map(each).collect())
+            }),
         }
     }
 
@@ -46,41 +74,15 @@ impl Along {
         self.values().iter().all(|value| *value == 0.0)
     }
 
-    /// The number of the whole rod.
-    pub fn whole(&self) -> Option<f64> {
-        self.clone().whole_mut().copied()
-    }
-
-    /// The number of a part, counted from 1.
-    pub fn part(&self, part: u8) -> Option<f64> {
-        self.clone().part_mut(part).copied()
-    }
-
-    pub(crate) fn whole_mut(&mut self) -> Option<&mut f64> {
-        match self {
-            Self::Whole(value) => Some(value),
-            Self::Parts(_) => None,
-        }
-    }
-
-    pub(crate) fn part_mut(&mut self, part: u8) -> Option<&mut f64> {
-        match self {
-            Self::Whole(_) => None,
-            Self::Parts(values) => values.get_mut(usize::from(part).checked_sub(1)?),
-        }
-    }
-
     pub(super) fn check(&self, key: &str) -> Result<(), Error> {
         match self {
             Self::Whole(value) if !value.is_finite() => {
                 Err(Error::invalid(key, value, "a finite number"))
             }
             Self::Parts(values)
-                if !(1..=MOST_PARTS).contains(&values.len())
-                    || values.iter().any(|value| !value.is_finite()) =>
+                if values.is_empty() || values.iter().any(|value| !value.is_finite()) =>
             {
-                let allowed = format!("1 to {MOST_PARTS} finite numbers");
-                Err(Error::invalid(key, format!("{values:?}"), allowed))
+                Err(Error::invalid(key, format!("{values:?}"), "one finite number or more"))
             }
             _ => Ok(()),
         }

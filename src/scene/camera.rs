@@ -1,5 +1,6 @@
 //! How what was recorded relates to the scene's world: clock, scale, tilt and place of the camera.
 
+use super::number::{Numbers, Quantity, Written};
 use super::positive;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -9,40 +10,59 @@ use serde::{Deserialize, Serialize};
 /// one), and at `time_offset` after it was there. The wall is the rod's first node at rest. Only
 /// fits look through the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Camera {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Camera<D = f64> {
     /// What the recording's clock shows when the motion starts, s.
     #[serde(default)]
-    pub time_offset: f64,
+    pub time_offset: D,
     /// Recorded over real lengths.
     #[serde(default = "one")]
-    pub pixel_scale: f64,
+    pub pixel_scale: D,
     /// rad.
     #[serde(default)]
-    pub in_plane_rotation: f64,
+    pub in_plane_rotation: D,
     /// Where the clamp is recorded, less where it is in the scene, m.
-    #[serde(default, deserialize_with = "crate::exact::numbers")]
-    pub clamp_position: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    pub clamp_position: [D; 3],
 }
 
-fn one() -> f64 {
-    1.0
+fn one<D: From<f64>>() -> D {
+    D::from(1.0)
 }
 
-impl Default for Camera {
+impl<D: From<f64>> Default for Camera<D> {
     fn default() -> Self {
         Self {
-            time_offset: 0.0,
-            pixel_scale: 1.0,
-            in_plane_rotation: 0.0,
-            clamp_position: [0.0; 3],
+            time_offset: zero(),
+            pixel_scale: one(),
+            in_plane_rotation: zero(),
+            clamp_position: [zero(), zero(), zero()],
         }
     }
 }
 
-impl Camera {
+fn zero<D: From<f64>>() -> D {
+    D::from(0.0)
+}
+
+impl<D: Written> Camera<D> {
     pub(super) fn is_default(&self) -> bool {
         *self == Self::default()
+    }
+}
+
+impl Camera {
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Camera<D> {
+        let place = Quantity::signed("m").within(-1e6, 1e6).of_the_camera();
+        let clock = Quantity::signed("s").within(-1e6, 1e6).of_the_camera();
+        let scale = Quantity::positive("").of_the_camera();
+        let angle = Quantity::ANGLE.of_the_camera();
+        Camera {
+            time_offset: n.number("time_offset", self.time_offset, clock),
+            pixel_scale: n.number("pixel_scale", self.pixel_scale, scale),
+            in_plane_rotation: n.number("in_plane_rotation", self.in_plane_rotation, angle),
+            clamp_position: n.vector("clamp_position", self.clamp_position, place),
+        }
     }
 
     pub(super) fn check(&self) -> Result<(), Error> {

@@ -1,6 +1,7 @@
 //! Where the rod is at t = 0, and how it moves.
 
-use super::loads::PointForce;
+use super::loads::{PointForce, is_zero};
+use super::number::{Numbers, Quantity, Written};
 use super::{Shape, finite};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -8,28 +9,24 @@ use serde::{Deserialize, Serialize};
 /// `[initial]`: in the rest shape, in a given shape, or in equilibrium under the loads and forces
 /// that let go at t = 0 (pluck and release); at rest or with a velocity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Initial {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Initial<D = f64> {
     /// Where the rod starts.
     #[serde(default)]
     pub state: InitialState,
     /// The shape it starts in, or from which it creeps into equilibrium, without twist. Supports
     /// hold the ends where this shape puts them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub shape: Option<Shape>,
+    pub shape: Option<Shape<D>>,
     /// Of every node that no support holds, m/s.
-    #[serde(default, deserialize_with = "crate::exact::numbers", skip_serializing_if = "is_zero")]
-    pub velocity: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default, skip_serializing_if = "is_zero")]
+    pub velocity: [D; 3],
     /// About the centre of mass, rad/s; adds to `velocity`.
-    #[serde(default, deserialize_with = "crate::exact::numbers", skip_serializing_if = "is_zero")]
-    pub angular_velocity: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default, skip_serializing_if = "is_zero")]
+    pub angular_velocity: [D; 3],
     /// Forces that hold the rod beside its loads until t = 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub point: Vec<PointForce>,
-}
-
-fn is_zero(vector: &[f64; 3]) -> bool {
-    *vector == [0.0; 3]
+    pub point: Vec<PointForce<D>>,
 }
 
 /// Where the rod starts.
@@ -45,7 +42,7 @@ pub enum InitialState {
     Equilibrium,
 }
 
-impl Initial {
+impl<D: Written> Initial<D> {
     pub(super) fn is_rest(&self) -> bool {
         self.state == InitialState::Rest && self.point.is_empty() && !self.moves()
     }
@@ -53,6 +50,27 @@ impl Initial {
     /// Whether the rod starts with a velocity.
     pub fn moves(&self) -> bool {
         !is_zero(&self.velocity) || !is_zero(&self.angular_velocity)
+    }
+}
+
+impl Initial {
+    /// Velocities are numbers only of a scene that `moves`, others' stay what they are.
+    pub(super) fn over<D: From<f64>>(&self, moves: bool, n: &mut Numbers<'_, D>) -> Initial<D> {
+        let speed = Quantity::signed("m/s").within(-1e6, 1e6);
+        let spin = Quantity::signed("rad/s").within(-1e6, 1e6);
+        Initial {
+            state: self.state,
+            shape: self.shape.as_ref().map(|shape| n.table("shape", |n| shape.over(n))),
+            velocity: match moves {
+                true => n.vector("velocity", self.velocity, speed),
+                false => self.velocity.map(D::from),
+            },
+            angular_velocity: match moves {
+                true => n.vector("angular_velocity", self.angular_velocity, spin),
+                false => self.angular_velocity.map(D::from),
+            },
+            point: n.list("point", &self.point, PointForce::over),
+        }
     }
 
     pub(super) fn check(&self) -> Result<(), Error> {

@@ -1,52 +1,53 @@
 //! What pulls and damps.
 
+use super::number::{Candidates, Numbers, Quantity, Written};
 use super::{finite, not_negative};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 
 /// `[loads]`
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Loads {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Loads<D = f64> {
     /// Acceleration, m/s^2.
-    #[serde(default, deserialize_with = "crate::exact::numbers")]
-    pub gravity: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    pub gravity: [D; 3],
     /// Damping.
     #[serde(default)]
-    pub damping: DampingSpec,
+    pub damping: DampingSpec<D>,
     /// Constant forces and moments on nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub point: Vec<PointForce>,
+    pub point: Vec<PointForce<D>>,
 }
 
 /// `loads.damping`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DampingSpec {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct DampingSpec<D = f64> {
     /// Force -mass M v, 1/s.
     #[serde(default)]
-    pub mass: f64,
+    pub mass: D,
     /// Kelvin-Voigt time on the strain rates, s.
     #[serde(default)]
-    pub stiffness: f64,
+    pub stiffness: D,
 }
 
 /// `[[loads.point]]`
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PointForce {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct PointForce<D = f64> {
     /// Where.
     pub node: Node,
     /// N, in world axes.
-    #[serde(default, deserialize_with = "crate::exact::numbers")]
-    pub force: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    pub force: [D; 3],
     /// N m, about the normal of a planar scene: half of it turns each of the node's edges.
-    #[serde(default, deserialize_with = "crate::exact::numbers", skip_serializing_if = "is_zero")]
-    pub moment: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default, skip_serializing_if = "is_zero")]
+    pub moment: [D; 3],
 }
 
-fn is_zero(vector: &[f64; 3]) -> bool {
-    *vector == [0.0; 3]
+pub(super) fn is_zero<D: Written>(vector: &[D; 3]) -> bool {
+    vector.iter().all(|c| *c == D::default())
 }
 
 /// A node: `"tip"` or an index from the start.
@@ -79,13 +80,40 @@ impl Node {
 }
 
 impl PointForce {
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> PointForce<D> {
+        PointForce {
+            node: self.node,
+            force: n.vector("force", self.force, Quantity::signed("N")),
+            moment: n.vector("moment", self.moment, Quantity::signed("N m")),
+        }
+    }
+
     pub(crate) fn check(&self, key: &str) -> Result<(), Error> {
         finite(&format!("{key}.force"), &self.force)?;
         finite(&format!("{key}.moment"), &self.moment)
     }
 }
 
+impl DampingSpec {
+    fn over<D>(&self, n: &mut Numbers<'_, D>) -> DampingSpec<D> {
+        let rate = Quantity::positive("1/s").searched(Candidates::Rate(0.03, 10.0, 1.5));
+        let time = Quantity::positive("s").searched(Candidates::Time(1e-5, 0.1, 1.0));
+        DampingSpec {
+            mass: n.number("mass", self.mass, rate),
+            stiffness: n.number("stiffness", self.stiffness, time),
+        }
+    }
+}
+
 impl Loads {
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Loads<D> {
+        Loads {
+            gravity: n.vector("gravity", self.gravity, Quantity::signed("m/s^2")),
+            damping: n.table("damping", |n| self.damping.over(n)),
+            point: n.list("point", &self.point, PointForce::over),
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), Error> {
         finite("loads.gravity", &self.gravity)?;
         not_negative("loads.damping.mass", self.damping.mass)?;

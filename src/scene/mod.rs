@@ -4,6 +4,7 @@ pub mod along;
 pub mod camera;
 pub mod initial;
 pub mod loads;
+pub mod number;
 pub mod plane;
 mod polyline;
 pub mod section;
@@ -21,6 +22,7 @@ pub use supports::{Clamp, End, Motion, Support, Supports};
 
 use crate::error::Error;
 use crate::missing::{Keys, Rule, always, if_there, missing};
+use number::{Candidates, Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -43,26 +45,26 @@ const MOST_STEPS: f64 = 1e9;
 /// # Ok::<(), rodfit::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Scene {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Scene<D = f64> {
     /// Shape, section and mesh.
-    pub rod: RodSpec,
+    pub rod: RodSpec<D>,
     /// Density and moduli.
-    pub material: Material,
+    pub material: Material<D>,
     /// What holds the ends.
     #[serde(default)]
-    pub supports: Supports,
+    pub supports: Supports<D>,
     /// What pulls and damps.
     #[serde(default)]
-    pub loads: Loads,
+    pub loads: Loads<D>,
     /// Where the rod is at t = 0.
     #[serde(default, skip_serializing_if = "Initial::is_rest")]
-    pub initial: Initial,
+    pub initial: Initial<D>,
     /// How long and in which steps.
-    pub time: Option<Time>,
+    pub time: Option<Time<D>>,
     /// How what was recorded relates to the scene.
     #[serde(default, skip_serializing_if = "Camera::is_default")]
-    pub camera: Camera,
+    pub camera: Camera<D>,
     /// The file the scene was read from; other paths are relative to it.
     #[serde(skip)]
     pub path: Option<PathBuf>,
@@ -70,23 +72,23 @@ pub struct Scene {
 
 /// `[rod]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RodSpec {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct RodSpec<D = f64> {
     /// Number of edges, 2 to 1e7; by default as many as a polyline has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segments: Option<usize>,
     /// Rest shape.
-    pub shape: Shape,
+    pub shape: Shape<D>,
     /// Cross-section.
-    pub section: Section,
+    pub section: Section<D>,
     /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
     /// so many times as curved. A list gives one for each of as many equal parts of its length; a
     /// rest shape that is straight has no curvature to be multiplied.
     #[serde(default = "one")]
-    pub natural_curvature: Along,
+    pub natural_curvature: Along<D>,
     /// Twist per length that the rod has when nothing acts on it, rad/m; or a list likewise.
     #[serde(default = "zero", skip_serializing_if = "is_zero")]
-    pub natural_twist: Along,
+    pub natural_twist: Along<D>,
     /// Which model to use.
     #[serde(default)]
     pub dimension: Dimension,
@@ -96,15 +98,15 @@ pub struct RodSpec {
     pub discretization: Option<Discretization>,
 }
 
-fn one() -> Along {
-    Along::Whole(1.0)
+fn one<D: From<f64>>() -> Along<D> {
+    Along::Whole(D::from(1.0))
 }
 
-fn zero() -> Along {
-    Along::Whole(0.0)
+fn zero<D: From<f64>>() -> Along<D> {
+    Along::Whole(D::from(0.0))
 }
 
-fn is_zero(along: &Along) -> bool {
+fn is_zero<D: From<f64> + PartialEq>(along: &Along<D>) -> bool {
     *along == zero()
 }
 
@@ -137,24 +139,24 @@ pub enum Discretization {
 
 /// `[material]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Material {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Material<D = f64> {
     /// kg/m^3.
-    pub density: f64,
+    pub density: D,
     /// E, Pa.
-    pub youngs_modulus: f64,
+    pub youngs_modulus: D,
     /// In (-1, 0.5]; a spatial scene needs this or the shear modulus, a planar one neither.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub poisson_ratio: Option<f64>,
+    pub poisson_ratio: Option<D>,
     /// G, Pa.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub shear_modulus: Option<f64>,
+    pub shear_modulus: Option<D>,
 }
 
 /// `[time]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "TimeForm", into = "TimeForm")]
-pub struct Time {
+#[serde(try_from = "TimeForm<D>", into = "TimeForm<D>", bound = "D: Written")]
+pub struct Time<D = f64> {
     /// Duration, s.
     pub end: f64,
     /// Step, s.
@@ -162,35 +164,35 @@ pub struct Time {
     /// The time integrator.
     pub scheme: Scheme,
     /// Of Newmark-beta, in [0.5, 1]; 1 is implicit Euler.
-    pub beta: f64,
+    pub beta: D,
 }
 
 /// `[time]` as it is written: `beta` stands beside the scheme it belongs to only.
 #[derive(Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TimeForm {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+struct TimeForm<D> {
     end: f64,
     step: f64,
     #[serde(default)]
     scheme: Scheme,
     #[serde(skip_serializing_if = "Option::is_none")]
-    beta: Option<f64>,
+    beta: Option<D>,
 }
 
-impl TryFrom<TimeForm> for Time {
+impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
-    fn try_from(form: TimeForm) -> Result<Self, Self::Error> {
+    fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta } = form;
         if beta.is_some() && scheme != Scheme::NewmarkBeta {
             return Err("time.beta: found beside another scheme, allowed: with newmark-beta only");
         }
-        Ok(Self { end, step, scheme, beta: beta.unwrap_or(0.5) })
+        Ok(Self { end, step, scheme, beta: beta.unwrap_or(D::from(0.5)) })
     }
 }
 
-impl From<Time> for TimeForm {
-    fn from(Time { end, step, scheme, beta }: Time) -> Self {
+impl<D> From<Time<D>> for TimeForm<D> {
+    fn from(Time { end, step, scheme, beta }: Time<D>) -> Self {
         Self { end, step, scheme, beta: (scheme == Scheme::NewmarkBeta).then_some(beta) }
     }
 }
@@ -232,13 +234,60 @@ impl Scheme {
 }
 
 impl Material {
+    fn over<D>(&self, n: &mut Numbers<'_, D>) -> Material<D> {
+        let density = Quantity::positive("kg/m^3").searched(Candidates::Decades(100.0, 2e4, 2.0));
+        let modulus = Quantity::positive("Pa");
+        let youngs = modulus.searched(Candidates::Decades(1e3, 1e13, 3.0));
+        let shear = modulus.searched(Candidates::OfYoungsModulus(0.01, 3.0));
+        let ratio =
+            Quantity::signed("").within(-1.0 + 1e-9, 0.5).searched(Candidates::Values(&[0.3]));
+        Material {
+            density: n.number("density", self.density, density),
+            youngs_modulus: n.number("youngs_modulus", self.youngs_modulus, youngs),
+            poisson_ratio: n.maybe("poisson_ratio", self.poisson_ratio, ratio),
+            shear_modulus: n.maybe("shear_modulus", self.shear_modulus, shear),
+        }
+    }
+
     /// Density in kg/m^3 and Young's modulus in Pa; neither Poisson's ratio nor shear modulus.
     pub fn new(density: f64, youngs_modulus: f64) -> Self {
         Self { density, youngs_modulus, poisson_ratio: None, shear_modulus: None }
     }
 }
 
+impl RodSpec {
+    fn over<D>(&self, n: &mut Numbers<'_, D>) -> RodSpec<D> {
+        let factor = Quantity::signed("").within(-1e3, 1e3);
+        let twist = Quantity::signed("rad/m").within(-1e6, 1e6);
+        let factors = [factor.searched(Candidates::Values(&[0.5, 1.0, 1.5])), factor];
+        let twists = [twist.searched(Candidates::PerLength(&[-2.0, 0.0, 2.0])), twist];
+        RodSpec {
+            segments: self.segments,
+            shape: n.table("shape", |n| self.shape.over(n)),
+            section: n.table("section", |n| self.section.over(n)),
+            natural_curvature: self.natural_curvature.over("natural_curvature", factors, n),
+            natural_twist: self.natural_twist.over("natural_twist", twists, n),
+            dimension: self.dimension,
+            discretization: self.discretization,
+        }
+    }
+}
+
 impl Time {
+    fn over<D: From<f64>>(&self, n: &mut Numbers<'_, D>) -> Time<D> {
+        let beta = Quantity::signed("").within(0.5, 1.0);
+        let beta = beta.searched(Candidates::Values(&[0.55, 0.75, 0.95]));
+        Time {
+            end: self.end,
+            step: self.step,
+            scheme: self.scheme,
+            beta: match self.scheme {
+                Scheme::NewmarkBeta => n.number("beta", self.beta, beta),
+                _ => D::from(self.beta),
+            },
+        }
+    }
+
     /// Duration and step in s, Newmark-beta at beta = 0.5.
     pub fn new(end: f64, step: f64) -> Self {
         Self { end, step, scheme: Scheme::NewmarkBeta, beta: 0.5 }
@@ -252,6 +301,13 @@ impl Time {
     /// Time after `k` steps, s.
     pub fn at(&self, k: usize) -> f64 {
         if k >= self.steps() { self.end } else { k as f64 * self.step }
+    }
+}
+
+impl<D> Scene<D> {
+    /// The time integrator.
+    pub fn scheme(&self) -> Scheme {
+        self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
     }
 }
 
@@ -273,6 +329,29 @@ impl Scene {
         Self { rod, material, supports, loads, initial, time: None, camera, path: None }
     }
 
+    /// The same scene over other numbers: `make` gets the name of every physical number, its value
+    /// and what kind of number it is.
+    pub fn over<D: From<f64>>(&self, mut make: impl FnMut(&str, f64, Quantity) -> D) -> Scene<D> {
+        let n = &mut Numbers::new(&mut make);
+        Scene {
+            rod: n.table("rod", |n| self.rod.over(n)),
+            material: n.table("material", |n| self.material.over(n)),
+            supports: n.table("supports", |n| self.supports.over(n)),
+            loads: n.table("loads", |n| self.loads.over(n)),
+            initial: n.table("initial", |n| self.initial.over(self.time.is_some(), n)),
+            time: self.time.as_ref().map(|time| n.table("time", |n| time.over(n))),
+            camera: n.table("camera", |n| self.camera.over(n)),
+            path: self.path.clone(),
+        }
+    }
+
+    /// Reads the points of polylines, once.
+    pub(crate) fn read_shapes(&mut self) -> Result<(), Error> {
+        let folder = self.folder();
+        self.rod.shape.read(&folder, false)?;
+        self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
+    }
+
     /// Reads and validates a scene file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
@@ -280,6 +359,7 @@ impl Scene {
         let mut scene: Self = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
         scene.validate()?;
+        scene.read_shapes()?;
         Ok(scene)
     }
 
@@ -294,7 +374,7 @@ impl Scene {
         let folder = self.folder();
         for shape in [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten()
         {
-            if let Shape::Polyline { file } = shape {
+            if let Shape::Polyline { file, .. } = shape {
                 let path = folder.join(&*file);
                 *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
             }
@@ -306,7 +386,7 @@ impl Scene {
     pub fn files(&self) -> Vec<PathBuf> {
         let shapes = [Some(&self.rod.shape), self.initial.shape.as_ref()].into_iter().flatten();
         let polylines = shapes.filter_map(|shape| match shape {
-            Shape::Polyline { file } => Some(self.folder().join(file)),
+            Shape::Polyline { file, .. } => Some(self.folder().join(file)),
             _ => None,
         });
         self.path.iter().cloned().chain(polylines).collect()
@@ -316,11 +396,6 @@ impl Scene {
     /// Another number of segments would be another scene.
     pub(crate) fn mesh_is_given(&self) -> bool {
         self.loads.point.iter().chain(&self.initial.point).any(|load| load.node != Node::TIP)
-    }
-
-    /// The time integrator.
-    pub fn scheme(&self) -> Scheme {
-        self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
     }
 
     /// The constants the elements get.

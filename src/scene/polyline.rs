@@ -2,14 +2,16 @@
 
 use super::shape::{Mesh, angle};
 use crate::error::Error;
+use crate::scalar::Scalar;
 use crate::table::{LENGTHS, Table};
+use crate::vector::{Vector, add};
 use nalgebra::Vector3;
 use std::path::Path;
 
 /// A curve through points from the wall, or the rod's first end, to the last: cubic, by arc length,
 /// through the four points next to a place.
-#[derive(Clone, Debug)]
-pub(super) struct Polyline {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyline {
     points: Vec<Vector3<f64>>,
     /// Where every point is on the rod, m.
     arc_length: Vec<f64>,
@@ -83,26 +85,30 @@ impl Polyline {
     }
 
     /// The point of the curve at `s`, m; a little beyond its ends too.
-    fn at(&self, s: f64) -> Vector3<f64> {
+    fn at<D: Scalar>(&self, s: D) -> Vector<D> {
         let own = &self.arc_length;
         let count = own.len().min(4);
-        let right = own.partition_point(|x| *x <= s);
+        let right = own.partition_point(|x| *x <= s.value());
         let first = right.saturating_sub(2).min(own.len() - count);
         let near = first..first + count;
-        near.clone().fold(Vector3::zeros(), |sum, i| {
+        near.clone().fold([D::from(0.0); 3], |sum, i| {
             let others = near.clone().filter(|j| *j != i);
-            let weight: f64 = others.map(|j| (s - own[j]) / (own[i] - own[j])).product();
-            sum + self.points[i] * weight
+            let weight = others.fold(D::from(1.0), |product, j| {
+                product * ((s - own[j]) / D::from(own[i] - own[j]))
+            });
+            let point: [f64; 3] = self.points[i].into();
+            add(sum, point.map(|x| weight * x))
         })
     }
 
     /// The points of the curve at arc lengths. Between the given points it must be smooth.
-    fn all_at(&self, places: &[f64]) -> Result<Vec<Vector3<f64>>, Error> {
-        let between = |s: &&f64| {
-            let i = self.arc_length.partition_point(|x| x < *s);
+    fn all_at<D: Scalar>(&self, places: &[D]) -> Result<Vec<Vector<D>>, Error> {
+        let between = |s: &&D| {
+            let s = s.value();
+            let i = self.arc_length.partition_point(|x| *x < s);
             let near = [i.checked_sub(1), Some(i)].into_iter().flatten();
             let mut near = near.filter_map(|i| self.arc_length.get(i));
-            near.all(|x| (x - **s).abs() > 1e-9 * self.length())
+            near.all(|x| (x - s).abs() > 1e-9 * self.length())
         };
         if places.iter().find(between).is_some() {
             let turn = |p: &[Vector3<f64>]| angle(&(p[1] - p[0]), &(p[2] - p[1])).to_degrees();
@@ -138,9 +144,9 @@ impl Polyline {
             }
         };
         let arc_length: Vec<f64> = (0..=segments).map(place).collect();
-        let points = self.all_at(&arc_length)?;
-        let arcs = arcs(&points);
-        Ok(Mesh { nodes: points.into_iter().map(Into::into).collect(), arc_length, length, arcs })
+        let nodes = self.all_at(&arc_length)?;
+        let points: Vec<Vector3<f64>> = nodes.iter().map(|x| (*x).into()).collect();
+        Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points) })
     }
 
     /// Arc length at place `u`, counted in points, m.
@@ -152,19 +158,20 @@ impl Polyline {
 
     /// Where the nodes of a rod are that has taken this shape: each as far from the wall as the file
     /// says, or at the same part of the length as at rest.
-    pub fn nodes_of(&self, rest: &Mesh, path: &Path) -> Result<Vec<[f64; 3]>, Error> {
+    pub fn nodes_of<D: Scalar>(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         if !self.given {
-            let stretch = self.length() / rest.length;
-            let places: Vec<f64> = rest.arc_length.iter().map(|s| s * stretch).collect();
-            return Ok(self.all_at(&places)?.into_iter().map(Into::into).collect());
+            let stretch = rest.length.recip() * self.length();
+            let places: Vec<D> = rest.arc_length.iter().map(|s| *s * stretch).collect();
+            return self.all_at(&places);
         }
-        let (first, last, near) = (self.arc_length[0], self.length(), 1e-6 * rest.length);
-        if first > near || last < rest.length - near {
-            let found = format!("{}: s from {first} to {last} m", path.display());
-            let allowed = format!("from 0 (the wall) or before to {} m or beyond", rest.length);
+        let length = rest.length.value();
+        let (first, last, near) = (self.arc_length[0], self.length(), 1e-6 * length);
+        if first > near || last < length - near {
+            let found = format!("{}: s from {first} to {last} m", self.table.path().display());
+            let allowed = format!("from 0 (the wall) or before to {length} m or beyond");
             return Err(Error::invalid("initial.shape.file", found, allowed));
         }
-        Ok(self.all_at(&rest.arc_length)?.into_iter().map(Into::into).collect())
+        self.all_at(&rest.arc_length)
     }
 }
 
@@ -192,14 +199,16 @@ mod tests {
 
     /// Points of a shape at parts of its length, as a file of the folder.
     fn points_of(shape: &Shape, parts: &[f64], folder: &Path) -> Shape {
-        let fine = shape.mesh(Some(1), [false; 2], folder).unwrap();
+        let fine = shape.mesh(Some(1), [false; 2]).unwrap();
         let rest = Mesh { arc_length: parts.iter().map(|p| p * fine.length).collect(), ..fine };
         let mut text = "x,y,z\n".to_string();
-        for [x, y, z] in shape.nodes_of(&rest, folder).unwrap() {
+        for [x, y, z] in shape.nodes_of(&rest).unwrap() {
             writeln!(text, "{x:e},{y:e},{z:e}").unwrap();
         }
         std::fs::write(folder.join("points.csv"), text).unwrap();
-        Shape::Polyline { file: "points.csv".into() }
+        let mut line = Shape::polyline("points.csv");
+        line.read(folder, false).unwrap();
+        line
     }
 
     fn equal(spans: usize) -> Vec<f64> {
@@ -226,9 +235,9 @@ mod tests {
                 for segments in [None, Some(80), Some(13)] {
                     let error = |spans: usize| {
                         let line = points_of(&shape, &equal(spans), folder.path());
-                        let found = line.mesh(segments, cut, folder.path()).unwrap();
+                        let found = line.mesh(segments, cut).unwrap();
                         let wanted = Some(segments.unwrap_or(spans));
-                        let exact = shape.mesh(wanted, cut, folder.path()).unwrap();
+                        let exact = shape.mesh(wanted, cut).unwrap();
                         assert_eq!(found.nodes.len(), exact.nodes.len());
                         let pairs = found.nodes.iter().zip(&exact.nodes);
                         let off = |(a, b): (&[f64; 3], &[f64; 3])| {
@@ -256,7 +265,7 @@ mod tests {
         let parts = [0.0, 0.03, 0.2, 0.25, 0.5, 0.6, 1.0];
         let line = points_of(&shapes()[2], &parts, folder.path());
         let points = Polyline::read(&folder.path().join("points.csv"), false).unwrap().points;
-        let mesh = line.mesh(None, [false; 2], folder.path()).unwrap();
+        let mesh = line.mesh(None, [false; 2]).unwrap();
         let points: Vec<[f64; 3]> = points.into_iter().map(Into::into).collect();
         assert_eq!(mesh.nodes, points);
     }
@@ -270,9 +279,9 @@ mod tests {
         let [straight, arc, _] = shapes();
         for (shape, near) in [(straight, 1e-14), (arc, 4e-3)] {
             let line = points_of(&shape, &parts, folder.path());
-            let mesh = line.mesh(None, [true, true], folder.path()).unwrap();
+            let mesh = line.mesh(None, [true, true]).unwrap();
             let nodes: Vec<Vector3<f64>> = mesh.nodes.iter().map(|x| (*x).into()).collect();
-            let ends = shape.mesh(Some(1), [false; 2], folder.path()).unwrap().nodes;
+            let ends = shape.mesh(Some(1), [false; 2]).unwrap().nodes;
             for (pair, s, end) in [(0, 0.0, ends[0]), (8, mesh.length, ends[1])] {
                 let middle = (nodes[pair] + nodes[pair + 1]) / 2.0;
                 let off = (middle - Vector3::from(end)).norm() / mesh.length;
@@ -353,7 +362,7 @@ mod tests {
         let nodes = problem.equilibrium().unwrap().nodes;
         let csv = crate::output::shape_csv(&problem, &nodes).unwrap();
         std::fs::write(folder.path().join("points.csv"), csv).unwrap();
-        let hung = tips(&starting(Shape::Polyline { file: "points.csv".into() }));
+        let hung = tips(&starting(Shape::polyline("points.csv")));
         for tip in hung {
             let off = (tip - Vector3::from(nodes[40])).norm();
             assert!(off < 1e-10, "{off}");

@@ -1,48 +1,70 @@
 //! Cross-sections.
 
+use super::number::{Candidates, Numbers, Quantity, Written};
 use super::{direction, positive};
 use crate::error::Error;
 use crate::scalar::Scalar;
-use nalgebra::Vector3;
+use crate::vector::{Vector, cross, dot, scale, sub, unit};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// The cross-section of the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Section {
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
+pub enum Section<D = f64> {
     /// A full circle.
     Circle {
         /// m.
-        radius: f64,
+        radius: D,
     },
     /// A rectangle, `height` along `up`.
     Rectangle {
         /// Across `up`, m.
-        width: f64,
+        width: D,
         /// Along `up`, m.
-        height: f64,
+        height: D,
         /// A direction; its part across the first edge counts.
         #[serde(deserialize_with = "crate::exact::numbers")]
-        up: [f64; 3],
+        up: [D; 3],
     },
     /// Any section, by its constants.
     Custom {
         /// m^2.
-        area: f64,
+        area: D,
         /// Second moment that resists bending in the plane of `up`, m^4.
-        i1: f64,
+        i1: D,
         /// Second moment that resists bending across `up`, m^4.
-        i2: f64,
+        i2: D,
         /// Torsion constant, m^4.
-        j: f64,
+        j: D,
         /// A direction; its part across the first edge counts.
         #[serde(deserialize_with = "crate::exact::numbers")]
-        up: [f64; 3],
+        up: [D; 3],
     },
 }
 
 impl Section {
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Section<D> {
+        let size = Quantity::positive("m").searched(Candidates::OfLength(1e-4, 0.1, 2.0));
+        let second_moment = Quantity::positive("m^4");
+        let axis = Quantity::signed("");
+        match *self {
+            Self::Circle { radius } => Section::Circle { radius: n.number("radius", radius, size) },
+            Self::Rectangle { width, height, up } => Section::Rectangle {
+                width: n.number("width", width, size),
+                height: n.number("height", height, size),
+                up: n.vector("up", up, axis),
+            },
+            Self::Custom { area, i1, i2, j, up } => Section::Custom {
+                area: n.number("area", area, Quantity::positive("m^2")),
+                i1: n.number("i1", i1, second_moment),
+                i2: n.number("i2", i2, second_moment),
+                j: n.number("j", j, second_moment),
+                up: n.vector("up", up, axis),
+            },
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), Error> {
         let key = |name: &str| format!("rod.section.{name}");
         match self {
@@ -60,9 +82,25 @@ impl Section {
             }
         }
     }
+}
 
+impl Section {
+    /// Refuses a direction `up` that says nothing of how the section lies across the rod.
+    pub(crate) fn check_up(&self, nodes: &[Vector<f64>]) -> Result<(), Error> {
+        let Some(up) = self.up() else { return Ok(()) };
+        let first_edge = unit(sub(nodes[1], nodes[0]));
+        let across = cross(first_edge, up);
+        if dot(across, across) > 1e-18 * dot(up, up) {
+            return Ok(());
+        }
+        let found = "a direction along the first edge";
+        Err(Error::invalid("rod.section.up", found, "a direction with a part across it"))
+    }
+}
+
+impl<D: Scalar> Section<D> {
     /// The direction the section is oriented by; none for a circle.
-    pub fn up(&self) -> Option<[f64; 3]> {
+    pub fn up(&self) -> Option<Vector<D>> {
         match self {
             Self::Circle { .. } => None,
             Self::Rectangle { up, .. } | Self::Custom { up, .. } => Some(*up),
@@ -70,24 +108,19 @@ impl Section {
     }
 
     /// The unit part of `up` across the first edge; none for a circle.
-    pub(crate) fn up_across(&self, nodes: &[[f64; 3]]) -> Result<Option<Vector3<f64>>, Error> {
-        let Some(up) = self.up().map(Vector3::from) else { return Ok(None) };
-        let first_edge = (Vector3::from(nodes[1]) - Vector3::from(nodes[0])).normalize();
-        let across = up - first_edge * first_edge.dot(&up);
-        if across.norm() <= 1e-9 * up.norm() {
-            let found = "a direction along the first edge";
-            let allowed = "a direction with a part across it";
-            return Err(Error::invalid("rod.section.up", found, allowed));
-        }
-        Ok(Some(across.normalize()))
+    pub(crate) fn up_across(&self, nodes: &[Vector<D>]) -> Option<Vector<D>> {
+        let first_edge = unit(sub(nodes[1], nodes[0]));
+        self.up().map(|up| unit(sub(up, scale(first_edge, dot(first_edge, up)))))
     }
 
-    /// Second moments of area, m^4, against bending in the plane of `up` and across it.
-    pub fn second_moments(&self) -> [f64; 2] {
+    /// Area, second moments and torsion constant.
+    pub fn moments(&self) -> Moments<D> {
         match *self {
-            Self::Circle { radius } => circle(radius).second_moments,
-            Self::Rectangle { width, height, .. } => rectangle(width, height).second_moments,
-            Self::Custom { i1, i2, .. } => [i1, i2],
+            Self::Circle { radius } => circle(radius),
+            Self::Rectangle { width, height, .. } => rectangle(width, height),
+            Self::Custom { area, i1, i2, j, .. } => {
+                Moments { area, second_moments: [i1, i2], torsion_constant: j }
+            }
         }
     }
 }
@@ -142,7 +175,7 @@ mod tests {
     #[test]
     fn second_moments_of_a_rectangle_follow_up() {
         let section = Section::Rectangle { width: 0.01, height: 0.002, up: [0.0, 1.0, 0.0] };
-        let [in_plane, across] = section.second_moments();
+        let [in_plane, across] = section.moments().second_moments;
         assert_relative_eq!(in_plane, 0.01 * 0.002_f64.powi(3) / 12.0);
         assert_relative_eq!(across / in_plane, 25.0, max_relative = 1e-14);
     }

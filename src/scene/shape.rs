@@ -1,46 +1,50 @@
 //! Rest shapes and their meshes.
 
+use super::number::{Numbers, Quantity, Written};
 use super::polyline::Polyline;
 use super::{direction, positive};
 use crate::error::Error;
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use crate::scalar::Scalar;
+use crate::vector::{Vector, add, cross, dot, scale, unit};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The rod's shape at rest. Length counts from the wall to the tip; arc length 0 is at the origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Shape {
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
+pub enum Shape<D = f64> {
     /// From the origin along `direction`.
     Straight {
         /// m.
-        length: f64,
+        length: D,
         /// Any non-zero vector.
         #[serde(deserialize_with = "crate::exact::numbers")]
-        direction: [f64; 3],
+        direction: [D; 3],
     },
     /// `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for the
     /// axis `[0, 0, -1]` and left-handed.
     Helix {
         /// Along the curve, m.
-        length: f64,
+        length: D,
         /// R, m.
-        radius: f64,
+        radius: D,
         /// Advance along the axis per turn, m.
-        pitch: f64,
+        pitch: D,
         /// Direction of advance.
         #[serde(deserialize_with = "crate::exact::numbers")]
-        axis: [f64; 3],
+        axis: [D; 3],
         /// Sense of the turns.
         handedness: Handedness,
     },
     /// In the xy plane, from the origin along +x, curving toward +y.
     Arc {
         /// Along the curve, m.
-        length: f64,
+        length: D,
         /// Total turning angle, rad.
-        angle: f64,
+        angle: D,
     },
     /// A smooth curve through the points of a CSV file with the columns x, y, z, in m or in the unit
     /// of their header: `x[mm]`. The first point is where the rod begins, at the wall of a clamped
@@ -57,7 +61,21 @@ pub enum Shape {
     Polyline {
         /// Relative to the scene file.
         file: PathBuf,
+        /// By how much the file's coordinates are multiplied.
+        #[serde(default = "one", skip_serializing_if = "is_one")]
+        scale: D,
+        /// The file's points, once they are read.
+        #[serde(skip)]
+        line: Option<Arc<Polyline>>,
     },
+}
+
+fn one<D: From<f64>>() -> D {
+    D::from(1.0)
+}
+
+fn is_one<D: Written>(value: &D) -> bool {
+    *value == one()
 }
 
 /// Sense of a helix.
@@ -72,24 +90,26 @@ pub enum Handedness {
 
 /// Nodes of the rest shape.
 #[derive(Clone, Debug)]
-pub struct Mesh {
+pub struct Mesh<D = f64> {
     /// Positions, m.
-    pub nodes: Vec<[f64; 3]>,
+    pub nodes: Vec<[D; 3]>,
     /// Arc length of every node from the wall, m; negative behind the wall.
-    pub arc_length: Vec<f64>,
+    pub arc_length: Vec<D>,
     /// Length between the walls or ends, m.
-    pub length: f64,
+    pub length: D,
     /// Length of the curve along every edge, m; estimated for a polyline.
-    pub arcs: Vec<f64>,
+    pub arcs: Vec<D>,
 }
 
-impl Mesh {
+impl<D: Scalar> Mesh<D> {
     /// Where the inner nodes are, as parts of the length.
     pub(crate) fn places(&self) -> Vec<f64> {
         let inner = &self.arc_length[1..self.arc_length.len() - 1];
-        inner.iter().map(|s| s / self.length).collect()
+        inner.iter().map(|s| s.value() / self.length.value()).collect()
     }
+}
 
+impl Mesh {
     /// How far the edges turn from end to end, rad.
     pub(crate) fn turning(&self) -> f64 {
         self.turns().sum()
@@ -108,9 +128,6 @@ impl Mesh {
     }
 }
 
-/// A length, m, and the curve by arc length.
-type Curve = (f64, Box<dyn Fn(f64) -> Vector3<f64>>);
-
 /// The error of a mesh that nobody has said the fineness of.
 pub(super) fn no_segments() -> Error {
     Error::invalid("rod.segments", "no such key", "2 .. 1e7")
@@ -122,6 +139,46 @@ pub(super) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
 }
 
 impl Shape {
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Shape<D> {
+        let length = Quantity::positive("m");
+        let axis = Quantity::signed("");
+        match self {
+            Self::Straight { length: l, direction } => Shape::Straight {
+                length: n.number("length", *l, length),
+                direction: n.vector("direction", *direction, axis),
+            },
+            Self::Helix { length: l, radius, pitch, axis: a, handedness } => Shape::Helix {
+                length: n.number("length", *l, length),
+                radius: n.number("radius", *radius, length),
+                pitch: n.number("pitch", *pitch, length),
+                axis: n.vector("axis", *a, axis),
+                handedness: *handedness,
+            },
+            Self::Arc { length: l, angle } => Shape::Arc {
+                length: n.number("length", *l, length),
+                angle: n.number("angle", *angle, Quantity::signed("rad").within(-1e3, 1e3)),
+            },
+            Self::Polyline { file, scale, line } => Shape::Polyline {
+                file: file.clone(),
+                scale: n.number("scale", *scale, Quantity::positive("")),
+                line: line.clone(),
+            },
+        }
+    }
+
+    /// A smooth curve through the points of a CSV file.
+    pub fn polyline(file: impl Into<PathBuf>) -> Self {
+        Self::Polyline { file: file.into(), scale: 1.0, line: None }
+    }
+
+    /// Reads the points of a polyline, once; `on_a_rod` if it is another shape of one.
+    pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
+        if let Self::Polyline { file, line: line @ None, .. } = self {
+            *line = Some(Arc::new(Polyline::read(&folder.join(file), on_a_rod)?));
+        }
+        Ok(())
+    }
+
     /// Checks every value; `table` is where it stands.
     pub(crate) fn check(&self, table: &str) -> Result<(), Error> {
         let key = |name: &str| format!("{table}.{name}");
@@ -143,7 +200,7 @@ impl Shape {
                 }
                 Err(Error::invalid(key("angle"), angle, "a finite number"))
             }
-            Self::Polyline { .. } => Ok(()),
+            Self::Polyline { scale, .. } => positive(&key("scale"), *scale),
         }
     }
 
@@ -158,76 +215,115 @@ impl Shape {
             Self::Polyline { .. } => None,
         }
     }
+}
 
+impl<D: Scalar> Shape<D> {
     /// The mesh of `segments` equal edges; a wall at the start or the end cuts the middle of the
     /// outermost edge where `cut` says so. The edges of a polyline go with the distances of its
-    /// points; by default there are as many.
-    pub fn mesh(
-        &self,
-        segments: Option<usize>,
-        cut: [bool; 2],
-        folder: &Path,
-    ) -> Result<Mesh, Error> {
+    /// points, which must have been read; by default there are as many.
+    pub fn mesh(&self, segments: Option<usize>, cut: [bool; 2]) -> Result<Mesh<D>, Error> {
         let cut = cut.map(|cut| if cut { 0.5 } else { 0.0 });
         let (length, point) = match self.curve() {
-            Ok(curve) => curve,
-            Err(file) => return Polyline::read(&folder.join(file), false)?.mesh(segments, cut),
+            Curve::Formula(length, point) => (length, point),
+            Curve::Points(line, scale) => return Ok(line.mesh(segments, cut)?.times(scale)),
         };
         let segments = segments.ok_or_else(no_segments)?;
-        let edge = length / (segments as f64 - cut[0] - cut[1]);
-        let arc_length: Vec<f64> = (0..=segments).map(|i| (i as f64 - cut[0]) * edge).collect();
-        let nodes = arc_length.iter().map(|s| point(*s).into()).collect();
+        let edge = length / D::from(segments as f64 - cut[0] - cut[1]);
+        let arc_length: Vec<D> = (0..=segments).map(|i| edge * (i as f64 - cut[0])).collect();
+        let nodes = arc_length.iter().map(|s| point(*s)).collect();
         Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments] })
     }
 
     /// Where the nodes of a rod are that has this shape instead of its `rest`.
-    pub(crate) fn nodes_of(&self, rest: &Mesh, folder: &Path) -> Result<Vec<[f64; 3]>, Error> {
+    pub(crate) fn nodes_of(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
         let (length, point) = match self.curve() {
-            Ok(curve) => curve,
-            Err(file) => {
-                let path = folder.join(file);
-                return Polyline::read(&path, true)?.nodes_of(rest, &path);
+            Curve::Formula(length, point) => (length, point),
+            Curve::Points(line, factor) => {
+                let nodes = line.nodes_of(rest)?;
+                return Ok(nodes.into_iter().map(|x| scale(x, factor)).collect());
             }
         };
         let stretch = length / rest.length;
-        Ok(rest.arc_length.iter().map(|s| point(s * stretch).into()).collect())
+        Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    /// The length and the curve by arc length; or the file of a polyline.
-    fn curve(&self) -> Result<Curve, &Path> {
-        let (length, curve): Curve = match *self {
+    fn curve(&self) -> Curve<'_, D> {
+        match *self {
             Self::Straight { length, direction } => {
-                let direction = Vector3::from(direction).normalize();
-                (length, Box::new(move |s| direction * s))
+                let direction = unit(direction);
+                Curve::Formula(length, Box::new(move |s| scale(direction, s)))
             }
             Self::Helix { length, radius, pitch, axis, handedness } => {
-                let c = pitch / TAU;
-                let speed = radius.hypot(c);
+                let c = pitch / D::from(TAU);
+                let speed = (radius * radius + c * c).sqrt();
                 let turn = if handedness == Handedness::Left { -1.0 } else { 1.0 };
                 // Seen along the axis -z, y(p) = +R sin p winds left-handed.
-                let axis = Unit::new_normalize(Vector3::from(axis));
-                let to_axis = UnitQuaternion::rotation_between_axis(&-Vector3::z_axis(), &axis)
-                    .unwrap_or_else(|| {
-                        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), TAU / 2.0)
-                    });
-                let point = move |s: f64| {
+                let axis = unit(axis);
+                let point = move |s: D| {
                     let p = s / speed;
-                    to_axis * Vector3::new(radius * p.cos(), -turn * radius * p.sin(), -c * p)
+                    to_axis(axis, [radius * p.cos(), radius * p.sin() * -turn, -(c * p)])
                 };
-                (length, Box::new(point))
+                Curve::Formula(length, Box::new(point))
             }
             Self::Arc { length, angle } => {
-                let point = move |s: f64| {
-                    let half = 0.5 * angle * s / length;
+                let point = move |s: D| {
+                    let half = angle * s / length * 0.5;
                     // The chord of an arc of half angle a is s sin(a)/a long and points along a.
-                    let chord = if half == 0.0 { s } else { s * half.sin() / half };
-                    Vector3::new(chord * half.cos(), chord * half.sin(), 0.0)
+                    let chord = s * sine_over(half);
+                    [chord * half.cos(), chord * half.sin(), D::from(0.0)]
                 };
-                (length, Box::new(point))
+                Curve::Formula(length, Box::new(point))
             }
-            Self::Polyline { ref file } => return Err(file),
-        };
-        Ok((length, curve))
+            Self::Polyline { ref line, scale, .. } => {
+                Curve::Points(line.as_deref().expect("a problem's polylines are read"), scale)
+            }
+        }
+    }
+}
+
+/// A shape as a curve.
+enum Curve<'a, D> {
+    /// Its length, m, and its points by arc length.
+    Formula(D, Box<dyn Fn(D) -> Vector<D>>),
+    /// A line through points, and a factor on their coordinates.
+    Points(&'a Polyline, D),
+}
+
+/// `v` turned the shortest way that takes -z to the unit vector `axis`; by half a turn about x where
+/// that is +z.
+fn to_axis<D: Scalar>(axis: Vector<D>, v: Vector<D>) -> Vector<D> {
+    let (from, v) = match axis[2].value() > 1.0 - 1e-14 {
+        true => ([0.0, 0.0, 1.0], [v[0], -v[1], -v[2]]),
+        false => ([0.0, 0.0, -1.0], v),
+    };
+    let from = from.map(D::from);
+    let about = cross(from, axis);
+    let across = cross(about, v);
+    add(add(v, across), scale(cross(about, across), (dot(from, axis) + 1.0).recip()))
+}
+
+/// `sin(x)/x`, with its derivatives where x is zero.
+fn sine_over<D: Scalar>(x: D) -> D {
+    if x.value().abs() > 0.05 {
+        return x.sin() / x;
+    }
+    let square = x * x;
+    (1..=5).rev().fold(D::from(1.0), |sum, k| {
+        let k = f64::from(2 * k);
+        -(sum * square) * (1.0 / (k * (k + 1.0))) + 1.0
+    })
+}
+
+impl Mesh {
+    /// The mesh in another size.
+    fn times<D: Scalar>(self, scale: D) -> Mesh<D> {
+        let scaled = |lengths: Vec<f64>| lengths.into_iter().map(|l| scale * l).collect();
+        Mesh {
+            nodes: self.nodes.into_iter().map(|x| x.map(|x| scale * x)).collect(),
+            arc_length: scaled(self.arc_length),
+            length: scale * self.length,
+            arcs: scaled(self.arcs),
+        }
     }
 }
 
@@ -246,7 +342,7 @@ mod tests {
             axis: [0.0, 0.0, -1.0],
             handedness: Handedness::Left,
         };
-        let mesh = helix.mesh(Some(50), [false, false], Path::new("")).unwrap();
+        let mesh = helix.mesh(Some(50), [false, false]).unwrap();
         let c = pitch / TAU;
         for (node, s) in mesh.nodes.iter().zip(&mesh.arc_length) {
             let p = s / radius.hypot(c);
@@ -259,7 +355,7 @@ mod tests {
     #[test]
     fn a_wall_cuts_the_middle_of_the_outermost_edge() {
         let shape = Shape::Arc { length: 1.0, angle: 1.0 };
-        let mesh = shape.mesh(Some(10), [true, false], Path::new("")).unwrap();
+        let mesh = shape.mesh(Some(10), [true, false]).unwrap();
         let edge = 1.0 / 9.5;
         assert_relative_eq!(mesh.arc_length[0], -0.5 * edge);
         assert_relative_eq!(mesh.arc_length[10], 1.0, epsilon = 1e-15);

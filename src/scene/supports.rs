@@ -1,5 +1,6 @@
 //! What holds the ends of the rod, and how the ends are moved.
 
+use super::number::{Numbers, Quantity, Written};
 use super::{direction, finite, positive};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -15,8 +16,8 @@ const GOOD_STEPS: f64 = 20.0;
 
 /// `[supports]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Supports {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Supports<D = f64> {
     /// At arc length zero.
     #[serde(default = "clamped")]
     pub start: Support,
@@ -29,7 +30,7 @@ pub struct Supports {
     /// By how much the rod as a whole is turned about its first node, about the normal of its plane,
     /// against the weight, rad; planar scenes only.
     #[serde(default, skip_serializing_if = "is_zero")]
-    pub angle: f64,
+    pub angle: D,
     /// The direction in which a roller rolls; by default along the rod at that end.
     #[serde(
         default,
@@ -39,24 +40,24 @@ pub struct Supports {
     pub roller: Option<[f64; 3]>,
     /// How the ends are moved.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub motion: Vec<Motion>,
+    pub motion: Vec<Motion<D>>,
 }
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
+fn is_zero<D: Written>(value: &D) -> bool {
+    *value == D::default()
 }
 
 fn clamped() -> Support {
     Support::Clamped
 }
 
-impl Default for Supports {
+impl<D: From<f64>> Default for Supports<D> {
     fn default() -> Self {
         Self {
             start: Support::Clamped,
             end: Support::Free,
             clamp: Clamp::default(),
-            angle: 0.0,
+            angle: D::from(0.0),
             roller: None,
             motion: Vec::new(),
         }
@@ -91,27 +92,27 @@ pub enum Clamp {
 
 /// `[[supports.motion]]`: how a clamped or pinned end is moved. Several of one end add up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Motion {
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Motion<D = f64> {
     /// Which end.
     pub end: End,
     /// How far the end goes, m.
-    #[serde(default, deserialize_with = "crate::exact::numbers")]
-    pub displacement: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    pub displacement: [D; 3],
     /// About which axis through the end, and by how much, a clamped end turns, rad.
-    #[serde(default, deserialize_with = "crate::exact::numbers")]
-    pub rotation: [f64; 3],
+    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    pub rotation: [D; 3],
     /// How far a clamped end turns about the rod itself, rad, right-handed about the direction
     /// from start to end; counted beyond whole turns.
     #[serde(default)]
-    pub twist: f64,
+    pub twist: D,
     /// The motion takes so long, s, from rest to rest; without ramp and frequency the end is moved
     /// from the beginning.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ramp: Option<f64>,
+    pub ramp: Option<D>,
     /// The motion swings as `sin(2 pi frequency t)`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub frequency: Option<f64>,
+    pub frequency: Option<D>,
 }
 
 /// An end of the rod.
@@ -173,25 +174,61 @@ impl Pace {
     }
 }
 
-impl Motion {
-    /// The part of the motion that is done.
-    pub(crate) fn part<D: crate::Scalar>(&self, moment: Moment<D>) -> D {
-        let zero = D::from(0.0);
+impl<D> Moment<D> {
+    /// The same moment over another number type.
+    pub fn map<E>(self, convert: impl Fn(D) -> E) -> Moment<E> {
+        match self {
+            Self::Time(time) => Moment::Time(convert(time)),
+            Self::Approach { part, settled } => Moment::Approach { part: convert(part), settled },
+        }
+    }
+}
+
+impl<D: crate::Scalar> Motion<D> {
+    /// The same motion over another number type.
+    pub(crate) fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> Motion<E> {
+        Motion {
+            end: self.end,
+            displacement: self.displacement.map(convert),
+            rotation: self.rotation.map(convert),
+            twist: convert(self.twist),
+            ramp: self.ramp.map(convert),
+            frequency: self.frequency.map(convert),
+        }
+    }
+
+    /// The part of the motion that is done at a moment; its own numbers carry derivatives, and so
+    /// does the moment.
+    pub(crate) fn part(&self, moment: Moment<D>) -> D {
+        let (zero, one) = (D::from(0.0), D::from(1.0));
         match (moment, self.ramp, self.frequency) {
-            (Moment::Time(_), None, None) => D::from(1.0),
+            (Moment::Time(_), None, None) => one,
             (Moment::Approach { part, .. }, None, None) => part,
-            (Moment::Time(t), None, Some(frequency)) => (t * (TAU * frequency)).sin(),
+            (Moment::Time(t), None, Some(frequency)) => (t * frequency * TAU).sin(),
             (Moment::Time(t), Some(ramp), _) => {
                 // The quintic without velocity and acceleration at its ends.
-                let u = t * (1.0 / ramp);
+                let u = t / ramp;
                 match u.value() {
                     ..=0.0 => zero,
-                    1.0.. => D::from(1.0),
+                    1.0.. => one,
                     _ => u * u * u * ((u * 6.0 - 15.0) * u + 10.0),
                 }
             }
             (Moment::Approach { part, settled: true }, Some(_), _) => part,
             (Moment::Approach { .. }, _, _) => zero,
+        }
+    }
+}
+
+impl Motion {
+    fn over<D>(&self, n: &mut Numbers<'_, D>) -> Motion<D> {
+        Motion {
+            end: self.end,
+            displacement: n.vector("displacement", self.displacement, Quantity::signed("m")),
+            rotation: n.vector("rotation", self.rotation, Quantity::signed("rad")),
+            twist: n.number("twist", self.twist, Quantity::signed("rad")),
+            ramp: n.maybe("ramp", self.ramp, Quantity::positive("s")),
+            frequency: n.maybe("frequency", self.frequency, Quantity::positive("Hz")),
         }
     }
 
@@ -241,12 +278,25 @@ impl Motion {
     }
 }
 
-impl Supports {
+impl<D> Supports<D> {
     /// The support of an end.
     pub fn at(&self, end: End) -> Support {
         match end {
             End::Start => self.start,
             End::End => self.end,
+        }
+    }
+}
+
+impl Supports {
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> Supports<D> {
+        Supports {
+            start: self.start,
+            end: self.end,
+            clamp: self.clamp,
+            angle: n.number("angle", self.angle, Quantity::ANGLE),
+            roller: self.roller,
+            motion: n.list("motion", &self.motion, Motion::over),
         }
     }
 
