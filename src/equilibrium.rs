@@ -3,7 +3,7 @@
 //! An equilibrium is stable when its tangent has no negative eigenvalue; their number is that of
 //! the negative pivots (Sylvester's law of inertia). A direction along which nothing changes, such
 //! as the spin of a straight rod between hinges, does not count: the tangent gets a
-//! [negligible](Posed::negligible) stiffness.
+//! negligible stiffness.
 
 use crate::error::Error;
 use crate::model::Model;

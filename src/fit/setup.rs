@@ -318,7 +318,7 @@ impl<'a> Seen<'a> {
         }
         let pace = mean * (std::f64::consts::PI / half).powi(2) / g;
         let (clock, size) = ((pace / 1.4).sqrt(), 1.4 / pace);
-        (pace < PACE[0] || pace > PACE[1]).then(|| {
+        (!(PACE[0]..=PACE[1]).contains(&pace)).then(|| {
             format!(
                 "{label}: a point that falls {mean:.2e} m in the mean should swing {} with a period of \
                  {:.2e} s: times {clock:.2} times as long (fps, the unit of t) or lengths {size:.2e} \

@@ -177,7 +177,7 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
             let mut stiffness = bending * l.recip();
             if self.correction.arcs {
-                stiffness = stiffness / (natural * natural * 0.25 + 1.0).powi(2);
+                stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });

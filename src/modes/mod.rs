@@ -1,7 +1,7 @@
 //! Small vibrations: the lowest frequencies and shapes about a state.
 //!
-//! `K v = omega^2 M v` with the exact tangent `K` at the state ([`Pencil`](pencil::Pencil)), solved
-//! [for the lowest](lowest) and for all unstable ones. A planar scene that says how stiff the rod is
+//! `K v = omega^2 M v` with the exact tangent `K` at the state (`pencil`), solved
+//! for the lowest (`lowest`) and for all unstable ones. A planar scene that says how stiff the rod is
 //! in torsion vibrates out of its plane too; those modes are found apart from the plane's, so that
 //! equal frequencies do not mix.
 //!
