@@ -158,7 +158,7 @@ macro_rules! element {
             fn tangent(&self, q: &[D; $n]) -> Local<D, $n> {
                 self.tangent_of(edge(q))
             }
-            /// Only the force depends on stiffness and natural strain; the rest length is a given.
+            /// Only the force depends on the parameters: `d eps/d rest = -(1 + eps)/rest`.
             #[inline]
             fn gradient_rate(element: &Stretch<Dual64, $m>, q: &[f64; $n]) -> [f64; $n] {
                 let at_rest = Stretch::<f64, $m> {
@@ -167,7 +167,9 @@ macro_rules! element {
                     natural_strain: element.natural_strain.re,
                 };
                 let Stretched { strain, tangent, .. } = at_rest.stretched(edge(q));
-                let rate = (element.stiffness * (element.natural_strain * -1.0 + strain)).eps;
+                let shorter = element.rest_length.eps / at_rest.rest_length;
+                let strain = Dual64::new(strain, -(strain + 1.0) * shorter);
+                let rate = (element.stiffness * (strain - element.natural_strain)).eps;
                 to_nodes(tangent.map(|t| rate * t))
             }
         }

@@ -1,0 +1,275 @@
+//! Derivatives of trajectories by every number that a scene has, on scenes of all kinds made from
+//! seeds: against the whole run in dual numbers, and against differences of problems built anew.
+
+use num_dual::Dual64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rodfit::scene::*;
+use rodfit::{AnyProblem, Parameter, Problem};
+use std::collections::BTreeSet;
+
+const SEEDS: u64 = 48;
+const STEPS: usize = 12;
+/// Of the largest derivative, against the run in dual numbers.
+const AGAINST_DUALS: f64 = 1e-9;
+/// Of the largest derivative, against differences.
+const AGAINST_DIFFERENCES: f64 = 1e-6;
+
+/// Chooses from lists, always alike for a seed.
+struct Choice(ChaCha8Rng);
+
+impl Choice {
+    fn of<T: Clone>(&mut self, list: &[T]) -> T {
+        list[self.0.random_range(0..list.len())].clone()
+    }
+    fn yes(&mut self) -> bool {
+        self.0.random_range(0..2) == 1
+    }
+    fn near(&mut self, value: f64) -> f64 {
+        value * self.0.random_range(0.8..1.25)
+    }
+    fn vector(&mut self, size: f64, planar: bool) -> [f64; 3] {
+        let mut part = || size * self.0.random_range(-1.0..1.0);
+        [part(), part(), if planar { 0.0 } else { part() }]
+    }
+}
+
+/// A scene of the plane or of space.
+fn scene(seed: u64, planar: bool) -> Scene {
+    let mut c = Choice(ChaCha8Rng::seed_from_u64(seed));
+    let length = c.near(0.5);
+    let axis = c.vector(1.0, false);
+    let helix = Shape::Helix {
+        length,
+        radius: 0.05,
+        pitch: 0.1,
+        axis,
+        handedness: c.of(&[Handedness::Left, Handedness::Right]),
+    };
+    let direction = c.vector(1.0, planar);
+    let straight = Shape::Straight { length, direction };
+    let arc = Shape::Arc { length, angle: c.near(1.2) };
+    let shape = if planar { c.of(&[straight, arc]) } else { c.of(&[straight, arc, helix]) };
+    let up = if planar { [0.0, 0.0, 1.0] } else { [0.3, -0.4, 0.9] };
+    let section = c.of(&[
+        Section::Circle { radius: 0.005 },
+        Section::Rectangle { width: 0.012, height: 0.008, up },
+        Section::Custom { area: 8e-5, i1: 5e-10, i2: 4e-10, j: 6e-10, up },
+    ]);
+    let mut material = Material::new(c.near(1200.0), c.near(2e7));
+    if c.yes() {
+        material.poisson_ratio = Some(0.35);
+    } else {
+        material.shear_modulus = Some(8e6);
+    }
+    let curved = !matches!(shape, Shape::Straight { .. });
+    let mut scene = Scene::new(7, shape, section, material);
+    scene.rod.dimension = if planar { Dimension::Auto } else { Dimension::Spatial };
+    if curved {
+        scene.rod.natural_curvature = c.of(&[1.0.into(), 0.8.into(), vec![1.1, 0.7].into()]);
+    }
+    if !planar {
+        scene.rod.natural_twist = c.of(&[0.0.into(), 2.0.into(), vec![1.0, -2.0, 0.5].into()]);
+    }
+    scene.rod.discretization = c.of(&[None, Some(Discretization::Paper)]);
+    let supports = &mut scene.supports;
+    (supports.start, supports.end) = c.of(&[
+        (Support::Clamped, Support::Free),
+        (Support::Clamped, Support::Clamped),
+        (Support::Pinned, Support::Pinned),
+        (Support::Clamped, Support::Roller),
+        (Support::Free, Support::Free),
+    ]);
+    if supports.end == Support::Roller {
+        supports.roller = Some(c.vector(1.0, planar));
+    }
+    supports.clamp = c.of(&[Clamp::MidEdge, Clamp::Nodes]);
+    let scheme = c.of(&[
+        Scheme::NewmarkBeta,
+        Scheme::NewmarkBeta,
+        Scheme::AverageVectorField,
+        Scheme::Rodas4,
+        Scheme::Verlet,
+    ]);
+    let step = if scheme == Scheme::Verlet { 2e-5 } else { 1e-3 };
+    let mut time = Time { scheme, ..Time::new(STEPS as f64 * step, step) };
+    if scheme == Scheme::NewmarkBeta {
+        time.beta = c.of(&[0.6, 0.7]);
+    }
+    if scheme.iterates() && supports.start == Support::Clamped && c.yes() {
+        let motion = Motion {
+            end: End::Start,
+            displacement: c.vector(0.01, planar),
+            rotation: if planar { [0.0, 0.0, 0.1] } else { c.vector(0.1, false) },
+            twist: if planar { 0.0 } else { 0.2 },
+            ..Motion::default()
+        };
+        supports.motion.push(Motion { frequency: Some(c.near(20.0)), ..motion.clone() });
+        supports.motion.push(Motion { ramp: Some(c.near(0.02)), ..motion });
+    }
+    scene.loads.gravity = c.vector(9.8, planar);
+    scene.loads.damping.mass = c.of(&[0.0, 1.5]);
+    if scheme.iterates() {
+        scene.loads.damping.stiffness = c.of(&[0.0, 2e-3]);
+    }
+    let force = c.vector(0.02, planar);
+    let moment = if planar { [0.0, 0.0, 1e-3] } else { [0.0; 3] };
+    scene.loads.point = vec![PointForce { node: c.of(&[Node::TIP, Node::Index(3)]), force, moment }];
+    let held = supports_hold(&scene.supports);
+    if held && c.yes() && scheme != Scheme::Verlet {
+        scene.initial.state = InitialState::Equilibrium;
+        let force = c.vector(0.02, planar);
+        scene.initial.point = vec![PointForce { force, ..PointForce::default() }];
+    } else {
+        scene.initial.velocity = c.vector(0.3, planar);
+        scene.initial.angular_velocity = if planar { [0.0, 0.0, 1.0] } else { c.vector(1.0, false) };
+    }
+    if planar && scene.initial.shape.is_none() && scene.supports.roller.is_none() {
+        scene.supports.angle = c.of(&[0.0, 0.2]);
+    }
+    scene.time = Some(time);
+    scene
+}
+
+fn supports_hold(supports: &Supports) -> bool {
+    supports.start == Support::Clamped
+}
+
+/// Where all nodes are at the end, m.
+fn end(problem: &Problem) -> Vec<f64> {
+    let run = problem.simulate().unwrap();
+    (0..problem.nodes()).flat_map(|i| run.node(i, STEPS)).collect()
+}
+
+/// The same with its derivative by a parameter, as fits use it.
+fn derivative(problem: &Problem, parameter: Parameter) -> Vec<f64> {
+    let run = problem.simulate_with(&[parameter]).unwrap();
+    let at = |i: usize| {
+        let end = run.times()[STEPS];
+        run.at(rodfit::Point::Node(i), end).unwrap().1[0]
+    };
+    (0..problem.nodes()).flat_map(at).collect()
+}
+
+/// The derivative carried through the whole run.
+fn in_duals(problem: &Problem, parameter: Parameter) -> Vec<f64> {
+    let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == parameter)));
+    let time = problem.time().unwrap();
+    let nodes = problem.nodes();
+    macro_rules! run {
+        ($posed:expr) => {{
+            let mut simulation = $posed.simulation_over(seed);
+            (1..=STEPS).for_each(|k| simulation.step_to(time.at(k)).unwrap());
+            let q = &simulation.state().q;
+            use rodfit::model::Model;
+            (0..nodes).flat_map(|i| $posed.model.position(q, i).map(|x| x.eps)).collect()
+        }};
+    }
+    match problem.posed() {
+        AnyProblem::Planar(posed) => run!(posed),
+        AnyProblem::Spatial(posed) => run!(posed),
+    }
+}
+
+fn largest(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |most, x| most.max(x.abs()))
+}
+
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// The seven-point difference.
+fn difference(problem: &Problem, parameter: Parameter) -> Vec<f64> {
+    let value = parameter.of(problem.scene()).unwrap();
+    // Zero is the middle of numbers of the size of one, but for loads and dampings.
+    let h = match value == 0.0 {
+        true => 1e-3,
+        false => 2e-3 * value.abs(),
+    };
+    let at = |k: f64| end(&problem.with([(parameter, value + k * h)]).unwrap());
+    let side = |k: f64| -> Vec<f64> {
+        at(k).iter().zip(at(-k)).map(|(above, below)| above - below).collect()
+    };
+    let [a, b, c] = [1.0, 2.0, 3.0].map(side);
+    (0..a.len()).map(|i| (45.0 * a[i] - 9.0 * b[i] + c[i]) / (60.0 * h)).collect()
+}
+
+#[test]
+fn derivatives_by_every_number() {
+    let mut seen = BTreeSet::new();
+    let mut worst = [(0.0_f64, String::new()), (0.0, String::new())];
+    let mut checked = [0; 2];
+    let (mut differences, mut wrong) = (0, Vec::new());
+    for seed in 0..SEEDS {
+        let planar = seed % 2 == 0;
+        let scene = scene(seed, planar);
+        let problem = match scene.problem() {
+            Ok(problem) if problem.simulate().is_ok() => problem,
+            // Rods that fold or find no rest are other tests' matter.
+            _ => continue,
+        };
+        assert_eq!(problem.planar().is_some(), planar, "{seed}: {}", problem.model().1);
+        checked[usize::from(planar)] += 1;
+        let supports = &scene.supports;
+        println!(
+            "{seed}: {}, {:?} {:?} {:?}, {} motions, eta {}, {:?}",
+            scene.scheme().name(),
+            supports.start,
+            supports.end,
+            supports.clamp,
+            supports.motion.len(),
+            scene.loads.damping.stiffness,
+            scene.initial.state
+        );
+        for parameter in Parameter::all(&scene) {
+            if parameter.is_of_the_camera() {
+                continue;
+            }
+            if let Err(refused) = problem.check_parameter(parameter) {
+                let refused = refused.to_string();
+                let why = ["rod.dimension", "planar scenes", "supports.roller", "curved rest"];
+                assert!(why.iter().any(|why| refused.contains(why)), "{seed}: {refused}");
+                continue;
+            }
+            seen.insert(parameter.path());
+            let exact = derivative(&problem, parameter);
+            let dual = in_duals(&problem, parameter);
+            let size = largest(&dual);
+            let off = apart(&exact, &dual);
+            let label = format!("{seed}, {parameter}: {off:.1e} of {size:.1e}");
+            // By how much a number of its size moves the rod, m: what moves it by nothing has no
+            // digits to compare, and the rounding errors of differences need a thousandth of it.
+            let value = parameter.of(&scene).unwrap().abs();
+            let moved = size * if value == 0.0 { 1.0 } else { value };
+            if moved < 1e-12 {
+                continue;
+            }
+            if off > AGAINST_DUALS * size {
+                wrong.push(label.clone());
+            }
+            if off > worst[0].0 * size {
+                worst[0] = (off / size, label);
+            }
+            // Dampings that are not there cannot be less.
+            if moved < 1e-6 || parameter.is_positive() && value == 0.0 {
+                continue;
+            }
+            let difference = difference(&problem, parameter);
+            let off = apart(&exact, &difference);
+            let label = format!("{seed}, {parameter}: {off:.1e} of {size:.1e} by differences");
+            if off > AGAINST_DIFFERENCES * size {
+                wrong.push(label.clone());
+            }
+            differences += 1;
+            if off > worst[1].0 * size {
+                worst[1] = (off / size, label);
+            }
+        }
+    }
+    println!("{checked:?} scenes, {} numbers, {differences} by differences: {seen:?}", seen.len());
+    println!("worst against duals {}, against differences {}", worst[0].1, worst[1].1);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    assert!(checked.iter().all(|scenes| *scenes >= 6), "{checked:?}");
+    assert!(seen.len() >= 50, "{}", seen.len());
+}
