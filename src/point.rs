@@ -1,5 +1,8 @@
 //! Points of the rod, by name, node or arc length.
 
+use crate::error::Error;
+use crate::scalar::Scalar;
+use crate::scene::shape::Mesh;
 use serde::{Deserialize, Serialize};
 
 /// A point of the rod.
@@ -58,38 +61,64 @@ impl From<Point> for PointForm {
     }
 }
 
-/// A point as a weighted sum of nodes.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Stencil {
-    /// Node and weight; the weights sum to one.
-    pub nodes: Vec<(usize, f64)>,
+impl Point {
+    /// The nodes and weights whose sum is the point, on a mesh whose lengths may carry derivatives: a
+    /// point named by its arc length stays there when the rod gets longer.
+    pub fn stencil<D: Scalar>(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
+        let last = mesh.nodes.len() - 1;
+        let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
+        match self {
+            Self::Tip => Ok(Stencil::node(last)),
+            Self::Node(i) if i <= last => Ok(Stencil::node(i)),
+            Self::Node(i) => outside("node", i as f64, last as f64),
+            Self::ArcLength(s) => match mesh.length.value() {
+                length if (0.0..=length).contains(&s) => Ok(Stencil::between(&mesh.arc_length, s)),
+                length => outside("arc_length", s, length),
+            },
+        }
+    }
 }
 
-impl Stencil {
+/// A point as a weighted sum of nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stencil<D = f64> {
+    /// Node and weight; the weights sum to one.
+    pub nodes: Vec<(usize, D)>,
+}
+
+impl<D: Scalar> Stencil<D> {
     /// One node.
     pub fn node(i: usize) -> Self {
-        Self { nodes: vec![(i, 1.0)] }
+        Self { nodes: vec![(i, D::from(1.0))] }
+    }
+
+    /// The four nodes next to an arc length.
+    pub(crate) fn around(arc_length: &[D], s: f64) -> std::ops::Range<usize> {
+        let n = arc_length.len();
+        let right = arc_length.partition_point(|a| a.value() < s).clamp(1, n.max(2) - 1);
+        let first = right.saturating_sub(2).min(n.saturating_sub(4));
+        first..(first + 4).min(n)
     }
 
     /// Interpolates between nodes of the given arc lengths: a cubic through the four nearest, so
     /// that the error is of a higher order than the mesh's own.
-    pub fn between(arc_length: &[f64], s: f64) -> Self {
+    pub fn between(arc_length: &[D], s: f64) -> Self {
         let n = arc_length.len();
         if n < 2 {
-            return Self { nodes: (0..n).map(|i| (i, 1.0)).collect() };
+            return Self { nodes: (0..n).map(|i| (i, D::from(1.0))).collect() };
         }
-        let right = arc_length.partition_point(|a| *a < s).clamp(1, n - 1);
-        let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]);
-        if let Some(i) =
-            [right - 1, right].into_iter().find(|i| (arc_length[*i] - s).abs() <= tolerance)
-        {
+        let nodes = Self::around(arc_length, s);
+        let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]).value();
+        let near = |i: &usize| (arc_length[*i].value() - s).abs() <= tolerance;
+        // With derivatives the point slides off its node when the rod gets longer.
+        if let Some(i) = nodes.clone().find(near).filter(|_| D::ORDER == 0) {
             return Self::node(i);
         }
-        let first = right.saturating_sub(2).min(n.saturating_sub(4));
-        let nodes = first..(first + 4).min(n);
         let weight = |i: usize| {
             let others = nodes.clone().filter(|j| *j != i);
-            others.map(|j| (s - arc_length[j]) / (arc_length[i] - arc_length[j])).product()
+            others.fold(D::from(1.0), |product, j| {
+                product * ((-arc_length[j] + s) / (arc_length[i] - arc_length[j]))
+            })
         };
         Self { nodes: nodes.clone().map(|i| (i, weight(i))).collect() }
     }

@@ -13,6 +13,7 @@ use crate::rod::{Energies, Rod};
 use crate::scalar::Scalar;
 use crate::sensitivity::{self, Sensitivity};
 use crate::simulation::{Simulation, Work};
+use crate::vector::add;
 use nalgebra::Vector3;
 use num_dual::{Dual64, HyperDual64};
 use std::time::Duration;
@@ -402,6 +403,18 @@ impl Trajectory {
         let stencil = self.problem.stencil(point)?;
         let mut derivatives = vec![[0.0; 3]; self.parameters.len()];
         let position = self.sample(&stencil, time, &mut derivatives)?;
+        if let Point::ArcLength(_) = point {
+            let (k, hermite) = self.around(time)?;
+            for (out, parameter) in derivatives.iter_mut().zip(&self.parameters) {
+                let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
+                let stencil = point.stencil(&self.problem.scene().seeded(seed).made_mesh())?;
+                // The point stays where it is on the rod, and the nodes do not.
+                let rates = stencil.nodes.into_iter().map(|(node, weight)| (node, weight.eps));
+                let nodes = rates.filter(|(_, rate)| *rate != 0.0).collect();
+                let slide = self.interpolate(&self.motion, &Stencil { nodes }, k, &hermite)?;
+                *out = add(*out, slide);
+            }
+        }
         Ok((position, derivatives))
     }
 
@@ -423,7 +436,7 @@ impl Trajectory {
     /// derivatives `tracks` have of it: one per part of `D`; none is zero.
     pub(crate) fn sample_over<D: Lifted<P>, const P: usize>(
         &self,
-        stencil: &Stencil,
+        stencil: &Stencil<D>,
         time: D,
         tracks: [Option<usize>; P],
     ) -> Result<[D; 3], Error> {
@@ -434,7 +447,7 @@ impl Trajectory {
     /// Position and velocity of a point as [`sample_over`](Self::sample_over) has it.
     pub(crate) fn motion_over<D: Lifted<P>, const P: usize>(
         &self,
-        stencil: &Stencil,
+        stencil: &Stencil<D>,
         time: f64,
         tracks: [Option<usize>; P],
     ) -> Result<[[D; 3]; 2], Error> {
@@ -449,7 +462,7 @@ impl Trajectory {
 
     fn interpolate_over<D: Lifted<P>, const P: usize>(
         &self,
-        stencil: &Stencil,
+        stencil: &Stencil<D>,
         k: usize,
         hermite: &Hermite<D>,
         tracks: [Option<usize>; P],

@@ -616,3 +616,23 @@ fn keys_without_their_columns_are_refused_and_lost_rows_counted() {
     assert_ne!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(folder.json("fit.json").get("dropped").is_none());
 }
+
+/// Every number of a scene with its names, value, unit and limits; what leads out of its plane says so.
+#[test]
+fn the_numbers_of_a_scene_are_listed() {
+    let folder = Folder::new();
+    folder.write("scene.toml", SCENE);
+    let output = folder.run(&["parameters", "scene.toml", "--json", "list.json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(shown.contains("rod.shape.length") && shown.contains("youngs_modulus"), "{shown}");
+    let list = std::fs::read_to_string(folder.path("list.json")).unwrap();
+    let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+    let of = |name: &str| list.as_array().unwrap().iter().find(|p| p["name"] == name).unwrap();
+    let length = of("rod.shape.length");
+    assert_eq!((&length["value"], &length["unit"]), (&0.5.into(), &"m".into()));
+    assert!(length["limits"][0].as_f64().unwrap() > 0.0 && length.get("note").is_none());
+    assert_eq!(of("material.youngs_modulus")["aliases"][0], "youngs_modulus");
+    let note = of("loads.gravity.z")["note"].as_str().unwrap();
+    assert!(note.contains("rod.dimension"), "{note}");
+}

@@ -4,7 +4,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::{Analysis, FitReport, Refinement, Sample};
-use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Time};
+use rodfit::scene::{
+    Clamp, Dimension, End, Handedness, Motion, PointForce, Scene, Scheme, Section, Shape, Time,
+};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
 mod common;
@@ -518,4 +520,69 @@ fn failing_simulations_are_not_a_cost() {
         !error.is_input() && error.to_string().contains("every trial simulation failed"),
         "{error}"
     );
+}
+
+/// What could not be identified before, from exact data of the tip, to the last digits: the length
+/// beside E with a known load, a helix's pitch, the direction of the weight, a shaken wall's amplitude
+/// and frequency, and a load.
+#[test]
+fn any_number_is_identified() {
+    let mut rod = small(1.0);
+    rod.material.poisson_ratio = Some(0.4);
+    let mut loaded = rod.clone();
+    loaded.loads.point = vec![PointForce { force: [0.0, -0.05, 0.0], ..PointForce::default() }];
+    let mut helix = rod.clone();
+    helix.rod.shape = Shape::Helix {
+        length: 0.5,
+        radius: 0.05,
+        pitch: 0.1,
+        axis: [0.0, 0.0, -1.0],
+        handedness: Handedness::Left,
+    };
+    let mut shaken = rod.clone();
+    shaken.loads.gravity = [0.0; 3];
+    shaken.supports.motion = vec![Motion {
+        end: End::Start,
+        displacement: [0.0, 0.02, 0.0],
+        frequency: Some(2.0),
+        ..Motion::default()
+    }];
+    let mut spatial = rod.clone();
+    spatial.rod.dimension = Dimension::Spatial;
+    spatial.loads.gravity = [1.0, -9.0, 2.0];
+    for (name, scene, wanted) in [
+        ("length", &loaded, vec![("rod.shape.length", 0.9), ("youngs_modulus", 0.5)]),
+        ("pitch", &helix, vec![("rod.shape.pitch", 1.2)]),
+        (
+            "weight",
+            &spatial,
+            vec![("loads.gravity.x", 0.5), ("loads.gravity.y", 0.9), ("loads.gravity.z", 1.3)],
+        ),
+        (
+            "wall",
+            &shaken,
+            vec![("supports.motion.0.displacement.y", 0.7), ("supports.motion.0.frequency", 1.1)],
+        ),
+        ("load", &loaded, vec![("loads.point.0.force.y", 0.3), ("loads.point.0.force.x", 1.0)]),
+    ] {
+        let data = observe(scene, 100);
+        let mut other = scene.clone();
+        let mut fit_of = Vec::new();
+        for (parameter, factor) in &wanted {
+            let parameter: Parameter = parameter.parse().unwrap();
+            let truth = parameter.of(scene).unwrap();
+            parameter.set(&mut other, truth * factor).unwrap();
+            fit_of.push((parameter, truth));
+        }
+        let problem = other.problem().unwrap();
+        let fit = Fit::new(&problem).observe(data);
+        let fit = fit_of.iter().fold(fit, |fit, (parameter, _)| fit.identify(*parameter));
+        let report = fit.solve().unwrap();
+        for (parameter, truth) in &fit_of {
+            let found = report.estimate(*parameter).unwrap().value.unwrap_or(f64::NAN);
+            let off = (found - truth).abs() / if *truth == 0.0 { 0.05 } else { truth.abs() };
+            println!("{name}: {parameter} {off:.1e}, {:.1} simulations", report.simulations);
+            assert!(off < 1e-7, "{name}, {parameter}: {found} {truth} {report}");
+        }
+    }
 }

@@ -35,7 +35,8 @@ macro_rules! first_attempts {
 fn has_derivatives<const N: usize>(energy: &impl Energy<N>, q: [f64; N]) {
     let value = energy.energy(&q);
     assert!(value.is_finite() && value != 0.0);
-    assert_eq!(energy.energy(&Terms::unknowns(&q)).value, value);
+    // Powers may be multiplied out in another order.
+    assert!((energy.energy(&Terms::unknowns(&q)).value / value - 1.0).abs() < 1e-14);
     let mut slopes = [0.0; N];
     for i in 0..N {
         let along = |i: usize| move |j: usize| f64::from(u8::from(i == j));
@@ -240,7 +241,7 @@ fn odd_calls_are_refused() {
     assert!(problem.with([(Parameter::YoungsModulus, f64::NAN)]).is_err());
     assert!(problem.with([(Parameter::Radius, -1.0)]).is_err());
     assert!(problem.stencil(Point::Node(usize::MAX)).is_err());
-    assert_eq!(Stencil::between(&[], 0.1).nodes, []);
+    assert_eq!(Stencil::<f64>::between(&[], 0.1).nodes, []);
     assert_eq!(Stencil::between(&[0.2], 0.1).nodes, [(0, 1.0)]);
     assert!(problem.modes(0, Default::default()).is_ok_and(|modes| modes.modes.is_empty()));
 }

@@ -114,7 +114,8 @@ fn scene(seed: u64, planar: bool) -> Scene {
     }
     let force = c.vector(0.02, planar);
     let moment = if planar { [0.0, 0.0, 1e-3] } else { [0.0; 3] };
-    scene.loads.point = vec![PointForce { node: c.of(&[Node::TIP, Node::Index(3)]), force, moment }];
+    scene.loads.point =
+        vec![PointForce { node: c.of(&[Node::TIP, Node::Index(3)]), force, moment }];
     let held = supports_hold(&scene.supports);
     if held && c.yes() && scheme != Scheme::Verlet {
         scene.initial.state = InitialState::Equilibrium;
@@ -122,7 +123,8 @@ fn scene(seed: u64, planar: bool) -> Scene {
         scene.initial.point = vec![PointForce { force, ..PointForce::default() }];
     } else {
         scene.initial.velocity = c.vector(0.3, planar);
-        scene.initial.angular_velocity = if planar { [0.0, 0.0, 1.0] } else { c.vector(1.0, false) };
+        scene.initial.angular_velocity =
+            if planar { [0.0, 0.0, 1.0] } else { c.vector(1.0, false) };
     }
     if planar && scene.initial.shape.is_none() && scene.supports.roller.is_none() {
         scene.supports.angle = c.of(&[0.0, 0.2]);
@@ -272,4 +274,33 @@ fn derivatives_by_every_number() {
     assert!(wrong.is_empty(), "{wrong:#?}");
     assert!(checked.iter().all(|scenes| *scenes >= 6), "{checked:?}");
     assert!(seen.len() >= 50, "{}", seen.len());
+}
+
+/// A problem with other values is the problem of the scene with these values, and no older one.
+#[test]
+fn other_values_make_another_problem() {
+    let tip = |problem: &Problem| problem.equilibrium().unwrap().tip;
+    let shape = Shape::Arc { length: 0.5, angle: 0.9 };
+    let mut arc =
+        Scene::new(30, shape, Section::Circle { radius: 0.005 }, Material::new(1200.0, 1e7));
+    arc.loads.gravity = [0.0, -9.8, 0.0];
+    let fresh = arc.problem().unwrap();
+    // Whether joints count as curved goes with the natural curvature.
+    arc.rod.natural_curvature = 0.0.into();
+    let straightened = arc.problem().unwrap();
+    assert!(apart(&tip(&straightened), &tip(&fresh)) > 1e-3);
+    let again = straightened.with([(Parameter::NaturalCurvature, 1.0)]).unwrap();
+    assert_eq!(tip(&again), tip(&fresh));
+    // A square lies in any plane, and a rectangle askew to it in none.
+    let up = [0.0, 1.0, 1.0];
+    let mut square = arc.clone();
+    square.rod.natural_curvature = 1.0.into();
+    square.rod.section = Section::Rectangle { width: 0.01, height: 0.01, up };
+    square.material.poisson_ratio = Some(0.3);
+    let problem = square.problem().unwrap();
+    assert!(problem.planar().is_some());
+    square.rod.section = Section::Rectangle { width: 0.02, height: 0.01, up };
+    let fresh = square.problem().unwrap();
+    assert!(fresh.planar().is_none());
+    assert_eq!(tip(&problem.with([(Parameter::Width, 0.02)]).unwrap()), tip(&fresh));
 }

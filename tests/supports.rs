@@ -466,3 +466,24 @@ fn fits_on_shaken_walls() {
         assert_eq!(report.warnings.iter().any(words), warned, "{:?}", report.warnings);
     }
 }
+
+/// A wall stays where it is and points where it did when the other end of the rod is moved away.
+#[test]
+fn walls_that_are_not_moved_stay() {
+    let shape = Shape::Arc { length: 0.6, angle: 1.2 };
+    let section = Section::Circle { radius: 0.004 };
+    let mut scene = Scene::new(20, shape, section, Material::new(1200.0, 1e8));
+    scene.supports.end = Support::Clamped;
+    let rest = scene.problem().unwrap().equilibrium().unwrap();
+    scene.supports.motion = vec![Motion {
+        end: End::End,
+        displacement: [-0.05, 0.02, 0.0],
+        ramp: Some(1.0),
+        ..Motion::default()
+    }];
+    let moved = scene.problem().unwrap().equilibrium().unwrap();
+    for i in [0, 1] {
+        let off = (0..3).map(|c| (moved.nodes[i][c] - rest.nodes[i][c]).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-15, "node {i}: {off:e}");
+    }
+}

@@ -6,6 +6,7 @@ mod fit;
 mod limits;
 mod modes;
 mod output;
+mod parameters;
 mod rest;
 mod simulate;
 mod study;
@@ -48,6 +49,8 @@ enum Command {
     Modes(modes::Options),
     /// Speed against error over schemes, steps and meshes.
     Study(study::Options),
+    /// List the numbers of a scene that can be identified, with their values and units.
+    Parameters(parameters::Options),
     /// Compare hand-derived derivatives with num-dual's and with finite differences.
     Check(check::Options),
     /// Identify parameters from recorded motion.
@@ -88,6 +91,7 @@ pub fn run() -> ExitCode {
         Command::Static(options) => rest::run(&options, manner),
         Command::Modes(options) => modes::run(&options, manner),
         Command::Study(options) => study::run(&options, manner),
+        Command::Parameters(options) => parameters::run(&options, manner),
         Command::Check(options) => check::run(&options, manner),
         Command::Fit(options) => fit::run(&options, manner),
     };

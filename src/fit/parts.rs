@@ -8,7 +8,7 @@ use crate::Tone;
 use crate::error::Error;
 use crate::modes::ModeName;
 use crate::parameter::Parameter;
-use crate::point::Stencil;
+use crate::point::{Point, Stencil};
 use crate::problem::Problem;
 use crate::scene::Scene;
 use crate::trajectory::{Lifted, Snapshot, Trajectory};
@@ -22,9 +22,9 @@ pub(super) struct Part {
     /// Places of the unknowns that it depends on.
     unknowns: Vec<usize>,
     series: Vec<Series>,
-    /// Nodes that move, and nodes at rest, that are looked at.
-    moving: Vec<usize>,
-    resting: Vec<usize>,
+    /// Points that move, and points at rest, that are looked at.
+    moving: Vec<Point>,
+    resting: Vec<Point>,
     /// The modes whose frequencies are looked at.
     modes: Vec<ModeName>,
     /// Time of the last sample on the camera's clock, and of the last reading of a gauge, s.
@@ -33,7 +33,7 @@ pub(super) struct Part {
     rest_work: f64,
 }
 
-/// A measurement with its points as sums of nodes.
+/// A measurement.
 #[derive(Debug)]
 struct Series {
     seen: Seen,
@@ -43,13 +43,13 @@ struct Series {
 
 #[derive(Debug)]
 enum Seen {
-    Motion(Stencil, Vec<Sample>),
-    RestShape(Vec<(Stencil, [Option<f64>; 3])>),
+    Motion(Point, Vec<Sample>),
+    RestShape(Vec<(Point, [Option<f64>; 3])>),
     /// Places among the modes, and rad/s.
     Frequencies(Vec<(usize, f64)>),
     Gauge {
         shows: Arc<dyn OverScalars>,
-        points: Vec<Stencil>,
+        points: Vec<Point>,
         readings: Vec<Reading>,
     },
 }
@@ -94,32 +94,23 @@ impl Part {
         for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
             part.add(measurement, sigma.recip(), horizon)?;
         }
-        for nodes in [&mut part.moving, &mut part.resting] {
-            nodes.sort_unstable();
-            nodes.dedup();
-        }
+        nodes(&part.moving, &part.problem)?;
+        nodes(&part.resting, &part.problem)?;
         Ok(part)
     }
 
     fn add(&mut self, measurement: &Measurement, weight: f64, horizon: f64) -> Result<(), Error> {
-        let nodes = |stencil: &Stencil| stencil.nodes.iter().map(|(i, _)| *i).collect::<Vec<_>>();
         let seen = match measurement {
             Measurement::Motion(observation) => {
-                let stencil = self.problem.stencil(observation.point)?;
-                self.moving.extend(nodes(&stencil));
+                self.moving.push(observation.point);
                 let samples: Vec<Sample> =
                     observation.samples.iter().copied().filter(|s| s.time <= horizon).collect();
                 self.end = samples.last().map_or(self.end, |s| self.end.max(s.time));
-                Seen::Motion(stencil, samples)
+                Seen::Motion(observation.point, samples)
             }
             Measurement::RestShape(shape) => {
-                let mut points = Vec::with_capacity(shape.sightings.len());
-                for sighting in &shape.sightings {
-                    let stencil = self.problem.stencil(sighting.point)?;
-                    self.resting.extend(nodes(&stencil));
-                    points.push((stencil, sighting.position));
-                }
-                Seen::RestShape(points)
+                self.resting.extend(shape.sightings.iter().map(|s| s.point));
+                Seen::RestShape(shape.sightings.iter().map(|s| (s.point, s.position)).collect())
             }
             Measurement::Frequencies(frequencies) => {
                 let first = self.modes.len();
@@ -128,19 +119,15 @@ impl Part {
                 Seen::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
             }
             Measurement::Gauge(gauge) => {
-                let mut points = Vec::with_capacity(gauge.points.len());
-                for point in &gauge.points {
-                    points.push(self.problem.stencil(*point)?);
-                }
+                let points = gauge.points.clone();
                 let seen = |r: &&Reading| r.time.is_none_or(|t| t <= horizon);
                 let readings: Vec<Reading> = gauge.readings.iter().filter(seen).copied().collect();
-                let nodes: Vec<usize> = points.iter().flat_map(nodes).collect();
                 if let Some(last) = readings.iter().filter_map(|r| r.time).reduce(f64::max) {
                     self.gauged = self.gauged.max(last);
-                    self.moving.extend(&nodes);
+                    self.moving.extend(&points);
                 }
                 if readings.iter().any(|r| r.time.is_none()) {
-                    self.resting.extend(&nodes);
+                    self.resting.extend(&points);
                 }
                 Seen::Gauge { shows: gauge.shows(), points, readings }
             }
@@ -201,7 +188,8 @@ impl Part {
                 problem = problem.lasting(end);
             }
             let steps = steps.min(problem.time()?.steps());
-            let mut trajectory = Trajectory::new(&problem, &self.moving, &wanted)?;
+            let mut trajectory =
+                Trajectory::new(&problem, &nodes(&self.moving, &problem)?, &wanted)?;
             let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
             let steps = trajectory.work().steps + usize::from(outcome.is_err());
             count((steps * problem.segments()) as f64);
@@ -211,7 +199,9 @@ impl Part {
         count(self.rest_work);
         let resting = match self.resting.is_empty() {
             true => None,
-            false => Some(Trajectory::at_rest(&problem, &self.resting, &wanted)?),
+            false => {
+                Some(Trajectory::at_rest(&problem, &nodes(&self.resting, &problem)?, &wanted)?)
+            }
         };
         Ok(Run { problem, moving, resting })
     }
@@ -277,6 +267,7 @@ impl Part {
         mut each: impl FnMut(D, Loss),
     ) -> Result<(), Error> {
         let &Seeing { moving, resting, frequencies, view, scene, tracks } = seeing;
+        let mesh = scene.made_mesh();
         for Series { seen, weight, loss } in &self.series {
             let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
                 let recorded = view.recorded(position);
@@ -287,22 +278,25 @@ impl Part {
                 }
             };
             match seen {
-                Seen::Motion(stencil, samples) => {
+                Seen::Motion(point, samples) => {
                     let Some(moving) = moving else { continue };
+                    let stencil = point.stencil(&mesh)?;
                     for sample in samples {
                         let time = view.time(sample.time);
-                        compare(moving.sample_over(stencil, time, tracks)?, &sample.position);
+                        compare(moving.sample_over(&stencil, time, tracks)?, &sample.position);
                     }
                 }
                 Seen::RestShape(points) => {
                     let Some(resting) = resting else { continue };
-                    for (stencil, position) in points {
-                        let start = D::from(0.0);
-                        compare(resting.sample_over(stencil, start, tracks)?, position);
+                    for (point, position) in points {
+                        let (stencil, start) = (point.stencil(&mesh)?, D::from(0.0));
+                        compare(resting.sample_over(&stencil, start, tracks)?, position);
                     }
                 }
                 Seen::Gauge { shows, points, readings } => {
                     let mut seen = Vec::with_capacity(points.len());
+                    let stencils = points.iter().map(|point| point.stencil(&mesh));
+                    let stencils = stencils.collect::<Result<Vec<_>, _>>()?;
                     for Reading { time, value } in readings {
                         let (record, time) = match time {
                             Some(time) => (moving, *time),
@@ -310,7 +304,7 @@ impl Part {
                         };
                         let Some(record) = record else { continue };
                         seen.clear();
-                        for stencil in points {
+                        for stencil in &stencils {
                             let [position, velocity] = record.motion_over(stencil, time, tracks)?;
                             seen.push(Moving { position, velocity });
                         }
@@ -327,6 +321,23 @@ impl Part {
         }
         Ok(())
     }
+}
+
+/// The nodes whose sums points are: others, where the rod has another length.
+fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
+    let mut nodes = Vec::new();
+    for point in points {
+        let stencil = problem.stencil(*point)?;
+        // A point at a node slides to its neighbours when the rod gets longer.
+        let near = match point {
+            Point::ArcLength(s) => Stencil::around(problem.arc_lengths(), *s),
+            _ => 0..0,
+        };
+        nodes.extend(stencil.nodes.iter().map(|(i, _)| *i).chain(near));
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    Ok(nodes)
 }
 
 impl Series {

@@ -386,27 +386,12 @@ impl Problem {
 
     /// The nodes and weights whose sum is a point of the rod.
     pub fn stencil(&self, point: Point) -> Result<Stencil, Error> {
-        match point {
-            Point::Tip => Ok(Stencil::node(self.mesh.nodes.len() - 1)),
-            Point::Node(i) if i < self.nodes() => Ok(Stencil::node(i)),
-            Point::Node(i) => Err(Error::OutOfRange {
-                what: "node",
-                found: i as f64,
-                low: 0.0,
-                high: (self.mesh.nodes.len() - 1) as f64,
-            }),
-            Point::ArcLength(s) => {
-                if !(0.0..=self.mesh.length).contains(&s) {
-                    return Err(Error::OutOfRange {
-                        what: "arc_length",
-                        found: s,
-                        low: 0.0,
-                        high: self.mesh.length,
-                    });
-                }
-                Ok(Stencil::between(&self.mesh.arc_length, s))
-            }
-        }
+        point.stencil(&self.mesh)
+    }
+
+    /// Arc lengths of all nodes from the wall, m.
+    pub(crate) fn arc_lengths(&self) -> &[f64] {
+        &self.mesh.arc_length
     }
 
     /// Arc length of a point from the wall, m.

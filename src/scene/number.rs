@@ -51,7 +51,7 @@ pub enum Candidates {
 }
 
 impl Quantity {
-    /// A positive number, searched for within a factor of thirty of the scene's.
+    /// A positive number, searched for from the scene's.
     pub const fn positive(unit: &'static str) -> Self {
         Self {
             unit,
