@@ -341,7 +341,7 @@ impl fmt::Display for ParameterList {
             let value = format!("{value:e} {unit}");
             write!(f, "{end}{name:width$}  {value:22} {}", aliases.join(", "))?;
             if note.is_some() {
-                write!(f, " (leads out of the scene's model)")?;
+                write!(f, " (cannot be varied in this scene)")?;
             }
         }
         Ok(())

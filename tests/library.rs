@@ -641,3 +641,21 @@ fn reports_are_read_back() {
     let study = rodfit::study::Study::new(&scene, |_, _| {}).unwrap();
     assert_eq!(round_trip(&study).rows.len(), study.rows.len());
 }
+
+/// What the documents show of files can be read: their scenes are scenes.
+#[test]
+fn the_documents_files_can_be_read() {
+    let blocks = |text: &str| -> Vec<String> {
+        let parts = text.split("```toml\n").skip(1);
+        parts.map(|part| part.split("```").next().unwrap().to_string()).collect()
+    };
+    let readme = blocks(include_str!("../README.md"));
+    let files = blocks(include_str!("../docs/files.md"));
+    for block in readme.iter().chain(&files) {
+        block.parse::<toml::Table>().unwrap_or_else(|error| panic!("{error} in\n{block}"));
+    }
+    for scene in [&readme[0], &files[0]] {
+        toml::from_str::<rodfit::Scene>(scene)
+            .unwrap_or_else(|error| panic!("{error} in\n{scene}"));
+    }
+}
