@@ -318,8 +318,9 @@ fn an_interrupted_fit_writes_its_best() {
     is_interrupted("fit.interrupted.json");
     assert!(folder.read("fitted.interrupted.toml").starts_with("# interrupted"));
 
+    // Schedulers and containers ask with another signal.
     fit(FIT);
-    let output = signalled(&folder, "-INT", &[&arguments[..], &["--force"]].concat());
+    let output = signalled(&folder, "-TERM", &[&arguments[..], &["--force"]].concat());
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     is_interrupted("fit.json");
     assert!(!folder.files().iter().any(|name| name.ends_with(".part")), "{:?}", folder.files());

@@ -41,7 +41,8 @@ pub fn complain(error: &Error) {
     tell(format_args!("error: {error}"));
 }
 
-/// A flag that Ctrl-C sets. A second one ends the process at once.
+/// A flag that Ctrl-C sets, and the signal by which schedulers and containers end a process. A second one ends
+/// it at once.
 pub fn stop_on_ctrl_c(manner: Manner) -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let seen = flag.clone();
