@@ -1,26 +1,27 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
+mod layout;
 mod remeshed;
 mod setup;
 mod start;
 
+pub(crate) use layout::cuts;
 pub(crate) use start::Settled;
 
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
-use crate::model::{Correction, Model, PlanarModel, SpatialModel};
+use crate::model::{Model, PlanarModel, SpatialModel};
 use crate::parameter::Parameter;
 use crate::point::{Point, Stencil};
 use crate::rod::{Rod, planar, spatial};
-use crate::scalar::{Nestable, Scalar};
+use crate::scalar::Nestable;
 use crate::scene::shape::Mesh;
-use crate::scene::{
-    Clamp, Dimension, Discretization, End, InitialState, Scene, Support, Supports, Time,
-};
+use crate::scene::{End, InitialState, Scene, Time};
 use crate::sensitivity::{ImplicitSensitivity, Sensitivity};
 use crate::simulation::{Damping, Simulation};
-use crate::vector::{add, dot, scale, sub, unit};
+use crate::vector::{add, scale, sub, unit};
+use layout::{check_edges, choose, correction};
 use num_dual::Dual64;
 use setup::Setup;
 use std::ops::Range;
@@ -576,102 +577,4 @@ impl<'a, M: Model<W>, const W: usize> Posed<'a, M, W> {
             false => Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(&simulation))),
         }
     }
-}
-
-impl<D: Scalar> Scene<D> {
-    /// The rest shape's mesh, cut by the walls.
-    pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
-        self.rod.shape.mesh(self.rod.segments, cuts(&self.supports))
-    }
-
-    /// The same of a scene whose mesh has been made before.
-    pub(crate) fn made_mesh(&self) -> Mesh<D> {
-        self.mesh().expect("a problem's scene has a mesh")
-    }
-}
-
-/// Lengths of edges, m, whose fourth powers double precision can hold.
-const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
-
-/// Refuses edges, at `key`, that cannot be computed with.
-fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
-    let length = |p: &[[f64; 3]]| {
-        let [x, y, z] = sub(p[1], p[0]);
-        x.hypot(y).hypot(z)
-    };
-    match nodes.windows(2).map(length).find(|length| !EDGES.contains(length)) {
-        Some(length) => {
-            let allowed = format!("edges of {:e} to {:e} m", EDGES.start(), EDGES.end());
-            Err(Error::invalid(key, format!("an edge of {length:e} m"), allowed))
-        }
-        None => Ok(()),
-    }
-}
-
-/// Which outermost edges a wall cuts.
-pub(crate) fn cuts<D>(supports: &Supports<D>) -> [bool; 2] {
-    let cut = |support| support == Support::Clamped && supports.clamp == Clamp::MidEdge;
-    [cut(supports.start), cut(supports.end)]
-}
-
-/// Which constants the elements get.
-fn correction(scene: &Scene, mesh: &Mesh) -> Correction {
-    let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
-    // Turns of 5e-6 a joint and more, which rounding errors do not make.
-    let mut longer = edges.map(|(p, arc)| {
-        let edge = sub(p[1], p[0]);
-        arc / dot(edge, edge).sqrt() - 1.0 > 1e-12
-    });
-    let curved = !scene.rod.natural_curvature.is_zero() && longer.any(|longer| longer);
-    Correction {
-        arcs: scene.discretization() != Discretization::Paper,
-        cut: cuts(&scene.supports),
-        joints: curved || scene.discretization() == Discretization::CorrectedStatics,
-    }
-}
-
-/// The smallest model that can hold the scene, or the one asked for; and why.
-fn choose(scene: &Scene, mesh: &Mesh) -> Result<(AnyModel, String), Error> {
-    let correction = correction(scene, mesh);
-    scene.rod.section.check_up(&mesh.nodes)?;
-    let start = setup::start_shape(scene, mesh)?;
-    if let Some(start) = &start {
-        check_edges("initial.shape", start)?;
-    }
-    let loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
-    setup::nodal(&scene.initial.point, "initial", mesh)?;
-    let asked = scene.rod.dimension;
-    let why = match asked {
-        Dimension::Spatial => "asked for".to_string(),
-        Dimension::Auto | Dimension::Planar => {
-            match PlanarModel::new(scene, mesh, start.as_deref(), correction) {
-                Ok(model) => {
-                    let n = model.normal();
-                    let n = [n.x, n.y, n.z].map(|c| (c * 1e6).round() / 1e6 + 0.0);
-                    let why = match asked {
-                        Dimension::Planar => "asked for".into(),
-                        _ => format!(
-                            "rest shape, loads and section lie in the plane with normal {n:?}"
-                        ),
-                    };
-                    return Ok((AnyModel::Planar(Modelled::new(model, scene)), why));
-                }
-                Err(why) if asked == Dimension::Planar => {
-                    let allowed = format!("\"auto\" or \"spatial\", as {why}");
-                    return Err(Error::invalid("rod.dimension", "\"planar\"", allowed));
-                }
-                Err(why) => why,
-            }
-        }
-    };
-    if scene.supports.angle != 0.0 {
-        let found = format!("{} in a spatial scene ({why})", scene.supports.angle);
-        return Err(Error::invalid("supports.angle", found, "planar scenes only"));
-    }
-    if scene.material.shear_modulus.is_none() && scene.material.poisson_ratio.is_none() {
-        let found = format!("neither shear_modulus nor poisson_ratio, in a spatial scene ({why})");
-        return Err(Error::invalid("material", found, "one of the two: the rod can twist"));
-    }
-    let model = SpatialModel::new(scene, mesh, correction, &loads, None)?;
-    Ok((AnyModel::Spatial(Modelled::new(model, scene)), why))
 }
