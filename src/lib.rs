@@ -66,6 +66,7 @@
 //!
 //! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
 
+mod arrays;
 pub mod banded;
 mod chain;
 pub mod check;
@@ -74,13 +75,13 @@ pub mod drive;
 pub mod energy;
 pub mod equilibrium;
 mod error;
-mod exact;
 mod file;
 pub mod fit;
 pub mod flow;
 pub mod frame;
 mod guard;
-mod missing;
+mod hermite;
+mod missing_keys;
 pub mod model;
 pub mod modes;
 pub mod output;

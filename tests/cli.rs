@@ -450,6 +450,7 @@ fn lists_of_other_lengths_are_refused() {
         (3, FIT.replace("point = \"tip\"", "point = \"tip\"\norigin = LIST")),
         (3, format!("{FIT}[[shape]]\nfile = \"tip.csv\"\norigin = LIST")),
         (2, format!("{FIT}bounds = LIST")),
+        (3, format!("{FIT}[[frequencies]]\nhz = [1.0]\nsigma = 0.1\ndirection = LIST")),
     ];
     let scenes = scenes.map(|text| ("simulate", 3, text));
     for (command, numbers, text) in

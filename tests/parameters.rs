@@ -276,6 +276,39 @@ fn derivatives_by_every_number() {
     assert!(seen.len() >= 50, "{}", seen.len());
 }
 
+/// A rod given by points has their scale as a number; its file is read once, another file anew.
+#[test]
+fn points_have_a_scale() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, bend: f64| {
+        let line = |i: u32| {
+            let s = 0.05 * f64::from(i);
+            format!("{s},{},0\n", bend * s * s)
+        };
+        let path = folder.path().join(name);
+        std::fs::write(&path, format!("x,y,z\n{}", (0..9).map(line).collect::<String>())).unwrap();
+        path
+    };
+    let unread = Shape::polyline(file("bent.csv", 0.8));
+    let refused = unread.mesh(None, [true, false]).unwrap_err().to_string();
+    assert!(refused.contains("has not been read"), "{refused}");
+    let section = Section::Circle { radius: 0.005 };
+    let mut scene = Scene::new(8, unread, section, Material::new(1200.0, 2e7));
+    scene.loads.gravity = [0.0, -9.8, 0.0];
+    scene.time = Some(Time::new(STEPS as f64 * 1e-3, 1e-3));
+    let problem = scene.problem().unwrap();
+    let scale: Parameter = "rod.shape.scale".parse().unwrap();
+    let exact = derivative(&problem, scale);
+    let size = largest(&exact);
+    assert!(apart(&exact, &in_duals(&problem, scale)) < AGAINST_DUALS * size);
+    assert!(apart(&exact, &difference(&problem, scale)) < AGAINST_DIFFERENCES * size);
+    // Read by now, and told of another file.
+    let mut other = problem.scene().clone();
+    let Shape::Polyline { file: path, .. } = &mut other.rod.shape else { unreachable!() };
+    *path = file("more.csv", 1.6);
+    assert!(apart(&end(&other.problem().unwrap()), &end(&problem)) > 0.05);
+}
+
 /// A problem with other values is the problem of the scene with these values, and no older one.
 #[test]
 fn other_values_make_another_problem() {

@@ -1,9 +1,8 @@
 //! `rodfit check`
 
-use super::output::Outputs;
-use super::{Json, Manner, conclude, limits};
+use super::{Json, Manner, conclude, limits, open};
+use rodfit::Error;
 use rodfit::check::{Tolerance, check_problem};
-use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -15,10 +14,7 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let scene = Scene::load(&options.scene)?;
-    let mut outputs = Outputs::new(manner);
-    let json = outputs.add("--json", options.json.json.as_deref());
-    outputs.check(&scene.files())?;
+    let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
     limits::of_check(&scene).admit(manner)?;
     let report = check_problem(&scene.problem()?, Tolerance::default())?;
     let code = if report.passed() { 0 } else { 3 };

@@ -13,8 +13,9 @@ mod study;
 mod terminal;
 
 use clap::{Parser, Subcommand, ValueEnum};
-use rodfit::{Derivatives, Error};
-use std::path::PathBuf;
+use output::{Output, Outputs};
+use rodfit::{Derivatives, Error, Scene};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Simulates slender elastic rods and identifies their parameters from recorded motion.
@@ -65,6 +66,13 @@ struct Json {
     json: Option<PathBuf>,
 }
 
+impl Json {
+    /// The option with its path.
+    fn output(&self) -> (&'static str, Option<&Path>) {
+        ("--json", self.json.as_deref())
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum Route {
     /// The hand-derived formulas.
@@ -100,6 +108,20 @@ pub fn run() -> ExitCode {
         code_of(&error)
     });
     ExitCode::from(code)
+}
+
+/// The scene of a subcommand, and a place for each of its outputs, by its option; they are checked before
+/// anything runs.
+fn open<const N: usize>(
+    scene: &Path,
+    outputs: [(&str, Option<&Path>); N],
+    manner: Manner,
+) -> Result<(Scene, Outputs, [Option<Output>; N]), Error> {
+    let scene = Scene::load(scene)?;
+    let mut all = Outputs::new(manner);
+    let places = outputs.map(|(option, path)| all.add(option, path));
+    all.check(&scene.files())?;
+    Ok((scene, all, places))
 }
 
 /// 2 where the input is at fault, 3 where the computation is.

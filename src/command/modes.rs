@@ -1,9 +1,8 @@
 //! `rodfit modes`
 
-use super::output::Outputs;
-use super::{Json, Manner, conclude, limits};
+use super::{Json, Manner, conclude, limits, open};
+use rodfit::Error;
 use rodfit::modes::About;
-use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -21,10 +20,7 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let scene = Scene::load(&options.scene)?;
-    let mut outputs = Outputs::new(manner);
-    let json = outputs.add("--json", options.json.json.as_deref());
-    outputs.check(&scene.files())?;
+    let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
     let count = usize::from(options.count);
     limits::of_modes(&scene, count).admit(manner)?;
     let about = if options.rest { About::Rest } else { About::Equilibrium };

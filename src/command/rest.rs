@@ -1,9 +1,8 @@
 //! `rodfit static`
 
-use super::output::Outputs;
-use super::{Json, Manner, conclude, limits};
+use super::{Json, Manner, conclude, limits, open};
+use rodfit::Error;
 use rodfit::output::shape_csv;
-use rodfit::{Error, Scene};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -18,11 +17,8 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let scene = Scene::load(&options.scene)?;
-    let mut outputs = Outputs::new(manner);
-    let json = outputs.add("--json", options.json.json.as_deref());
-    let out = outputs.add("--out", options.out.as_deref());
-    outputs.check(&scene.files())?;
+    let wanted = [options.json.output(), ("--out", options.out.as_deref())];
+    let (scene, outputs, [json, out]) = open(&options.scene, wanted, manner)?;
     limits::of_rest(&scene).admit(manner)?;
     let problem = scene.problem()?;
     let found = problem.equilibrium()?;

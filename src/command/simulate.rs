@@ -1,9 +1,8 @@
 //! `rodfit simulate`
 
-use super::output::Outputs;
-use super::{Json, Manner, Route, code_of, conclude, limits, terminal};
+use super::{Json, Manner, Route, code_of, conclude, limits, open, terminal};
 use rodfit::output::{NodeTable, SimulationReport};
-use rodfit::{Error, Problem, Scene, Trajectory};
+use rodfit::{Error, Problem, Trajectory};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -23,11 +22,8 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let scene = Scene::load(&options.scene)?;
-    let mut outputs = Outputs::new(manner);
-    let json = outputs.add("--json", options.json.json.as_deref());
-    let out = outputs.add("--out", options.out.as_deref());
-    outputs.check(&scene.files())?;
+    let wanted = [options.json.output(), ("--out", options.out.as_deref())];
+    let (scene, mut outputs, [json, out]) = open(&options.scene, wanted, manner)?;
     limits::of_mesh(&scene).admit(manner)?;
     let problem = scene.problem()?.with_derivatives(options.derivatives.into());
     let steps = problem.time()?.steps();

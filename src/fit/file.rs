@@ -5,7 +5,7 @@ use super::{
     RestShape, Unknown, Vertical,
 };
 use crate::error::Error;
-use crate::missing::{Rule, always, if_there};
+use crate::missing_keys::{Rule, always, if_there};
 use crate::modes::{Among, Kind, Plane};
 use crate::parameter::Parameter;
 use crate::point::Point;
@@ -89,7 +89,7 @@ struct ObservationForm {
     held_out: bool,
     fps: Option<f64>,
     scale: Option<f64>,
-    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
+    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
     origin: Option<[f64; 3]>,
     y: Option<Vertical>,
     time_zero: Option<f64>,
@@ -105,7 +105,7 @@ struct ShapeForm {
     #[serde(default)]
     held_out: bool,
     scale: Option<f64>,
-    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
+    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
     origin: Option<[f64; 3]>,
     y: Option<Vertical>,
 }
@@ -118,6 +118,7 @@ struct FrequenciesForm {
     modes: Option<Vec<usize>>,
     plane: Option<Plane>,
     kind: Option<Kind>,
+    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
     direction: Option<[f64; 3]>,
     sigma: f64,
     #[serde(default)]
@@ -131,7 +132,7 @@ struct FrequenciesForm {
 struct ParameterForm {
     name: Parameter,
     start: Option<f64>,
-    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
+    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
     bounds: Option<[f64; 2]>,
     prior: Option<Prior>,
     /// Not identified, but other than the scene says.

@@ -6,12 +6,13 @@ use super::view::View;
 use super::{Experiment, Frequency, Loss, Measurement, Moving, Reading, Sample, Sight, Unknown};
 use crate::Tone;
 use crate::error::Error;
+use crate::hermite::Lifted;
 use crate::modes::ModeName;
 use crate::parameter::Parameter;
 use crate::point::{Point, Stencil};
 use crate::problem::Problem;
 use crate::scene::Scene;
-use crate::trajectory::{Lifted, Snapshot, Trajectory};
+use crate::trajectory::{Snapshot, Trajectory};
 use num_dual::Dual64;
 use std::sync::Arc;
 

@@ -35,7 +35,7 @@ pub struct Recording {
     pub scale: Option<f64>,
     /// Where the world's origin is in the file's own coordinates and units, whatever these are; 0
     /// along an axis that was not seen.
-    #[serde(default, deserialize_with = "crate::exact::some_numbers")]
+    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
     pub origin: Option<[f64; 3]>,
     /// Which way the y axis points; needed for pixels, up for lengths.
     pub y: Option<Vertical>,

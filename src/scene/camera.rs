@@ -22,7 +22,7 @@ pub struct Camera<D = f64> {
     #[serde(default)]
     pub in_plane_rotation: D,
     /// Where the clamp is recorded, less where it is in the scene, m.
-    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    #[serde(deserialize_with = "crate::arrays::numbers", default)]
     pub clamp_position: [D; 3],
 }
 

@@ -19,10 +19,10 @@ pub struct Initial<D = f64> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape<D>>,
     /// Of every node that no support holds, m/s.
-    #[serde(deserialize_with = "crate::exact::numbers", default, skip_serializing_if = "is_zero")]
+    #[serde(deserialize_with = "crate::arrays::numbers", default, skip_serializing_if = "is_zero")]
     pub velocity: [D; 3],
     /// About the centre of mass, rad/s; adds to `velocity`.
-    #[serde(deserialize_with = "crate::exact::numbers", default, skip_serializing_if = "is_zero")]
+    #[serde(deserialize_with = "crate::arrays::numbers", default, skip_serializing_if = "is_zero")]
     pub angular_velocity: [D; 3],
     /// Forces that hold the rod beside its loads until t = 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

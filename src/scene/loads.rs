@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Loads<D = f64> {
     /// Acceleration, m/s^2.
-    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    #[serde(deserialize_with = "crate::arrays::numbers", default)]
     pub gravity: [D; 3],
     /// Damping.
     #[serde(default)]
@@ -39,10 +39,10 @@ pub struct PointForce<D = f64> {
     /// Where.
     pub node: Node,
     /// N, in world axes.
-    #[serde(deserialize_with = "crate::exact::numbers", default)]
+    #[serde(deserialize_with = "crate::arrays::numbers", default)]
     pub force: [D; 3],
     /// N m, about the normal of a planar scene: half of it turns each of the node's edges.
-    #[serde(deserialize_with = "crate::exact::numbers", default, skip_serializing_if = "is_zero")]
+    #[serde(deserialize_with = "crate::arrays::numbers", default, skip_serializing_if = "is_zero")]
     pub moment: [D; 3],
 }
 

@@ -21,7 +21,7 @@ pub use shape::{Handedness, Shape};
 pub use supports::{Clamp, End, Motion, Support, Supports};
 
 use crate::error::Error;
-use crate::missing::{Keys, Rule, always, if_there, missing};
+use crate::missing_keys::{Keys, Rule, always, if_there, missing};
 use number::{Candidates, Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;

@@ -79,6 +79,11 @@ impl Polyline {
         Ok(Self { points, arc_length, given, table })
     }
 
+    /// The file.
+    pub fn path(&self) -> &Path {
+        self.table.path()
+    }
+
     /// From the first point to the last, m.
     fn length(&self) -> f64 {
         self.arc_length[self.points.len() - 1]

@@ -24,7 +24,7 @@ pub enum Section<D = f64> {
         /// Along `up`, m.
         height: D,
         /// A direction; its part across the first edge counts.
-        #[serde(deserialize_with = "crate::exact::numbers")]
+        #[serde(deserialize_with = "crate::arrays::numbers")]
         up: [D; 3],
     },
     /// Any section, by its constants.
@@ -38,7 +38,7 @@ pub enum Section<D = f64> {
         /// Torsion constant, m^4.
         j: D,
         /// A direction; its part across the first edge counts.
-        #[serde(deserialize_with = "crate::exact::numbers")]
+        #[serde(deserialize_with = "crate::arrays::numbers")]
         up: [D; 3],
     },
 }

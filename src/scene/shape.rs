@@ -21,7 +21,7 @@ pub enum Shape<D = f64> {
         /// m.
         length: D,
         /// Any non-zero vector.
-        #[serde(deserialize_with = "crate::exact::numbers")]
+        #[serde(deserialize_with = "crate::arrays::numbers")]
         direction: [D; 3],
     },
     /// `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for the
@@ -34,7 +34,7 @@ pub enum Shape<D = f64> {
         /// Advance along the axis per turn, m.
         pitch: D,
         /// Direction of advance.
-        #[serde(deserialize_with = "crate::exact::numbers")]
+        #[serde(deserialize_with = "crate::arrays::numbers")]
         axis: [D; 3],
         /// Sense of the turns.
         handedness: Handedness,
@@ -173,8 +173,12 @@ impl Shape {
 
     /// Reads the points of a polyline, once; `on_a_rod` if it is another shape of one.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
-        if let Self::Polyline { file, line: line @ None, .. } = self {
-            *line = Some(Arc::new(Polyline::read(&folder.join(file), on_a_rod)?));
+        if let Self::Polyline { file, line, .. } = self {
+            let path = folder.join(file);
+            // Another file than was read is read anew.
+            if line.as_ref().is_none_or(|line| line.path() != path) {
+                *line = Some(Arc::new(Polyline::read(&path, on_a_rod)?));
+            }
         }
         Ok(())
     }
@@ -220,10 +224,11 @@ impl Shape {
 impl<D: Scalar> Shape<D> {
     /// The mesh of `segments` equal edges; a wall at the start or the end cuts the middle of the
     /// outermost edge where `cut` says so. The edges of a polyline go with the distances of its
-    /// points, which must have been read; by default there are as many.
+    /// points, which [`Scene::load`](super::Scene::load) and [`Scene::problem`](super::Scene::problem)
+    /// read; by default there are as many.
     pub fn mesh(&self, segments: Option<usize>, cut: [bool; 2]) -> Result<Mesh<D>, Error> {
         let cut = cut.map(|cut| if cut { 0.5 } else { 0.0 });
-        let (length, point) = match self.curve() {
+        let (length, point) = match self.curve()? {
             Curve::Formula(length, point) => (length, point),
             Curve::Points(line, scale) => return Ok(line.mesh(segments, cut)?.times(scale)),
         };
@@ -236,7 +241,7 @@ impl<D: Scalar> Shape<D> {
 
     /// Where the nodes of a rod are that has this shape instead of its `rest`.
     pub(crate) fn nodes_of(&self, rest: &Mesh<D>) -> Result<Vec<Vector<D>>, Error> {
-        let (length, point) = match self.curve() {
+        let (length, point) = match self.curve()? {
             Curve::Formula(length, point) => (length, point),
             Curve::Points(line, factor) => {
                 let nodes = line.nodes_of(rest)?;
@@ -247,8 +252,8 @@ impl<D: Scalar> Shape<D> {
         Ok(rest.arc_length.iter().map(|s| point(*s * stretch)).collect())
     }
 
-    fn curve(&self) -> Curve<'_, D> {
-        match *self {
+    fn curve(&self) -> Result<Curve<'_, D>, Error> {
+        Ok(match *self {
             Self::Straight { length, direction } => {
                 let direction = unit(direction);
                 Curve::Formula(length, Box::new(move |s| scale(direction, s)))
@@ -274,10 +279,14 @@ impl<D: Scalar> Shape<D> {
                 };
                 Curve::Formula(length, Box::new(point))
             }
-            Self::Polyline { ref line, scale, .. } => {
-                Curve::Points(line.as_deref().expect("a problem's polylines are read"), scale)
+            Self::Polyline { ref file, ref line, scale } => {
+                let line = line.as_deref().ok_or_else(|| {
+                    let found = format!("{}, which has not been read", file.display());
+                    Error::invalid("shape.file", found, "a shape of a loaded scene or a problem")
+                })?;
+                Curve::Points(line, scale)
             }
-        }
+        })
     }
 }
 
