@@ -30,7 +30,7 @@
 //! the reference. [`Published`] is the element with the forms of the literature; [`crate::check`]
 //! finds, over 500 random states a row with a turning angle of 40 degrees (largest error of an
 //! entry over the sum of its absolute terms;
-//! `cargo test --release --test spatial_derivatives published -- --nocapture`):
+//! `cargo test --release --test derivatives published -- --nocapture`):
 //!
 //! | rotation since the reference, degrees | published gradient | published Hessian | exact, both |
 //! |---|---|---|---|
@@ -44,7 +44,7 @@
 //!
 //! A simulation that steps with the published Hessian needs about twice the Newton iterations: on
 //! the paper's helix at steps of 5 ms 6.4 instead of 3.3
-//! (`cargo test --release --test helix -- --nocapture`).
+//! (`cargo test --release --test physics helix:: -- --nocapture`).
 //! In planar motion the missing terms vanish.
 
 pub(crate) use super::joint::Edge;

@@ -12,7 +12,7 @@
 //! the full step promises no more than that, the minimum is reached; a fit that leaves nothing but
 //! rounding errors may still end with "no step lowers the cost".
 //!
-//! `cargo test --release --test nist -- --nocapture` shows what that is worth on the reference
+//! `cargo test --release --test fits nist:: -- --nocapture` shows what that is worth on the reference
 //! problems of NIST.
 
 use super::linearized::Linearized;

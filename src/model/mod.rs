@@ -5,7 +5,7 @@
 //! The published sums lose accuracy where a polygon stands for a curve and where the sums end at a
 //! wall. The constants of the elements make up for it; the elements stay what they are.
 //! [`Discretization`](crate::scene::Discretization) chooses. Proofs over many shapes and sizes:
-//! `cargo test --release --test corrections -- --nocapture`.
+//! `cargo test --release --test physics corrections:: -- --nocapture`.
 //!
 //! **A bent joint** is too stiff. Let one edge turn against the other about a joint with natural
 //! turning angle `phi`, by a small `omega`: the discrete strains answer with

@@ -1,0 +1,298 @@
+//! The command's fits: results, reports, exit codes, and bad fit files.
+
+use std::path::Path;
+
+use crate::folder::{FIT, Folder, refused, stderr};
+
+/// The shipped fits find what their data were made with.
+#[test]
+fn shipped_fits_find_the_truth() {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    let folder = Folder::new();
+    for (file, truth) in [("cantilever-fit.toml", 1e8), ("beta-fit.toml", 0.75)] {
+        let path = data.join(file);
+        let output = folder.run(&[
+            "fit",
+            path.to_str().unwrap(),
+            "--json",
+            "fit.json",
+            "--save",
+            "fitted.toml",
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let fit = folder.json("fit.json");
+        assert_eq!(fit["converged"], true);
+        let parameter = &fit["parameters"][0];
+        let [low, high] = [0, 1].map(|i| parameter["interval95"][i].as_f64().unwrap());
+        assert!(low < truth && truth < high && high - low < 0.02 * truth, "{parameter}");
+        assert!((fit["residual_rms"].as_f64().unwrap() / 1e-3 - 1.0).abs() < 0.1, "{fit}");
+        assert!(fit["warnings"].as_array().unwrap().is_empty(), "{fit}");
+        // The saved scene runs.
+        assert!(folder.run(&["simulate", "fitted.toml"]).status.success());
+    }
+}
+
+#[test]
+fn what_is_not_identifiable_exits_with_three_and_still_writes() {
+    let folder = Folder::new();
+    let fit = FIT.replace(
+        "name = \"youngs_modulus\"",
+        "name = \"youngs_modulus\"\n[[parameter]]\nname = \"density\"",
+    );
+    folder.write("fit.toml", &fit);
+    let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let fit = folder.json("fit.json");
+    for parameter in fit["parameters"].as_array().unwrap() {
+        assert_eq!(parameter["identifiable"], false);
+        assert!(
+            parameter["value"].is_null()
+                && parameter["std_error"].is_null()
+                && parameter["interval95"].is_null()
+        );
+    }
+    assert!(fit["status"].as_str().unwrap().contains("youngs_modulus/density"));
+}
+
+/// What is asked for is in the JSON, what is not is not.
+#[test]
+fn analysis_on_request() {
+    let folder = Folder::new();
+    let plain = {
+        folder.run(&["fit", "fit.toml", "--json", "fit.json", "-q"]);
+        folder.json("fit.json")
+    };
+    assert_eq!(plain["discretization_error"][0]["name"], "youngs_modulus");
+    assert!(plain["discretization_error"][0]["relative"].as_f64().unwrap() > 0.0);
+    assert_eq!(plain["residual_tests"].as_array().unwrap().len(), 2);
+    assert_eq!(plain["grade"], "model-does-not-explain", "{plain}");
+    assert!(plain["parameters"][0].get("profile95").is_none());
+    let analysis = "[analysis]\nprofile = true\nbootstrap = 20\nseed = 3\n\
+                    observed_information = true\ndiscretization_error = \"none\"\n";
+    folder.write("fit.toml", &format!("{FIT}{analysis}"));
+    let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let fit = folder.json("fit.json");
+    let e = &fit["parameters"][0];
+    for key in ["profile95", "observed_std_error"] {
+        assert!(!e[key].is_null(), "{key}: {e}");
+    }
+    assert!(e["bootstrap"]["std_error"].as_f64().unwrap() > 0.0, "{e}");
+    assert!(fit["discretization_error"].as_array().unwrap().is_empty());
+    let shown = String::from_utf8_lossy(&output.stdout).to_string();
+    assert!(shown.contains("profile") && shown.contains("bootstrap"), "{shown}");
+}
+
+/// The first line printed names the grade, and what nobody should use exits with three.
+#[test]
+fn the_grade_comes_first() {
+    let folder = Folder::new();
+    let graded = |rows: &dyn Fn(f64) -> [f64; 2]| {
+        let row = |k: i32| {
+            let t = 0.01 * f64::from(k);
+            let [x, y] = rows(t);
+            format!("{t},{x},{y}\n")
+        };
+        let rows: String = (0..30).map(row).collect();
+        folder.write("tip.csv", &format!("t,x,y\n{rows}"));
+        let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+        let shown = String::from_utf8_lossy(&output.stdout).to_string();
+        let fit = folder.json("fit.json");
+        let first = shown.lines().next().unwrap().to_string();
+        assert!(first.contains(fit["verdict"].as_str().unwrap()), "{shown}");
+        for words in fit["warnings"].as_array().unwrap() {
+            assert!(words.as_str().unwrap().len() < 400, "{words}");
+        }
+        (output.status.code(), fit["grade"].as_str().unwrap().to_string(), first)
+    };
+    // Nearly free fall.
+    let (code, grade, first) = graded(&|t| [0.5 - 2.0 * t * t * t, -2.0 * t * t]);
+    assert_eq!((code, &grade[..]), (Some(0), "model-does-not-explain"), "{first}");
+    assert!(first.starts_with("the model does not explain the data: "), "{first}");
+    // Of a stiff rod, held where only a limp one is.
+    folder.write("fit.toml", &format!("{FIT}bounds = [1e3, 1e5]\n"));
+    let (code, grade, first) = graded(&|t| [0.5, 1e-3 * ((60.0 * t).cos() - 1.0)]);
+    assert_eq!((code, &grade[..]), (Some(3), "not-usable"), "{first}");
+    assert!(first.starts_with("not to be used: "), "{first}");
+}
+
+#[test]
+fn bad_fits_and_data_are_refused() {
+    let folder = Folder::new();
+    let data = std::fs::read_to_string(folder.path("tip.csv")).unwrap();
+    let cases: Vec<(&str, String, &[&str])> = vec![
+        (
+            "fit.toml",
+            FIT.replace("scene = \"scene.toml\"", ""),
+            &["fit.toml", "scene", "found none"],
+        ),
+        ("fit.toml", FIT.replace("scene.toml", "none.toml"), &["none.toml", "No such file"]),
+        ("fit.toml", FIT.replace("youngs_modulus", "stiffness"), &["stiffness", "youngs_modulus"]),
+        ("fit.toml", FIT.replace("point = \"tip\"", "point = \"nose\""), &["tip", "arc_length"]),
+        (
+            "fit.toml",
+            FIT.replace("point = \"tip\"", "point = 400"),
+            &["observation[0].point", "400"],
+        ),
+        (
+            "fit.toml",
+            FIT.replace("point = \"tip\"", "point = { arc_length = 0.7 }"),
+            &["observation[0].point", "0.7"],
+        ),
+        (
+            "fit.toml",
+            FIT.replace("point = \"tip\"", "sigma = -1.0"),
+            &["observation[0].sigma", "-1"],
+        ),
+        ("fit.toml", FIT.replace("point = \"tip\"", "colour = 1"), &["colour"]),
+        ("fit.toml", format!("{FIT}start = 0.0\n"), &["parameter[0].start", "found 0"]),
+        ("fit.toml", format!("{FIT}bounds = [2.0, 1.0]\n"), &["parameter[0].bounds"]),
+        ("fit.toml", FIT.replace("tip.csv", "absent.csv"), &["absent.csv", "No such file"]),
+        ("tip.csv", data.replace("t,x,y", "clock,x,y"), &["tip.csv:1", "`clock`"]),
+        ("tip.csv", data.replace("t,x,y", "x,y,a"), &["tip.csv:1", "`a`"]),
+        ("tip.csv", "x,y\n0.5,0\n0.4,0\n".into(), &["tip.csv:1", "no column t"]),
+        ("tip.csv", data.replace("t,x,y", "frame,x,y"), &["tip.csv:1", "fps"]),
+        ("tip.csv", data.replace("t,x,y", "t,x[px],y[px]"), &["tip.csv:1", "`x`", "scale"]),
+        ("tip.csv", "t,frame,x\n0,0,0.5\n".into(), &["tip.csv:1", "two clocks"]),
+        ("tip.csv", data.replace("0.02,", "-0.02,"), &["tip.csv:4", "time_zero"]),
+        (
+            "tip.csv",
+            "t,x,y\n0,500,0\n0.1,490,-30\n0.2,450,-80\n".into(),
+            &["tip.csv", "0.5 m", "x[mm]"],
+        ),
+        ("fit.toml", FIT.replace("point = \"tip\"", "y = \"left\""), &["left", "down"]),
+        ("fit.toml", format!("{FIT}[analysis]\nprofiles = true\n"), &["profiles", "bootstrap"]),
+        ("fit.toml", format!("{FIT}[analysis]\nbootstrap = 1\n"), &["analysis.bootstrap", "2 .. "]),
+        (
+            "fit.toml",
+            format!("{FIT}[analysis]\ndiscretization_error = \"all\"\n"),
+            &["all", "refitted"],
+        ),
+        ("tip.csv", data.replace("t,x,y", "t,a,b"), &["tip.csv:1", "`a`"]),
+        ("tip.csv", data.replace("t,x,y", "t,x,x"), &["tip.csv:1", "two columns `x`"]),
+        ("tip.csv", "t\n0\n1\n".into(), &["tip.csv:1", "no column x, y or z"]),
+        ("tip.csv", data.replace("t,x,y", "t[min],x,y"), &["tip.csv:1", "[min]", "ms"]),
+        ("tip.csv", data.replace("0.02,", "0.01,"), &["tip.csv:4", "increasing"]),
+        ("tip.csv", data.replace("0.02,", "abc,"), &["tip.csv:4", "`abc`"]),
+        ("tip.csv", data.replace("0.02,", ","), &["tip.csv:4", "time is blank"]),
+        ("tip.csv", format!("{data}0.9,0,0\n"), &["tip.csv", "0.9", "time.end"]),
+        ("tip.csv", format!("{data}0.295,0\n"), &["tip.csv:32", "2 fields"]),
+        ("tip.csv", "t,x,y\n0,,\n0.1,nan,\n".into(), &["tip.csv:1", "no value"]),
+        ("tip.csv", "t,x,y\n0.1,0.5,\n".into(), &["observation", "at least 2"]),
+        ("tip.csv", String::new(), &["tip.csv:1"]),
+    ];
+    for (file, text, words) in cases {
+        folder.write("fit.toml", FIT);
+        folder.write("tip.csv", &data);
+        folder.write(file, &text);
+        refused(&folder.run(&["fit", "fit.toml"]), words);
+    }
+}
+
+#[test]
+fn data_in_other_units_and_with_gaps_are_the_same_data() {
+    let folder = Folder::new();
+    let data = std::fs::read_to_string(folder.path("tip.csv")).unwrap();
+    let value = || {
+        let output = folder.run(&["fit", "fit.toml", "--json", "fit.json", "-q"]);
+        assert!(output.status.success() && output.stdout.is_empty(), "{}", stderr(&output));
+        folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap()
+    };
+    let metres = value();
+    let rows = data.lines().skip(1).map(|line| {
+        let v: Vec<f64> = line.split(',').map(|f| f.parse().unwrap()).collect();
+        format!("{}, {}, {}\n", 1e3 * v[1], 1e2 * v[2], 1e3 * v[0])
+    });
+    folder.write(
+        "tip.csv",
+        &format!("# a tracker's comment\nx[mm], y [cm], t[ms]\n{}", rows.collect::<String>()),
+    );
+    assert!((value() / metres - 1.0).abs() < 1e-9);
+
+    // A camera's frames and pixels, y down, released at frame 12; a continental spreadsheet.
+    let samples: Vec<Vec<f64>> = data
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|f| f.parse().unwrap()).collect())
+        .collect();
+    let number = |x: f64| x.to_string().replace('.', ",");
+    let frames = samples.iter().map(|v| {
+        let (x, y) = (100.0 + v[1] / 2.5e-4, 200.0 - v[2] / 2.5e-4);
+        format!("{};{};{}\n", number(12.0 + 100.0 * v[0]), number(y), number(x))
+    });
+    let header = "\u{feff}Frame;Y (px);X (px)\n11;1;1\n";
+    folder.write("tip.csv", &format!("{header}{}", frames.collect::<String>()));
+    let keys = "point = \"tip\"\nfps = 100\nscale = 2.5e-4\norigin = [100, 200, 0]\n\
+                y = \"down\"\ntime_zero = 12";
+    folder.write("fit.toml", &FIT.replace("point = \"tip\"", keys));
+    assert!((value() / metres - 1.0).abs() < 1e-9);
+}
+
+/// The page and its numbers, beside the result.
+#[test]
+fn a_report_is_a_page_and_its_numbers() {
+    let folder = Folder::new();
+    let output = folder.run(&["fit", "fit.toml", "--report", "pages/new", "--json", "fit.json"]);
+    // The data are no rod's, which the page says first.
+    assert!(output.status.code().is_some_and(|code| code != 2), "{}", stderr(&output));
+    let page = std::fs::read_to_string(folder.path("pages/new/fit.html")).unwrap();
+    for part in ["id=\"verdict\"", "tip.csv", "youngs_modulus", "<svg", "scene.toml"] {
+        assert!(page.contains(part), "{part}");
+    }
+    let (fit, same) = (folder.json("fit.json"), folder.json("pages/new/fit.json"));
+    assert_eq!(fit, same);
+    assert_eq!(fit["evidence"]["series"].as_array().unwrap().len(), 2);
+    assert_eq!(fit["evidence"]["series"][0]["observed"].as_array().unwrap().len(), 30);
+    assert!(fit["basins"]["count"].as_u64().unwrap() >= 1);
+    // Without a page no evidence is kept.
+    folder.run(&["fit", "fit.toml", "--json", "plain.json"]);
+    let plain = folder.json("plain.json");
+    assert!(plain.get("evidence").is_none() && plain["basins"]["count"].is_u64());
+}
+
+/// The scan and the coarse fits run on all cores; neither numbers nor their order know how many.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let folder = Folder::new();
+    let two = "name = \"youngs_modulus\"\n[[parameter]]\nname = \"damping.mass\"";
+    folder.write("fit.toml", &FIT.replace("name = \"youngs_modulus\"", two));
+    let run = |threads: &str| {
+        let status = std::process::Command::new(env!("CARGO_BIN_EXE_rodfit"))
+            .args(["fit", "fit.toml", "-q", "--report", threads])
+            .env("RAYON_NUM_THREADS", threads)
+            .current_dir(folder.path(""))
+            .output()
+            .unwrap()
+            .status;
+        let mut fit = folder.json(&format!("{threads}/fit.json"));
+        fit["wall_seconds"] = 0.0.into();
+        (status.code(), fit)
+    };
+    let (code, alone) = run("1");
+    assert!(alone["evidence"]["history"].as_array().unwrap().len() > 10, "{alone}");
+    for threads in ["2", "5"] {
+        assert_eq!(run(threads), (code, alone.clone()), "{threads} threads");
+    }
+}
+
+/// Under weight alone only E/density is seen: with half the density comes half the modulus.
+#[test]
+fn a_fixed_value_replaces_the_scenes() {
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/data");
+    let folder = Folder::new();
+    let modulus = |density: &str| {
+        folder.write(
+            "fit.toml",
+            &format!(
+                "scene = \"{data}/cantilever.toml\"\n[[observation]]\n\
+                 file = \"{data}/cantilever-tip.csv\"\n[[parameter]]\n\
+                 name = \"youngs_modulus\"\n{density}"
+            ),
+        );
+        let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap()
+    };
+    let half = modulus("[[parameter]]\nname = \"density\"\nfixed = 636.76\n");
+    assert!((half / modulus("") - 0.5).abs() < 1e-6);
+}

@@ -1,0 +1,131 @@
+//! Fits and simulations that are told to stop.
+
+use rodfit::fit::{Analysis, Sample};
+use rodfit::report::fit_page;
+use rodfit::scene::Time;
+use rodfit::{Error, Fit, FitReport, Observation, Parameter, Point, Problem, Trajectory};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::common::cantilever;
+
+fn problem() -> Problem {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(8);
+    scene.time = Some(Time::new(0.4, 4e-3));
+    scene.problem().unwrap()
+}
+
+/// A fit of the modulus, stopped as soon as its progress says `word`.
+fn stopped_at(word: &'static str) -> Result<FitReport, Error> {
+    stopped_with(word, 0)
+}
+
+/// The same with replicates of a bootstrap.
+fn stopped_with(word: &'static str, bootstrap: usize) -> Result<FitReport, Error> {
+    let problem = problem();
+    let run = problem.simulate().unwrap();
+    let sample = |k: u32| {
+        let time = 0.02 * f64::from(k);
+        let (x, _) = run.at(Point::Tip, time).unwrap();
+        let off = 1e-3 * (f64::from(k * k) * 2.4).sin();
+        Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
+    };
+    let flag = Arc::new(AtomicBool::new(word.is_empty()));
+    let set = flag.clone();
+    Fit::new(&problem)
+        .observe(Observation::new((1..=20).map(sample).collect()))
+        .identify(Parameter::YoungsModulus)
+        .analyse(Analysis { profile: true, bootstrap, ..Analysis::default() })
+        .keep_evidence()
+        .stop_when(flag)
+        .on_progress(move |stage, _| {
+            if stage.contains(word) {
+                set.store(true, Ordering::Relaxed);
+            }
+        })
+        .solve()
+}
+
+/// Values without errors, and nothing that says the fit is done.
+fn is_unfinished(report: &FitReport) {
+    assert!(report.interrupted && !report.converged && !report.is_success());
+    assert_eq!(report.status, "interrupted");
+    assert!(report.verdict.contains("do not believe this"), "{}", report.verdict);
+    let estimate = &report.parameters[0];
+    assert!(estimate.value.is_some() && estimate.std_error.is_none());
+    assert!(estimate.interval95.is_none() && estimate.profile95.is_none());
+    assert!(report.residual_rms.is_finite() && report.simulations > 0.0);
+    let json = serde_json::to_value(report).unwrap();
+    assert_eq!((&json["interrupted"], &json["converged"]), (&true.into(), &false.into()));
+    assert!(report.to_string().contains("interrupted"));
+    assert!(fit_page(report, "stopped").contains("interrupted"));
+}
+
+#[test]
+fn a_stopped_search_reports_its_best() {
+    let whole = stopped_at("never").unwrap();
+    assert!(whole.is_success() && !whole.interrupted);
+    let best = whole.parameters[0].value.unwrap();
+    // In the scan: a candidate, within its grid of the truth or anywhere before that. Progress is
+    // told, and so the flag set, after 16 of its 31 points, which take 7.8 of all 35 simulations.
+    let scan = stopped_at("scan").unwrap();
+    is_unfinished(&scan);
+    assert!(scan.verdict.contains("scan") && scan.simulations < 0.25 * whole.simulations);
+    // On the full model: all but there.
+    let iterating = stopped_at("iteration 1,").unwrap();
+    is_unfinished(&iterating);
+    let coarse = stopped_at("coarse model").unwrap();
+    is_unfinished(&coarse);
+    for report in [&iterating, &coarse] {
+        let value = report.parameters[0].value.unwrap();
+        assert!((value / best - 1.0).abs() < 0.1, "{value:e} {best:e}");
+        assert!(report.simulations < whole.simulations);
+    }
+}
+
+/// What was found before the flag stays; what was not finished is not said.
+#[test]
+fn a_stopped_analysis_keeps_the_fit() {
+    let report = stopped_at("profile of").unwrap();
+    assert!(report.converged && report.interrupted && !report.is_success());
+    assert!(report.status.contains("interrupted"), "{}", report.status);
+    let estimate = &report.parameters[0];
+    assert!(estimate.std_error.is_some() && estimate.profile95.is_none());
+    assert!(fit_page(&report, "stopped").contains("class=\"verdict bad\""));
+}
+
+/// Of a million replicates, 16 are done.
+#[test]
+fn a_stopped_bootstrap_says_nothing() {
+    let report = stopped_with("bootstrap", 1_000_000).unwrap();
+    assert!(report.converged && report.interrupted, "{report}");
+    assert!(report.warnings.iter().all(|warning| !warning.contains("bootstrap")), "{report}");
+    let estimate = &report.parameters[0];
+    assert!(estimate.profile95.is_some() && estimate.bootstrap.is_none());
+}
+
+#[test]
+fn nothing_found_is_an_error() {
+    let error = stopped_at("").unwrap_err();
+    assert!(matches!(error, Error::Interrupted) && !error.is_input());
+}
+
+/// A simulation stops at the next step, and keeps those before.
+#[test]
+fn a_simulation_stops_on_its_way() {
+    let flag = Arc::new(AtomicBool::new(false));
+    let problem = problem().stop_when(flag.clone());
+    let mut trajectory = Trajectory::new(&problem, &[8], &[]).unwrap();
+    let mut seen = 0;
+    let outcome = trajectory.run(&problem, 100, |_| {
+        seen += 1;
+        flag.store(seen == 11, Ordering::Relaxed);
+    });
+    assert!(matches!(outcome, Err(Error::Interrupted)));
+    assert_eq!((seen, trajectory.times().len(), trajectory.work().steps), (11, 11, 10));
+    // Problems made from it stop too.
+    let stiffer = problem.with([(Parameter::YoungsModulus, 2e8)]).unwrap();
+    assert!(matches!(stiffer.simulate(), Err(Error::Interrupted)));
+    assert!(matches!(stiffer.equilibrium(), Err(Error::Interrupted)));
+}

@@ -1,0 +1,324 @@
+//! The page of a fit, and the evidence it is drawn from.
+
+use rodfit::fit::{Analysis, Recording, Sample, Seen, Vertical};
+use rodfit::report::fit_page;
+use rodfit::scene::Time;
+use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem};
+use std::sync::LazyLock;
+
+use crate::common::cantilever;
+
+/// A problem, and a fit of its modulus with all evidence, to its own motion with 1 mm of a known
+/// disturbance.
+static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(8);
+    scene.time = Some(Time::new(0.4, 4e-3));
+    let problem = scene.problem().unwrap();
+    let run = problem.simulate().unwrap();
+    let sample = |k: u32| {
+        let time = 0.02 * f64::from(k);
+        let (x, _) = run.at(Point::Tip, time).unwrap();
+        let off = 1e-3 * (f64::from(k * k) * 2.4).sin();
+        Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
+    };
+    let mut observation = Observation::new((1..=20).map(sample).collect());
+    observation.source = Some("<b>\"tip\" & co</b>.csv".into());
+    let report = Fit::new(&problem)
+        .observe(observation)
+        .identify(Parameter::YoungsModulus)
+        .analyse(Analysis { profile: true, ..Analysis::default() })
+        .keep_evidence()
+        .solve()
+        .unwrap();
+    (problem, report)
+});
+
+/// Where each of `parts` stands on the page; fails if one does not or they are out of order.
+fn in_order(page: &str, parts: &[&str]) {
+    let mut from = 0;
+    for part in parts {
+        let found = page[from..].find(part);
+        from += found.unwrap_or_else(|| panic!("`{part}` is not there, or too early"));
+    }
+}
+
+/// Nothing is fetched, nothing runs, and every element that opens closes.
+fn is_whole(page: &str) {
+    for forbidden in ["http:", "https:", "src=", "href=", "<script", "@import", "NaN", "inf"] {
+        assert!(!page.contains(forbidden), "{forbidden}");
+    }
+    // Only to what is on the page itself.
+    assert_eq!(page.matches("url(").count(), page.matches("url(#").count());
+    for tag in ["section", "table", "figure", "svg", "div", "tr", "td", "p", "ul", "li"] {
+        let opened =
+            page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();
+        assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
+    }
+}
+
+#[test]
+fn the_page_has_everything_in_order() {
+    let (_, report) = &*FITTED;
+    let page = fit_page(report, "a <fit> & more");
+    is_whole(&page);
+    in_order(
+        &page,
+        &[
+            "a &lt;fit&gt; &amp; more",
+            "id=\"verdict\"",
+            "id=\"parameters\"",
+            "Data and model",
+            "&lt;b&gt;&quot;tip&quot; &amp; co&lt;/b&gt;.csv",
+            "correlation",
+            "Singular values",
+            "Likelihood profiles",
+            "Convergence",
+            "Scan over youngs_modulus",
+            "The rod at the optimum",
+            "What was run",
+        ],
+    );
+    assert!(!page.contains("<b>\"tip\""));
+    // Two coordinates with three drawings each, a profile, the search, the scan and the shapes.
+    assert_eq!(page.matches("<svg").count(), 2 * 3 + 4);
+    // Every drawing has a name of its own for who cannot see it.
+    let names: Vec<&str> = page.split("role=\"img\" aria-label=\"").skip(1).collect();
+    let mut names: Vec<&str> = names.iter().map(|n| n.split('"').next().unwrap()).collect();
+    assert_eq!(names.len(), page.matches("<svg").count());
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), 2 * 3 + 4);
+    assert!(names.contains(&"&lt;b&gt;&quot;tip&quot; &amp; co&lt;/b&gt;.csv, x: what is left"));
+    // On narrow screens cells say which column they stand in.
+    assert!(page.contains("<td data-head=\"95 % interval\">"));
+    for axis in ["x", "y"] {
+        for title in ["data and model", "what is left", "correlation of what is left"] {
+            assert!(page.contains(&format!("<h4>{axis}: {title}</h4>")), "{axis} {title}");
+        }
+    }
+    // Every warning stands before the table.
+    let mut doubtful = report.clone();
+    doubtful.warnings = vec!["first <doubt>".into(), "second".into()];
+    in_order(&fit_page(&doubtful, ""), &["first &lt;doubt&gt;", "second", "id=\"parameters\""]);
+}
+
+#[test]
+fn odd_data_and_no_evidence_make_a_page_too() {
+    let (_, report) = &*FITTED;
+    let change = |change: &dyn Fn(&mut FitReport)| {
+        let mut odd = report.clone();
+        change(&mut odd);
+        let page = fit_page(&odd, "odd");
+        is_whole(&page);
+        in_order(&page, &["id=\"verdict\"", "id=\"parameters\"", "What was run"]);
+        page
+    };
+    let page = change(&|odd| odd.evidence = None);
+    assert!(!page.contains("<svg"));
+    change(&|odd| {
+        for series in &mut odd.evidence.as_mut().unwrap().series {
+            series.simulated.iter_mut().for_each(|x| *x = f64::NAN);
+            series.curve.iter_mut().for_each(|x| x[1] = f64::INFINITY);
+        }
+    });
+    for keep in [0, 1] {
+        change(&|odd| {
+            let evidence = odd.evidence.as_mut().unwrap();
+            for series in &mut evidence.series {
+                for values in [&mut series.at, &mut series.observed, &mut series.simulated] {
+                    values.truncate(keep);
+                }
+                series.curve.clear();
+                series.sigma = 0.0;
+            }
+            evidence.shapes.truncate(keep);
+            evidence.history.truncate(keep);
+            evidence.landscape.iter_mut().for_each(|l| {
+                l.values.truncate(keep);
+                l.misfit.truncate(keep);
+            });
+            evidence.profiles.iter_mut().for_each(|p| {
+                p.values.truncate(keep);
+                p.rise.truncate(keep);
+            });
+        });
+    }
+    let page = change(&|odd| {
+        odd.residual_rms = f64::NAN;
+        odd.sigma = vec![f64::INFINITY];
+        odd.residual_tests.clear();
+        let estimate = &mut odd.parameters[0];
+        (estimate.value, estimate.std_error, estimate.interval95) = (None, None, None);
+        odd.correlation = vec![vec![None]];
+    });
+    assert!(page.contains("not identifiable") && page.contains("too few values"));
+}
+
+/// What the evidence says is what a simulation at the reported values gives.
+#[test]
+fn the_evidence_is_the_fitted_model() {
+    let (problem, report) = &*FITTED;
+    let evidence = report.evidence.as_ref().unwrap();
+    let best = problem.with(report.parameters()).unwrap();
+    let run = best.simulate().unwrap();
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (c, series) in evidence.series.iter().enumerate() {
+        assert_eq!((series.axis.as_str(), series.at.len()), (["x", "y"][c], 20));
+        for ((time, seen), simulated) in
+            series.at.iter().zip(&series.observed).zip(&series.simulated)
+        {
+            let (x, _) = run.at(Point::Tip, *time).unwrap();
+            assert!((x[c] - simulated).abs() < 1e-12, "{x:?} {simulated}");
+            squares += (simulated - seen).powi(2);
+            count += 1.0;
+        }
+        for [time, value] in &series.curve {
+            let (x, _) = run.at(Point::Tip, *time).unwrap();
+            assert!((x[c] - value).abs() < 1e-12);
+        }
+        assert_eq!(series.sigma, report.sigma[0]);
+    }
+    assert!((f64::sqrt(squares / count) / report.residual_rms - 1.0).abs() < 1e-9);
+    assert_eq!((evidence.shapes.len(), evidence.shapes[0].time), (12, Some(0.0)));
+    for shape in &evidence.shapes {
+        let (x, _) = run.at(Point::Tip, shape.time.unwrap()).unwrap();
+        let tip = shape.nodes.last().unwrap();
+        assert!((0..3).all(|c| (x[c] - tip[c]).abs() < 1e-12));
+    }
+    assert!((evidence.shapes[11].time.unwrap() - 0.4).abs() < 1e-12);
+
+    // The way: work grows, and ends at the optimum.
+    let history = &evidence.history;
+    assert!(history.windows(2).all(|w| w[0].simulations <= w[1].simulations));
+    let (first, last) = (&history[0], &history[history.len() - 1]);
+    assert_eq!((first.stage.as_str(), last.stage.as_str()), ("scan", "full model"));
+    let value = report.parameters[0].value.unwrap();
+    assert!((last.values[0] / value - 1.0).abs() < 1e-12 && last.residuals == 40);
+    let chosen = &report.basins.list[0];
+    assert!(chosen.chosen && chosen.converged && chosen.seen == Seen::Fit);
+    assert_eq!((chosen.values[0], chosen.misfit), (last.values[0], last.misfit));
+    assert!(report.to_string().contains(&report.basins.words) && report.basins.count >= 1);
+    // The scan's lowest point is next to the truth.
+    let landscape = &evidence.landscape[0];
+    let lowest = (0..landscape.values.len())
+        .min_by(|a, b| landscape.misfit[*a].total_cmp(&landscape.misfit[*b]))
+        .unwrap();
+    assert!((landscape.values[lowest] / value).ln().abs() < 0.8, "{landscape:?}");
+    // The profile crosses its level at its ends.
+    let profile = &evidence.profiles[0];
+    for end in report.parameters[0].profile95.unwrap() {
+        let end = end.unwrap();
+        let at = profile.values.iter().position(|x| (x / end - 1.0).abs() < 1e-12).unwrap();
+        assert!((profile.rise[at] / profile.level - 1.0).abs() < 5e-3, "{profile:?}");
+    }
+    let json = serde_json::to_value(report).unwrap();
+    assert_eq!(json["evidence"]["series"][1]["over"], "time");
+    assert_eq!(json["evidence"]["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(json["basins"]["list"][0]["seen"], "fit");
+}
+
+/// How a file was read, and how much was seen, stands beside what was run.
+#[test]
+fn the_page_says_how_files_were_read() {
+    let (problem, _) = &*FITTED;
+    let run = problem.simulate().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tip.csv");
+    let mut text = "frame,x[px],y[px]\n10,100,100\n".to_string();
+    for k in 1..=20_u32 {
+        let (x, _) = run.at(Point::Tip, 0.02 * f64::from(k)).unwrap();
+        let pixel = |x: f64| (x / 1e-3 + 100.0).round();
+        text += &format!("{},{},{}\n", 12 + k, pixel(x[0]), 200.0 - pixel(x[1]));
+    }
+    std::fs::write(&path, text).unwrap();
+    let recording = Recording {
+        fps: Some(50.0),
+        scale: Some(1e-3),
+        origin: Some([100.0, 100.0, 0.0]),
+        y: Some(Vertical::Down),
+        time_zero: Some(12.0),
+    };
+    let fit = Fit::new(problem)
+        .observe(recording.read(&path).unwrap())
+        .identify(Parameter::YoungsModulus)
+        .keep_evidence()
+        .solve()
+        .unwrap();
+    let page = fit_page(&fit, "pixels");
+    is_whole(&page);
+    let words = "tip.csv: 20 points, 40 values; 50 frames a second; 1.00 mm a pixel; \
+                 origin at (100, 100, 0); y down; motion from 12 on its clock";
+    assert!(page.contains(words), "{page}");
+    assert!(page.contains("tip.csv: rows 1 before time_zero"), "{page}");
+}
+
+/// What is drawn in red has its warning on top: outliers that are no noise, but without memory.
+#[test]
+fn every_red_test_has_its_warning() {
+    let (problem, _) = &*FITTED;
+    let run = problem.simulate().unwrap();
+    let mut state = 7_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 40) as f64 / f64::from(1_u32 << 24) - 0.5
+    };
+    let sample = |k: u32| {
+        let time = 2e-3 * f64::from(k);
+        let (x, _) = run.at(Point::Tip, time).unwrap();
+        let mut off = || if random() > 0.45 { 0.05 * random() } else { 1e-3 * random() };
+        Sample { time, position: [Some(x[0] + off()), Some(x[1] + off()), None] }
+    };
+    let mut sample = sample;
+    let report = Fit::new(problem)
+        .observe(Observation::new((1..=200).map(&mut sample).collect()))
+        .identify(Parameter::YoungsModulus)
+        .keep_evidence()
+        .solve()
+        .unwrap();
+    let red: Vec<_> = report.residual_tests.iter().filter(|t| !t.passed).collect();
+    assert!(red.iter().any(|t| t.is_noise()), "{:?}", report.residual_tests);
+    for test in red {
+        let named =
+            |w: &String| w.contains(&test.verdict) && w.contains(&format!(", {}: ", test.axis));
+        assert!(report.warnings.iter().any(named), "{test:?} {:?}", report.warnings);
+    }
+}
+
+/// Two markers whose noise is estimated are weighted anew on the way, which is drawn as if they had
+/// had their last weights from the beginning.
+#[test]
+fn the_search_comes_down_in_one_weighting() {
+    let (problem, _) = &*FITTED;
+    let run = problem.simulate().unwrap();
+    let marker = |point: Point, noise: f64| {
+        let sample = |k: u32| {
+            let time = 0.01 * f64::from(k);
+            let (x, _) = run.at(point, time).unwrap();
+            let off = noise * (f64::from(k * k) * 2.4).sin();
+            Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
+        };
+        Observation::new((1..=40).map(sample).collect()).at(point)
+    };
+    let report = Fit::new(problem)
+        .observe(marker(Point::Tip, 1e-4))
+        .observe(marker(Point::Node(4), 3e-3))
+        .identify(Parameter::YoungsModulus)
+        .keep_evidence()
+        .solve()
+        .unwrap();
+    let history = &report.evidence.as_ref().unwrap().history;
+    let full: Vec<_> = history.iter().filter(|i| i.stage == "full model").collect();
+    let mut same = 0;
+    for pair in full.windows(2) {
+        let [before, after] = [pair[0], pair[1]];
+        // Where the weights change the place does not.
+        if before.values == after.values {
+            same += 1;
+            assert!((after.misfit / before.misfit - 1.0).abs() < 1e-9, "{before:?} {after:?}");
+        }
+    }
+    assert!(same > 0, "{full:?}");
+    // At the end, residuals are of the size of their sigmas.
+    assert!((full[full.len() - 1].rms() - 1.0).abs() < 0.1, "{full:?}");
+}

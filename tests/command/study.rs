@@ -1,0 +1,83 @@
+//! The work-precision study.
+
+use rodfit::report::study_page;
+use rodfit::scene::{Node, PointForce, Scheme, Time};
+use rodfit::study::Study;
+
+use crate::common::cantilever;
+
+#[test]
+fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(12);
+    scene.time = Some(Time::new(0.3, 4e-3));
+    let mut last = 0;
+    let study = Study::new(&scene, |done, total| {
+        assert!(done == last + 1 && done <= total);
+        last = done;
+    })
+    .unwrap();
+    let error = |segments: usize, step: f64| {
+        let row = study.rows.iter().find(|r| {
+            (r.scheme, r.segments) == (Scheme::NewmarkBeta, segments)
+                && (r.step - step).abs() < 1e-12
+        });
+        row.and_then(|r| r.error).unwrap()
+    };
+    // Refined in both, the error falls; and the parts add up to no less than the whole.
+    assert!(error(48, 1e-3) < 0.3 * error(12, 4e-3));
+    for row in &study.rows {
+        // Large steps of some schemes may fail, and say so.
+        let (Some(whole), Some(step)) = (row.error, row.step_error) else {
+            assert!(row.status.starts_with("stopped: ") && row.step > 4e-3, "{row:?}");
+            continue;
+        };
+        assert!(whole <= 1.0001 * (step + row.mesh_error), "{row:?}");
+        assert_eq!(row.status, "completed");
+    }
+    // All schemes take part, and one of high order beats those of second order in the step.
+    for scheme in [Scheme::AverageVectorField, Scheme::Rodas4, Scheme::Verlet] {
+        assert!(study.rows.iter().any(|row| row.scheme == scheme), "{scheme:?}");
+    }
+    let of = |scheme: Scheme| {
+        let rows = study.rows.iter().filter(move |row| row.scheme == scheme && row.segments == 12);
+        rows.filter_map(|row| Some((row.step, row.step_error?)))
+            .find(|(step, _)| (step - 1e-3).abs() < 1e-12)
+    };
+    if let (Some((_, high)), Some((_, low))) = (of(Scheme::Rodas4), of(Scheme::NewmarkBeta)) {
+        assert!(high < 0.1 * low, "{high:e} {low:e}");
+    }
+    for advice in &study.advice {
+        let good = study.rows.iter().filter(|r| r.error.is_some_and(|e| e <= advice.error));
+        let cheapest = good.map(|r| r.wall_seconds).fold(f64::INFINITY, f64::min);
+        match advice.row {
+            Some(i) => assert_eq!(study.rows[i].wall_seconds, cheapest),
+            None => assert_eq!(cheapest, f64::INFINITY),
+        }
+    }
+    assert!(study.advice[1].row.is_some(), "{study}");
+    let page = study_page(&study, "<scene>");
+    assert!(
+        page.contains("<svg")
+            && page.contains("&lt;scene&gt;")
+            && !page.contains("<script")
+            && !page.contains("src=")
+    );
+    // In the style of the other page, light and dark, with a name for the drawing.
+    assert!(page.contains("prefers-color-scheme:dark") && page.contains("viewport"));
+    assert_eq!(page.matches("<svg").count(), page.matches("role=\"img\" aria-label=\"").count());
+    assert!(page.contains("data-head=\"error / length\"") && !page.contains("NaN"));
+}
+
+/// A force on a node by its index belongs to the scene's own mesh.
+#[test]
+fn a_given_mesh_is_kept() {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(12);
+    scene.time = Some(Time::new(0.1, 4e-3));
+    scene.loads.point =
+        vec![PointForce { node: Node::Index(9), force: [0.0, 0.1, 0.0], ..PointForce::default() }];
+    let study = Study::new(&scene, |_, _| {}).unwrap();
+    assert!(study.rows.iter().all(|row| row.segments == 12 && row.mesh_error == 0.0));
+    assert!(study.rows[0].error.unwrap() > 10.0 * study.reference_error, "{study}");
+}

@@ -1,0 +1,197 @@
+//! The exact Hessian of the misfit, against finite differences of the exact gradient and against
+//! Gauss-Newton.
+
+use argmin::core::{Gradient, Hessian};
+use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, Sighting};
+use rodfit::modes::About;
+use rodfit::scene::{Clamp, InitialState, PointForce, Scene, Scheme, Shape, Time};
+use rodfit::{Fit, Observation, Parameter, Point, Unknown};
+
+use crate::common::{cantilever_with, helix_with, record};
+
+fn small(end: f64) -> Scene {
+    let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
+    scene.rod.segments = Some(10);
+    scene
+}
+
+fn residuals(scene: &Scene, data: &Observation, parameters: &[Parameter]) -> Residuals {
+    let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone().sigma(1e-3));
+    let fit = parameters.iter().fold(fit, |fit, p| fit.identify(Unknown::new(*p)));
+    fit.residuals().unwrap()
+}
+
+fn values(scene: &Scene, residuals: &Residuals) -> Vec<f64> {
+    let unknowns = residuals.unknowns().iter();
+    unknowns.map(|u| u.to_scale(u.parameter.of(scene).unwrap())).collect()
+}
+
+/// Largest difference of two matrices over the square root of the product of the diagonals.
+fn mismatch(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    let mut worst = 0.0_f64;
+    for i in 0..a.len() {
+        for j in 0..a.len() {
+            worst = worst.max((a[i][j] - b[i][j]).abs() / (b[i][i] * b[j][j]).abs().sqrt());
+        }
+    }
+    worst
+}
+
+/// Central differences of the gradient, extrapolated to steps of zero.
+fn differences(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
+    let row = |i: usize| -> Vec<f64> {
+        let central = |h: f64| -> Vec<f64> {
+            let side = |h: f64| {
+                let mut x = x.to_vec();
+                x[i] += h;
+                residuals.gradient(&x).unwrap()
+            };
+            let (above, below) = (side(h), side(-h));
+            above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * h)).collect()
+        };
+        // Angles and times in steps that stay within a time step, where the interpolant is smooth. The
+        // misfit depends on beta so little that rounding errors of its gradients need twice the step.
+        let parameter = residuals.unknowns()[i].parameter;
+        let h = match parameter {
+            _ if parameter == Parameter::Beta => 8e-4,
+            _ if parameter.is_positive() => 8e-3,
+            _ => 4e-4,
+        };
+        let (coarse, fine, finest) = (central(h), central(0.5 * h), central(0.25 * h));
+        let twice = |k: usize| {
+            let [a, b] = [(4.0 * fine[k] - coarse[k]) / 3.0, (4.0 * finest[k] - fine[k]) / 3.0];
+            (16.0 * b - a) / 15.0
+        };
+        (0..x.len()).map(twice).collect()
+    };
+    (0..x.len()).map(row).collect()
+}
+
+/// Every parameter at once, far from the data, so that the second derivatives matter.
+#[test]
+fn the_hessian_is_the_derivative_of_the_gradient() {
+    let mut damped = small(0.3);
+    damped.loads.damping.mass = 0.8;
+    damped.loads.damping.stiffness = 2e-3;
+    damped.time = Some(Time { beta: 0.6, ..Time::new(0.3, 1e-3) });
+    let planar = vec![
+        Parameter::YoungsModulus,
+        Parameter::DampingMass,
+        Parameter::DampingStiffness,
+        Parameter::Beta,
+        Parameter::Radius,
+    ];
+    let mut drooping = small(0.4);
+    drooping.initial.state = InitialState::Equilibrium;
+    drooping.initial.point = vec![PointForce { force: [0.0, 0.05, 0.0], ..PointForce::default() }];
+    let mut averaged = small(0.4);
+    averaged.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(0.4, 4e-3) });
+    let mut thrown = small(0.3);
+    thrown.loads.damping.stiffness = 2e-3;
+    thrown.initial.velocity = [0.1, -0.2, 0.0];
+    let mut helix = helix_with(0.55, 4e-3, 0.3, Clamp::MidEdge);
+    helix.rod.segments = Some(14);
+    (helix.material.poisson_ratio, helix.material.shear_modulus) = (None, Some(4e6));
+    let cases = [
+        ("damped", damped, planar),
+        ("from equilibrium", drooping, vec![Parameter::YoungsModulus, Parameter::Density]),
+        ("average vector field", averaged, vec![Parameter::YoungsModulus]),
+        (
+            "thrown",
+            thrown,
+            vec![
+                Parameter::YoungsModulus,
+                Parameter::InitialVelocityY,
+                Parameter::InitialAngularVelocityZ,
+                Parameter::ClampAngle,
+            ],
+        ),
+        (
+            "helix",
+            helix,
+            vec![Parameter::YoungsModulus, Parameter::ShearModulus, Parameter::NaturalCurvature],
+        ),
+    ];
+    for (name, scene, parameters) in cases {
+        let data = match name {
+            "helix" => {
+                let run = scene.problem().unwrap().simulate().unwrap();
+                let sample = |k: usize| {
+                    let time = 0.01 * k as f64;
+                    let x = run.at(rodfit::Point::Tip, time).unwrap().0;
+                    rodfit::fit::Sample { time, position: x.map(Some) }
+                };
+                Observation::new((1..=30).map(sample).collect())
+            }
+            _ => record(&scene.problem().unwrap().simulate().unwrap(), 40),
+        };
+        let residuals = residuals(&scene, &data, &parameters);
+        let mut x = values(&scene, &residuals);
+        let at_truth = gauss_newton(&residuals, &x);
+        let error = mismatch(&residuals.hessian(&x).unwrap(), &at_truth);
+        println!("{name}: {error:.1e} from Gauss-Newton without residuals");
+        assert!(error < 1e-10, "{name}: {error:e}");
+
+        for (k, x) in x.iter_mut().enumerate() {
+            *x += 0.02 * (1.0 + 0.1 * k as f64);
+        }
+        let exact = residuals.hessian(&x).unwrap();
+        let error = mismatch(&exact, &differences(&residuals, &x));
+        let second = mismatch(&gauss_newton(&residuals, &x), &exact);
+        println!("{name}: {error:.1e} from differences, Gauss-Newton is {second:.1e} off");
+        assert!(error < 1e-7, "{name}: {error:e}");
+        assert!(second > 1e-4, "{name}: the test must see second derivatives, {second:e}");
+    }
+}
+
+/// Two experiments with their own clamp and clock, a droop, a frequency, robust losses and a prior:
+/// everything a misfit may be made of.
+#[test]
+fn the_hessian_of_everything() {
+    let mut scenes = [small(0.2), small(0.2)];
+    scenes[1].rod.shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
+    let problems = scenes.clone().map(|scene| scene.problem().unwrap());
+    let shape = {
+        let nodes = problems[0].equilibrium().unwrap().nodes;
+        let seen = |i: usize| Sighting { point: Point::Node(i), position: nodes[i].map(Some) };
+        RestShape::new((2..11).map(seen).collect()).sigma(1e-3).loss(Loss::SoftL1)
+    };
+    let tones = problems[1].modes(2, About::Equilibrium).unwrap().frequencies_rad_s;
+    let film = |k: usize, loss| {
+        let run = problems[k].simulate().unwrap();
+        record(&run, 20).sigma(2e-3).loss(loss)
+    };
+    let fit = Fit::of([
+        Experiment::new("a", &problems[0]).observe(film(0, Loss::Cauchy)).observe(shape),
+        Experiment::new("b", &problems[1])
+            .observe(film(1, Loss::SoftL1))
+            .observe(Frequencies::new(&tones, 0.2).loss(Loss::Cauchy)),
+    ]);
+    let residuals = fit
+        .identify(Unknown::new(Parameter::YoungsModulus).prior(1.1e8, 1e6))
+        .identify(Parameter::Density)
+        .identify(Unknown::new(Parameter::ClampAngle).of_experiment("a"))
+        .identify(Unknown::new(Parameter::TimeOffset).of_experiment("b"))
+        .residuals()
+        .unwrap();
+    let x = vec![1.02e8_f64.ln(), 1240.0_f64.ln(), 0.01, -0.0025];
+    let (exact, by_hand) = (residuals.hessian(&x).unwrap(), differences(&residuals, &x));
+    let error = mismatch(&exact, &by_hand);
+    println!("{error:.1e} from differences");
+    assert!(error < 1e-7, "{error:e}\n{exact:?}\n{by_hand:?}");
+    let still = Fit::of([Experiment::new("b", &problems[1])
+        .observe(Frequencies::new(&tones, 2.0).loss(Loss::Cauchy))])
+    .identify(Parameter::YoungsModulus)
+    .residuals()
+    .unwrap();
+    let x = vec![1.02e8_f64.ln()];
+    let error = mismatch(&still.hessian(&x).unwrap(), &differences(&still, &x));
+    println!("frequencies alone: {error:.1e} from differences");
+    assert!(error < 1e-7, "{error:e}");
+}
+
+fn gauss_newton(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
+    let rows = residuals.jacobian_at(x).unwrap();
+    let entry = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum();
+    (0..x.len()).map(|i| (0..x.len()).map(|j| entry(i, j)).collect()).collect()
+}

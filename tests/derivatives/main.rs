@@ -1,0 +1,12 @@
+//! Every derivative is exact: of energies, of trajectories, of rods at rest and of misfits, against
+//! num-dual and finite differences.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod hessian;
+mod motion;
+mod parameters;
+mod planar_elements;
+mod rest;
+mod spatial_elements;

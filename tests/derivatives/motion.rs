@@ -1,0 +1,604 @@
+//! Sensitivities against the whole simulation run in dual numbers.
+
+use nalgebra::Vector3;
+use num_dual::{Dual64, DualSVec64};
+use rodfit::model::Model;
+use rodfit::scene::{
+    Clamp, InitialState, PointForce, Scene, Scheme, Section, Shape, Support, Time,
+};
+use rodfit::{AnyProblem, Derivatives, Fit, Parameter, Point, Posed, Problem};
+
+use crate::common::{cantilever, cantilever_with, helix_with, planar, record};
+
+/// Both routes solve the same equations to rounding. What remains are the rounding errors of the
+/// two trajectories, which beta = 0.5 does not damp.
+const LARGEST: f64 = 1e-9;
+
+/// Largest difference between the derivatives of all nodes at all steps and those of the
+/// simulation in dual numbers, over the largest derivative of the run.
+fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f64 {
+    let problem = scene.problem().unwrap().with_derivatives(derivatives);
+    match problem.posed() {
+        AnyProblem::Planar(posed) => mismatch_of(&problem, &posed, parameter),
+        AnyProblem::Spatial(posed) => mismatch_of(&problem, &posed, parameter),
+    }
+}
+
+fn mismatch_of<M: Model<W>, const W: usize>(
+    problem: &Problem,
+    posed: &Posed<'_, M, W>,
+    parameter: Parameter,
+) -> f64 {
+    let run = problem.simulate_with(&[parameter]).unwrap();
+    let mut oracle = posed
+        .simulation_over(|p, value| Dual64::new(value, if p == parameter { 1.0 } else { 0.0 }));
+    let time = problem.time().unwrap();
+    let (mut worst, mut size) = (0.0_f64, 0.0_f64);
+    for k in 1..=time.steps() {
+        oracle.step_to(time.at(k)).unwrap();
+        let rates: Vec<f64> = oracle.state().q.iter().map(|q| q.eps).collect();
+        for node in 0..problem.nodes() {
+            let (_, derivative) = run.at(Point::Node(node), time.at(k)).unwrap();
+            let exact = Vector3::from(posed.model.rate(&rates, node));
+            worst = worst.max((Vector3::from(derivative[0]) - exact).norm());
+            size = size.max(exact.norm());
+        }
+    }
+    assert!(size > 0.0, "{parameter} has no effect");
+    worst / size
+}
+
+#[test]
+fn undamped_cantilever() {
+    for (beta, step) in [(0.5, 1e-3), (0.8, 5e-3), (1.0, 1e-3)] {
+        for clamp in [Clamp::MidEdge, Clamp::Nodes] {
+            let scene = cantilever_with(beta, step, 0.5, clamp);
+            for parameter in
+                [Parameter::YoungsModulus, Parameter::Density, Parameter::Radius, Parameter::Beta]
+            {
+                let error = mismatch(&scene, parameter, Derivatives::Hand);
+                println!("beta {beta}, step {step}, {clamp:?}, {parameter}: {error:.1e}");
+                assert!(error < LARGEST, "beta {beta}, {clamp:?}, {parameter}: {error:e}");
+            }
+        }
+    }
+}
+
+/// A curved rod with an end force and both dampings, at a step that does not divide the duration.
+fn rich_scene() -> Scene {
+    let mut scene = cantilever();
+    scene.rod.shape = Shape::Arc { length: 0.6, angle: 1.2 };
+    scene.rod.segments = Some(30);
+    scene.loads.damping.mass = 0.7;
+    scene.loads.damping.stiffness = 3e-3;
+    scene.loads.point = vec![PointForce {
+        node: rodfit::scene::Node::TIP,
+        force: [0.1, -0.2, 0.0],
+        ..PointForce::default()
+    }];
+    scene.time = Some(Time { beta: 0.6, ..Time::new(0.4013, 2e-3) });
+    scene
+}
+
+#[test]
+fn damped_and_curved_rod_with_an_end_force() {
+    for parameter in [
+        Parameter::YoungsModulus,
+        Parameter::Density,
+        Parameter::Radius,
+        Parameter::Beta,
+        Parameter::DampingMass,
+        Parameter::DampingStiffness,
+    ] {
+        for derivatives in [Derivatives::Hand, Derivatives::Dual] {
+            let error = mismatch(&rich_scene(), parameter, derivatives);
+            println!("{parameter}, {derivatives:?}: {error:.1e}");
+            assert!(error < LARGEST, "{parameter}, {derivatives:?}: {error:e}");
+        }
+    }
+}
+
+/// Damping that is zero still has a derivative by the mass-proportional part.
+#[test]
+fn damping_from_zero() {
+    let mut scene = rich_scene();
+    scene.loads.damping = Default::default();
+    let error = mismatch(&scene, Parameter::DampingMass, Derivatives::Hand);
+    assert!(error < LARGEST, "{error:e}");
+}
+
+#[test]
+fn every_support() {
+    for (start, end) in [
+        (Support::Pinned, Support::Free),
+        (Support::Free, Support::Pinned),
+        (Support::Clamped, Support::Clamped),
+        (Support::Pinned, Support::Clamped),
+    ] {
+        let mut scene = rich_scene();
+        scene.supports.start = start;
+        scene.supports.end = end;
+        scene.loads.point[0].node = rodfit::scene::Node::Index(9);
+        let error = mismatch(&scene, Parameter::YoungsModulus, Derivatives::Hand);
+        assert!(error < LARGEST, "{start:?} {end:?}: {error:e}");
+    }
+}
+
+#[test]
+fn rectangular_section() {
+    let mut scene = rich_scene();
+    scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [0.0, 1.0, 0.0] };
+    let error = mismatch(&scene, Parameter::YoungsModulus, Derivatives::Hand);
+    assert!(error < LARGEST, "{error:e}");
+    assert!(
+        scene.problem().unwrap().simulate_with(&[Parameter::Radius]).is_err(),
+        "no radius to vary"
+    );
+}
+
+/// E and beta together: the same numbers as one at a time, and as a simulation with both seeded.
+#[test]
+fn together_as_one_at_a_time() {
+    let scene = cantilever_with(0.7, 2e-3, 0.4, Clamp::MidEdge);
+    let problem = scene.problem().unwrap();
+    let all = [
+        Parameter::YoungsModulus,
+        Parameter::Beta,
+        Parameter::Density,
+        Parameter::Radius,
+        Parameter::DampingMass,
+    ];
+    let together = problem.simulate_with(&all).unwrap();
+    let mut oracle = planar(&problem).simulation_over(|p, value| {
+        let seeded = DualSVec64::<2>::from_re(value);
+        match p {
+            Parameter::YoungsModulus => seeded.derivative(0),
+            Parameter::Beta => seeded.derivative(1),
+            _ => seeded,
+        }
+    });
+    let time = problem.time().unwrap();
+    for k in 1..=time.steps() {
+        oracle.step_to(time.at(k)).unwrap();
+    }
+    let (_, at_end) = together.at(Point::Tip, time.end).unwrap();
+    for (i, parameter) in all.into_iter().enumerate() {
+        let alone = problem.simulate_with(&[parameter]).unwrap();
+        let (_, alone) = alone.at(Point::Tip, time.end).unwrap();
+        assert_eq!(alone[0], at_end[i], "{parameter}");
+    }
+    let tip: &[_; 2] = oracle.state().q.last_chunk().unwrap();
+    for (c, tip) in tip.iter().enumerate() {
+        let eps = tip.eps.unwrap_generic(nalgebra::U2, nalgebra::U1);
+        for i in 0..2 {
+            assert!(
+                (eps[i] / at_end[i][c] - 1.0).abs() < 1e-9,
+                "{i} {c}: {} {}",
+                eps[i],
+                at_end[i][c]
+            );
+        }
+    }
+}
+
+/// Between the steps, the derivative of the interpolant.
+#[test]
+fn between_steps_against_a_difference() {
+    let scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
+    let problem = scene.problem().unwrap();
+    let (point, time) = (Point::ArcLength(0.317), 0.2117);
+    let (_, exact) =
+        problem.simulate_with(&[Parameter::YoungsModulus]).unwrap().at(point, time).unwrap();
+    let e = scene.material.youngs_modulus;
+    let at = |factor: f64| {
+        let other = problem.with([(Parameter::YoungsModulus, e * factor)]).unwrap();
+        other.simulate().unwrap().at(point, time).unwrap().0
+    };
+    let h = 1e-5;
+    let (ahead, behind) = (at(1.0 + h), at(1.0 - h));
+    for c in 0..2 {
+        let difference = (ahead[c] - behind[c]) / (2.0 * h * e);
+        assert!((difference / exact[0][c] - 1.0).abs() < 1e-7, "{c}: {difference} {}", exact[0][c]);
+    }
+}
+
+/// Where the step's tangent is indefinite (a rod on its way to buckling, at a step that is large
+/// for it), the solutions are checked and still exact.
+#[test]
+fn through_an_indefinite_tangent() {
+    let mut scene = rich_scene();
+    scene.rod.shape = Shape::Arc { length: 0.6, angle: 0.02 };
+    scene.loads.damping = Default::default();
+    scene.loads.gravity = [0.0; 3];
+    scene.loads.point[0].force = [-5.0, 0.1, 0.0];
+    scene.time = Some(Time { beta: 1.0, ..Time::new(0.6, 3e-2) });
+    let problem = scene.problem().unwrap();
+    let mut simulation = planar(&problem).simulation();
+    let negative = (1..=20).filter(|k| {
+        simulation.step_to(f64::from(*k) * 3e-2).unwrap();
+        simulation.factors().negative_pivots() > 0
+    });
+    assert!(negative.count() > 0, "the scene is meant to pass through an indefinite tangent");
+    let error = mismatch(&scene, Parameter::YoungsModulus, Derivatives::Hand);
+    assert!(error < LARGEST, "{error:e}");
+}
+
+/// In space every derivative also travels through the frames. The rest shape is curved.
+#[test]
+fn helix() {
+    for (beta, step, clamp) in [(0.5, 1e-3, Clamp::Nodes), (0.9, 5e-3, Clamp::MidEdge)] {
+        let mut scene = helix_with(beta, step, 0.5, clamp);
+        for parameter in [
+            Parameter::YoungsModulus,
+            Parameter::PoissonRatio,
+            Parameter::Density,
+            Parameter::Radius,
+            Parameter::Beta,
+            Parameter::NaturalCurvature,
+        ] {
+            let error = mismatch(&scene, parameter, Derivatives::Hand);
+            println!("beta {beta}, step {step}, {clamp:?}, {parameter}: {error:.1e}");
+            assert!(error < LARGEST, "beta {beta}, {clamp:?}, {parameter}: {error:e}");
+        }
+        (scene.material.poisson_ratio, scene.material.shear_modulus) = (None, Some(4e6));
+        let error = mismatch(&scene, Parameter::ShearModulus, Derivatives::Hand);
+        println!("beta {beta}, step {step}, {clamp:?}, shear_modulus: {error:.1e}");
+        assert!(error < LARGEST, "{error:e}");
+    }
+}
+
+/// A flat helix with a rectangular section, pulled sideways and damped, held at both ends in turn.
+#[test]
+fn damped_and_twisted_in_space() {
+    for (start, end) in [
+        (Support::Clamped, Support::Free),
+        (Support::Clamped, Support::Clamped),
+        (Support::Pinned, Support::Pinned),
+        (Support::Free, Support::Free),
+    ] {
+        let mut scene = helix_with(0.6, 2e-3, 0.2, Clamp::MidEdge);
+        scene.rod.segments = Some(30);
+        scene.rod.natural_curvature = 0.8.into();
+        scene.rod.natural_twist = 3.0.into();
+        scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: [1.0, 0.3, 0.0] };
+        scene.supports.start = start;
+        scene.supports.end = end;
+        scene.loads.damping.mass = 0.7;
+        scene.loads.damping.stiffness = 3e-3;
+        let force = [0.1, -0.05, 0.02];
+        scene.loads.point = vec![PointForce {
+            node: rodfit::scene::Node::Index(20),
+            force,
+            ..PointForce::default()
+        }];
+        for parameter in [
+            Parameter::YoungsModulus,
+            Parameter::PoissonRatio,
+            Parameter::Density,
+            Parameter::Beta,
+            Parameter::NaturalCurvature,
+            Parameter::NaturalTwist,
+            Parameter::Width,
+            Parameter::Height,
+            Parameter::DampingMass,
+            Parameter::DampingStiffness,
+        ] {
+            let error = mismatch(&scene, parameter, Derivatives::Hand);
+            println!("{start:?} {end:?} {parameter}: {error:.1e}");
+            assert!(error < LARGEST, "{start:?} {end:?} {parameter}: {error:e}");
+        }
+        let error = mismatch(&scene, Parameter::NaturalCurvature, Derivatives::Dual);
+        println!("{start:?} {end:?} natural_curvature by num-dual: {error:.1e}");
+        assert!(error < LARGEST, "{error:e}");
+    }
+}
+
+/// The average vector field: forces along the whole step depend on its start.
+#[test]
+fn average_vector_field() {
+    let average = |mut scene: Scene| {
+        scene.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
+        scene
+    };
+    let mut damped = helix_with(0.5, 2e-3, 0.2, Clamp::MidEdge);
+    damped.loads.damping.mass = 0.7;
+    damped.loads.damping.stiffness = 3e-3;
+    let scenes = [
+        ("cantilever", cantilever_with(0.5, 5e-3, 0.5, Clamp::MidEdge)),
+        ("damped arc", rich_scene()),
+        ("helix", helix_with(0.5, 5e-3, 0.4, Clamp::Nodes)),
+        ("damped helix", damped),
+    ];
+    for (name, scene) in scenes {
+        let scene = average(scene);
+        for parameter in [
+            Parameter::YoungsModulus,
+            Parameter::Density,
+            Parameter::Radius,
+            Parameter::NaturalCurvature,
+            Parameter::DampingStiffness,
+        ] {
+            let idle = parameter == Parameter::NaturalCurvature && name == "cantilever"
+                || parameter == Parameter::DampingStiffness && !name.contains("damped");
+            if !idle {
+                let error = mismatch(&scene, parameter, Derivatives::Hand);
+                println!("{name}, {parameter}: {error:.1e}");
+                assert!(error < LARGEST, "{name}, {parameter}: {error:e}");
+            }
+        }
+        assert!(Parameter::Beta.of(&scene).is_none());
+    }
+}
+
+/// Plucked and released: the start depends on the parameters too.
+#[test]
+fn from_an_equilibrium() {
+    let pluck = |mut scene: Scene, force: [f64; 3]| {
+        scene.initial.state = InitialState::Equilibrium;
+        scene.initial.point =
+            vec![PointForce { node: rodfit::scene::Node::TIP, force, ..PointForce::default() }];
+        scene
+    };
+    let mut damped = rich_scene();
+    damped.loads.point.clear();
+    let scenes = [
+        ("cantilever", pluck(cantilever_with(0.6, 2e-3, 0.3, Clamp::MidEdge), [0.0, 0.8, 0.0])),
+        ("damped arc", pluck(damped, [0.1, -0.2, 0.0])),
+        ("helix", pluck(helix_with(0.5, 2e-3, 0.2, Clamp::MidEdge), [0.1, 0.0, -0.1])),
+    ];
+    for (name, scene) in scenes {
+        for parameter in [Parameter::YoungsModulus, Parameter::Density, Parameter::Radius] {
+            let error = mismatch(&scene, parameter, Derivatives::Hand);
+            println!("{name}, {parameter}: {error:.1e}");
+            assert!(error < LARGEST, "{name}, {parameter}: {error:e}");
+        }
+        // And the start itself, against a difference of two equilibria.
+        let problem = scene.problem().unwrap();
+        let run = problem.simulate_with(&[Parameter::YoungsModulus]).unwrap();
+        let e = scene.material.youngs_modulus;
+        let tip = |factor: f64| {
+            let other = problem.with([(Parameter::YoungsModulus, e * factor)]).unwrap();
+            Vector3::from(other.simulate().unwrap().at(Point::Tip, 0.0).unwrap().0)
+        };
+        let difference = (tip(1.0 + 1e-4) - tip(1.0 - 1e-4)) / (2e-4 * e);
+        let exact = Vector3::from(run.at(Point::Tip, 0.0).unwrap().1[0]);
+        assert!((difference - exact).norm() < 1e-5 * exact.norm(), "{name}: {difference} {exact}");
+    }
+}
+
+/// Schemes that need no iteration take their derivatives from the same step in dual numbers: against
+/// those of the whole simulation, and against differences of five simulations.
+#[test]
+fn schemes_without_iteration() {
+    let damped = |mut scene: Scene| {
+        scene.loads.damping.mass = 0.7;
+        scene.rod.segments = Some(20);
+        scene
+    };
+    let scenes = [
+        ("cantilever", damped(cantilever_with(0.5, 1e-3, 0.1, Clamp::MidEdge)), [8e-5, 1.2e-4]),
+        ("helix", damped(helix_with(0.5, 1e-3, 0.1, Clamp::MidEdge)), [2e-4, 3e-4]),
+    ];
+    for (name, scene, [small, large]) in scenes {
+        for (scheme, step) in
+            [(Scheme::Verlet, small), (Scheme::Pefrl, large), (Scheme::Rodas4, 1e-3)]
+        {
+            let mut scene = scene.clone();
+            scene.time = Some(Time { scheme, ..Time::new(0.3, step) });
+            for parameter in [
+                Parameter::YoungsModulus,
+                Parameter::Density,
+                Parameter::Radius,
+                Parameter::NaturalCurvature,
+                Parameter::DampingMass,
+            ] {
+                if parameter == Parameter::NaturalCurvature && name == "cantilever" {
+                    continue;
+                }
+                let dual = mismatch(&scene, parameter, Derivatives::Hand);
+                let difference = difference(&scene, parameter);
+                println!("{name}, {scheme:?}, {parameter}: {dual:.1e}, {difference:.1e}");
+                assert!(dual < LARGEST, "{name}, {scheme:?}, {parameter}: {dual:e}");
+                assert!(difference < LARGEST, "{name}, {scheme:?}, {parameter}: {difference:e}");
+            }
+        }
+    }
+}
+
+/// Error of the derivative of the tip's last position against the five-point difference, over the
+/// derivative.
+fn difference(scene: &Scene, parameter: Parameter) -> f64 {
+    let problem = scene.problem().unwrap();
+    let end = problem.time().unwrap().end;
+    let value = parameter.of(scene).unwrap();
+    // Axial vibrations turn through thousands of radians: small differences.
+    let h = match parameter {
+        _ if parameter == Parameter::DampingMass => 1e-2 * value,
+        _ if parameter == Parameter::ClampAngle || parameter.name().starts_with("initial") => 1e-3,
+        _ => 1e-4 * value,
+    };
+    let at = |k: f64| {
+        let other = problem.with([(parameter, value + k * h)]).unwrap();
+        Vector3::from(other.simulate().unwrap().at(Point::Tip, end).unwrap().0)
+    };
+    let slope = ((at(1.0) - at(-1.0)) * 8.0 - (at(2.0) - at(-2.0))) / (12.0 * h);
+    let run = problem.simulate_with(&[parameter]).unwrap();
+    let exact = Vector3::from(run.at(Point::Tip, end).unwrap().1[0]);
+    (slope - exact).norm() / exact.norm()
+}
+
+/// Where every node of a free rod is follows its velocity at t = 0 as t, and the angular velocity as
+/// t times the arm from the centre of mass, exactly at zero.
+#[test]
+fn thrown_rods() {
+    let planar = |direction: [f64; 3]| {
+        let mut scene = cantilever_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
+        scene.rod.shape = Shape::Straight { length: 0.5, direction };
+        scene.rod.segments = Some(12);
+        scene
+    };
+    let mut helix = helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
+    helix.rod.segments = Some(16);
+    let velocities =
+        [Parameter::InitialVelocityX, Parameter::InitialVelocityY, Parameter::InitialVelocityZ];
+    let spins = [
+        Parameter::InitialAngularVelocityX,
+        Parameter::InitialAngularVelocityY,
+        Parameter::InitialAngularVelocityZ,
+    ];
+    for (mut scene, velocities, spins) in [
+        (planar([0.6, 0.8, 0.0]), &velocities[..2], &spins[2..]),
+        (helix, &velocities[..], &spins[..]),
+    ] {
+        scene.supports.start = Support::Free;
+        let problem = scene.problem().unwrap();
+        let all: Vec<Parameter> = velocities.iter().chain(spins).copied().collect();
+        let run = problem.simulate_with(&all).unwrap();
+        let last = run.times().len() - 1;
+        let (n, t) = (problem.nodes(), run.times()[last]);
+        let place = |i: usize| Vector3::from(run.node(i, 0));
+        // Masses of the outer nodes are half.
+        let ends = (place(0) + place(n - 1)) * 0.5;
+        let centre = ((1..n - 1).map(place).sum::<Vector3<f64>>() + ends) / (n - 1) as f64;
+        for node in [0, 5, n - 1] {
+            let (_, by) = run.at(Point::Node(node), t).unwrap();
+            for (parameter, found) in all.iter().zip(by) {
+                let axis = |of: &[Parameter]| of.iter().position(|p| p == parameter);
+                let exact = match (axis(velocities), axis(spins)) {
+                    (Some(c), _) => Vector3::ith(c, t),
+                    (_, Some(c)) => {
+                        // About the plane's normal, which is the only one left, or about x, y, z.
+                        let c = if spins.len() == 1 { 2 } else { c };
+                        Vector3::ith(c, t).cross(&(place(node) - centre))
+                    }
+                    _ => unreachable!(),
+                };
+                let off = (Vector3::from(found) - exact).norm();
+                assert!(off < 1e-9 * t, "{parameter}, node {node}: {found:?} {exact}");
+            }
+        }
+    }
+}
+
+/// Velocities at t = 0 of held and damped rods, from rest and in motion, by every kind of scheme;
+/// against simulations in dual numbers, and against differences.
+#[test]
+fn initial_velocities() {
+    let mut arc = rich_scene();
+    arc.rod.segments = Some(16);
+    arc.time = Some(Time { beta: 0.6, ..Time::new(0.1, 2e-3) });
+    let mut moving = arc.clone();
+    moving.initial.velocity = [0.3, -0.4, 0.0];
+    moving.initial.angular_velocity = [0.0, 0.0, 2.0];
+    moving.supports.start = Support::Pinned;
+    let mut turned = moving.clone();
+    turned.loads.point.clear();
+    let mut helix = helix_with(0.6, 2e-3, 0.1, Clamp::MidEdge);
+    helix.rod.segments = Some(16);
+    helix.loads.damping = arc.loads.damping;
+    let mut spinning = helix.clone();
+    spinning.initial.state = InitialState::Equilibrium;
+    spinning.initial.angular_velocity = [1.0, -2.0, 3.0];
+    let scheme = |mut scene: Scene, scheme: Scheme, step: f64| {
+        scene.loads.damping.stiffness = 0.0;
+        scene.time = Some(Time { scheme, ..Time::new(0.1, step) });
+        scene
+    };
+    let plane = [
+        Parameter::InitialVelocityX,
+        Parameter::InitialVelocityY,
+        Parameter::InitialAngularVelocityZ,
+    ];
+    let mut averaged = moving.clone();
+    averaged.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
+    let scenes = [
+        ("arc", arc.clone(), plane.to_vec()),
+        (
+            "moving arc",
+            moving.clone(),
+            [&plane[..], &[Parameter::YoungsModulus, Parameter::DampingMass]].concat(),
+        ),
+        ("turned arc", turned, vec![Parameter::ClampAngle, Parameter::InitialVelocityX]),
+        ("averaged", averaged, plane.to_vec()),
+        ("helix", helix, vec![Parameter::InitialVelocityZ, Parameter::InitialAngularVelocityX]),
+        (
+            "spinning helix",
+            spinning,
+            vec![
+                Parameter::InitialVelocityX,
+                Parameter::InitialAngularVelocityZ,
+                Parameter::YoungsModulus,
+                Parameter::DampingStiffness,
+            ],
+        ),
+        ("verlet", scheme(arc.clone(), Scheme::Verlet, 1e-4), plane.to_vec()),
+        ("rodas4", scheme(moving, Scheme::Rodas4, 1e-3), plane.to_vec()),
+    ];
+    for (name, scene, parameters) in scenes {
+        for parameter in parameters {
+            let dual = mismatch(&scene, parameter, Derivatives::Hand);
+            let difference = difference(&scene, parameter);
+            println!("{name}, {parameter}: {dual:.1e}, {difference:.1e}");
+            assert!(dual < LARGEST, "{name}, {parameter}: {dual:e}");
+            assert!(difference < 1e-7, "{name}, {parameter}: {difference:e}");
+        }
+    }
+}
+
+/// A planar model has no velocities out of its plane; it says so, and a spatial one has them.
+#[test]
+fn velocities_out_of_the_plane() {
+    let mut scene = cantilever_with(0.5, 1e-3, 0.01, Clamp::MidEdge);
+    scene.material.poisson_ratio = Some(0.3);
+    let problem = scene.problem().unwrap();
+    for parameter in [
+        Parameter::InitialVelocityZ,
+        Parameter::InitialAngularVelocityX,
+        Parameter::InitialAngularVelocityY,
+    ] {
+        let refused = problem.simulate_with(&[parameter]).unwrap_err().to_string();
+        assert!(refused.contains("rod.dimension"), "{refused}");
+        // With such a velocity it is another scene, which moves in space.
+        assert!(problem.with([(parameter, 0.1)]).unwrap().planar().is_none());
+    }
+    let moved = problem.with([(Parameter::InitialVelocityY, 0.1)]).unwrap();
+    assert!(
+        moved
+            .simulate_with(&[Parameter::InitialVelocityY, Parameter::InitialAngularVelocityZ])
+            .is_ok()
+    );
+    scene.rod.dimension = rodfit::scene::Dimension::Spatial;
+    let spatial = scene.problem().unwrap();
+    assert!(
+        spatial
+            .simulate_with(&[Parameter::InitialVelocityZ, Parameter::InitialAngularVelocityX])
+            .is_ok()
+    );
+    assert!(
+        spatial.simulate_with(&[Parameter::ClampAngle]).is_err(),
+        "a spatial rod is not turned"
+    );
+    scene.time = None;
+    assert!(Parameter::InitialVelocityX.of(&scene).is_none());
+}
+
+/// A fit finds how fast a rod began to move, from a scene in which it does not.
+#[test]
+fn a_fit_finds_the_throw() {
+    let mut scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
+    scene.rod.segments = Some(20);
+    let still = scene.problem().unwrap();
+    scene.initial.velocity = [0.0, 0.7, 0.0];
+    scene.initial.angular_velocity = [0.0, 0.0, -2.0];
+    let seen = record(&scene.problem().unwrap().simulate().unwrap(), 60);
+    let fit = Fit::new(&still).observe(seen);
+    let fit = fit
+        .identify(Parameter::InitialVelocityY)
+        .identify(Parameter::InitialAngularVelocityZ)
+        .solve()
+        .unwrap();
+    for ((parameter, found), truth) in fit.parameters().iter().zip([0.7, -2.0]) {
+        println!("{parameter}: {found}");
+        assert!((found - truth).abs() < 1e-6, "{parameter}: {found}");
+    }
+}

@@ -1,0 +1,466 @@
+//! Derivatives of equilibria and of frequencies about them, against differences and theory.
+
+use nalgebra::Vector3;
+use num_dual::HyperDual64;
+use rodfit::modes::{About, Among, Kind, Mode, ModeName, Plane};
+use rodfit::scene::{
+    Clamp, Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support,
+};
+use rodfit::{Error, Parameter, Point, Problem, Trajectory};
+
+use crate::common::{cantilever, helix_with};
+
+/// A cantilever of 20 edges under its weight.
+fn sagging() -> Scene {
+    let mut scene = cantilever();
+    (scene.rod.segments, scene.time) = (Some(20), None);
+    scene
+}
+
+/// A curved rod under its weight and a force at its tip.
+fn arc() -> Scene {
+    let mut scene = sagging();
+    scene.rod.shape = Shape::Arc { length: 0.6, angle: 1.2 };
+    scene.material.shear_modulus = Some(4e7);
+    scene.loads.point = vec![PointForce { force: [0.1, -0.2, 0.0], ..PointForce::default() }];
+    scene
+}
+
+fn helix() -> Scene {
+    let mut scene = helix_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
+    (scene.rod.segments, scene.time) = (Some(30), None);
+    scene.material.poisson_ratio = Some(0.4);
+    scene
+}
+
+/// An arch whose right foot is pushed in.
+fn arch() -> Scene {
+    let mut scene = sagging();
+    scene.rod.shape = Shape::Arc { length: 0.6, angle: 1.2 };
+    scene.supports.end = Support::Clamped;
+    let displacement = [-0.05, 0.02, 0.0];
+    scene.supports.motion =
+        vec![Motion { end: End::End, displacement, ramp: Some(1.0), ..Motion::default() }];
+    scene
+}
+
+/// A round rod between hinges that sags: nothing resists its spin.
+fn hinged() -> Scene {
+    let mut scene = sagging();
+    (scene.supports.start, scene.supports.end) = (Support::Pinned, Support::Pinned);
+    scene.rod.dimension = Dimension::Spatial;
+    scene.material.poisson_ratio = Some(0.4);
+    scene
+}
+
+fn rectangular() -> Scene {
+    let mut scene = helix();
+    scene.rod.section = Section::Rectangle { width: 0.012, height: 0.008, up: [1.0, 0.3, 0.0] };
+    scene.rod.natural_twist = 3.0.into();
+    scene
+}
+
+/// The scenes with the parameters that matter.
+fn scenes() -> Vec<(&'static str, Scene, Vec<Parameter>)> {
+    let mut by_shear_modulus = helix();
+    let material = &mut by_shear_modulus.material;
+    (material.poisson_ratio, material.shear_modulus) = (None, Some(4e6));
+    vec![
+        (
+            "cantilever",
+            sagging(),
+            vec![
+                Parameter::YoungsModulus,
+                Parameter::Density,
+                Parameter::Radius,
+                Parameter::ClampAngle,
+            ],
+        ),
+        (
+            "arc",
+            arc(),
+            vec![
+                Parameter::YoungsModulus,
+                Parameter::Density,
+                Parameter::Radius,
+                Parameter::NaturalCurvature,
+            ],
+        ),
+        (
+            "helix",
+            helix(),
+            vec![
+                Parameter::YoungsModulus,
+                Parameter::PoissonRatio,
+                Parameter::Density,
+                Parameter::Radius,
+                Parameter::NaturalCurvature,
+                Parameter::NaturalTwist,
+            ],
+        ),
+        ("helix with G", by_shear_modulus, vec![Parameter::ShearModulus]),
+        (
+            "flat helix",
+            rectangular(),
+            vec![Parameter::Width, Parameter::Height, Parameter::NaturalTwist],
+        ),
+        (
+            "arch",
+            arch(),
+            vec![
+                Parameter::YoungsModulus,
+                Parameter::Density,
+                Parameter::Radius,
+                Parameter::NaturalCurvature,
+            ],
+        ),
+        ("hinged", hinged(), vec![Parameter::YoungsModulus, Parameter::Density, Parameter::Radius]),
+    ]
+}
+
+/// The seven-point difference of a quantity by a parameter.
+fn difference<const N: usize>(
+    problem: &Problem,
+    parameter: Parameter,
+    quantity: impl Fn(&Problem) -> [f64; N],
+) -> [f64; N] {
+    let value = parameter.of(problem.scene()).unwrap();
+    let h = 3e-3 * if value == 0.0 { 1.0 } else { value.abs() };
+    let at = |k: f64| quantity(&problem.with([(parameter, value + k * h)]).unwrap());
+    let [a, b, c] = [1.0, 2.0, 3.0].map(|k| {
+        let (above, below) = (at(k), at(-k));
+        std::array::from_fn::<f64, N, _>(|i| above[i] - below[i])
+    });
+    std::array::from_fn(|i| (45.0 * a[i] - 9.0 * b[i] + c[i]) / (60.0 * h))
+}
+
+fn at_rest(problem: &Problem, parameters: &[Parameter]) -> Trajectory {
+    let all: Vec<usize> = (0..problem.nodes()).collect();
+    Trajectory::at_rest(problem, &all, parameters).unwrap()
+}
+
+#[test]
+fn places_of_rest() {
+    for (name, scene, parameters) in scenes() {
+        let problem = scene.problem().unwrap();
+        let middle = problem.nodes() / 2;
+        let run = at_rest(&problem, &parameters);
+        assert!(run.work().newton_iterations > 0);
+        assert_eq!(run.times(), [0.0]);
+        assert_eq!(run.tip(0), problem.equilibrium().unwrap().tip, "{name}");
+        let points = [Point::Tip, Point::Node(middle), Point::ArcLength(0.1234)];
+        for (k, parameter) in parameters.iter().enumerate() {
+            let places = |problem: &Problem| -> [f64; 9] {
+                let run = at_rest(problem, &[]);
+                let at = points.map(|point| run.at(point, 0.0).unwrap().0);
+                at.concat().try_into().unwrap()
+            };
+            let expected = difference(&problem, *parameter, places);
+            let exact: Vec<f64> =
+                points.iter().flat_map(|p| run.at(*p, 0.0).unwrap().1[k]).collect();
+            let size = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let off = expected.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            println!("{name}, {parameter}: {:.1e} of {size:.3e}", off / size);
+            assert!(off < 1e-8 * size, "{name}, {parameter}: {exact:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn frequencies() {
+    const NUMBERS: [usize; 3] = [1, 2, 5];
+    for (name, mut scene, parameters) in scenes() {
+        if name == "hinged" {
+            // Both bending modes of a round rod are one about its axis of symmetry, almost.
+            scene.rod.section =
+                Section::Rectangle { width: 0.02, height: 0.01, up: [0.0, 1.0, 0.0] };
+        }
+        let parameters: Vec<Parameter> =
+            parameters.into_iter().filter(|p| p.of(&scene).is_some()).collect();
+        let problem = scene.problem().unwrap();
+        let tones = problem.tones(&NUMBERS, &parameters).unwrap();
+        let numbered = |problem: &Problem| -> [f64; 3] {
+            let modes = problem.modes(12, About::Equilibrium).unwrap().modes;
+            NUMBERS.map(|number| {
+                let own = |m: &&Mode| m.number == Some(number) && m.plane != Some(Plane::Out);
+                modes.iter().find(own).unwrap().frequency_rad_s
+            })
+        };
+        for (tone, mode) in tones.iter().zip(numbered(&problem)) {
+            assert!((tone.frequency_rad_s / mode - 1.0).abs() < 1e-11, "{name}");
+        }
+        for (k, parameter) in parameters.iter().enumerate() {
+            let expected = difference(&problem, *parameter, numbered);
+            let scale = parameter.of(&scene).filter(|value| *value != 0.0).unwrap_or(1.0);
+            for ((tone, expected), number) in tones.iter().zip(expected).zip(NUMBERS) {
+                let off = (tone.derivatives[k] - expected).abs() * scale / tone.frequency_rad_s;
+                println!(
+                    "{name}, {parameter}, mode {number}: {:.4e} off {off:.1e}",
+                    expected * scale / tone.frequency_rad_s
+                );
+                // The difference of frequencies that are right to 1e-11 to 1e-10.
+                assert!(off < 1e-7, "{name}, {parameter}, mode {number}: {tone:?} {expected}");
+            }
+        }
+    }
+}
+
+/// Second derivatives of frequencies in hyper-dual numbers against differences of the first.
+#[test]
+fn frequencies_twice() {
+    const NUMBERS: [usize; 2] = [1, 3];
+    for (name, scene, pair) in [
+        ("cantilever", sagging(), [Parameter::YoungsModulus, Parameter::YoungsModulus]),
+        ("arc", arc(), [Parameter::NaturalCurvature, Parameter::Density]),
+        ("arc", arc(), [Parameter::NaturalCurvature, Parameter::NaturalCurvature]),
+        ("helix", helix(), [Parameter::NaturalCurvature, Parameter::YoungsModulus]),
+        ("helix", helix(), [Parameter::PoissonRatio, Parameter::PoissonRatio]),
+    ] {
+        let problem = scene.problem().unwrap();
+        let [one, two] = pair;
+        let along = |p: Parameter, q: Parameter| f64::from(u8::from(p == q));
+        let seed = |p, value| HyperDual64::new(value, along(p, one), along(p, two), 0.0);
+        let exact = problem.tones_over(&NUMBERS, seed).unwrap();
+        let slopes = |problem: &Problem| -> [f64; 2] {
+            let tones = problem.tones(&NUMBERS, &[one]).unwrap();
+            [0, 1].map(|k| tones[k].derivatives[0])
+        };
+        let expected = difference(&problem, two, slopes);
+        let scale = one.of(&scene).unwrap() * two.of(&scene).unwrap();
+        for (exact, expected) in exact.iter().zip(expected) {
+            let off = (exact.eps1eps2 - expected).abs() * scale / exact.re;
+            println!("{name}, {one}, {two}: {:.4e} off {off:.1e}", expected * scale / exact.re);
+            assert!(off < 1e-7, "{name}, {one}, {two}: {exact:?} {expected}");
+        }
+    }
+}
+
+/// A weightless cantilever has omega_1 = 3.516 sqrt(EI/(rho A))/L^2: powers of E, rho and radius;
+/// bending resists with I, and only the stretch of a vibrating curve would not.
+#[test]
+fn frequencies_of_theory() {
+    let mut scene = sagging();
+    scene.loads.gravity = [0.0; 3];
+    scene.rod.segments = Some(40);
+    let problem = scene.problem().unwrap();
+    let tones = problem
+        .tones(&[1, 2], &[Parameter::YoungsModulus, Parameter::Density, Parameter::Radius])
+        .unwrap();
+    let unit = (1e8 * 0.005_f64.powi(2) / (4.0 * 1273.52)).sqrt() / 0.25;
+    for (tone, root) in tones.iter().zip([1.87510407_f64, 4.69409113]) {
+        let w = tone.frequency_rad_s;
+        // Lumped masses: -0.32 and -3.8 of (l/L)^2 on the square.
+        assert!((w / (root * root * unit) - 1.0).abs() < 1.3e-3, "{w}");
+        let powers = [(0, 1e8, 0.5), (1, 1273.52, -0.5), (2, 0.005, 1.0)];
+        for (k, value, power) in powers {
+            let found = tone.derivatives[k] * value / w;
+            println!("{w:.4} rad/s: power {found:.12}");
+            // Rounding: 1e-16 of the ratio of the stiffest eigenvalue to the mode's, 2e7.
+            assert!((found - power).abs() < 1e-8, "{found} {power}");
+        }
+    }
+}
+
+/// A free bar by its names: the first of bending in and out of the plane, of torsion and stretch,
+/// with their powers of E, G and the density; rigid motions do not count.
+#[test]
+fn a_free_bar_by_names() {
+    let (e, g, rho, length) = (69e9, 26e9, 2700.0, 0.4);
+    for (direction, dimension) in [
+        ([1.0, 0.0, 0.0], Dimension::Auto),
+        ([0.6, 0.3, -0.5], Dimension::Auto),
+        ([0.6, 0.3, -0.5], Dimension::Spatial),
+    ] {
+        let shape = Shape::Straight { length, direction };
+        let section = Section::Rectangle { width: 0.02, height: 0.004, up: [-0.3, 0.6, 0.0] };
+        let material = Material { shear_modulus: Some(g), ..Material::new(rho, e) };
+        let mut scene = Scene::new(60, shape, section, material);
+        (scene.supports.start, scene.rod.dimension) = (Support::Free, dimension);
+        let problem = scene.problem().unwrap();
+        let spatial = problem.spatial().is_some();
+        let of = |kind| Among { kind: Some(kind), ..Among::default() };
+        let flat = (e * 0.004_f64.powi(2) / 12.0 / rho).sqrt() * (4.73004074 / length).powi(2);
+        // Edgewise is the second in space, the wave of twice the width over the height.
+        let edge = match spatial {
+            true => Among { direction: Some(normal(&problem)), ..of(Kind::Bending) },
+            false => Among { plane: Some(Plane::Out), ..of(Kind::Bending) },
+        };
+        let names = [of(Kind::Bending), edge, of(Kind::Torsion), of(Kind::Axial)];
+        let names = names.map(|among| ModeName { number: 1, among });
+        let tones = problem
+            .tones(&names, &[Parameter::YoungsModulus, Parameter::ShearModulus, Parameter::Density])
+            .unwrap();
+        let axial = std::f64::consts::PI / length * (e / rho).sqrt();
+        for (k, exact, powers) in [
+            (0, Some(flat), [0.5, 0.0, -0.5]),
+            (1, Some(5.0 * flat), [0.5, 0.0, -0.5]),
+            (2, None, [0.0, 0.5, -0.5]),
+            (3, Some(axial), [0.5, 0.0, -0.5]),
+        ] {
+            let w = tones[k].frequency_rad_s;
+            assert!(exact.is_none_or(|exact| (w / exact - 1.0).abs() < 2e-3), "{k}: {w} {exact:?}");
+            for (j, (value, power)) in [e, g, rho].into_iter().zip(powers).enumerate() {
+                let found = tones[k].derivatives[j] * value / w;
+                assert!((found - power).abs() < 1e-7, "{k} {j}: {found} {power}");
+            }
+        }
+        // Without a word: in the plane, bending first.
+        let plain = problem.tones(&[1], &[]).unwrap()[0].frequency_rad_s;
+        assert!((plain / tones[0].frequency_rad_s - 1.0).abs() < 1e-11, "{plain}");
+    }
+}
+
+/// Across the flat side and the rod.
+fn normal(problem: &Problem) -> [f64; 3] {
+    let nodes = problem.equilibrium().unwrap().nodes;
+    let along = (Vector3::from(nodes[1]) - Vector3::from(nodes[0])).normalize();
+    let up = Vector3::new(-0.3, 0.6, 0.0);
+    along.cross(&(up - along * along.dot(&up))).into()
+}
+
+/// Planes and kinds that a scene does not have are refused, by the key.
+#[test]
+fn modes_that_cannot_be() {
+    let mut scene = sagging();
+    let problem = scene.problem().unwrap();
+    let (inside, outside) = (Some(Plane::In), Some(Plane::Out));
+    let [torsion, axial] = [Kind::Torsion, Kind::Axial].map(Some);
+    let refused = |problem: &Problem, plane, kind, direction, key: &str| {
+        let among = Among { plane, kind, direction };
+        let found = problem.tones(&[ModeName { number: 1, among }], &[]);
+        assert!(matches!(&found, Err(Error::Invalid { key: k, .. }) if k == key), "{found:?}");
+    };
+    refused(&problem, outside, None, None, "modes");
+    refused(&problem, None, torsion, None, "modes");
+    refused(&problem, inside, torsion, None, "modes.kind");
+    refused(&problem, outside, axial, None, "modes.kind");
+    refused(&problem, None, None, Some([0.0; 3]), "modes.direction");
+    scene.material.poisson_ratio = Some(0.3);
+    scene.rod.dimension = Dimension::Spatial;
+    refused(&scene.problem().unwrap(), inside, None, None, "modes.plane");
+}
+
+/// A stiff cantilever sags by w = rho A g L^4/(8 EI).
+#[test]
+fn small_sags_of_theory() {
+    let mut scene = sagging();
+    scene.material.youngs_modulus = 1e12;
+    let run = at_rest(
+        &scene.problem().unwrap(),
+        &[Parameter::YoungsModulus, Parameter::Density, Parameter::Radius],
+    );
+    let (x, by) = run.at(Point::Tip, 0.0).unwrap();
+    let (e, rho, r) = (1e12, 1273.52, 0.005);
+    let sag = rho * 9.8 * 0.5_f64.powi(4) / (2.0 * e * r * r);
+    assert!((-x[1] / sag - 1.0).abs() < 5e-3, "{} {sag}", x[1]);
+    for (k, value, power) in [(0, e, -1.0), (1, rho, 1.0), (2, r, -2.0)] {
+        let found = by[k][1] * value / x[1];
+        println!("power {found:.9}");
+        assert!((found - power).abs() < 1e-7, "{found} {power}");
+    }
+}
+
+/// On meshes whose tangents by nodes are rounding errors, what coarse ones say.
+#[test]
+fn very_fine_meshes() {
+    let by = |segments: usize| {
+        let mut scene = sagging();
+        scene.rod.segments = Some(segments);
+        let problem = scene.problem().unwrap();
+        let tip = problem.nodes() - 1;
+        let run =
+            Trajectory::at_rest(&problem, &[tip], &[Parameter::YoungsModulus, Parameter::Density])
+                .unwrap();
+        run.at(Point::Tip, 0.0).unwrap().1
+    };
+    let finest = by(20_000);
+    for (segments, allowed) in [(400, 1e-5), (3000, 2e-7)] {
+        for (coarse, fine) in by(segments).into_iter().zip(&finest) {
+            let [coarse, fine] = [coarse, *fine].map(Vector3::from);
+            let off = (coarse - fine).norm() / fine.norm();
+            println!("{segments} edges: {off:.1e}");
+            assert!(off < allowed, "{segments}: {coarse} {fine}");
+        }
+    }
+}
+
+/// Turning a clamped rod that nothing pulls turns it as it is.
+#[test]
+fn a_turned_clamp_without_weight() {
+    let mut scene = arc();
+    scene.loads.point.clear();
+    scene.loads.gravity = [0.0; 3];
+    let run = at_rest(&scene.problem().unwrap(), &[Parameter::ClampAngle]);
+    let ([x, by], wall) = (
+        run.at(Point::Tip, 0.0).map(|(x, by)| [Vector3::from(x), Vector3::from(by[0])]).unwrap(),
+        Vector3::from(run.node(0, 0)),
+    );
+    let off = (Vector3::z().cross(&(x - wall)) - by).norm();
+    println!("{off:.1e}");
+    // The tangent of 30 edges loses so many digits when the moved wall carries the rod along.
+    assert!(off < 1e-9, "{x} {by} {off:e}");
+}
+
+/// Where a column is about to buckle, its place has no derivatives; before and beyond, it has.
+#[test]
+fn at_the_limit_of_stability() {
+    let mut scene = sagging();
+    scene.loads.gravity = [0.0; 3];
+    let load = |scene: &Scene, force: f64| {
+        let mut scene = scene.clone();
+        scene.loads.point = vec![PointForce { force: [-force, 0.0, 0.0], ..PointForce::default() }];
+        scene.problem().unwrap()
+    };
+    let first = |force: f64| load(&scene, force).modes(1, About::Equilibrium).unwrap();
+    // The load at which the first frequency vanishes.
+    let [mut low, mut high] = [0.0, 1.0];
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let stable = first(middle).frequencies_rad_s[0] > 0.0;
+        *(if stable { &mut low } else { &mut high }) = middle;
+    }
+    println!("critical load {high} N");
+    let problem = load(&scene, high);
+    let tip = problem.nodes() - 1;
+    let found = Trajectory::at_rest(&problem, &[tip], &[Parameter::YoungsModulus]).map(|_| ());
+    assert!(matches!(found, Err(Error::Indifferent { node }) if node == tip), "{found:?}");
+    let found = problem.tones(&[1], &[Parameter::YoungsModulus]);
+    assert!(matches!(found, Err(Error::Indifferent { .. } | Error::Mode { .. })), "{found:?}");
+    for force in [0.9 * low, 1.1 * low] {
+        let run =
+            Trajectory::at_rest(&load(&scene, force), &[tip], &[Parameter::YoungsModulus]).unwrap();
+        let by = run.at(Point::Tip, 0.0).unwrap().1[0];
+        // What the force has shortened.
+        let exact = force * 0.5 / (1e8 * std::f64::consts::PI * 0.005_f64.powi(2)) / 1e8;
+        assert!((by[0] / exact - 1.0).abs() < 1e-3 && by[1].abs() < 1e-20, "{by:?} {exact}");
+    }
+    // A standing column that cannot stand has no tone.
+    let found = load(&scene, 1.1 * low).tones(&[1], &[]);
+    assert!(matches!(found, Err(Error::Mode { number: 1, .. })), "{found:?}");
+}
+
+#[test]
+fn tones_that_are_none() {
+    // A round rod in space bends both ways alike.
+    let mut scene = sagging();
+    scene.loads.gravity = [0.0; 3];
+    scene.rod.dimension = Dimension::Spatial;
+    scene.material = Material { poisson_ratio: Some(0.3), ..scene.material };
+    let problem = scene.problem().unwrap();
+    let found = problem.tones(&[2], &[Parameter::YoungsModulus]).unwrap_err();
+    assert!(matches!(found, Error::Mode { number: 2, .. }), "{found}");
+    assert!(found.to_string().contains("mode 1"), "{found}");
+    assert_eq!(problem.tones(&[2], &[]).unwrap().len(), 1);
+    // In the plane, each way has its own.
+    scene.rod.dimension = Dimension::Planar;
+    let tones = scene.problem().unwrap().tones(&[1, 2], &[Parameter::YoungsModulus]).unwrap();
+    for tone in tones {
+        assert!((tone.derivatives[0] * 1e8 / tone.frequency_rad_s - 0.5).abs() < 1e-9);
+    }
+    for number in [0, 10_000] {
+        let found = scene.problem().unwrap().tones(&[number], &[]);
+        assert!(matches!(found, Err(Error::OutOfRange { what: "mode", .. })), "{found:?}");
+    }
+    let found = scene.problem().unwrap().tones(&[1], &[Parameter::Width]);
+    assert!(matches!(found, Err(Error::Invalid { .. })), "{found:?}");
+}

@@ -1,0 +1,178 @@
+//! What cameras do to recordings: clocks, scales, tilts and places, found beside the modulus.
+
+use rodfit::fit::Sample;
+use rodfit::scene::{Clamp, Scene, Time};
+use rodfit::{Fit, Observation, Parameter, Problem, Unknown};
+
+use crate::common::{cantilever_with, helix_with, record};
+
+/// A record of the tip as a camera shows it that is turned, scaled and shifted about the wall, and
+/// whose clock shows `offset` when the rod is let go; it has been running before.
+fn filmed(problem: &Problem, [offset, scale, turn]: [f64; 3], shift: [f64; 3]) -> Observation {
+    let run = problem.simulate().unwrap();
+    let wall = run.node(0, 0);
+    let true_record = record(&run, 150);
+    let (sin, cos) = turn.sin_cos();
+    let seen = |sample: &Sample| {
+        let x = sample.position.map(|x| x.unwrap_or(0.0));
+        let [a, b, c] = [0, 1, 2].map(|i| x[i] - wall[i]);
+        let turned = [cos * a - sin * b, sin * a + cos * b, c];
+        let place = |i: usize| Some(wall[i] + shift[i] + scale * turned[i]);
+        let z = sample.position[2].and(place(2));
+        Sample { time: sample.time + offset, position: [place(0), place(1), z] }
+    };
+    Observation::new(true_record.samples.iter().map(seen).collect())
+}
+
+fn stiff(mut scene: Scene, modulus: f64) -> Problem {
+    scene.material.youngs_modulus = modulus;
+    scene.problem().unwrap()
+}
+
+/// The camera's clock, scale, tilt and place come out beside the modulus, exactly; where its clock
+/// started before or after the motion.
+#[test]
+fn a_camera_set_up_by_eye() {
+    for (name, mut scene) in [
+        ("cantilever", cantilever_with(0.5, 2e-3, 0.6, Clamp::MidEdge)),
+        ("helix", helix_with(0.5, 2e-3, 0.6, Clamp::MidEdge)),
+    ] {
+        scene.rod.segments = Some(if name == "helix" { 40 } else { 20 });
+        let truth = scene.material.youngs_modulus * 1.3;
+        let shift = [4e-3, -7e-3, 0.0];
+        for offset in [0.013, -0.02] {
+            let camera = [offset, 1.02, 0.03];
+            let mut observation = filmed(&stiff(scene.clone(), truth), camera, shift);
+            observation.samples.retain(|sample| sample.time >= 0.0);
+            let mut fit = Fit::new(&scene.problem().unwrap()).observe(observation);
+            let looked_for = [
+                (Parameter::YoungsModulus, truth),
+                (Parameter::TimeOffset, offset),
+                (Parameter::PixelScale, camera[1]),
+                (Parameter::InPlaneRotation, camera[2]),
+                (Parameter::ClampPositionX, shift[0]),
+                (Parameter::ClampPositionY, shift[1]),
+            ];
+            // A straight rod's tip swings about its wall in the plane; a helix's hangs below it, and
+            // turning about the vertical is what its swing does not tell.
+            let looked_for = &looked_for[..if name == "helix" { 3 } else { 6 }];
+            if name == "helix" {
+                let camera = [offset, camera[1], 0.0];
+                let mut observation = filmed(&stiff(scene.clone(), truth), camera, [0.0; 3]);
+                observation.samples.retain(|sample| sample.time >= 0.0);
+                fit = Fit::new(&scene.problem().unwrap()).observe(observation);
+            }
+            for (parameter, _) in looked_for {
+                fit = fit.identify(Unknown::new(*parameter));
+            }
+            let report = fit.solve().unwrap();
+            println!("{name}, clock {offset} s: {report}");
+            assert!(report.is_success(), "{report}");
+            for (parameter, value) in looked_for {
+                let found = report.estimate(*parameter).unwrap().value.unwrap();
+                let scale = if *parameter == Parameter::YoungsModulus { truth } else { 1.0 };
+                assert!((found - value).abs() < 1e-7 * scale, "{parameter}: {found} {value}");
+            }
+        }
+    }
+}
+
+/// The exact Jacobian and Hessian through the camera, against differences of the residuals.
+#[test]
+fn derivatives_through_the_camera() {
+    use argmin::core::{Gradient, Hessian};
+    let mut scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
+    scene.rod.segments = Some(10);
+    scene.time = Some(Time::new(0.4, 2e-3));
+    let truth = stiff(scene.clone(), 0.9e8);
+    let observation = filmed(&truth, [0.01, 1.05, -0.1], [0.01, 0.02, 0.0]);
+    let unknowns = [
+        Parameter::YoungsModulus,
+        Parameter::TimeOffset,
+        Parameter::PixelScale,
+        Parameter::InPlaneRotation,
+        Parameter::ClampPositionX,
+        Parameter::ClampPositionY,
+        Parameter::ClampAngle,
+    ];
+    let mut fit = Fit::new(&scene.problem().unwrap()).observe(observation);
+    for unknown in unknowns {
+        fit = fit.identify(Unknown::new(unknown));
+    }
+    let residuals = fit.residuals().unwrap();
+    let x = vec![0.95e8_f64.ln(), 0.0133, 0.01, 0.02, -0.003, 0.004, 0.05];
+    let (rows, hessian) = (residuals.jacobian_at(&x).unwrap(), residuals.hessian(&x).unwrap());
+    for j in 0..x.len() {
+        let step = if unknowns[j] == Parameter::TimeOffset { 1e-6 } else { 1e-5 };
+        let at = |h: f64| {
+            let mut x = x.clone();
+            x[j] += h;
+            (residuals.residuals(&x).unwrap(), residuals.gradient(&x).unwrap())
+        };
+        let (plus, minus) = (at(step), at(-step));
+        let size = rows.iter().map(|row| row[j].abs()).fold(0.0, f64::max);
+        for (i, row) in rows.iter().enumerate() {
+            let slope = (plus.0[i] - minus.0[i]) / (2.0 * step);
+            assert!((slope - row[j]).abs() < 1e-6 * size, "{}: {slope} {}", unknowns[j], row[j]);
+        }
+        for (i, row) in hessian.iter().enumerate() {
+            let slope = (plus.1[i] - minus.1[i]) / (2.0 * step);
+            let size = (hessian[i][i] * hessian[j][j]).abs().sqrt();
+            assert!((slope - row[j]).abs() < 1e-5 * size, "{i} {j}: {slope} {}", row[j]);
+        }
+    }
+}
+
+/// A clamp that points a little up: the droop and the swing about it tell by how much, whatever the
+/// camera's tilt; in whatever plane the rod lies.
+#[test]
+fn a_clamp_that_points_up() {
+    for direction in [[1.0, 0.0, 0.0], [0.6, 0.0, 0.8]] {
+        for angle in [0.07, -0.2] {
+            let mut scene = cantilever_with(0.5, 2e-3, 0.8, Clamp::MidEdge);
+            scene.rod.shape = rodfit::scene::Shape::Straight { length: 0.5, direction };
+            scene.rod.segments = Some(20);
+            let problem = scene.problem().unwrap();
+            let truth = problem
+                .with([(Parameter::YoungsModulus, 0.8e8), (Parameter::ClampAngle, angle)])
+                .unwrap();
+            let run = truth.simulate().unwrap();
+            let start = run.tip(0);
+            let rise = start[1] / 0.5;
+            assert!((rise.abs() - angle.sin().abs()).abs() < 0.03, "{start:?}");
+            let samples = (1..=100).map(|k| {
+                let time = 0.8 * k as f64 / 100.0;
+                let (x, _) = run.at(rodfit::Point::Tip, time).unwrap();
+                Sample { time: time + 0.01, position: x.map(Some) }
+            });
+            let report = Fit::new(&problem)
+                .observe(Observation::new(samples.collect()))
+                .identify(Parameter::YoungsModulus)
+                .identify(Parameter::TimeOffset)
+                .identify(Parameter::ClampAngle)
+                .solve()
+                .unwrap();
+            for (parameter, value) in [
+                (Parameter::YoungsModulus, 0.8e8),
+                (Parameter::TimeOffset, 0.01),
+                (Parameter::ClampAngle, angle),
+            ] {
+                let found = report.estimate(parameter).unwrap().value.unwrap();
+                let scale = if parameter == Parameter::YoungsModulus { value } else { 1.0 };
+                assert!((found - value).abs() < 1e-7 * scale, "{parameter}: {found}\n{report}");
+            }
+            // The derivative that users get, the turn of the whole rod included.
+            let derived = problem.simulate_with(&[Parameter::ClampAngle]).unwrap();
+            let at = |angle: f64| {
+                problem.with([(Parameter::ClampAngle, angle)]).unwrap().simulate().unwrap()
+            };
+            let (plus, minus) = (at(1e-5), at(-1e-5));
+            let (_, slope) = derived.at(rodfit::Point::Tip, 0.33).unwrap();
+            let ends = [&plus, &minus].map(|run| run.at(rodfit::Point::Tip, 0.33).unwrap().0);
+            for c in 0..3 {
+                let difference = (ends[0][c] - ends[1][c]) / 2e-5;
+                assert!((difference - slope[0][c]).abs() < 1e-7, "{difference} {}", slope[0][c]);
+            }
+        }
+    }
+}

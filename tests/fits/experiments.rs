@@ -1,0 +1,446 @@
+//! Several experiments that share parameters, shapes at rest and frequencies as measurements, what
+//! is known before the data, and what is held out of them.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rodfit::fit::{
+    Analysis, Experiment, FitFile, Frequencies, Measurement, Refinement, RestShape, Sighting,
+};
+use rodfit::modes::{About, Kind, Plane};
+use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
+use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Unknown};
+
+use crate::common::{cantilever_with, helix_with, record};
+
+/// A released cantilever of a given length.
+fn rod(length: f64, end: f64) -> Scene {
+    let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
+    scene.rod.shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
+    scene.rod.segments = Some(12);
+    scene
+}
+
+fn noise(observation: &mut Observation, sigma: f64, seed: u64) {
+    let (mut random, normal) = (ChaCha8Rng::seed_from_u64(seed), Normal::new(0.0, sigma).unwrap());
+    for x in observation.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
+        *x += normal.sample(&mut random);
+    }
+}
+
+/// Where `count` points of the rod at rest are.
+fn droop(problem: &Problem, count: usize) -> RestShape {
+    let nodes = problem.equilibrium().unwrap().nodes;
+    let seen = |k: usize| {
+        let point = Point::ArcLength(problem.length() * k as f64 / count as f64);
+        let stencil = problem.stencil(point).unwrap();
+        let of = |c: usize| stencil.nodes.iter().map(|(i, w)| w * nodes[*i][c]).sum::<f64>();
+        Sighting { point, position: [0, 1, 2].map(|c| Some(of(c))) }
+    };
+    RestShape::new((1..=count).map(seen).collect())
+}
+
+fn frequencies(problem: &Problem, count: usize) -> Vec<f64> {
+    problem.modes(count, About::Equilibrium).unwrap().frequencies_rad_s
+}
+
+fn value(report: &FitReport, parameter: Parameter) -> f64 {
+    report.estimate(parameter).unwrap().value.unwrap()
+}
+
+#[track_caller]
+fn exact(report: &FitReport, truth: &[(Parameter, f64)]) {
+    assert!(report.is_success(), "{report}");
+    for (parameter, truth) in truth {
+        let error = (value(report, *parameter) / truth - 1.0).abs();
+        assert!(error < 1e-7, "{parameter}: off by {error:e}\n{report}");
+    }
+}
+
+/// The droop gives E over the density, the frequencies its root over the length squared: neither
+/// alone tells both, and a droop and a frequency of the same rod are the same combination. With the
+/// weight of a known body at the tip they are not.
+#[test]
+fn modulus_from_a_droop_and_density_from_a_frequency() {
+    for (name, mut scene) in
+        [("cantilever", rod(0.5, 1.0)), ("helix", helix_with(0.5, 2e-3, 1.0, Clamp::MidEdge))]
+    {
+        scene.time = None;
+        let down = if name == "helix" { [0.0, 0.0, -0.01] } else { [0.0, -0.05, 0.0] };
+        scene.loads.point.push(rodfit::scene::PointForce {
+            node: rodfit::scene::Node::Named(rodfit::scene::NamedNode::Tip),
+            force: down,
+            moment: [0.0; 3],
+        });
+        let e = scene.material.youngs_modulus * 1.7;
+        let mut true_scene = scene.clone();
+        true_scene.material.youngs_modulus = e;
+        true_scene.material.density = 900.0;
+        let truth = true_scene.problem().unwrap();
+        let problem = scene.problem().unwrap();
+        let report = Fit::new(&problem)
+            .observe(droop(&truth, 20).sigma(1e-4))
+            .observe(Frequencies::new(&frequencies(&truth, 1), 0.01))
+            .identify(Parameter::YoungsModulus)
+            .identify(Parameter::Density)
+            .solve()
+            .unwrap();
+        println!("{name}: {report}");
+        exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::Density, 900.0)]);
+        // A droop under the rod's own weight alone leaves the two one.
+        scene.loads.point.clear();
+        true_scene.loads.point.clear();
+        let (problem, truth) = (scene.problem().unwrap(), true_scene.problem().unwrap());
+        let alone = Fit::new(&problem)
+            .observe(droop(&truth, 20).sigma(1e-4))
+            .identify(Parameter::YoungsModulus)
+            .identify(Parameter::Density)
+            .solve()
+            .unwrap();
+        assert!(!alone.is_success() && alone.status.contains("youngs_modulus/density"), "{alone}");
+    }
+}
+
+/// Natural curvature and modulus of a rod that hangs at rest.
+#[test]
+fn modulus_and_natural_curvature_of_a_drooping_rod() {
+    let mut scene = rod(0.5, 1.0);
+    scene.time = None;
+    scene.rod.shape = Shape::Arc { length: 0.5, angle: 1.0 };
+    let mut true_scene = scene.clone();
+    true_scene.material.youngs_modulus = 3.3e7;
+    true_scene.rod.natural_curvature = 0.8.into();
+    let report = Fit::new(&scene.problem().unwrap())
+        .observe(droop(&true_scene.problem().unwrap(), 20))
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::NaturalCurvature)
+        .solve()
+        .unwrap();
+    println!("{report}");
+    exact(&report, &[(Parameter::YoungsModulus, 3.3e7), (Parameter::NaturalCurvature, 0.8)]);
+}
+
+/// E and G of a helix from its droop and two frequencies, without any motion.
+#[test]
+fn moduli_of_a_helix_at_rest() {
+    let mut scene = helix_with(0.5, 2e-3, 1.0, Clamp::MidEdge);
+    scene.time = None;
+    scene.material.poisson_ratio = None;
+    scene.material.shear_modulus = Some(3e6);
+    let mut true_scene = scene.clone();
+    true_scene.material.youngs_modulus = 2.2e7;
+    true_scene.material.shear_modulus = Some(6.1e6);
+    let truth = true_scene.problem().unwrap();
+    let report = Fit::new(&scene.problem().unwrap())
+        .observe(droop(&truth, 25).sigma(1e-4))
+        .observe(Frequencies::new(&frequencies(&truth, 2), 0.02))
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::ShearModulus)
+        .solve()
+        .unwrap();
+    println!("{report}");
+    exact(&report, &[(Parameter::YoungsModulus, 2.2e7), (Parameter::ShearModulus, 6.1e6)]);
+}
+
+/// Two rods of one material, cut to other lengths, each with its own clamp, clock and air: what
+/// belongs to one of them is told apart by the experiment's name.
+#[test]
+fn two_rods_share_a_modulus() {
+    let (long, short) = (rod(0.5, 0.8), rod(0.3, 0.4));
+    let e = 2.3e8;
+    let film = |scene: &Scene, angle: f64, offset: f64, damping: f64| {
+        let mut scene = scene.clone();
+        scene.material.youngs_modulus = e;
+        scene.supports.angle = angle;
+        scene.loads.damping.mass = damping;
+        let mut seen = record(&scene.problem().unwrap().simulate().unwrap(), 100);
+        seen.samples.iter_mut().for_each(|s| s.time += offset);
+        seen
+    };
+    let mut damped = [long.clone(), short.clone()];
+    damped.iter_mut().for_each(|scene| scene.loads.damping.mass = 0.3);
+    let [a, b] = damped.map(|scene| scene.problem().unwrap());
+    let fit = Fit::of([
+        Experiment::new("long", &a).observe(film(&long, 0.02, 0.01, 0.7)),
+        Experiment::new("short", &b).observe(film(&short, -0.03, 0.02, 0.7)),
+    ]);
+    let report = fit
+        .clone()
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::DampingMass)
+        .identify(Unknown::new(Parameter::ClampAngle).of_experiment("long"))
+        .identify(Unknown::new(Parameter::ClampAngle).of_experiment("short"))
+        .identify(Unknown::new(Parameter::TimeOffset).of_experiment("long"))
+        .identify(Unknown::new(Parameter::TimeOffset).of_experiment("short"))
+        .solve()
+        .unwrap();
+    println!("{report}");
+    exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::DampingMass, 0.7)]);
+    for (k, truth) in [(2, 0.02), (3, -0.03), (4, 0.01), (5, 0.02)] {
+        let found = report.parameters[k].value.unwrap();
+        assert!((found - truth).abs() < 1e-8, "{}: {found}", report.parameters[k].label());
+    }
+    let both = [
+        fit.clone()
+            .identify(Parameter::ClampAngle)
+            .identify(Unknown::new(Parameter::ClampAngle).of_experiment("long")),
+        fit.clone().identify(Unknown::new(Parameter::ClampAngle).of_experiment("other")),
+        Fit::of([Experiment::new("a", &a), Experiment::new("a", &b)])
+            .identify(Parameter::YoungsModulus),
+    ];
+    for (fit, words) in both.iter().zip(["parameter[1].name", "experiment", "observation"]) {
+        let error = fit.solve().unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+/// Two experiments say together what one fit of the sum of their normal equations says.
+#[test]
+fn information_adds_up() {
+    let scenes = [rod(0.5, 0.5), rod(0.35, 0.4)];
+    let problems = scenes.map(|scene| scene.problem().unwrap());
+    let data = |k: usize| {
+        let mut data = record(&problems[k].simulate().unwrap(), 40).sigma(1e-3);
+        noise(&mut data, 1e-3, 5 + k as u64);
+        data
+    };
+    let sd = |report: &FitReport| {
+        let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+        estimate.std_error.unwrap() / estimate.value.unwrap()
+    };
+    let alone = [0, 1].map(|k| {
+        sd(&Fit::new(&problems[k])
+            .observe(data(k))
+            .identify(Parameter::YoungsModulus)
+            .solve()
+            .unwrap())
+    });
+    let experiments = [0, 1].map(|k| Experiment::new(["a", "b"][k], &problems[k]).observe(data(k)));
+    let together = sd(&Fit::of(experiments).identify(Parameter::YoungsModulus).solve().unwrap());
+    let expected = (alone[0].powi(-2) + alone[1].powi(-2)).powf(-0.5);
+    // The errors are those at slightly different optima.
+    assert!((together / expected - 1.0).abs() < 0.05, "{alone:?} {together}");
+}
+
+/// What is known of the density before makes E identifiable where only their ratio is seen, with
+/// the error it brings along.
+#[test]
+fn a_prior_lends_its_error() {
+    let scene = rod(0.5, 0.5);
+    let problem = scene.problem().unwrap();
+    let mut data = record(&problem.simulate().unwrap(), 60).sigma(1e-3);
+    noise(&mut data, 1e-3, 3);
+    let density = Unknown::new(Parameter::Density).prior(1300.0, 26.0);
+    let fit = |unknowns: Vec<Unknown>| {
+        let fit = Fit::new(&problem).observe(data.clone());
+        unknowns.into_iter().fold(fit, |fit, unknown| fit.identify(unknown)).solve().unwrap()
+    };
+    let alone = fit(vec![Parameter::YoungsModulus.into()]);
+    let with_prior = fit(vec![Parameter::YoungsModulus.into(), density.clone()]);
+    println!("{with_prior}");
+    assert!(with_prior.is_success());
+    let relative = |report: &FitReport, p| {
+        let e = report.estimate(p).unwrap();
+        e.std_error.unwrap() / e.value.unwrap()
+    };
+    let expected = (relative(&alone, Parameter::YoungsModulus).powi(2) + 0.02_f64.powi(2)).sqrt();
+    assert!((relative(&with_prior, Parameter::YoungsModulus) / expected - 1.0).abs() < 2e-3);
+    assert!((relative(&with_prior, Parameter::Density) / 0.02 - 1.0).abs() < 2e-3);
+    // The optimiser ends a thousandth of a standard deviation from the minimum.
+    assert!((value(&with_prior, Parameter::Density) / 1300.0 - 1.0).abs() < 2e-5);
+    // E moves along with the density that the prior prefers.
+    let ratio =
+        value(&with_prior, Parameter::YoungsModulus) / value(&alone, Parameter::YoungsModulus);
+    assert!((ratio / (1300.0 / 1273.52) - 1.0).abs() < 2e-5);
+    // Data that say otherwise.
+    let wrong = fit(vec![Unknown::new(Parameter::YoungsModulus).prior(2e8, 1e6)]);
+    assert!(wrong.warnings.iter().any(|w| w.contains("contradict")), "{wrong}");
+    let bad = Fit::new(&problem)
+        .observe(data)
+        .identify(Unknown::new(Parameter::Density).prior(-1.0, 1.0));
+    assert!(bad.solve().unwrap_err().to_string().contains("prior.mean"));
+}
+
+/// What is held out does not move the fit; the right model predicts it, a wrong one does not.
+#[test]
+fn what_is_held_out_is_predicted() {
+    let mut scene = rod(0.5, 0.6);
+    scene.loads.damping.mass = 0.8;
+    let problem = scene.problem().unwrap();
+    let run = problem.simulate().unwrap();
+    let mut tip = record(&run, 60);
+    noise(&mut tip, 1e-3, 1);
+    let mut middle = record(&run, 60).at(Point::ArcLength(0.3));
+    for sample in &mut middle.samples {
+        let (x, _) = run.at(middle.point, sample.time).unwrap();
+        sample.position = [Some(x[0]), Some(x[1]), None];
+    }
+    noise(&mut middle, 1e-3, 2);
+    let shape = droop(&problem, 10).sigma(1e-4).held_out();
+    let fit = |scene: &Scene| {
+        // Mesh and step are the data's own.
+        let discretization_error = Refinement::None;
+        Fit::new(&scene.problem().unwrap())
+            .analyse(Analysis { discretization_error, ..Analysis::default() })
+            .observe(tip.clone())
+            .observe(middle.clone().sigma(1e-3).held_out())
+            .observe(shape.clone())
+            .identify(Parameter::YoungsModulus)
+            .solve()
+            .unwrap()
+    };
+    let right = fit(&scene);
+    println!("{right}");
+    assert!(right.is_success() && right.warnings.is_empty(), "{right}");
+    assert_eq!(right.predictions.len(), 2);
+    assert!(right.predictions[0].rms < 1.2 * right.predictions[0].expected);
+    let without =
+        Fit::new(&problem).observe(tip.clone()).identify(Parameter::YoungsModulus).solve().unwrap();
+    assert_eq!(value(&right, Parameter::YoungsModulus), value(&without, Parameter::YoungsModulus));
+    // Without damping no modulus explains the later swings.
+    scene.loads.damping.mass = 0.0;
+    let wrong = fit(&scene);
+    assert!(wrong.warnings.iter().any(|w| w.contains("held out")), "{wrong}");
+}
+
+/// Times of a scene are not needed where nothing moves, and are where something does.
+/// With its sigma given, one frequency is enough for one modulus: 2 sigma/f of it.
+#[test]
+fn one_frequency_for_one_modulus() {
+    let mut scene = cantilever_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
+    scene.loads.gravity = [0.0; 3];
+    let problem = scene.problem().unwrap();
+    let first = problem.modes(1, rodfit::modes::About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let sigma = 1e-3 * first;
+    let fit = Fit::new(&problem).observe(Frequencies::new(&[first], sigma));
+    let report = fit.identify(Parameter::YoungsModulus).solve().unwrap();
+    let estimate = &report.parameters[0];
+    let (value, error) = (estimate.value.unwrap(), estimate.std_error.unwrap());
+    assert!((value / 1e8 - 1.0).abs() < 1e-6, "{report}");
+    assert!((error / value / 2e-3 - 1.0).abs() < 1e-3 && report.is_success(), "{report}");
+    assert!(report.discretization_error[0].relative.is_some(), "{report}");
+}
+
+#[test]
+fn a_motion_needs_a_time() {
+    let mut scene = rod(0.5, 0.2);
+    let data = record(&scene.problem().unwrap().simulate().unwrap(), 20);
+    scene.time = None;
+    let fit = Fit::new(&scene.problem().unwrap()).observe(data).identify(Parameter::YoungsModulus);
+    assert!(fit.solve().unwrap_err().to_string().contains("time"));
+    scene.time = Some(Time::new(0.2, 4e-3));
+    let frequency = |rad_s| Frequencies::new(&[rad_s], 0.1).of_modes(&[0]).unwrap();
+    let fit = Fit::new(&scene.problem().unwrap());
+    let fit =
+        fit.observe(frequency(26.0)).observe(frequency(27.0)).identify(Parameter::YoungsModulus);
+    assert!(fit.solve().unwrap_err().to_string().contains("modes[0]"));
+}
+
+/// Whether a scene says how stiff the rod is in torsion changes no frequency in its plane, nor what a
+/// fit makes of it.
+#[test]
+fn torsion_does_not_renumber() {
+    let mut scene = rod(0.5, 1.0);
+    scene.time = None;
+    let mut true_scene = scene.clone();
+    true_scene.material.youngs_modulus = 2.2e8;
+    let seen = frequencies(&true_scene.problem().unwrap(), 3);
+    for poisson_ratio in [None, Some(0.5), Some(0.0)] {
+        scene.material.poisson_ratio = poisson_ratio;
+        let fit = Fit::new(&scene.problem().unwrap()).observe(Frequencies::new(&seen, 0.01));
+        exact(
+            &fit.identify(Parameter::YoungsModulus).solve().unwrap(),
+            &[(Parameter::YoungsModulus, 2.2e8)],
+        );
+    }
+    // Those across the plane are asked for, and are other ones here.
+    let flat = Section::Rectangle { width: 0.01, height: 0.006, up: [0.0, 1.0, 0.0] };
+    (scene.rod.section, true_scene.rod.section) = (flat.clone(), flat);
+    true_scene.material.poisson_ratio = Some(0.0);
+    let all = true_scene.problem().unwrap().modes(9, About::Equilibrium).unwrap().modes;
+    let own = all.iter().filter(|m| m.plane == Some(Plane::Out) && m.kind == Kind::Bending);
+    let seen: Vec<f64> = own.map(|m| m.frequency_rad_s).take(2).collect();
+    let seen = Frequencies::new(&seen, 0.01).plane(Plane::Out).of_kind(Kind::Bending);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(seen).identify(Parameter::YoungsModulus);
+    exact(&fit.solve().unwrap(), &[(Parameter::YoungsModulus, 2.2e8)]);
+}
+
+/// Impulse excitation (ASTM E1876): E from the first bending frequency of a free bar, G from the
+/// first of torsion; and from what the theory says, up to the mesh.
+#[test]
+fn moduli_of_a_free_bar() {
+    let shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
+    let section = Section::Rectangle { width: 0.02, height: 0.004, up: [0.0, 1.0, 0.0] };
+    let guess = Material { shear_modulus: Some(1e10), ..Material::new(2700.0, 1e10) };
+    let mut scene = Scene::new(60, shape, section, guess);
+    scene.supports.start = Support::Free;
+    let (e, g) = (69e9, 26e9);
+    let mut true_scene = scene.clone();
+    true_scene.material.youngs_modulus = e;
+    true_scene.material.shear_modulus = Some(g);
+    let all = true_scene.problem().unwrap().modes(40, About::Equilibrium).unwrap().modes;
+    let first = |kind| {
+        let own = all.iter().filter(|m| m.kind == kind && m.number.is_some());
+        own.map(|m| m.frequency_rad_s).take(2).collect::<Vec<_>>()
+    };
+    let problem = scene.problem().unwrap();
+    let fit = |bending: &[f64], torsion: &[f64]| {
+        Fit::new(&problem)
+            .observe(Frequencies::new(bending, 1.0))
+            .observe(Frequencies::new(torsion, 1.0).of_kind(Kind::Torsion))
+            .identify(Parameter::YoungsModulus)
+            .identify(Parameter::ShearModulus)
+            .solve()
+            .unwrap()
+    };
+    let report = fit(&first(Kind::Bending), &first(Kind::Torsion));
+    exact(&report, &[(Parameter::YoungsModulus, e), (Parameter::ShearModulus, g)]);
+    let unit = (e * 0.004_f64.powi(2) / 12.0 / 2700.0).sqrt() / 0.16;
+    let report = fit(&[4.73004074_f64, 7.85320462].map(|b| b * b * unit), &first(Kind::Torsion));
+    // Lumped masses: 1.1e-3 at 60 segments.
+    assert!((value(&report, Parameter::YoungsModulus) / e - 1.0).abs() < 5e-3, "{report}");
+}
+
+/// The keys of the fit file, and what it says of modes that a scene does not have.
+#[test]
+fn frequencies_in_the_fit_file() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let scene = |more: &str| {
+        format!(
+            "[rod]\nsegments = 20\nshape = {{ kind = \"straight\", length = 0.4, direction = [1, 0, 0] }}\n\
+             section = {{ kind = \"circle\", radius = 0.004 }}\n\
+             [material]\ndensity = 2700\nyoungs_modulus = 69e9\n{more}\n\
+             [supports]\nstart = \"free\"\n"
+        )
+    };
+    let load = |keys: &str| {
+        write(
+            "fit.toml",
+            &format!(
+                "scene = \"scene.toml\"\n[[frequencies]]\nhz = [3000, 6000]\nsigma = 1\n{keys}\n\
+                 [[parameter]]\nname = \"youngs_modulus\"\n"
+            ),
+        );
+        FitFile::load(folder.path().join("fit.toml"))
+    };
+    write("scene.toml", &scene("poisson_ratio = 0.33"));
+    let file = load("plane = \"out\"\nkind = \"torsion\"\ndirection = [0, 1, 0]").unwrap();
+    let Measurement::Frequencies(f) = &file.experiments[0].measurements[0] else { unreachable!() };
+    assert_eq!((f.among.plane, f.among.kind), (Some(Plane::Out), Some(Kind::Torsion)));
+    assert_eq!(f.among.direction, Some([0.0, 1.0, 0.0]));
+    for (keys, words) in [
+        ("plane = \"up\"", "in"),
+        ("kind = \"swing\"", "torsion"),
+        ("plane = \"in\"\nkind = \"torsion\"", "frequencies[0].kind"),
+        ("plane = \"out\"\nkind = \"axial\"", "frequencies[0].kind"),
+        ("direction = [0, 0, 0]", "frequencies[0].direction"),
+    ] {
+        let error = load(keys).and_then(|file| file.fit().solve().map(|_| ())).unwrap_err();
+        assert!(error.to_string().contains(words), "{keys}: {error}");
+    }
+    write("scene.toml", &scene(""));
+    let solved = |file: FitFile| file.fit().solve().map(|_| ());
+    let error = load("kind = \"torsion\"").and_then(solved).unwrap_err().to_string();
+    assert!(error.contains("poisson_ratio"), "{error}");
+}

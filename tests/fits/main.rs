@@ -1,0 +1,11 @@
+//! Fits find what their data were made with, and refuse by name what data cannot tell.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod camera;
+mod experiments;
+mod helix;
+mod nist;
+mod parts;
+mod planar;

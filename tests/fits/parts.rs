@@ -1,0 +1,200 @@
+//! Natural curvature and twist that differ from part to part of the rod.
+
+use nalgebra::Vector3;
+use rodfit::fit::Sample;
+use rodfit::scene::{Clamp, Scene, Shape};
+use rodfit::{Fit, Observation, Parameter, Point, Problem, Trajectory};
+
+use crate::common::{cantilever_with, helix_with};
+
+fn curvature_of(part: usize) -> Parameter {
+    format!("natural_curvature.{part}").parse().unwrap()
+}
+
+fn twist_of(part: usize) -> Parameter {
+    format!("natural_twist.{part}").parse().unwrap()
+}
+
+fn arc() -> Scene {
+    let mut scene = cantilever_with(0.5, 2e-3, 0.1, Clamp::MidEdge);
+    scene.rod.shape = Shape::Arc { length: 0.5, angle: 1.5 };
+    scene.rod.segments = Some(21);
+    scene
+}
+
+fn helix() -> Scene {
+    let mut scene = helix_with(0.5, 2e-3, 0.1, Clamp::MidEdge);
+    scene.rod.segments = Some(24);
+    scene.rod.natural_twist = 2.0.into();
+    scene
+}
+
+fn at_rest(problem: &Problem, parameters: &[Parameter]) -> Trajectory {
+    Trajectory::at_rest(problem, &(0..problem.nodes()).collect::<Vec<_>>(), parameters).unwrap()
+}
+
+/// Parts that are all alike are the whole, and their derivatives add up to the whole's.
+#[test]
+fn equal_parts_are_the_whole() {
+    for scene in [arc(), helix()] {
+        let mut parts = scene.clone();
+        let [curvature, twist] =
+            [Parameter::NaturalCurvature, Parameter::NaturalTwist].map(|p| p.of(&scene).unwrap());
+        parts.rod.natural_curvature = vec![curvature; 3].into();
+        parts.rod.natural_twist = vec![twist; 2].into();
+        let spatial = twist != 0.0;
+        let (mut whole, mut each) = (vec![Parameter::NaturalCurvature], vec![]);
+        each.extend([1, 2, 3].map(curvature_of));
+        if spatial {
+            whole.push(Parameter::NaturalTwist);
+            each.extend([1, 2].map(twist_of));
+        }
+        let [one, all] = [(&scene, &whole), (&parts, &each)]
+            .map(|(scene, by)| scene.problem().unwrap().simulate_with(by).unwrap());
+        assert_eq!(one, all);
+        let [one, all] = [one, all].map(|run| run.at(Point::Tip, 0.1).unwrap().1);
+        let sum = |of: &[[f64; 3]]| of.iter().map(|x| Vector3::from(*x)).sum::<Vector3<f64>>();
+        for (one, all) in one.iter().zip([&all[..3], &all[3..]]) {
+            let one = Vector3::from(*one);
+            assert!((one - sum(all)).norm() < 1e-9 * one.norm(), "{one} {all:?}");
+        }
+    }
+}
+
+/// Nothing pulls: every joint turns by its own part of the curvature at rest.
+#[test]
+fn joints_follow_their_parts() {
+    let mut scene = arc();
+    scene.loads.gravity = [0.0; 3];
+    scene.rod.natural_curvature = vec![0.5, 1.5, -1.0].into();
+    let problem = scene.problem().unwrap();
+    let found = problem.equilibrium().unwrap();
+    let edge = |i: usize| {
+        let [a, b] = [i, i + 1].map(|i| Vector3::from(found.nodes[i]));
+        b - a
+    };
+    let length = 0.5 / 20.5;
+    let turn = 1.5 * length / 0.5;
+    for i in 0..20 {
+        let (e, f) = (edge(i), edge(i + 1));
+        let k = 2.0 * (0.5 * e.cross(&f).z.atan2(e.dot(&f))).tan();
+        let place = (i as f64 + 0.5) * length / 0.5;
+        let factor = [0.5, 1.5, -1.0][(3.0 * place) as usize];
+        let exact = factor * 2.0 * (0.5 * turn).tan();
+        assert!((k - exact).abs() < 1e-10, "joint {i}: {k} {exact}");
+    }
+    assert!(found.energies.bend < 1e-18, "{found:?}");
+}
+
+/// Derivatives of shapes at rest and in motion against seven-point differences.
+#[test]
+fn derivatives_by_the_parts() {
+    let mut bent = arc();
+    bent.rod.natural_curvature = vec![1.0, 0.8, 1.2].into();
+    let mut twisted = helix();
+    twisted.rod.natural_curvature = vec![1.1, 0.7].into();
+    twisted.rod.natural_twist = vec![0.0, 3.0, -1.0, 2.0].into();
+    for (scene, parameters) in [
+        (bent, [1, 2, 3].map(curvature_of).to_vec()),
+        (twisted, vec![curvature_of(1), curvature_of(2), twist_of(1), twist_of(3)]),
+    ] {
+        let problem = scene.problem().unwrap();
+        for parameter in parameters {
+            let value = parameter.of(&scene).unwrap();
+            let tips = |problem: &Problem| {
+                [at_rest(problem, &[]).tip(0), problem.simulate().unwrap().tip(50)]
+            };
+            let exact = [
+                at_rest(&problem, &[parameter]).at(Point::Tip, 0.0).unwrap().1[0],
+                problem.simulate_with(&[parameter]).unwrap().at(Point::Tip, 0.1).unwrap().1[0],
+            ];
+            // What the released curvature sets off along the rod turns through many radians.
+            let h = 1e-4;
+            let at = |k: f64| tips(&problem.with([(parameter, value + k * h)]).unwrap());
+            let [[a, b], [c, d], [e, f]] = [1.0, 2.0, 3.0].map(|k| [at(k), at(-k)]);
+            for (j, exact) in exact.iter().enumerate() {
+                let slope = [0, 1, 2].map(|i| {
+                    let difference = |x: &[[f64; 3]; 2], y: &[[f64; 3]; 2]| x[j][i] - y[j][i];
+                    (45.0 * difference(&a, &b) - 9.0 * difference(&c, &d) + difference(&e, &f))
+                        / (60.0 * h)
+                });
+                let size = Vector3::from(slope).norm();
+                let off = (Vector3::from(slope) - Vector3::from(*exact)).norm() / size;
+                println!("{parameter}, {}: {off:.1e}", ["at rest", "in motion"][j]);
+                assert!(off < 1e-8, "{parameter}: {slope:?} {exact:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scenes_say_a_number_or_a_list() {
+    let mut scene = arc();
+    assert_eq!(Parameter::NaturalCurvature.of(&scene), Some(1.0));
+    assert_eq!(curvature_of(1).of(&scene), None);
+    assert!(!scene.to_toml().unwrap().contains("natural_twist"));
+    scene.rod.natural_curvature = vec![1.0, 0.8].into();
+    let text = scene.to_toml().unwrap();
+    assert!(text.contains("natural_curvature = [\n    1.0,\n    0.8,\n]"), "{text}");
+    let read: Scene = toml::from_str(&text).unwrap();
+    assert_eq!(read.rod.natural_curvature, scene.rod.natural_curvature);
+    assert_eq!(Parameter::NaturalCurvature.of(&scene), None);
+    assert_eq!(curvature_of(2).of(&scene), Some(0.8));
+    for part in [3, 255] {
+        assert_eq!(curvature_of(part).of(&scene), None);
+        assert!(scene.problem().unwrap().with([(curvature_of(part), 1.0)]).is_err());
+    }
+    for wrong in [vec![], vec![1.0, f64::NAN]] {
+        scene.rod.natural_curvature = wrong.into();
+        let error = scene.problem().unwrap_err().to_string();
+        assert!(
+            error.contains("rod.natural_curvature") && error.contains("one finite number or more"),
+            "{error}"
+        );
+    }
+    let error = toml::from_str::<Scene>(&text.replace("    0.8,\n", "    \"0.8\",\n")).unwrap_err();
+    assert!(error.to_string().contains("a list of numbers"), "{error}");
+}
+
+#[test]
+fn parameters_are_written_by_name() {
+    let all = Parameter::all(&helix());
+    assert!(all.len() > 25, "{all:?}");
+    for parameter in &all {
+        let text = serde_json::to_string(parameter).unwrap();
+        assert_eq!(text, format!("\"{}\"", parameter.name()));
+        assert_eq!(serde_json::from_str::<Parameter>(&text).unwrap(), *parameter);
+        assert_eq!(all.iter().filter(|p| p.name() == parameter.name()).count(), 1);
+    }
+    let found = serde_json::from_str::<Parameter>("\"natural_curvature.16\"").unwrap();
+    assert_eq!(found, curvature_of(16));
+    assert_eq!(found.path(), "rod.natural_curvature.15");
+    for wrong in ["natural_curvature.0", "of no part", "youngs_mod"] {
+        let error = serde_json::from_str::<Parameter>(&format!("\"{wrong}\"")).unwrap_err();
+        assert!(error.to_string().contains("such as"), "{error}");
+    }
+}
+
+/// Every part's curvature from where the whole rod was seen, from a guess of none being different.
+#[test]
+fn a_fit_finds_the_parts() {
+    let truth = [1.0, 0.8, 1.2];
+    let mut scene = arc();
+    scene.rod.natural_curvature = truth.to_vec().into();
+    let run = scene.problem().unwrap().simulate().unwrap();
+    scene.rod.natural_curvature = vec![1.0; 3].into();
+    let mut fit = Fit::new(&scene.problem().unwrap());
+    for node in [8, 15, 21] {
+        let sample = |k: usize| {
+            let [x, y, _] = run.node(node, 5 * k).map(Some);
+            Sample { time: run.times()[5 * k], position: [x, y, None] }
+        };
+        let samples = (1..=10).map(sample).collect();
+        fit = fit.observe(Observation::new(samples).at(Point::Node(node)));
+    }
+    let fit = [1, 2, 3].map(curvature_of).into_iter().fold(fit, Fit::identify);
+    for ((parameter, found), truth) in fit.solve().unwrap().parameters().iter().zip(truth) {
+        println!("{parameter}: {found}");
+        assert!((found - truth).abs() < 1e-6, "{parameter}: {found} {truth}");
+    }
+}

@@ -1,0 +1,6 @@
+//! The library as somebody uses it who has not read its source.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod calls;

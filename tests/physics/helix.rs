@@ -1,0 +1,189 @@
+//! The paper's helix: its figures, energy, and the work it takes.
+
+use num_dual::Dual64;
+use rodfit::banded::BandMatrix;
+use rodfit::energy::Element;
+use rodfit::energy::bend_twist::Published;
+use rodfit::frame::Frames;
+use rodfit::rod::{Energies, Rod, SpatialRod};
+use rodfit::scene::Clamp;
+use rodfit::simulation::Simulation;
+use rodfit::{Derivatives, Problem};
+
+use crate::common::{extremum, helix_with};
+
+/// Extension of the tip over the axial length at every step.
+fn extension(problem: &Problem) -> (Vec<f64>, Vec<f64>) {
+    let run = problem.simulate().unwrap();
+    let axial = 0.5 * 0.05 / (0.05_f64.powi(2) + (std::f64::consts::TAU * 0.02).powi(2)).sqrt();
+    let start = run.tip(0)[2];
+    let values = (0..run.times().len()).map(|k| (start - run.tip(k)[2]) / axial).collect();
+    (run.times().to_vec(), values)
+}
+
+/// Independent values of the first maximum and minimum of the extension, walls at the nodes.
+#[test]
+fn the_helix_moves_as_published() {
+    for (segments, beta, step, maximum, minimum) in [
+        (50, 0.5, 1e-4, Some(0.127335), 0.012742),
+        (50, 1.0, 1e-3, None, 0.018793),
+        (50, 1.0, 5e-3, None, 0.035955),
+        (100, 0.5, 1e-4, Some(0.135717), 0.012572),
+    ] {
+        let mut scene = helix_with(beta, step, 0.27, Clamp::Nodes);
+        scene.rod.segments = Some(segments);
+        let (times, values) = extension(&scene.problem().unwrap());
+        let highest = extremum(&times, &values, [0.05, 0.16], 1.0);
+        let lowest = extremum(&times, &values, [0.16, 0.26], -1.0);
+        println!("{segments} segments, beta {beta}, {step} s: {highest:.6} {lowest:.6}");
+        if let Some(maximum) = maximum {
+            assert!((highest - maximum).abs() < 3e-6, "{highest}");
+        }
+        assert!((lowest - minimum).abs() < 3e-6, "{lowest}");
+    }
+}
+
+/// At beta = 0.5 energy stays, and no step needs more than a few iterations.
+#[test]
+fn the_helix_keeps_its_energy() {
+    let problem = helix_with(0.5, 1e-3, 5.0, Clamp::Nodes).problem().unwrap();
+    let mut report = rodfit::output::SimulationReport::new(&problem);
+    let mut trajectory = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
+    trajectory.run(&problem, 5000, |now| report.push(&problem, now)).unwrap();
+    let work = trajectory.work();
+    println!(
+        "energy changes by {:.1e} of the largest kinetic energy; {:.2} iterations a step",
+        report.energy_drift(),
+        work.newton_iterations as f64 / work.steps as f64
+    );
+    assert!(report.energy_drift() < 1e-4);
+    assert!(work.newton_iterations <= 3 * work.steps);
+    // Twisting takes part.
+    let twist = report.energy.iter().map(|e| e[4]).fold(0.0, f64::max);
+    let bend = report.energy.iter().map(|e| e[3]).fold(0.0, f64::max);
+    assert!(twist > 0.3 * bend, "{twist} {bend}");
+}
+
+/// A spatial rod with the tangent of the literature, which takes every state for the reference.
+#[derive(Clone)]
+struct PublishedRod(SpatialRod<f64>);
+
+impl Rod<f64, 10> for PublishedRod {
+    type Seeded = SpatialRod<Dual64>;
+    type Frames = Frames<f64>;
+    const HAS_FRAMES: bool = true;
+
+    fn is_angle(i: usize) -> bool {
+        SpatialRod::<f64>::is_angle(i)
+    }
+    fn mass(&self) -> &[f64] {
+        &self.0.mass
+    }
+    fn gradient(&self, q: &[f64], frames: &Frames<f64>, d: Derivatives, gradient: &mut [f64]) {
+        self.0.gradient(q, frames, d, gradient);
+    }
+    fn tangent(
+        &self,
+        q: &[f64],
+        frames: &Frames<f64>,
+        derivatives: Derivatives,
+        gradient: &mut [f64],
+        tangent: &mut BandMatrix<f64, 10>,
+    ) {
+        self.0.gradient(q, frames, derivatives, gradient);
+        *tangent = BandMatrix::zeros(q.len());
+        for (i, element) in self.0.stretch.iter().enumerate() {
+            let local = element.tangent(&std::array::from_fn(|k| q[4 * i + k + k / 3])).hessian;
+            let with_angle = |k: usize| match k {
+                0..3 => Some(k),
+                3 => None,
+                _ => Some(k - 1),
+            };
+            let block: [[f64; 7]; 7] = std::array::from_fn(|r| {
+                std::array::from_fn(|c| match (with_angle(r), with_angle(c)) {
+                    (Some(r), Some(c)) => local[r][c],
+                    _ => 0.0,
+                })
+            });
+            tangent.add_block(4 * i, &block);
+        }
+        for i in 0..self.0.joint.len() {
+            let own = q[4 * i..].first_chunk().unwrap();
+            let local = Published(self.0.bend_twist(i, frames)).tangent(own);
+            tangent.add_block(4 * i, &local.hessian);
+        }
+    }
+    fn edge_tangent(
+        &self,
+        q: &[f64],
+        frames: &Frames<f64>,
+        derivatives: Derivatives,
+        tangent: &mut BandMatrix<f64, 10>,
+    ) {
+        self.0.edge_tangent(q, frames, derivatives, tangent);
+    }
+    fn gradient_rate(
+        seeded: &SpatialRod<Dual64>,
+        q: &[f64],
+        frames: &Frames<Dual64>,
+        derivatives: Derivatives,
+        rate: &mut [f64],
+    ) {
+        <SpatialRod<f64> as Rod<f64, 10>>::gradient_rate(seeded, q, frames, derivatives, rate);
+    }
+    fn frame_rate(
+        frames: &Frames<Dual64>,
+        q: &[f64],
+        gradient: &[f64],
+        tangent: &BandMatrix<f64, 10>,
+        rate: &mut [f64],
+    ) {
+        <SpatialRod<f64> as Rod<f64, 10>>::frame_rate(frames, q, gradient, tangent, rate);
+    }
+    fn rebase(frames: &mut Frames<f64>, q: &[f64]) {
+        SpatialRod::<f64>::rebase(frames, q);
+    }
+    fn refer(q: &mut [f64], from: &Frames<f64>, to: &Frames<f64>) {
+        SpatialRod::<f64>::refer(q, from, to);
+    }
+    fn folded(&self, before: &[f64], now: &[f64], frames: &Frames<f64>) -> Option<usize> {
+        self.0.folded(before, now, frames)
+    }
+    fn energies(&self, q: &[f64], frames: &Frames<f64>) -> Energies {
+        self.0.energies(q, frames)
+    }
+    fn strains(&self, q: &[f64], frames: &Frames<f64>, strains: &mut Vec<f64>) {
+        self.0.strains(q, frames, strains);
+    }
+    fn dashpots(&self) -> Self {
+        Self(self.0.dashpots())
+    }
+    fn strain_energies(&self, strains: &[f64]) -> [f64; 3] {
+        self.0.strain_energies(strains)
+    }
+    fn set_viscous(&mut self, elastic: &Self, factor: f64, shift: &[f64]) {
+        self.0.set_viscous(&elastic.0, factor, shift);
+    }
+}
+
+/// Newton's method with the exact tangent against the published one, for the same equations.
+#[test]
+fn the_exact_tangent_saves_iterations() {
+    let problem = helix_with(0.5, 5e-3, 1.0, Clamp::Nodes).problem().unwrap();
+    let posed = problem.spatial().unwrap();
+    let mut exact = posed.simulation();
+    let start = (posed.rest(), exact.state().frames.clone());
+    let undamped = rodfit::simulation::Damping { mass: 0.0, stiffness: 0.0 };
+    let (rod, hand) = (PublishedRod(posed.rod()), Derivatives::Hand);
+    let scheme = (rodfit::scene::Scheme::NewmarkBeta, 0.5);
+    let mut published = Simulation::new(rod, start, posed.free(), undamped, scheme, 0.5, hand);
+    for k in 1..=200 {
+        exact.step_to(f64::from(k) * 5e-3).unwrap();
+        published.step_to(f64::from(k) * 5e-3).unwrap();
+    }
+    let per_step = [exact.work(), published.work()].map(|w| w.newton_iterations as f64 / 200.0);
+    println!("iterations a step: exact tangent {:.2}, published {:.2}", per_step[0], per_step[1]);
+    let apart = exact.state().q.iter().zip(&published.state().q).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-8);
+    assert!(per_step[0] < 4.0 && per_step[1] > 1.3 * per_step[0], "{per_step:?}");
+}

@@ -1,0 +1,13 @@
+//! Rods against physics: closed forms, published figures, conservation and invariance.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod corrections;
+mod direct;
+mod energy;
+mod hard_cases;
+mod helix;
+mod paper;
+mod spatial;
+mod supports;

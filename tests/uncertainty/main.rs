@@ -1,0 +1,7 @@
+//! Reported errors are the errors made: intervals cover, and what is wrong does not look fine.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod intervals;
+mod outliers;
