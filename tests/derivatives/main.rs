@@ -10,3 +10,4 @@ mod parameters;
 mod planar_elements;
 mod rest;
 mod spatial_elements;
+mod starts;

@@ -9,3 +9,4 @@ mod helix;
 mod nist;
 mod parts;
 mod planar;
+mod refusals;

@@ -4,3 +4,7 @@
 mod common;
 
 mod calls;
+mod energies;
+mod files;
+mod measurements;
+mod runs;
