@@ -1,8 +1,13 @@
-//! Scenes the tests share.
+//! What the tests share: scenes, and what is read from their runs. Every program includes it whole
+//! and uses a part.
 #![allow(dead_code)]
 
-use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Time};
-use rodfit::{PlanarProblem, Point, Problem, Trajectory};
+pub mod differences;
+pub mod fits;
+
+use rodfit::scene::{Clamp, Handedness, Material, PointForce, Scene, Section, Shape, Time};
+use rodfit::{Equilibrium, PlanarProblem, Problem, Trajectory};
+use std::f64::consts::PI;
 
 /// The paper's cantilever, 50 edges, for 1 s in steps of 1 ms.
 pub fn cantilever() -> Scene {
@@ -22,9 +27,54 @@ pub fn cantilever_with(beta: f64, step: f64, end: f64, clamp: Clamp) -> Scene {
     scene
 }
 
+/// The cantilever with fewer edges and other times.
+pub fn coarse(segments: usize, step: f64, end: f64) -> Scene {
+    let mut scene = cantilever_with(0.5, step, end, Clamp::MidEdge);
+    scene.rod.segments = Some(segments);
+    scene
+}
+
+/// The paper's helix, 50 edges, with the given times and walls.
+pub fn helix_with(beta: f64, step: f64, end: f64, clamp: Clamp) -> Scene {
+    let shape = Shape::Helix {
+        length: 0.5,
+        radius: 0.02,
+        pitch: 0.05,
+        axis: [0.0, 0.0, -1.0],
+        handedness: Handedness::Left,
+    };
+    let material = Material { poisson_ratio: Some(0.5), ..Material::new(1273.52, 1e7) };
+    let mut scene = Scene::new(50, shape, Section::Circle { radius: 0.005 }, material);
+    scene.loads.gravity = [0.0, 0.0, -9.8];
+    scene.supports.clamp = clamp;
+    scene.time = Some(Time { beta, ..Time::new(end, step) });
+    scene
+}
+
+/// A straight rod of unit length and bending stiffness without weight, clamped at x = 0.
+pub fn unit_rod(segments: usize, slenderness: f64) -> Scene {
+    let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
+    let modulus = 4.0 / (PI * slenderness.powi(4));
+    let section = Section::Circle { radius: slenderness };
+    Scene::new(segments, shape, section, Material::new(1.0, modulus))
+}
+
+/// A force on the tip, for `loads.point` and `initial.point`.
+pub fn at_tip(force: [f64; 3]) -> Vec<PointForce> {
+    vec![PointForce { force, ..PointForce::default() }]
+}
+
 /// The problem with its planar model.
 pub fn planar(problem: &Problem) -> PlanarProblem<'_> {
     problem.planar().expect("the scene lies in a plane")
+}
+
+pub fn simulate(scene: &Scene) -> Trajectory {
+    scene.problem().unwrap().simulate().unwrap()
+}
+
+pub fn rest(scene: &Scene) -> Equilibrium {
+    scene.problem().unwrap().equilibrium().unwrap()
 }
 
 /// Sag of the tip over the length at every step.
@@ -39,32 +89,4 @@ pub fn extremum(times: &[f64], values: &[f64], window: [f64; 2], sign: f64) -> f
     let k = inside.max_by(|a, b| (sign * values[*a]).total_cmp(&(sign * values[*b]))).unwrap();
     let [a, b, c] = [values[k - 1], values[k], values[k + 1]];
     b + (a - c) * (a - c) / (8.0 * (2.0 * b - a - c))
-}
-
-/// The tip's positions at `count` times evenly spread to the end, as a noise-free observation.
-pub fn record(trajectory: &Trajectory, count: usize) -> rodfit::Observation {
-    let end = trajectory.times()[trajectory.times().len() - 1];
-    let samples = (1..=count).map(|k| {
-        let time = end * k as f64 / count as f64;
-        let ([x, y, _], _) = trajectory.at(Point::Tip, time).unwrap();
-        rodfit::fit::Sample { time, position: [Some(x), Some(y), None] }
-    });
-    rodfit::Observation::new(samples.collect())
-}
-
-/// The paper's helix, 50 edges, with the given times and walls.
-pub fn helix_with(beta: f64, step: f64, end: f64, clamp: Clamp) -> Scene {
-    let shape = Shape::Helix {
-        length: 0.5,
-        radius: 0.02,
-        pitch: 0.05,
-        axis: [0.0, 0.0, -1.0],
-        handedness: rodfit::scene::Handedness::Left,
-    };
-    let material = Material { poisson_ratio: Some(0.5), ..Material::new(1273.52, 1e7) };
-    let mut scene = Scene::new(50, shape, Section::Circle { radius: 0.005 }, material);
-    scene.loads.gravity = [0.0, 0.0, -9.8];
-    scene.supports.clamp = clamp;
-    scene.time = Some(Time { beta, ..Time::new(end, step) });
-    scene
 }

@@ -1,10 +1,11 @@
 //! What cameras do to recordings: clocks, scales, tilts and places, found beside the modulus.
 
 use rodfit::fit::Sample;
-use rodfit::scene::{Clamp, Scene, Time};
+use rodfit::scene::{Clamp, Scene, Shape};
 use rodfit::{Fit, Observation, Parameter, Problem, Unknown};
 
-use crate::common::{cantilever_with, helix_with, record};
+use crate::common::fits::{record, record_in_space, value};
+use crate::common::{coarse, helix_with};
 
 /// A record of the tip as a camera shows it that is turned, scaled and shifted about the wall, and
 /// whose clock shows `offset` when the rod is let go; it has been running before.
@@ -33,11 +34,9 @@ fn stiff(mut scene: Scene, modulus: f64) -> Problem {
 /// started before or after the motion.
 #[test]
 fn a_camera_set_up_by_eye() {
-    for (name, mut scene) in [
-        ("cantilever", cantilever_with(0.5, 2e-3, 0.6, Clamp::MidEdge)),
-        ("helix", helix_with(0.5, 2e-3, 0.6, Clamp::MidEdge)),
-    ] {
-        scene.rod.segments = Some(if name == "helix" { 40 } else { 20 });
+    let mut helix = helix_with(0.5, 2e-3, 0.6, Clamp::MidEdge);
+    helix.rod.segments = Some(40);
+    for (name, scene) in [("cantilever", coarse(20, 2e-3, 0.6)), ("helix", helix)] {
         let truth = scene.material.youngs_modulus * 1.3;
         let shift = [4e-3, -7e-3, 0.0];
         for offset in [0.013, -0.02] {
@@ -68,10 +67,10 @@ fn a_camera_set_up_by_eye() {
             let report = fit.solve().unwrap();
             println!("{name}, clock {offset} s: {report}");
             assert!(report.is_success(), "{report}");
-            for (parameter, value) in looked_for {
-                let found = report.estimate(*parameter).unwrap().value.unwrap();
+            for (parameter, exact) in looked_for {
+                let found = value(&report, *parameter);
                 let scale = if *parameter == Parameter::YoungsModulus { truth } else { 1.0 };
-                assert!((found - value).abs() < 1e-7 * scale, "{parameter}: {found} {value}");
+                assert!((found - exact).abs() < 1e-7 * scale, "{parameter}: {found} {exact}");
             }
         }
     }
@@ -81,9 +80,7 @@ fn a_camera_set_up_by_eye() {
 #[test]
 fn derivatives_through_the_camera() {
     use argmin::core::{Gradient, Hessian};
-    let mut scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
-    scene.rod.segments = Some(10);
-    scene.time = Some(Time::new(0.4, 2e-3));
+    let scene = coarse(10, 2e-3, 0.4);
     let truth = stiff(scene.clone(), 0.9e8);
     let observation = filmed(&truth, [0.01, 1.05, -0.1], [0.01, 0.02, 0.0]);
     let unknowns = [
@@ -129,9 +126,8 @@ fn derivatives_through_the_camera() {
 fn a_clamp_that_points_up() {
     for direction in [[1.0, 0.0, 0.0], [0.6, 0.0, 0.8]] {
         for angle in [0.07, -0.2] {
-            let mut scene = cantilever_with(0.5, 2e-3, 0.8, Clamp::MidEdge);
-            scene.rod.shape = rodfit::scene::Shape::Straight { length: 0.5, direction };
-            scene.rod.segments = Some(20);
+            let mut scene = coarse(20, 2e-3, 0.8);
+            scene.rod.shape = Shape::Straight { length: 0.5, direction };
             let problem = scene.problem().unwrap();
             let truth = problem
                 .with([(Parameter::YoungsModulus, 0.8e8), (Parameter::ClampAngle, angle)])
@@ -140,26 +136,23 @@ fn a_clamp_that_points_up() {
             let start = run.tip(0);
             let rise = start[1] / 0.5;
             assert!((rise.abs() - angle.sin().abs()).abs() < 0.03, "{start:?}");
-            let samples = (1..=100).map(|k| {
-                let time = 0.8 * k as f64 / 100.0;
-                let (x, _) = run.at(rodfit::Point::Tip, time).unwrap();
-                Sample { time: time + 0.01, position: x.map(Some) }
-            });
+            let mut seen = record_in_space(&run, 100);
+            seen.samples.iter_mut().for_each(|sample| sample.time += 0.01);
             let report = Fit::new(&problem)
-                .observe(Observation::new(samples.collect()))
+                .observe(seen)
                 .identify(Parameter::YoungsModulus)
                 .identify(Parameter::TimeOffset)
                 .identify(Parameter::ClampAngle)
                 .solve()
                 .unwrap();
-            for (parameter, value) in [
+            for (parameter, exact) in [
                 (Parameter::YoungsModulus, 0.8e8),
                 (Parameter::TimeOffset, 0.01),
                 (Parameter::ClampAngle, angle),
             ] {
-                let found = report.estimate(parameter).unwrap().value.unwrap();
-                let scale = if parameter == Parameter::YoungsModulus { value } else { 1.0 };
-                assert!((found - value).abs() < 1e-7 * scale, "{parameter}: {found}\n{report}");
+                let found = value(&report, parameter);
+                let scale = if parameter == Parameter::YoungsModulus { exact } else { 1.0 };
+                assert!((found - exact).abs() < 1e-7 * scale, "{parameter}: {found}\n{report}");
             }
             // The derivative that users get, the turn of the whole rod included.
             let derived = problem.simulate_with(&[Parameter::ClampAngle]).unwrap();

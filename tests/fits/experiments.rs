@@ -1,31 +1,19 @@
 //! Several experiments that share parameters, shapes at rest and frequencies as measurements, what
 //! is known before the data, and what is held out of them.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
-use rodfit::fit::{
-    Analysis, Experiment, FitFile, Frequencies, Measurement, Refinement, RestShape, Sighting,
-};
+use rodfit::fit::{Experiment, FitFile, Frequencies, Measurement, RestShape, Sighting};
 use rodfit::modes::{About, Kind, Plane};
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
-use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Unknown};
+use rodfit::{Fit, FitReport, Parameter, Point, Problem, Unknown};
 
-use crate::common::{cantilever_with, helix_with, record};
+use crate::common::fits::{add_noise, found, noisy, observe, record, same_mesh, value};
+use crate::common::{at_tip, cantilever_with, coarse, helix_with};
 
 /// A released cantilever of a given length.
 fn rod(length: f64, end: f64) -> Scene {
-    let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
+    let mut scene = coarse(12, 4e-3, end);
     scene.rod.shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
-    scene.rod.segments = Some(12);
     scene
-}
-
-fn noise(observation: &mut Observation, sigma: f64, seed: u64) {
-    let (mut random, normal) = (ChaCha8Rng::seed_from_u64(seed), Normal::new(0.0, sigma).unwrap());
-    for x in observation.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
-        *x += normal.sample(&mut random);
-    }
 }
 
 /// Where `count` points of the rod at rest are.
@@ -44,17 +32,9 @@ fn frequencies(problem: &Problem, count: usize) -> Vec<f64> {
     problem.modes(count, About::Equilibrium).unwrap().frequencies_rad_s
 }
 
-fn value(report: &FitReport, parameter: Parameter) -> f64 {
-    report.estimate(parameter).unwrap().value.unwrap()
-}
-
 #[track_caller]
-fn exact(report: &FitReport, truth: &[(Parameter, f64)]) {
-    assert!(report.is_success(), "{report}");
-    for (parameter, truth) in truth {
-        let error = (value(report, *parameter) / truth - 1.0).abs();
-        assert!(error < 1e-7, "{parameter}: off by {error:e}\n{report}");
-    }
+fn exact(report: &FitReport, truths: &[(Parameter, f64)]) {
+    found(report, truths, 1e-7);
 }
 
 /// The droop gives E over the density, the frequencies its root over the length squared: neither
@@ -67,11 +47,7 @@ fn modulus_from_a_droop_and_density_from_a_frequency() {
     {
         scene.time = None;
         let down = if name == "helix" { [0.0, 0.0, -0.01] } else { [0.0, -0.05, 0.0] };
-        scene.loads.point.push(rodfit::scene::PointForce {
-            node: rodfit::scene::Node::Named(rodfit::scene::NamedNode::Tip),
-            force: down,
-            moment: [0.0; 3],
-        });
+        scene.loads.point = at_tip(down);
         let e = scene.material.youngs_modulus * 1.7;
         let mut true_scene = scene.clone();
         true_scene.material.youngs_modulus = e;
@@ -153,7 +129,7 @@ fn two_rods_share_a_modulus() {
         scene.material.youngs_modulus = e;
         scene.supports.angle = angle;
         scene.loads.damping.mass = damping;
-        let mut seen = record(&scene.problem().unwrap().simulate().unwrap(), 100);
+        let mut seen = observe(&scene, 100);
         seen.samples.iter_mut().for_each(|s| s.time += offset);
         seen
     };
@@ -200,9 +176,7 @@ fn information_adds_up() {
     let scenes = [rod(0.5, 0.5), rod(0.35, 0.4)];
     let problems = scenes.map(|scene| scene.problem().unwrap());
     let data = |k: usize| {
-        let mut data = record(&problems[k].simulate().unwrap(), 40).sigma(1e-3);
-        noise(&mut data, 1e-3, 5 + k as u64);
-        data
+        noisy(&record(&problems[k].simulate().unwrap(), 40), 1e-3, 5 + k as u64).sigma(1e-3)
     };
     let sd = |report: &FitReport| {
         let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
@@ -228,8 +202,7 @@ fn information_adds_up() {
 fn a_prior_lends_its_error() {
     let scene = rod(0.5, 0.5);
     let problem = scene.problem().unwrap();
-    let mut data = record(&problem.simulate().unwrap(), 60).sigma(1e-3);
-    noise(&mut data, 1e-3, 3);
+    let data = noisy(&observe(&scene, 60), 1e-3, 3).sigma(1e-3);
     let density = Unknown::new(Parameter::Density).prior(1300.0, 26.0);
     let fit = |unknowns: Vec<Unknown>| {
         let fit = Fit::new(&problem).observe(data.clone());
@@ -268,20 +241,17 @@ fn what_is_held_out_is_predicted() {
     scene.loads.damping.mass = 0.8;
     let problem = scene.problem().unwrap();
     let run = problem.simulate().unwrap();
-    let mut tip = record(&run, 60);
-    noise(&mut tip, 1e-3, 1);
+    let tip = noisy(&record(&run, 60), 1e-3, 1);
     let mut middle = record(&run, 60).at(Point::ArcLength(0.3));
     for sample in &mut middle.samples {
         let (x, _) = run.at(middle.point, sample.time).unwrap();
         sample.position = [Some(x[0]), Some(x[1]), None];
     }
-    noise(&mut middle, 1e-3, 2);
+    add_noise(&mut middle, 1e-3, 2);
     let shape = droop(&problem, 10).sigma(1e-4).held_out();
     let fit = |scene: &Scene| {
-        // Mesh and step are the data's own.
-        let discretization_error = Refinement::None;
         Fit::new(&scene.problem().unwrap())
-            .analyse(Analysis { discretization_error, ..Analysis::default() })
+            .analyse(same_mesh())
             .observe(tip.clone())
             .observe(middle.clone().sigma(1e-3).held_out())
             .observe(shape.clone())
@@ -324,7 +294,7 @@ fn one_frequency_for_one_modulus() {
 #[test]
 fn a_motion_needs_a_time() {
     let mut scene = rod(0.5, 0.2);
-    let data = record(&scene.problem().unwrap().simulate().unwrap(), 20);
+    let data = observe(&scene, 20);
     scene.time = None;
     let fit = Fit::new(&scene.problem().unwrap()).observe(data).identify(Parameter::YoungsModulus);
     assert!(fit.solve().unwrap_err().to_string().contains("time"));

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use rodfit::fit::Sample;
 use rodfit::scene::{Clamp, Scene, Shape};
-use rodfit::{Fit, Observation, Parameter, Point, Problem, Trajectory};
+use rodfit::{Fit, Observation, Parameter, Point, Problem};
 
-use crate::common::{cantilever_with, helix_with};
+use crate::common::differences::{at_rest, difference};
+use crate::common::{coarse, helix_with, simulate};
 
 fn curvature_of(part: usize) -> Parameter {
     format!("natural_curvature.{part}").parse().unwrap()
@@ -16,9 +17,8 @@ fn twist_of(part: usize) -> Parameter {
 }
 
 fn arc() -> Scene {
-    let mut scene = cantilever_with(0.5, 2e-3, 0.1, Clamp::MidEdge);
+    let mut scene = coarse(21, 2e-3, 0.1);
     scene.rod.shape = Shape::Arc { length: 0.5, angle: 1.5 };
-    scene.rod.segments = Some(21);
     scene
 }
 
@@ -27,10 +27,6 @@ fn helix() -> Scene {
     scene.rod.segments = Some(24);
     scene.rod.natural_twist = 2.0.into();
     scene
-}
-
-fn at_rest(problem: &Problem, parameters: &[Parameter]) -> Trajectory {
-    Trajectory::at_rest(problem, &(0..problem.nodes()).collect::<Vec<_>>(), parameters).unwrap()
 }
 
 /// Parts that are all alike are the whole, and their derivatives add up to the whole's.
@@ -100,26 +96,18 @@ fn derivatives_by_the_parts() {
     ] {
         let problem = scene.problem().unwrap();
         for parameter in parameters {
-            let value = parameter.of(&scene).unwrap();
             let tips = |problem: &Problem| {
-                [at_rest(problem, &[]).tip(0), problem.simulate().unwrap().tip(50)]
+                [at_rest(problem, &[]).tip(0), problem.simulate().unwrap().tip(50)].concat()
             };
             let exact = [
                 at_rest(&problem, &[parameter]).at(Point::Tip, 0.0).unwrap().1[0],
                 problem.simulate_with(&[parameter]).unwrap().at(Point::Tip, 0.1).unwrap().1[0],
             ];
             // What the released curvature sets off along the rod turns through many radians.
-            let h = 1e-4;
-            let at = |k: f64| tips(&problem.with([(parameter, value + k * h)]).unwrap());
-            let [[a, b], [c, d], [e, f]] = [1.0, 2.0, 3.0].map(|k| [at(k), at(-k)]);
+            let slopes = difference(&problem, parameter, 1e-4, tips);
             for (j, exact) in exact.iter().enumerate() {
-                let slope = [0, 1, 2].map(|i| {
-                    let difference = |x: &[[f64; 3]; 2], y: &[[f64; 3]; 2]| x[j][i] - y[j][i];
-                    (45.0 * difference(&a, &b) - 9.0 * difference(&c, &d) + difference(&e, &f))
-                        / (60.0 * h)
-                });
-                let size = Vector3::from(slope).norm();
-                let off = (Vector3::from(slope) - Vector3::from(*exact)).norm() / size;
+                let slope = Vector3::from_column_slice(&slopes[3 * j..3 * j + 3]);
+                let off = (slope - Vector3::from(*exact)).norm() / slope.norm();
                 println!("{parameter}, {}: {off:.1e}", ["at rest", "in motion"][j]);
                 assert!(off < 1e-8, "{parameter}: {slope:?} {exact:?}");
             }
@@ -181,7 +169,7 @@ fn a_fit_finds_the_parts() {
     let truth = [1.0, 0.8, 1.2];
     let mut scene = arc();
     scene.rod.natural_curvature = truth.to_vec().into();
-    let run = scene.problem().unwrap().simulate().unwrap();
+    let run = simulate(&scene);
     scene.rod.natural_curvature = vec![1.0; 3].into();
     let mut fit = Fit::new(&scene.problem().unwrap());
     for node in [8, 15, 21] {

@@ -1,21 +1,21 @@
 //! What data cannot tell is refused by name, and slips of a set-up are named.
 
 use rodfit::fit::{FitReport, Sample};
-use rodfit::scene::{Clamp, Section, Shape};
+use rodfit::scene::{Section, Shape};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
-use crate::common::cantilever_with;
-use crate::planar::{fit, observe, small, value};
+use crate::common::fits::{fit, observe, value};
+use crate::common::{coarse, simulate};
+use crate::planar::small;
 
 /// Where steps are taken in halves the misfit jumps with the modulus. A fit that leaves more than
 /// noise says so, with a way out; the way out works.
 #[test]
 fn jumps_of_the_misfit_are_named() {
     let rod = |step: f64, damping: f64| {
-        let mut scene = cantilever_with(0.5, step, 2.4, Clamp::MidEdge);
+        let mut scene = coarse(20, step, 2.4);
         scene.rod.shape = Shape::Straight { length: 0.12, direction: [1.0, 0.0, 0.0] };
         scene.rod.section = Section::Circle { radius: 1.2e-3 };
-        scene.rod.segments = Some(20);
         scene.material.youngs_modulus = 2.9e7;
         scene.loads.damping.mass = damping;
         scene
@@ -24,9 +24,9 @@ fn jumps_of_the_misfit_are_named() {
         // What the model misses.
         let data = observe(&rod(step, 0.3), 200);
         let scene = rod(step, 0.32);
-        let run = scene.problem().unwrap().simulate().unwrap();
+        let run = simulate(&scene);
         let halved = run.work().steps > run.times().len() - 1;
-        let report = fit(&scene, &data, &[Unknown::new(Parameter::YoungsModulus)]);
+        let report = fit(&scene, &data, &[Parameter::YoungsModulus]);
         assert!(!report.warnings.is_empty(), "{report}");
         (halved, report.warnings.iter().any(|w| w.contains("taken in halves")))
     };
@@ -52,22 +52,15 @@ fn refusal(report: &FitReport, words: &[&str]) {
 fn modulus_and_density_under_gravity_are_refused_by_name() {
     let scene = small(1.0);
     let data = observe(&scene, 100);
-    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into(), Parameter::Density.into()]);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::Density]);
     refusal(&report, &["not identifiable", "youngs_modulus/density"]);
     assert!(report.parameters.iter().all(|e| !e.identifiable));
     // With damping, whose rate is identified all the same.
     let mut scene = scene;
     scene.loads.damping.mass = 0.8;
     let data = observe(&scene, 100);
-    let report = fit(
-        &scene,
-        &data,
-        &[
-            Parameter::YoungsModulus.into(),
-            Parameter::DampingMass.into(),
-            Parameter::Density.into(),
-        ],
-    );
+    let report =
+        fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass, Parameter::Density]);
     refusal(&report, &["youngs_modulus/density"]);
     let damping = report.estimate(Parameter::DampingMass).unwrap();
     assert!((damping.value.unwrap() / 0.8 - 1.0).abs() < 1e-6, "{report}");
@@ -79,17 +72,11 @@ fn what_has_no_effect_is_refused_by_name() {
     let mut scene = small(1.0);
     scene.material.poisson_ratio = Some(0.4);
     let data = observe(&scene, 50);
-    refusal(
-        &fit(&scene, &data, &[Parameter::PoissonRatio.into()]),
-        &["poisson_ratio has no effect"],
-    );
+    refusal(&fit(&scene, &data, &[Parameter::PoissonRatio]), &["poisson_ratio has no effect"]);
     // Nor does anything in a rod at rest without load.
     scene.loads.gravity = [0.0; 3];
     let data = observe(&scene, 50);
-    refusal(
-        &fit(&scene, &data, &[Parameter::YoungsModulus.into()]),
-        &["youngs_modulus has no effect"],
-    );
+    refusal(&fit(&scene, &data, &[Parameter::YoungsModulus]), &["youngs_modulus has no effect"]);
 }
 
 /// A wrong model never looks fine.
@@ -100,13 +87,13 @@ fn an_unexplained_motion_is_a_warning() {
     for sample in &mut data.samples {
         sample.position[1] = sample.position[1].map(|y| -y);
     }
-    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into()]);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus]);
     assert!(report.warnings.iter().any(|w| w.contains("unexplained")), "{report}");
     let mut data = observe(&scene, 100).sigma(1e-5);
     for (k, sample) in data.samples.iter_mut().enumerate() {
         sample.position[1] = sample.position[1].map(|y| y + 1e-3 * (k as f64).sin());
     }
-    let report = fit(&scene, &data, &[Parameter::YoungsModulus.into()]);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus]);
     assert!(report.warnings.iter().any(|w| w.contains("times the stated sigma")), "{report}");
 }
 

@@ -1,10 +1,11 @@
 //! What is wrong with data, model or mesh does not look fine, and what is not is not doubted.
 
-use rodfit::fit::{Analysis, FitReport, Grade, Kind, Refinement, Sample};
+use rodfit::fit::{FitReport, Grade, Kind, Sample};
 use rodfit::scene::{Clamp, Time};
 use rodfit::{Fit, Parameter, Unknown};
 
-use crate::intervals::{fit, noisy, small};
+use crate::common::fits::{fit, fit_with, noisy, observe, same_mesh};
+use crate::intervals::small;
 
 fn refused(report: &FitReport, kind: Kind, words: &[&str]) {
     assert!(!report.is_success(), "{report}");
@@ -19,15 +20,10 @@ fn refused(report: &FitReport, kind: Kind, words: &[&str]) {
 
 #[test]
 fn what_is_not_identifiable_is_named() {
-    let plain = Analysis::default;
     let mut scene = small(1.0);
-    let data = noisy(&scene, 100, 2.7e-3, 1);
-    let report = fit(
-        &scene,
-        &data,
-        &[Parameter::YoungsModulus, Parameter::Density, Parameter::DampingMass],
-        plain(),
-    );
+    let data = noisy(&observe(&scene, 100), 2.7e-3, 1);
+    let report =
+        fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::Density, Parameter::DampingMass]);
     refused(&report, Kind::Structural, &["youngs_modulus/density"]);
     assert!(report.parameters[2].identifiable, "{report}");
     // Bending goes with E r^2 at a given density; only stretching tells them apart.
@@ -41,23 +37,19 @@ fn what_is_not_identifiable_is_named() {
     println!("{}", report.status);
     refused(&report, Kind::Practical, &["youngs_modulus*radius^2", "practically"]);
     assert!(report.parameters.iter().all(|e| !e.identifiable), "{report}");
-    let report = fit(
-        &scene,
-        &data,
-        &[Parameter::YoungsModulus, Parameter::Radius, Parameter::Density],
-        plain(),
-    );
+    let report =
+        fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::Radius, Parameter::Density]);
     println!("{}", report.status);
     refused(&report, Kind::Structural, &[]);
     assert!(report.parameters.iter().all(|e| !e.identifiable), "{report}");
     // Twist does not enter in a plane.
     scene.material.shear_modulus = Some(3e7);
-    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::ShearModulus], plain());
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::ShearModulus]);
     refused(&report, Kind::Structural, &["shear_modulus has no effect"]);
     assert!(report.parameters[0].identifiable && !report.parameters[1].identifiable);
     scene.loads.gravity = [0.0; 3];
-    let data = noisy(&scene, 100, 1e-3, 1);
-    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], plain());
+    let data = noisy(&observe(&scene, 100), 1e-3, 1);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass]);
     refused(
         &report,
         Kind::Structural,
@@ -68,11 +60,10 @@ fn what_is_not_identifiable_is_named() {
 /// A fit at a wrong optimum, of a wrong model, or with a wrong mesh does not look fine.
 #[test]
 fn nothing_wrong_looks_fine() {
-    // Of the same ten edges as the data.
-    let same = || Analysis { discretization_error: Refinement::None, ..Analysis::default() };
     let scene = small(1.0);
-    let data = noisy(&scene, 100, 1e-3, 4);
-    let fine = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], same());
+    let data = noisy(&observe(&scene, 100), 1e-3, 4);
+    let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
+    let fine = fit_with(&scene, &data, &unknowns, same_mesh());
     assert!(fine.warnings.is_empty() && fine.grade == Grade::Trustworthy, "{fine}");
     let doubtful = |report: &FitReport, word: &str| {
         assert!(report.grade != Grade::Trustworthy, "{report}");
@@ -84,7 +75,7 @@ fn nothing_wrong_looks_fine() {
         let report = Fit::new(&scene.problem().unwrap())
             .observe(data.clone())
             .identify(Unknown::new(Parameter::YoungsModulus).bounds(window[0], window[1]))
-            .analyse(same())
+            .analyse(same_mesh())
             .solve()
             .unwrap();
         doubtful(&report, "resemble");
@@ -92,29 +83,16 @@ fn nothing_wrong_looks_fine() {
     // Damped data, undamped model.
     let mut undamped = scene.clone();
     undamped.loads.damping.mass = 0.0;
-    doubtful(&fit(&undamped, &data, &[Parameter::YoungsModulus], Analysis::default()), "resemble");
+    doubtful(&fit(&undamped, &data, &[Parameter::YoungsModulus]), "resemble");
     // A clock that runs a hundredth of a second late.
     let mut late = data.clone();
     late.samples.iter_mut().for_each(|s| s.time -= 0.008);
     late.samples.retain(|s: &Sample| s.time >= 0.0);
-    doubtful(
-        &fit(
-            &scene,
-            &late,
-            &[Parameter::YoungsModulus, Parameter::DampingMass],
-            Analysis::default(),
-        ),
-        "resemble",
-    );
+    doubtful(&fit(&scene, &late, &unknowns), "resemble");
     // Ten edges and exact data: the mesh is what is wrong.
     let mut coarse = scene.clone();
     coarse.supports.clamp = Clamp::Nodes;
-    let report = fit(
-        &coarse,
-        &data,
-        &[Parameter::YoungsModulus, Parameter::DampingMass],
-        Analysis::default(),
-    );
+    let report = fit(&coarse, &data, &unknowns);
     doubtful(&report, "mesh and step may be");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
 }
@@ -126,9 +104,9 @@ fn the_mesh_is_blamed_before_the_model() {
     let coarse = small(1.0);
     let mut fine = coarse.clone();
     fine.rod.segments = Some(60);
-    let data = noisy(&fine, 100, 1e-4, 6);
+    let data = noisy(&observe(&fine, 100), 1e-4, 6);
     let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
-    let report = fit(&coarse, &data, &unknowns, Analysis::default());
+    let report = fit(&coarse, &data, &unknowns);
     assert!(report.warnings[0].contains("refine segments or step before"), "{report}");
     assert!(report.warnings.iter().any(|w| w.contains("resemble")), "{report}");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
@@ -137,8 +115,8 @@ fn the_mesh_is_blamed_before_the_model() {
     let mut stiff = fine.clone();
     stiff.loads.damping.mass = 0.0;
     stiff.loads.damping.stiffness = 2e-2;
-    let data = noisy(&stiff, 100, 1e-4, 6);
-    let report = fit(&fine, &data, &unknowns, Analysis::default());
+    let data = noisy(&observe(&stiff, 100), 1e-4, 6);
+    let report = fit(&fine, &data, &unknowns);
     assert_eq!(report.grade, Grade::ModelDoesNotExplain, "{report}");
     assert!(report.verdict.contains("no noise"), "{report}");
 }
@@ -147,7 +125,7 @@ fn the_mesh_is_blamed_before_the_model() {
 #[test]
 fn residuals_are_tested_where_they_belong() {
     let scene = small(1.0);
-    let mut data = noisy(&scene, 120, 1e-3, 8);
+    let mut data = noisy(&observe(&scene, 120), 1e-3, 8);
     for (k, sample) in data.samples.iter_mut().enumerate() {
         if k % 7 == 0 {
             sample.position[0] = None;
@@ -156,12 +134,7 @@ fn residuals_are_tested_where_they_belong() {
         let t = sample.time;
         sample.position[1] = sample.position[1].map(|y| y - 3e-3 * (t - 0.5));
     }
-    let report = fit(
-        &scene,
-        &data,
-        &[Parameter::YoungsModulus, Parameter::DampingMass],
-        Analysis::default(),
-    );
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass]);
     let [x, y] = &report.residual_tests[..] else { panic!("{report:?}") };
     assert!(x.axis == "x" && x.passed && y.axis == "y" && !y.is_noise(), "{x:?} {y:?}");
     assert!(y.trend < 1e-6 || y.whiteness < 1e-6, "{y:?}");
@@ -172,8 +145,8 @@ fn residuals_are_tested_where_they_belong() {
 fn noise_is_no_objection() {
     let mut scene = small(1.0);
     scene.rod.segments = Some(20);
-    let data = noisy(&scene, 100, 1.2e-2, 2);
-    let report = fit(&scene, &data, &[Parameter::YoungsModulus], Analysis::default());
+    let data = noisy(&observe(&scene, 100), 1.2e-2, 2);
+    let report = fit(&scene, &data, &[Parameter::YoungsModulus]);
     assert!(report.residual_rms > 0.1 * 7e-2 && report.warnings.is_empty(), "{report}");
     assert!(report.simulations < 20.0, "{report}");
 }

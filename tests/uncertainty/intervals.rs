@@ -1,45 +1,24 @@
 //! Errors of identified parameters: profile, bootstrap, observed information, discretisation.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
-use rodfit::fit::{Analysis, FitReport, Refinement};
+use rodfit::fit::{Analysis, Refinement};
 use rodfit::scene::{Clamp, Scene, Time};
-use rodfit::{Fit, Observation, Parameter, Unknown};
+use rodfit::{Fit, Parameter};
 
-use crate::common::{cantilever_with, record};
+use crate::common::coarse;
+use crate::common::fits::{covers, fit, fit_with, noisy, observe, same_mesh};
 
+/// Damped, of 10 edges.
 pub fn small(end: f64) -> Scene {
-    let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
-    scene.rod.segments = Some(10);
+    let mut scene = coarse(10, 4e-3, end);
     scene.loads.damping.mass = 0.8;
     scene
-}
-
-pub fn noisy(scene: &Scene, count: usize, sigma: f64, seed: u64) -> Observation {
-    let mut data = record(&scene.problem().unwrap().simulate().unwrap(), count);
-    let (mut random, noise) = (ChaCha8Rng::seed_from_u64(seed), Normal::new(0.0, sigma).unwrap());
-    for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
-        *x += noise.sample(&mut random);
-    }
-    data
-}
-
-pub fn fit(
-    scene: &Scene,
-    data: &Observation,
-    unknowns: &[Parameter],
-    analysis: Analysis,
-) -> FitReport {
-    let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone()).analyse(analysis);
-    unknowns.iter().fold(fit, |fit, p| fit.identify(Unknown::new(*p))).solve().unwrap()
 }
 
 /// Where the model is nearly linear over the noise, all four ways agree.
 #[test]
 fn four_ways_to_an_error() {
     let scene = small(0.8);
-    let data = noisy(&scene, 60, 1e-3, 5);
+    let data = noisy(&observe(&scene, 60), 1e-3, 5);
     let analysis = Analysis {
         profile: true,
         bootstrap: 400,
@@ -47,8 +26,12 @@ fn four_ways_to_an_error() {
         observed_information: true,
         discretization_error: Refinement::None,
     };
-    let report =
-        fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis.clone());
+    let report = fit_with(
+        &scene,
+        &data,
+        &[Parameter::YoungsModulus, Parameter::DampingMass],
+        analysis.clone(),
+    );
     println!("{report}");
     for estimate in &report.parameters {
         let (sd, [low, high]) = (estimate.std_error.unwrap(), estimate.interval95.unwrap());
@@ -65,7 +48,8 @@ fn four_ways_to_an_error() {
     }
     assert!(report.warnings.is_empty(), "{report}");
     // Seeded: the same again.
-    let again = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis);
+    let again =
+        fit_with(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis);
     assert_eq!(
         again.parameters[0].bootstrap.as_ref().unwrap().interval95,
         report.parameters[0].bootstrap.as_ref().unwrap().interval95
@@ -77,9 +61,9 @@ fn four_ways_to_an_error() {
 #[test]
 fn the_profile_ends_where_the_misfit_has_risen() {
     let scene = small(0.3);
-    let data = noisy(&scene, 12, 1e-2, 3).sigma(1e-2);
+    let data = noisy(&observe(&scene, 12), 1e-2, 3).sigma(1e-2);
     let analysis = Analysis { profile: true, ..Analysis::default() };
-    let report = fit(&scene, &data, &[Parameter::YoungsModulus], analysis);
+    let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], analysis);
     let residuals = Fit::new(&scene.problem().unwrap())
         .observe(data)
         .identify(Parameter::YoungsModulus)
@@ -102,9 +86,9 @@ fn an_open_interval_is_open() {
     scene.loads.damping.mass = 0.1;
     let (mut open, mut bounded, mut covered) = (0, 0, 0);
     for seed in 0..8 {
-        let data = noisy(&scene, 30, 1e-2, seed);
+        let data = noisy(&observe(&scene, 30), 1e-2, seed);
         let analysis = Analysis { profile: true, ..Analysis::default() };
-        let report = fit(&scene, &data, &[Parameter::DampingMass], analysis);
+        let report = fit_with(&scene, &data, &[Parameter::DampingMass], analysis);
         let estimate = &report.parameters[0];
         match estimate.profile95 {
             Some([low, high]) => {
@@ -127,24 +111,15 @@ fn an_open_interval_is_open() {
 #[test]
 fn intervals_cover() {
     let scene = small(0.6);
-    let problem = scene.problem().unwrap();
-    let clean = record(&problem.simulate().unwrap(), 30);
-    let noise = Normal::new(0.0, 1e-3).unwrap();
+    let clean = observe(&scene, 30);
+    let truths = [(Parameter::YoungsModulus, 1e8), (Parameter::DampingMass, 0.8)];
     let mut covered = [0; 2];
     let seeds = 200;
     for seed in 0..seeds {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut data = clean.clone();
-        for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
-            *x += noise.sample(&mut random);
-        }
-        let analysis = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
-        let report =
-            fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], analysis);
-        for (count, (e, truth)) in covered.iter_mut().zip(report.parameters.iter().zip([1e8, 0.8]))
-        {
-            let [low, high] = e.interval95.unwrap();
-            *count += usize::from(low <= truth && truth <= high);
+        let data = noisy(&clean, 1e-3, seed);
+        let report = fit_with(&scene, &data, &truths.map(|(p, _)| p), same_mesh());
+        for (count, (parameter, truth)) in covered.iter_mut().zip(truths) {
+            *count += usize::from(covers(&report, parameter, truth));
         }
     }
     println!("covered {covered:?} of {seeds}");
@@ -156,20 +131,14 @@ fn intervals_cover() {
 /// campaign, where the standard error's interval covers 88.6 % and the profile's 94.3 %.
 #[test]
 fn profiles_cover_where_standard_errors_do_not() {
-    let mut scene = cantilever_with(0.5, 4e-3, 0.1, Clamp::MidEdge);
-    scene.rod.segments = Some(10);
+    let scene = coarse(10, 4e-3, 0.1);
     let (mut by_error, mut by_profile) = (0, 0);
     for seed in 0..100 {
-        let data = noisy(&scene, 30, 3e-3, seed);
-        let analysis = Analysis {
-            profile: true,
-            discretization_error: Refinement::None,
-            ..Analysis::default()
-        };
-        let report = fit(&scene, &data, &[Parameter::YoungsModulus], analysis);
-        let ([low, high], [from, to]) =
-            (report.parameters[0].interval95.unwrap(), report.parameters[0].profile95.unwrap());
-        by_error += usize::from(low <= 1e8 && 1e8 <= high);
+        let data = noisy(&observe(&scene, 30), 3e-3, seed);
+        let analysis = Analysis { profile: true, ..same_mesh() };
+        let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], analysis);
+        let [from, to] = report.parameters[0].profile95.unwrap();
+        by_error += usize::from(covers(&report, Parameter::YoungsModulus, 1e8));
         by_profile += usize::from(from.is_none_or(|x| x <= 1e8) && to.is_none_or(|x| 1e8 <= x));
     }
     println!("covered by standard error {by_error}, by profile {by_profile} of 100");
@@ -187,14 +156,12 @@ fn a_damping_of_zero_has_an_upper_bound() {
         scene.loads.damping.mass = truth;
         let (mut covered, mut bounded, mut known) = (0, 0, 0);
         for seed in 0..60 {
-            let data = noisy(&scene, 100, 1e-3, 100 + seed);
-            let how = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
-            let report =
-                fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], how);
+            let data = noisy(&observe(&scene, 100), 1e-3, 100 + seed);
+            let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
+            let report = fit_with(&scene, &data, &unknowns, same_mesh());
             let [modulus, damping] = &report.parameters[..] else { panic!("{report}") };
             assert!(report.is_success() && damping.identifiable, "{report}");
-            let [low, high] = modulus.interval95.unwrap();
-            known += usize::from(low <= 1e8 && 1e8 <= high);
+            known += usize::from(covers(&report, Parameter::YoungsModulus, 1e8));
             assert!(modulus.std_error.unwrap() < 2e5, "{report}");
             let [low, high] = damping.interval95.unwrap();
             covered += usize::from(truth <= high);
@@ -221,19 +188,19 @@ fn the_discretization_error_covers_the_bias() {
         [(10, 2e-3, Clamp::MidEdge), (16, 4e-3, Clamp::MidEdge), (20, 2e-3, Clamp::Nodes)]
     {
         for e in [3e7, 1e8, 5e8] {
-            let mut scene = cantilever_with(0.5, step, 0.6, clamp);
-            scene.rod.segments = Some(segments);
+            let mut scene = coarse(segments, step, 0.6);
+            scene.supports.clamp = clamp;
             scene.material.youngs_modulus = e;
             let mut fine = scene.clone();
             fine.rod.segments = Some(4 * segments);
             fine.time = Some(Time::new(0.6, 0.1 * step));
-            let data = record(&fine.problem().unwrap().simulate().unwrap(), 60);
-            let report = fit(&scene, &data, &[Parameter::YoungsModulus], Analysis::default());
+            let data = observe(&fine, 60);
+            let report = fit(&scene, &data, &[Parameter::YoungsModulus]);
             let bias = (report.parameters[0].value.unwrap() / e - 1.0).abs();
             let stated = report.discretization_error[0].relative.unwrap();
             let how =
                 Analysis { discretization_error: Refinement::Refitted, ..Analysis::default() };
-            let refitted = fit(&scene, &data, &[Parameter::YoungsModulus], how);
+            let refitted = fit_with(&scene, &data, &[Parameter::YoungsModulus], how);
             let again = refitted.discretization_error[0].relative.unwrap();
             println!(
                 "{segments} edges, {step} s, {clamp:?}, {e:e} Pa: bias {bias:.2e}, stated \
