@@ -4,15 +4,14 @@
 use argmin::core::{Gradient, Hessian};
 use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, Sighting};
 use rodfit::modes::About;
-use rodfit::scene::{Clamp, InitialState, PointForce, Scene, Scheme, Shape, Time};
+use rodfit::scene::{Clamp, InitialState, Scene, Scheme, Shape, Time};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
-use crate::common::{cantilever_with, helix_with, record};
+use crate::common::fits::{observe, record, record_in_space};
+use crate::common::{at_tip, coarse, helix_with, simulate};
 
 fn small(end: f64) -> Scene {
-    let mut scene = cantilever_with(0.5, 4e-3, end, Clamp::MidEdge);
-    scene.rod.segments = Some(10);
-    scene
+    coarse(10, 4e-3, end)
 }
 
 fn residuals(scene: &Scene, data: &Observation, parameters: &[Parameter]) -> Residuals {
@@ -83,7 +82,7 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
     ];
     let mut drooping = small(0.4);
     drooping.initial.state = InitialState::Equilibrium;
-    drooping.initial.point = vec![PointForce { force: [0.0, 0.05, 0.0], ..PointForce::default() }];
+    drooping.initial.point = at_tip([0.0, 0.05, 0.0]);
     let mut averaged = small(0.4);
     averaged.time = Some(Time { scheme: Scheme::AverageVectorField, ..Time::new(0.4, 4e-3) });
     let mut thrown = small(0.3);
@@ -114,16 +113,8 @@ fn the_hessian_is_the_derivative_of_the_gradient() {
     ];
     for (name, scene, parameters) in cases {
         let data = match name {
-            "helix" => {
-                let run = scene.problem().unwrap().simulate().unwrap();
-                let sample = |k: usize| {
-                    let time = 0.01 * k as f64;
-                    let x = run.at(rodfit::Point::Tip, time).unwrap().0;
-                    rodfit::fit::Sample { time, position: x.map(Some) }
-                };
-                Observation::new((1..=30).map(sample).collect())
-            }
-            _ => record(&scene.problem().unwrap().simulate().unwrap(), 40),
+            "helix" => record_in_space(&simulate(&scene), 30),
+            _ => observe(&scene, 40),
         };
         let residuals = residuals(&scene, &data, &parameters);
         let mut x = values(&scene, &residuals);

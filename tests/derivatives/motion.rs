@@ -6,7 +6,7 @@ use rodfit::model::Model;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Support, Time};
 use rodfit::{AnyProblem, Derivatives, Parameter, Point, Posed, Problem};
 
-use crate::common::{cantilever, cantilever_with, helix_with, planar};
+use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar};
 
 /// Both routes solve the same equations to rounding. What remains are the rounding errors of the
 /// two trajectories, which beta = 0.5 does not damp.
@@ -69,11 +69,7 @@ pub fn rich_scene() -> Scene {
     scene.rod.segments = Some(30);
     scene.loads.damping.mass = 0.7;
     scene.loads.damping.stiffness = 3e-3;
-    scene.loads.point = vec![PointForce {
-        node: rodfit::scene::Node::TIP,
-        force: [0.1, -0.2, 0.0],
-        ..PointForce::default()
-    }];
+    scene.loads.point = at_tip([0.1, -0.2, 0.0]);
     scene.time = Some(Time { beta: 0.6, ..Time::new(0.4013, 2e-3) });
     scene
 }

@@ -8,6 +8,9 @@ use rodfit::scene::*;
 use rodfit::{AnyProblem, Parameter, Problem};
 use std::collections::BTreeSet;
 
+use crate::common::at_tip;
+use crate::common::differences::difference;
+
 const SEEDS: u64 = 48;
 const STEPS: usize = 12;
 /// Of the largest derivative, against the run in dual numbers.
@@ -120,7 +123,7 @@ fn scene(seed: u64, planar: bool) -> Scene {
     if held && c.yes() && scheme != Scheme::Verlet {
         scene.initial.state = InitialState::Equilibrium;
         let force = c.vector(0.02, planar);
-        scene.initial.point = vec![PointForce { force, ..PointForce::default() }];
+        scene.initial.point = at_tip(force);
     } else {
         scene.initial.velocity = c.vector(0.3, planar);
         scene.initial.angular_velocity =
@@ -181,20 +184,14 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The seven-point difference.
-fn difference(problem: &Problem, parameter: Parameter) -> Vec<f64> {
+fn by_differences(problem: &Problem, parameter: Parameter) -> Vec<f64> {
     let value = parameter.of(problem.scene()).unwrap();
     // Zero is the middle of numbers of the size of one, but for loads and dampings.
     let h = match value == 0.0 {
         true => 1e-3,
         false => 2e-3 * value.abs(),
     };
-    let at = |k: f64| end(&problem.with([(parameter, value + k * h)]).unwrap());
-    let side = |k: f64| -> Vec<f64> {
-        at(k).iter().zip(at(-k)).map(|(above, below)| above - below).collect()
-    };
-    let [a, b, c] = [1.0, 2.0, 3.0].map(side);
-    (0..a.len()).map(|i| (45.0 * a[i] - 9.0 * b[i] + c[i]) / (60.0 * h)).collect()
+    difference(problem, parameter, h, end)
 }
 
 #[test]
@@ -257,7 +254,7 @@ fn derivatives_by_every_number() {
             if moved < 1e-6 || parameter.is_positive() && value == 0.0 {
                 continue;
             }
-            let difference = difference(&problem, parameter);
+            let difference = by_differences(&problem, parameter);
             let off = apart(&exact, &difference);
             let label = format!("{seed}, {parameter}: {off:.1e} of {size:.1e} by differences");
             if off > AGAINST_DIFFERENCES * size {
@@ -301,7 +298,7 @@ fn points_have_a_scale() {
     let exact = derivative(&problem, scale);
     let size = largest(&exact);
     assert!(apart(&exact, &in_duals(&problem, scale)) < AGAINST_DUALS * size);
-    assert!(apart(&exact, &difference(&problem, scale)) < AGAINST_DIFFERENCES * size);
+    assert!(apart(&exact, &by_differences(&problem, scale)) < AGAINST_DIFFERENCES * size);
     // Read by now, and told of another file.
     let mut other = problem.scene().clone();
     let Shape::Polyline { file: path, .. } = &mut other.rod.shape else { unreachable!() };

@@ -4,14 +4,14 @@ use num_dual::{Dual2SVec, Dual2SVec64, Dual64, DualSVec64, HyperDual64};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::Scalar;
-use rodfit::banded::BandMatrix;
 use rodfit::check::{Terms, Tolerance, check, check_problem};
 use rodfit::energy::{
     AsEnergy, DeadLoad, Derivatives, Element, PlanarBend, Stretch, dual_gradient_rate,
 };
-use rodfit::rod::Rod;
+use rodfit::scene::Clamp;
 
-use crate::common::{cantilever, planar};
+use crate::common::differences::assembled;
+use crate::common::{cantilever, cantilever_with, planar};
 
 /// A bend of turning angle `turn` (rad) with edges of the given lengths, anywhere.
 fn bent(random: &mut ChaCha8Rng, turn: f64, [e, f]: [f64; 2]) -> [f64; 6] {
@@ -197,8 +197,6 @@ fn gradient_rates_agree() {
     }
 }
 
-/// The assembled rod: gradient and tangent from both routes, from the energy's differences, and
-/// gradient against the gradient that comes with the tangent.
 #[test]
 fn assembly_adds_every_element_once() {
     let problem = cantilever().problem().unwrap();
@@ -207,45 +205,7 @@ fn assembly_adds_every_element_once() {
         simulation.step_to(k as f64 * 1e-3).unwrap();
     }
     let (rod, q) = (planar(&problem).rod(), simulation.state().q.clone());
-    let n = q.len();
-    let mut results = Vec::new();
-    for route in [Derivatives::Hand, Derivatives::Dual] {
-        let (mut alone, mut gradient) = (vec![0.0; n], vec![0.0; n]);
-        let mut tangent = BandMatrix::zeros(n);
-        rod.gradient(&q, &(), route, &mut alone);
-        // A second assembly must not see the first.
-        let elsewhere: Vec<f64> = (0..n).map(|i| 0.5 + i as f64).collect();
-        rod.tangent(&elsewhere, &(), route, &mut gradient, &mut tangent);
-        rod.tangent(&q, &(), route, &mut gradient, &mut tangent);
-        for (a, b) in alone.iter().zip(&gradient) {
-            assert!((a - b).abs() < 1e-11, "{a} {b}");
-        }
-        results.push((gradient, tangent));
-    }
-    let [(hand, k_hand), (dual, k_dual)] = &results[..] else { unreachable!() };
-    for i in 0..n {
-        assert!((hand[i] - dual[i]).abs() < 1e-10, "{i}: {} {}", hand[i], dual[i]);
-        for j in i.saturating_sub(5)..=i {
-            let (a, b) = (k_hand.get(i, j), k_dual.get(i, j));
-            assert!((a - b).abs() < 1e-9 * k_hand.get(i, i), "{i} {j}: {a} {b}");
-        }
-    }
-    // Directional difference of the energy and of the gradient.
-    let direction: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
-    let shifted = |s: f64| q.iter().zip(&direction).map(|(q, d)| q + s * d).collect::<Vec<f64>>();
-    let h = 1e-8;
-    let slope = (rod.energies(&shifted(h), &()).total() - rod.energies(&shifted(-h), &()).total())
-        / (2.0 * h);
-    let exact: f64 = hand.iter().zip(&direction).map(|(g, d)| g * d).sum();
-    assert!((slope / exact - 1.0).abs() < 1e-6, "{slope} {exact}");
-    let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);
-    rod.gradient(&shifted(h), &(), Derivatives::Hand, &mut ahead);
-    rod.gradient(&shifted(-h), &(), Derivatives::Hand, &mut behind);
-    for i in 0..n {
-        let exact: f64 = (0..n).map(|j| k_hand.get(i, j) * direction[j]).sum();
-        let difference = (ahead[i] - behind[i]) / (2.0 * h);
-        assert!((difference - exact).abs() < 1e-6 * k_hand.get(i, i), "{i}: {difference} {exact}");
-    }
+    assembled(&rod, &q, &(), 1e-8);
 }
 
 #[test]
@@ -257,7 +217,7 @@ fn a_scene_passes_its_check() {
 /// Two records of the same motion, by either route of derivatives.
 #[test]
 fn both_routes_move_the_same() {
-    let scene = crate::common::cantilever_with(0.7, 2e-3, 0.3, rodfit::scene::Clamp::MidEdge);
+    let scene = cantilever_with(0.7, 2e-3, 0.3, Clamp::MidEdge);
     let run = |route| scene.problem().unwrap().with_derivatives(route).simulate().unwrap();
     let (hand, dual) = (run(Derivatives::Hand), run(Derivatives::Dual));
     approx::assert_abs_diff_eq!(hand, dual);
@@ -279,24 +239,24 @@ struct Far {
     wrong: f64,
 }
 
+impl Far {
+    fn spring(&self) -> Stretch<f64, 2> {
+        Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 }
+    }
+}
+
 impl rodfit::Energy<4> for Far {
     fn energy<D: Scalar>(&self, q: &[D; 4]) -> D {
-        let element =
-            Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 };
-        AsEnergy(element).energy(q)
+        AsEnergy(self.spring()).energy(q)
     }
 }
 
 impl rodfit::Analytic<4> for Far {
     fn gradient(&self, q: &[f64; 4]) -> [f64; 4] {
-        let element =
-            Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 };
-        Element::gradient(&element, q)
+        Element::gradient(&self.spring(), q)
     }
     fn hessian(&self, q: &[f64; 4]) -> [[f64; 4]; 4] {
-        let element =
-            Stretch { stiffness: 3.0, rest_length: self.rest_length, natural_strain: 0.0 };
-        element.tangent(q).hessian.map(|row| row.map(|x| x * (1.0 + self.wrong)))
+        self.spring().tangent(q).hessian.map(|row| row.map(|x| x * (1.0 + self.wrong)))
     }
 }
 

@@ -8,7 +8,8 @@ use rodfit::scene::{
 };
 use rodfit::{Error, Parameter, Point, Problem, Trajectory};
 
-use crate::common::{cantilever, helix_with};
+use crate::common::differences::{at_rest, difference};
+use crate::common::{at_tip, cantilever, helix_with};
 
 /// A cantilever of 20 edges under its weight.
 fn sagging() -> Scene {
@@ -22,7 +23,7 @@ fn arc() -> Scene {
     let mut scene = sagging();
     scene.rod.shape = Shape::Arc { length: 0.6, angle: 1.2 };
     scene.material.shear_modulus = Some(4e7);
-    scene.loads.point = vec![PointForce { force: [0.1, -0.2, 0.0], ..PointForce::default() }];
+    scene.loads.point = at_tip([0.1, -0.2, 0.0]);
     scene
 }
 
@@ -118,25 +119,10 @@ fn scenes() -> Vec<(&'static str, Scene, Vec<Parameter>)> {
     ]
 }
 
-/// The seven-point difference of a quantity by a parameter.
-fn difference<const N: usize>(
-    problem: &Problem,
-    parameter: Parameter,
-    quantity: impl Fn(&Problem) -> [f64; N],
-) -> [f64; N] {
+/// The step of differences by a parameter.
+fn step(problem: &Problem, parameter: Parameter) -> f64 {
     let value = parameter.of(problem.scene()).unwrap();
-    let h = 3e-3 * if value == 0.0 { 1.0 } else { value.abs() };
-    let at = |k: f64| quantity(&problem.with([(parameter, value + k * h)]).unwrap());
-    let [a, b, c] = [1.0, 2.0, 3.0].map(|k| {
-        let (above, below) = (at(k), at(-k));
-        std::array::from_fn::<f64, N, _>(|i| above[i] - below[i])
-    });
-    std::array::from_fn(|i| (45.0 * a[i] - 9.0 * b[i] + c[i]) / (60.0 * h))
-}
-
-fn at_rest(problem: &Problem, parameters: &[Parameter]) -> Trajectory {
-    let all: Vec<usize> = (0..problem.nodes()).collect();
-    Trajectory::at_rest(problem, &all, parameters).unwrap()
+    3e-3 * if value == 0.0 { 1.0 } else { value.abs() }
 }
 
 #[test]
@@ -150,12 +136,12 @@ fn places_of_rest() {
         assert_eq!(run.tip(0), problem.equilibrium().unwrap().tip, "{name}");
         let points = [Point::Tip, Point::Node(middle), Point::ArcLength(0.1234)];
         for (k, parameter) in parameters.iter().enumerate() {
-            let places = |problem: &Problem| -> [f64; 9] {
+            let places = |problem: &Problem| {
                 let run = at_rest(problem, &[]);
-                let at = points.map(|point| run.at(point, 0.0).unwrap().0);
-                at.concat().try_into().unwrap()
+                points.map(|point| run.at(point, 0.0).unwrap().0).concat()
             };
-            let expected = difference(&problem, *parameter, places);
+            let h = step(&problem, *parameter);
+            let expected = difference(&problem, *parameter, h, places);
             let exact: Vec<f64> =
                 points.iter().flat_map(|p| run.at(*p, 0.0).unwrap().1[k]).collect();
             let size = expected.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -179,18 +165,20 @@ fn frequencies() {
             parameters.into_iter().filter(|p| p.of(&scene).is_some()).collect();
         let problem = scene.problem().unwrap();
         let tones = problem.tones(&NUMBERS, &parameters).unwrap();
-        let numbered = |problem: &Problem| -> [f64; 3] {
+        let numbered = |problem: &Problem| -> Vec<f64> {
             let modes = problem.modes(12, About::Equilibrium).unwrap().modes;
-            NUMBERS.map(|number| {
-                let own = |m: &&Mode| m.number == Some(number) && m.plane != Some(Plane::Out);
+            let of = |number: &usize| {
+                let own = |m: &&Mode| m.number == Some(*number) && m.plane != Some(Plane::Out);
                 modes.iter().find(own).unwrap().frequency_rad_s
-            })
+            };
+            NUMBERS.iter().map(of).collect()
         };
         for (tone, mode) in tones.iter().zip(numbered(&problem)) {
             assert!((tone.frequency_rad_s / mode - 1.0).abs() < 1e-11, "{name}");
         }
         for (k, parameter) in parameters.iter().enumerate() {
-            let expected = difference(&problem, *parameter, numbered);
+            let h = step(&problem, *parameter);
+            let expected = difference(&problem, *parameter, h, numbered);
             let scale = parameter.of(&scene).filter(|value| *value != 0.0).unwrap_or(1.0);
             for ((tone, expected), number) in tones.iter().zip(expected).zip(NUMBERS) {
                 let off = (tone.derivatives[k] - expected).abs() * scale / tone.frequency_rad_s;
@@ -221,11 +209,10 @@ fn frequencies_twice() {
         let along = |p: Parameter, q: Parameter| f64::from(u8::from(p == q));
         let seed = |p, value| HyperDual64::new(value, along(p, one), along(p, two), 0.0);
         let exact = problem.tones_over(&NUMBERS, seed).unwrap();
-        let slopes = |problem: &Problem| -> [f64; 2] {
-            let tones = problem.tones(&NUMBERS, &[one]).unwrap();
-            [0, 1].map(|k| tones[k].derivatives[0])
+        let slopes = |problem: &Problem| -> Vec<f64> {
+            problem.tones(&NUMBERS, &[one]).unwrap().iter().map(|t| t.derivatives[0]).collect()
         };
-        let expected = difference(&problem, two, slopes);
+        let expected = difference(&problem, two, step(&problem, two), slopes);
         let scale = one.of(&scene).unwrap() * two.of(&scene).unwrap();
         for (exact, expected) in exact.iter().zip(expected) {
             let off = (exact.eps1eps2 - expected).abs() * scale / exact.re;

@@ -1,10 +1,11 @@
 //! Sensitivities to how the motion starts: from an equilibrium, or with a velocity.
 
 use nalgebra::Vector3;
-use rodfit::scene::{Clamp, InitialState, PointForce, Scene, Scheme, Shape, Support, Time};
+use rodfit::scene::{Clamp, InitialState, Scene, Scheme, Shape, Support, Time};
 use rodfit::{Derivatives, Fit, Parameter, Point};
 
-use crate::common::{cantilever_with, helix_with, record};
+use crate::common::fits::observe;
+use crate::common::{at_tip, cantilever_with, coarse, helix_with};
 use crate::motion::{LARGEST, difference, mismatch, rich_scene};
 
 /// Plucked and released: the start depends on the parameters too.
@@ -12,8 +13,7 @@ use crate::motion::{LARGEST, difference, mismatch, rich_scene};
 fn from_an_equilibrium() {
     let pluck = |mut scene: Scene, force: [f64; 3]| {
         scene.initial.state = InitialState::Equilibrium;
-        scene.initial.point =
-            vec![PointForce { node: rodfit::scene::Node::TIP, force, ..PointForce::default() }];
+        scene.initial.point = at_tip(force);
         scene
     };
     let mut damped = rich_scene();
@@ -48,9 +48,8 @@ fn from_an_equilibrium() {
 #[test]
 fn thrown_rods() {
     let planar = |direction: [f64; 3]| {
-        let mut scene = cantilever_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
+        let mut scene = coarse(12, 1e-3, 0.2);
         scene.rod.shape = Shape::Straight { length: 0.5, direction };
-        scene.rod.segments = Some(12);
         scene
     };
     let mut helix = helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge);
@@ -201,13 +200,11 @@ fn velocities_out_of_the_plane() {
 /// A fit finds how fast a rod began to move, from a scene in which it does not.
 #[test]
 fn a_fit_finds_the_throw() {
-    let mut scene = cantilever_with(0.5, 2e-3, 0.3, Clamp::MidEdge);
-    scene.rod.segments = Some(20);
+    let mut scene = coarse(20, 2e-3, 0.3);
     let still = scene.problem().unwrap();
     scene.initial.velocity = [0.0, 0.7, 0.0];
     scene.initial.angular_velocity = [0.0, 0.0, -2.0];
-    let seen = record(&scene.problem().unwrap().simulate().unwrap(), 60);
-    let fit = Fit::new(&still).observe(seen);
+    let fit = Fit::new(&still).observe(observe(&scene, 60));
     let fit = fit
         .identify(Parameter::InitialVelocityY)
         .identify(Parameter::InitialAngularVelocityZ)

@@ -8,7 +8,7 @@ use rodfit::scene::{
 };
 use std::f64::consts::{PI, TAU};
 
-use crate::common;
+use crate::common::{cantilever, extremum, sag};
 
 /// E = 1e7 Pa, G = E/3, 1000 kg/m^3.
 fn rod(segments: usize, shape: Shape, section: Section) -> Scene {
@@ -239,14 +239,14 @@ fn small_deflections_of_curves() {
 #[test]
 fn first_swing_of_the_cantilever() {
     let continuum = |discretization: Discretization, segments: usize| {
-        let mut scene = common::cantilever();
+        let mut scene = cantilever();
         scene.rod.segments = Some(segments);
         scene.rod.discretization = Some(discretization);
         let time = rodfit::scene::Time::new(0.35, 2e-4);
         scene.time = Some(rodfit::scene::Time { scheme: rodfit::scene::Scheme::Rodas4, ..time });
         let problem = scene.problem().unwrap();
         let run = problem.simulate().unwrap();
-        let swing = common::extremum(run.times(), &common::sag(&run), [0.1, 0.35], 1.0);
+        let swing = extremum(run.times(), &sag(&run), [0.1, 0.35], 1.0);
         let lowest = problem.modes(1, rodfit::modes::About::Rest).unwrap().frequencies_rad_s[0];
         let bending = 1e8 * 0.005_f64.powi(2) / 4.0 / 1273.52;
         let exact = 1.87510407_f64.powi(2) * bending.sqrt() / 0.25;

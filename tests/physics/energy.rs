@@ -8,7 +8,7 @@ use rodfit::scene::{
 };
 use rodfit::{Error, Problem, Trajectory};
 
-use crate::common::{cantilever, cantilever_with, planar};
+use crate::common::{at_tip, cantilever, cantilever_with, extremum, helix_with, planar};
 
 /// Largest change of the total energy over the largest kinetic energy.
 fn drift(scene: &Scene) -> f64 {
@@ -208,9 +208,7 @@ fn damping_and_frequency_are_those_of_a_beam() {
         let (_, y) = swing(&scene, 1e-3, 5e-4, 3.3 * period);
         // Maxima a quarter, and two more periods after the start.
         let times: Vec<f64> = (1..=y.len()).map(|k| k as f64 * 5e-4).collect();
-        let peak = |n: f64| {
-            crate::common::extremum(&times, &y, [(n - 0.25) * period, (n + 0.25) * period], 1.0)
-        };
+        let peak = |n: f64| extremum(&times, &y, [(n - 0.25) * period, (n + 0.25) * period], 1.0);
         (peak(0.25) / peak(2.25)).ln() / (2.0 * period)
     };
     let none = decay(0.0, 0.0);
@@ -324,7 +322,7 @@ fn kelvin_voigt_damping_of_a_stiff_wire() {
         Scene::new(50, shape, Section::Circle { radius: 5e-4 }, Material::new(6450.0, 6.2e10));
     scene.loads.gravity = [0.0, -9.81, 0.0];
     scene.initial = Initial { state: InitialState::Equilibrium, ..Initial::default() };
-    scene.initial.point = vec![PointForce { force: [0.0, -0.12, 0.0], ..PointForce::default() }];
+    scene.initial.point = at_tip([0.0, -0.12, 0.0]);
     let mut dissipated = |scheme, step, eta| {
         scene.loads.damping.stiffness = eta;
         scene.time = Some(Time { scheme, ..Time::new(0.6, step) });
@@ -429,7 +427,7 @@ fn a_dead_moment_spins_a_hinged_rod() {
 /// is refused for them.
 #[test]
 fn a_rod_at_rest_stays_at_rest() {
-    let mut helix = crate::common::helix_with(0.5, 3e-4, 0.06, Clamp::MidEdge);
+    let mut helix = helix_with(0.5, 3e-4, 0.06, Clamp::MidEdge);
     helix.supports.end = Support::Clamped;
     let mut plane = cantilever_with(0.5, 3e-4, 0.06, Clamp::MidEdge);
     plane.rod.shape = Shape::Arc { length: 0.5, angle: 2.0 };

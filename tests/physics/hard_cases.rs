@@ -7,7 +7,7 @@ use rodfit::scene::{
 use rodfit::{Error, Trajectory};
 use std::f64::consts::PI;
 
-use crate::common::cantilever;
+use crate::common::{cantilever, simulate};
 
 const SCHEMES: [(Scheme, f64); 4] = [
     (Scheme::NewmarkBeta, 0.5),
@@ -185,7 +185,7 @@ fn a_shallow_arch_snaps_through() {
         let still = scene.problem().unwrap().equilibrium().unwrap();
         scene.loads.damping.mass = 5.0;
         scene.time = timed(6.0, 2e-3, (Scheme::NewmarkBeta, 0.6));
-        let run = scene.problem().unwrap().simulate().unwrap();
+        let run = simulate(&scene);
         let middle = run.node(20, 3000);
         assert_eq!(height(&scene, middle) > 0.0, through);
         let apart = (0..2).map(|c| (middle[c] - still.nodes[20][c]).abs()).fold(0.0, f64::max);
@@ -202,7 +202,7 @@ fn a_hair_moves_as_a_rod_does() {
         // EI/(rho A g L^3) stays.
         scene.material.youngs_modulus = 1e8 * (0.01 / slenderness).powi(2);
         scene.time = Some(Time { beta: 0.6, ..Time::new(0.5, 1e-3) });
-        scene.problem().unwrap().simulate().unwrap().tip(500)
+        simulate(&scene).tip(500)
     };
     let [rod, hair] = [1e-3, 1e-5].map(tip);
     let apart = (rod[0] - hair[0]).hypot(rod[1] - hair[1]) / 0.5;
@@ -276,7 +276,7 @@ fn a_hundred_thousand_nodes() {
         let mut scene = cantilever();
         scene.rod.segments = Some(segments);
         scene.time = Some(Time::new(0.01, 1e-3));
-        let run = scene.problem().unwrap().simulate().unwrap();
+        let run = simulate(&scene);
         let work = run.work();
         println!("{segments}: tip at {:?}, {work:?}", run.tip(10));
         assert!(work.newton_iterations <= 3 * work.steps);

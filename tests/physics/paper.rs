@@ -5,7 +5,7 @@ use rodfit::energy::Derivatives;
 use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, Time};
 
-use crate::common::{cantilever, cantilever_with, extremum, planar, sag};
+use crate::common::{cantilever, cantilever_with, extremum, planar, sag, simulate};
 
 /// First maximum and minimum of the sag, nodes clamped as in the paper: independent values to 1e-6.
 #[test]
@@ -18,7 +18,7 @@ fn first_maximum_and_minimum_of_the_released_cantilever() {
         (0.5, 1e-4, 0.526885, -0.001649),
     ] {
         let scene = cantilever_with(beta, step, 0.8, Clamp::Nodes);
-        let trajectory = scene.problem().unwrap().simulate().unwrap();
+        let trajectory = simulate(&scene);
         let (times, sag) = (trajectory.times(), sag(&trajectory));
         let high = extremum(times, &sag, [0.15, 0.45], 1.0);
         let low = extremum(times, &sag, [0.45, 0.75], -1.0);
@@ -32,7 +32,7 @@ fn first_maximum_and_minimum_of_the_released_cantilever() {
 #[test]
 fn implicit_euler_dissipates_as_the_paper_says() {
     let scene = cantilever_with(1.0, 5e-3, 5.0, Clamp::Nodes);
-    let trajectory = scene.problem().unwrap().simulate().unwrap();
+    let trajectory = simulate(&scene);
     let (times, sag) = (trajectory.times(), sag(&trajectory));
     let first = extremum(times, &sag, [0.15, 0.45], 1.0);
     let last = sag.iter().zip(times).filter(|(_, t)| **t > 5.0 - 0.62).map(|(s, _)| *s);
@@ -50,7 +50,7 @@ fn static_sag(segments: usize, clamp: Clamp) -> f64 {
     scene.supports.clamp = clamp;
     scene.loads.damping.mass = 20.0;
     scene.time = Some(Time { beta: 1.0, ..Time::new(40.0, 0.05) });
-    let trajectory = scene.problem().unwrap().simulate().unwrap();
+    let trajectory = simulate(&scene);
     let sag = sag(&trajectory);
     let last = sag.len() - 1;
     assert!((sag[last] - sag[last - 1]).abs() < 1e-13, "at rest");

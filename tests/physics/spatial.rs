@@ -1,8 +1,6 @@
 //! Spatial rods against planar ones, theory and invariance.
 
 use nalgebra::{Rotation3, Unit, Vector3};
-use rodfit::Derivatives;
-use rodfit::banded::BandMatrix;
 use rodfit::frame::Frames;
 use rodfit::rod::Rod;
 use rodfit::scene::section::{circle, rectangle};
@@ -10,7 +8,8 @@ use rodfit::scene::{
     Clamp, Dimension, Material, Node, PointForce, Scene, Section, Shape, Support, Time,
 };
 
-use crate::common::{cantilever, cantilever_with, helix_with};
+use crate::common::differences::assembled;
+use crate::common::{at_tip, cantilever, cantilever_with, helix_with};
 
 /// The largest distance between the nodes of the planar and the spatial model at any step.
 fn models_apart(mut scene: Scene) -> f64 {
@@ -188,8 +187,7 @@ impl Moves for rodfit::rod::SpatialRod<f64> {
 fn moving_helix() -> (rodfit::Problem, Vec<f64>, Frames<f64>) {
     let mut scene = helix_with(0.5, 2e-3, 0.2, Clamp::MidEdge);
     scene.rod.section = Section::Rectangle { width: 0.01, height: 0.006, up: [1.0, 0.3, 0.0] };
-    scene.loads.point =
-        vec![PointForce { node: Node::TIP, force: [0.05, 0.03, 0.0], ..PointForce::default() }];
+    scene.loads.point = at_tip([0.05, 0.03, 0.0]);
     let problem = scene.problem().unwrap();
     let mut simulation = problem.spatial().unwrap().simulation();
     for k in 1..=60 {
@@ -262,49 +260,9 @@ fn rebasing_changes_no_energy() {
     }
 }
 
-/// The assembled rod: both routes, and the differences of energy and gradient.
 #[test]
 fn assembly_adds_every_element_once() {
     let (problem, q, frames) = moving_helix();
     let rod = problem.spatial().unwrap().rod();
-    let n = q.len();
-    let mut results = Vec::new();
-    for route in [Derivatives::Hand, Derivatives::Dual] {
-        let (mut alone, mut gradient) = (vec![0.0; n], vec![0.0; n]);
-        let mut tangent = BandMatrix::zeros(n);
-        rod.gradient(&q, &frames, route, &mut alone);
-        // A second assembly must not see the first.
-        let elsewhere: Vec<f64> = q.iter().map(|x| 1.3 * x).collect();
-        rod.tangent(&elsewhere, &frames, route, &mut gradient, &mut tangent);
-        rod.tangent(&q, &frames, route, &mut gradient, &mut tangent);
-        for (a, b) in alone.iter().zip(&gradient) {
-            assert!((a - b).abs() < 1e-11, "{a} {b}");
-        }
-        results.push((gradient, tangent));
-    }
-    let [(hand, k_hand), (dual, k_dual)] = &results[..] else { unreachable!() };
-    for i in 0..n {
-        assert!((hand[i] - dual[i]).abs() < 1e-10, "{i}: {} {}", hand[i], dual[i]);
-        for j in i.saturating_sub(10)..=i {
-            let (a, b) = (k_hand.get(i, j), k_dual.get(i, j));
-            let size = (k_hand.get(i, i) * k_hand.get(j, j)).sqrt();
-            assert!((a - b).abs() < 1e-10 * size, "{i} {j}: {a} {b}");
-        }
-    }
-    let direction: Vec<f64> = (0..n).map(|i| ((i * i) as f64).sin()).collect();
-    let shifted = |s: f64| q.iter().zip(&direction).map(|(q, d)| q + s * d).collect::<Vec<f64>>();
-    let h = 1e-7;
-    let energy = |s: f64| rod.energies(&shifted(s), &frames).total();
-    let slope = (energy(h) - energy(-h)) / (2.0 * h);
-    let exact: f64 = hand.iter().zip(&direction).map(|(g, d)| g * d).sum();
-    assert!((slope / exact - 1.0).abs() < 1e-6, "{slope} {exact}");
-    let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);
-    rod.gradient(&shifted(h), &frames, Derivatives::Hand, &mut ahead);
-    rod.gradient(&shifted(-h), &frames, Derivatives::Hand, &mut behind);
-    for i in 0..n {
-        let exact: f64 = (0..n).map(|j| k_hand.get(i, j) * direction[j]).sum();
-        let difference = (ahead[i] - behind[i]) / (2.0 * h);
-        let size = k_hand.get(i, i);
-        assert!((difference - exact).abs() < 1e-5 * size, "{i}: {difference} {exact}");
-    }
+    assembled(&rod, &q, &frames, 1e-7);
 }

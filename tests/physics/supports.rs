@@ -7,19 +7,8 @@ use rodfit::scene::{
 use rodfit::{Equilibrium, Parameter, Point};
 use std::f64::consts::PI;
 
-use crate::common;
-
-/// A straight rod of unit length and bending stiffness, without weight.
-fn unit_rod(segments: usize, slenderness: f64) -> Scene {
-    let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
-    let modulus = 4.0 / (PI * slenderness.powi(4));
-    let section = Section::Circle { radius: slenderness };
-    Scene::new(segments, shape, section, Material::new(1.0, modulus))
-}
-
-fn rest(scene: &Scene) -> Equilibrium {
-    scene.problem().unwrap().equilibrium().unwrap()
-}
+use crate::common::fits::{fit, observe, value};
+use crate::common::{at_tip, rest, simulate, unit_rod};
 
 /// A constant moment of 2 pi EI/L at its end rolls a cantilever into a circle, and half of it into
 /// a half circle; a potential of -M phi counts the whole turn.
@@ -136,7 +125,7 @@ fn a_roller_in_space() {
     (scene.supports.start, scene.supports.end) = (Support::Pinned, Support::Roller);
     for (push, down) in [(0.99, 0), (1.01, 2)] {
         let force = [1.0, 2.0, 2.0].map(|c| -c / 3.0 * push * PI * PI);
-        scene.loads.point = vec![PointForce { force, ..Default::default() }];
+        scene.loads.point = at_tip(force);
         let found = rest(&scene);
         assert_eq!(found.negative_directions, down, "{push}: {found}");
         let tip = found.tip;
@@ -159,7 +148,7 @@ fn a_shaken_wall() {
         ..Motion::default()
     }];
     scene.time = Some(Time::new(6.0, 2e-3));
-    let run = scene.problem().unwrap().simulate().unwrap();
+    let run = simulate(&scene);
     // Damped by -c v of the whole motion: lambda^4 = w^2 - i c w, complex; tip over wall is
     // (cos + cosh)/(1 + cos cosh) of lambda.
     let w = 2.0 * PI * frequency;
@@ -335,7 +324,7 @@ fn release_from_a_coil() {
     // Let go with damping.
     scene.loads.damping.mass = 7.0;
     scene.time = Some(Time { beta: 0.6, ..Time::new(6.0, 2e-3) });
-    let run = scene.problem().unwrap().simulate().unwrap();
+    let run = simulate(&scene);
     let tip = run.tip(3000);
     let [x, y, _] = run.node(1, 3000);
     let [a, b, _] = run.node(0, 3000);
@@ -456,11 +445,8 @@ fn fits_on_shaken_walls() {
             ..Motion::default()
         }];
         scene.time = Some(Time::new(1.5, 1e-2));
-        let problem = scene.problem().unwrap();
-        let data = common::record(&problem.simulate().unwrap(), 60);
-        let unknown = rodfit::Unknown::new(Parameter::YoungsModulus);
-        let report = rodfit::Fit::new(&problem).observe(data).identify(unknown).solve().unwrap();
-        let found = report.estimate(Parameter::YoungsModulus).unwrap().value.unwrap();
+        let report = fit(&scene, &observe(&scene, 60), &[Parameter::YoungsModulus]);
+        let found = value(&report, Parameter::YoungsModulus);
         assert!((found / scene.material.youngs_modulus - 1.0).abs() < 1e-6, "{report}");
         let words = |w: &String| w.starts_with("supports.motion[0].frequency: 10 Hz");
         assert_eq!(report.warnings.iter().any(words), warned, "{:?}", report.warnings);
@@ -474,16 +460,16 @@ fn walls_that_are_not_moved_stay() {
     let section = Section::Circle { radius: 0.004 };
     let mut scene = Scene::new(20, shape, section, Material::new(1200.0, 1e8));
     scene.supports.end = Support::Clamped;
-    let rest = scene.problem().unwrap().equilibrium().unwrap();
+    let still = rest(&scene);
     scene.supports.motion = vec![Motion {
         end: End::End,
         displacement: [-0.05, 0.02, 0.0],
         ramp: Some(1.0),
         ..Motion::default()
     }];
-    let moved = scene.problem().unwrap().equilibrium().unwrap();
+    let moved = rest(&scene);
     for i in [0, 1] {
-        let off = (0..3).map(|c| (moved.nodes[i][c] - rest.nodes[i][c]).abs()).fold(0.0, f64::max);
+        let off = (0..3).map(|c| (moved.nodes[i][c] - still.nodes[i][c]).abs()).fold(0.0, f64::max);
         assert!(off < 1e-15, "node {i}: {off:e}");
     }
 }

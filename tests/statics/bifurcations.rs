@@ -1,30 +1,26 @@
 //! Where rods lose their shape in space, and what they take on instead.
 
+use rodfit::Derivatives;
 use rodfit::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{Material, Motion, Scene, Section, Shape, Support};
-use rodfit::{Derivatives, Equilibrium};
 use std::f64::consts::PI;
+
+use crate::common::{self, rest};
 
 /// A rod of unit length, bending stiffness and mass, GJ = `torsion`, clamped at its start.
 fn unit_rod(segments: usize, shape: Shape, torsion: f64) -> Scene {
-    let slenderness = 1e-3;
-    let modulus = 4.0 / (PI * slenderness * slenderness * slenderness * slenderness);
-    let section = Section::Circle { radius: slenderness };
-    let density = 1.0 / (PI * slenderness * slenderness);
-    let shear_modulus = Some(0.5 * torsion * modulus);
-    let material = Material { shear_modulus, ..Material::new(density, modulus) };
-    Scene::new(segments, shape, section, material)
+    let mut scene = common::unit_rod(segments, 1e-3);
+    scene.rod.shape = shape;
+    scene.material.density = 1.0 / (PI * 1e-6);
+    scene.material.shear_modulus = Some(0.5 * torsion * scene.material.youngs_modulus);
+    scene
 }
 
-fn rest(scene: &Scene) -> Equilibrium {
-    scene.problem().unwrap().equilibrium().unwrap()
-}
-
-/// Where `holds` ceases to, by bisection to a part of 1e-5.
-fn critical([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> f64 {
+/// Where `holds` ceases to, by bisection to a part of it.
+pub fn critical([mut low, mut high]: [f64; 2], part: f64, holds: impl Fn(f64) -> bool) -> f64 {
     assert!(holds(low) && !holds(high), "{low} {high}");
-    while high - low > 1e-5 * high {
+    while high - low > part * high {
         let middle = 0.5 * (low + high);
         if holds(middle) { low = middle } else { high = middle }
     }
@@ -50,7 +46,7 @@ fn michells_ring() {
         let problem = ring(segments).problem().unwrap();
         let posed = problem.spatial().unwrap();
         let (rod, frames) = (posed.rod(), &posed.simulation().state().frames.clone());
-        critical([0.97 * exact, 1.01 * exact], |twist| {
+        critical([0.97 * exact, 1.01 * exact], 1e-5, |twist| {
             // Evenly twisted, the polygon is in balance.
             let mut q = posed.rest();
             for j in 0..segments {
@@ -153,7 +149,7 @@ fn height_over_width_of_a_heavy_cantilever() {
 fn a_hanging_curl_leaves_its_plane() {
     for (turn, exact) in [(2.0 * PI, 12.19), (3.0 * PI, 26.31)] {
         let found = [50, 100].map(|segments| {
-            critical([0.9 * exact, 1.1 * exact], |weight| {
+            critical([0.9 * exact, 1.1 * exact], 1e-5, |weight| {
                 let curl = Shape::Arc { length: 1.0, angle: turn };
                 let mut scene = unit_rod(segments, curl, 2.0 / 3.0);
                 scene.loads.gravity = [weight, 0.0, 0.0];

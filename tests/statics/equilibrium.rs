@@ -8,7 +8,8 @@ use rodfit::scene::{
 use rodfit::{Derivatives, Equilibrium};
 use std::f64::consts::PI;
 
-use crate::common::{cantilever, helix_with};
+use crate::bifurcations::critical;
+use crate::common::{at_tip, cantilever, helix_with, rest, unit_rod};
 
 /// Sag of the heavy cantilever over its length; continuum 0.29061133785.
 #[test]
@@ -20,7 +21,7 @@ fn heavy_cantilever() {
     ] {
         let mut scene = cantilever();
         (scene.rod.segments, scene.supports.clamp) = (Some(segments), clamp);
-        let found = scene.problem().unwrap().equilibrium().unwrap();
+        let found = rest(&scene);
         println!("{segments} segments, {clamp:?}: {:.8}", -found.tip[1] / 0.5);
         assert!((-found.tip[1] / 0.5 - sag).abs() < 1e-8, "{found}");
         assert_eq!((found.stable, found.stable_in_plane), (None, Some(true)));
@@ -39,7 +40,7 @@ fn every_cantilever_comes_to_rest() {
                 scene.rod.segments = Some(segments);
                 scene.rod.section = Section::Circle { radius: 0.5 * slenderness };
                 scene.material.youngs_modulus = modulus;
-                let found = scene.problem().unwrap().equilibrium().unwrap();
+                let found = rest(&scene);
                 assert_eq!(found.stable_in_plane, Some(true), "{modulus:e} {slenderness}: {found}");
                 most = most.max(found.newton_iterations);
                 sags.push(-found.tip[1] / 0.5);
@@ -60,7 +61,7 @@ fn very_fine_meshes() {
     let sag = |segments: usize| {
         let mut scene = cantilever();
         scene.rod.segments = Some(segments);
-        let found = scene.problem().unwrap().equilibrium().unwrap();
+        let found = rest(&scene);
         assert_eq!(found.stable_in_plane, Some(true));
         println!("{segments} segments: {:.12}, {found}", -found.tip[1] / 0.5);
         -found.tip[1] / 0.5
@@ -138,18 +139,6 @@ fn tangents_by_edges() {
     edges_are_congruent(&posed.rod(), &frames, &posed.rest(), 4);
 }
 
-/// A straight rod of unit length and bending stiffness without weight, clamped at x = 0.
-fn unit_rod(segments: usize, slenderness: f64) -> Scene {
-    let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
-    let modulus = 4.0 / (PI * slenderness.powi(4));
-    let section = Section::Circle { radius: slenderness };
-    Scene::new(segments, shape, section, Material::new(1.0, modulus))
-}
-
-fn at_tip(scene: &mut Scene, force: [f64; 3]) {
-    scene.loads.point = vec![PointForce { node: Node::TIP, force, ..PointForce::default() }];
-}
-
 /// Deflection of the end-loaded elastica (exact integrals).
 #[test]
 fn tip_loaded_elastica() {
@@ -162,8 +151,8 @@ fn tip_loaded_elastica() {
     ] {
         let deflection = |segments: usize| {
             let mut scene = unit_rod(segments, 1e-4);
-            at_tip(&mut scene, [0.0, -load, 0.0]);
-            -scene.problem().unwrap().equilibrium().unwrap().tip[1]
+            scene.loads.point = at_tip([0.0, -load, 0.0]);
+            -rest(&scene).tip[1]
         };
         let errors = [100, 200].map(|n| deflection(n) - exact);
         let order = (errors[0] / errors[1]).log2();
@@ -200,23 +189,6 @@ fn hanging_helix() {
     }
 }
 
-/// The load at which the state found loses its stability, by bisection.
-fn critical(mut low: f64, mut high: f64, stable: impl Fn(f64) -> bool) -> f64 {
-    assert!(stable(low) && !stable(high), "{low} {high}");
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if stable(middle) {
-            low = middle
-        } else {
-            high = middle
-        }
-        if high - low < 1e-13 * high {
-            break;
-        }
-    }
-    0.5 * (low + high)
-}
-
 /// Buckling under a push, against the closed form of the discrete column, all of whose edges are
 /// alike in the paper's form only; of a slender one that makes no difference.
 #[test]
@@ -231,7 +203,7 @@ fn euler_column() {
 fn euler_column_of(slenderness: f64, discretization: Discretization) {
     let stable = |push: f64| {
         let mut scene = unit_rod(50, slenderness);
-        at_tip(&mut scene, [-push, 0.0, 0.0]);
+        scene.loads.point = at_tip([-push, 0.0, 0.0]);
         scene.rod.dimension = Dimension::Planar;
         scene.rod.discretization = Some(discretization);
         let problem = scene.problem().unwrap();
@@ -244,7 +216,7 @@ fn euler_column_of(slenderness: f64, discretization: Discretization) {
         factors.factor(&tangent, posed.free()).unwrap();
         factors.negative_pivots() == 0
     };
-    let found = critical(1.0, 3.0, stable);
+    let found = critical([1.0, 3.0], 1e-13, stable);
     // P (1 - P/EA) = 4 EI/l^2 sin^2(pi/(2 (2 n + 1))), n = N - 2 nodes free to move.
     let (edge, axial) = (1.0 / 49.5, 4.0 / slenderness.powi(2));
     let right = 4.0 / (edge * edge) * (PI / (2.0 * 99.0)).sin().powi(2);
@@ -257,10 +229,10 @@ fn euler_column_of(slenderness: f64, discretization: Discretization) {
 #[test]
 fn heavy_column() {
     let found = [50, 100].map(|segments| {
-        critical(5.0, 10.0, |weight| {
+        critical([5.0, 10.0], 1e-13, |weight| {
             let mut scene = unit_rod(segments, 1e-4);
             scene.loads.gravity = [-weight / (PI * 1e-8), 0.0, 0.0];
-            scene.problem().unwrap().equilibrium().unwrap().stable_in_plane == Some(true)
+            rest(&scene).stable_in_plane == Some(true)
         })
     });
     let errors = found.map(|q| q / 7.8373474389 - 1.0);
@@ -269,7 +241,7 @@ fn heavy_column() {
     for (side, stable) in [(1e-9, Some(true)), (0.0, Some(false))] {
         let mut scene = unit_rod(100, 1e-4);
         scene.loads.gravity = [-1.0, side, 0.0].map(|g| g * 50.0 / (PI * 1e-8));
-        let fallen = scene.problem().unwrap().equilibrium().unwrap();
+        let fallen = rest(&scene);
         assert_eq!(fallen.stable_in_plane, stable, "{fallen}");
         assert_eq!(fallen.tip[0] < -0.5, stable == Some(true), "{fallen}");
     }
@@ -299,11 +271,11 @@ fn lateral_buckling() {
                 let mut scene = strip(segments);
                 match name {
                     "weight" => scene.loads.gravity = [0.0, -load / (PI * 1e-8), 0.0],
-                    _ => at_tip(&mut scene, [0.0, -load, 0.0]),
+                    _ => scene.loads.point = at_tip([0.0, -load, 0.0]),
                 }
-                scene.problem().unwrap().equilibrium().unwrap()
+                rest(&scene)
             };
-            let load = critical(0.5 * exact * scale, 1.5 * exact * scale, |load| {
+            let load = critical([0.5 * exact * scale, 1.5 * exact * scale], 1e-13, |load| {
                 let found = at(load);
                 assert_eq!((found.model.as_str(), found.stable_in_plane), ("planar", Some(true)));
                 found.stable == Some(true)
@@ -331,8 +303,8 @@ fn post_buckled_elastica() {
         let integral = PI / (2.0 * a);
         let turns = [100, 200].map(|segments| {
             let mut scene = unit_rod(segments, 1e-4);
-            at_tip(&mut scene, [-integral * integral, -1e-7, 0.0]);
-            let found = scene.problem().unwrap().equilibrium().unwrap();
+            scene.loads.point = at_tip([-integral * integral, -1e-7, 0.0]);
+            let found = rest(&scene);
             assert_eq!(found.stable_in_plane, Some(true));
             let [.., before, last] = &found.nodes[..] else { unreachable!() };
             (before[1] - last[1]).atan2(last[0] - before[0]).to_degrees()
@@ -353,8 +325,8 @@ fn the_45_degree_bend() {
         let section = Section::Custom { area: 1.0, i1: twelfth, i2: twelfth, j: twelfth, up };
         let material = Material { shear_modulus: Some(1e7), ..Material::new(1.0, 1e7) };
         let mut scene = Scene::new(segments, shape, section, material);
-        at_tip(&mut scene, [0.0, 0.0, 600.0]);
-        let found = scene.problem().unwrap().equilibrium().unwrap();
+        scene.loads.point = at_tip([0.0, 0.0, 600.0]);
+        let found = rest(&scene);
         assert_eq!((found.model.as_str(), found.stable), ("spatial", Some(true)));
         // Theirs starts along y and curves towards x.
         let [x, y, z] = found.tip;
@@ -386,7 +358,7 @@ fn quarter_circle() {
             scene.material.poisson_ratio = Some(0.3);
             let mut force = [0.0; 3];
             force[axis] = 1e-6;
-            at_tip(&mut scene, force);
+            scene.loads.point = at_tip(force);
             let problem = scene.problem().unwrap();
             let moved = problem.equilibrium().unwrap().tip[axis];
             let start = if axis == 2 { 0.0 } else { 1.0 };
@@ -458,14 +430,14 @@ fn free_rods() {
     scene.supports.start = Support::Free;
     let pull = |node, force| PointForce { node, force: [force, 0.0, 0.0], ..PointForce::default() };
     scene.loads.point = vec![pull(Node::TIP, 1.0), pull(Node::Index(0), -1.0)];
-    let found = scene.problem().unwrap().equilibrium().unwrap();
+    let found = rest(&scene);
     assert_eq!(found.stable_in_plane, Some(true), "{found}");
     // EA = 4/slenderness^2.
     let longer = found.tip[0] - found.nodes[0][0] - 1.0;
     assert!((longer / 2.5e-5 - 1.0).abs() < 1e-6, "{longer}");
     // Pushed together, it does not stand.
     scene.loads.point.iter_mut().for_each(|load| load.force[0] *= -1.0);
-    let found = scene.problem().unwrap().equilibrium().unwrap();
+    let found = rest(&scene);
     assert!(found.negative_directions > 0 || found.tip[0] < found.nodes[0][0], "{found}");
     // A net force has no equilibrium.
     scene.loads.point.truncate(1);

@@ -7,6 +7,8 @@ use rodfit::scene::{
 };
 use std::f64::consts::PI;
 
+use crate::common::{at_tip, rest, simulate};
+
 const MODULUS: f64 = 1e8;
 const DENSITY: f64 = 1000.0;
 const RADIUS: f64 = 5e-3;
@@ -128,7 +130,7 @@ fn under_axial_load() {
         let mut scene = rod(100, Support::Clamped, Support::Free);
         scene.rod.shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
         let force = [load * critical, 0.0, 0.0];
-        scene.loads.point = vec![PointForce { node: Node::TIP, force, ..PointForce::default() }];
+        scene.loads.point = at_tip(force);
         let lowest = modes(&scene, 1).frequencies_rad_s[0];
         let free = 1.87510407_f64.powi(2) * (bending / line).sqrt() / 0.25;
         println!("{load} of the critical load: {lowest:.5} rad/s against {free:.5} without");
@@ -160,14 +162,14 @@ fn plucked_and_released() {
         let lowest = modes(&scene, 2).frequencies_rad_s;
         let period = 2.0 * PI / lowest[0];
         scene.time = Some(Time::new(3.0 * period, period / 200.0));
-        let still = scene.problem().unwrap().simulate().unwrap();
+        let still = simulate(&scene);
         let tip = |run: &rodfit::Trajectory, k: usize| nalgebra::Vector3::from(run.node(40, k));
         let moved = (0..600).map(|k| (tip(&still, k) - tip(&still, 0)).norm()).fold(0.0, f64::max);
         assert!(moved < 1e-9, "{moved:e}");
 
         let force = pluck.map(|f| 1e-5 * f);
-        scene.initial.point = vec![PointForce { node: Node::TIP, force, ..PointForce::default() }];
-        let run = scene.problem().unwrap().simulate().unwrap();
+        scene.initial.point = at_tip(force);
+        let run = simulate(&scene);
         let along = nalgebra::Vector3::from(pluck);
         let swing: Vec<f64> =
             (0..=600).map(|k| along.dot(&(tip(&run, k) - tip(&still, 0)))).collect();
@@ -255,7 +257,7 @@ fn free_motions() {
         let [none, some] = [true, false]
             .map(|zero| rigid.clone().filter(|m| (m.frequency_rad_s == 0.0) == zero).count());
         assert_eq!((none, some, found.unstable), (free, swings, 0), "{name}: {found}");
-        let static_ = scene.problem().unwrap().equilibrium().unwrap();
+        let static_ = rest(&scene);
         assert_eq!(static_.stable, Some(true), "{name}: {static_}");
         if name == "hanging" {
             // sqrt(3 g/(2 L)), and a little faster as it cannot bend with the swing for nothing.
@@ -281,7 +283,7 @@ fn all_that_is_unstable() {
     column.rod.shape = Shape::Straight { length: 0.5, direction: [0.0, 1.0, 0.0] };
     column.loads.gravity = [0.0, -900.0, 0.0];
     for (name, scene) in [("strip", strip), ("column", column)] {
-        let expected = scene.problem().unwrap().equilibrium().unwrap().negative_directions;
+        let expected = rest(&scene).negative_directions;
         println!("{name}: {expected} directions");
         assert!(expected > 3);
         // With all there are, subspace iteration is a dense solution.
