@@ -4,8 +4,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rodfit::energy::bend_twist::{self, BendTwist, Stiffness};
+use rodfit::energy::frame::EdgeFrame;
 use rodfit::energy::{Element, PlanarBend, Stretch, dual_gradient, dual_tangent};
-use rodfit::frame::EdgeFrame;
 use std::hint::black_box;
 
 fn elements(c: &mut Criterion) {

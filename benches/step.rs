@@ -8,8 +8,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Conj, Mat, Par, Side};
-use rodfit::banded::{BandMatrix, Ldlt};
-use rodfit::model::Model;
+use rodfit::numerics::banded::{BandMatrix, Ldlt};
+use rodfit::problem::Model;
 use rodfit::rod::Rod;
 use rodfit::scene::Scheme;
 use rodfit::{AnyProblem, Derivatives, Parameter, Posed, Problem, Scene, Trajectory};
@@ -38,7 +38,7 @@ fn iterations(c: &mut Criterion) {
 
 /// The parts of an iteration on the rod in motion.
 fn iteration<M: Model<W>, const W: usize>(c: &mut Criterion, name: &str, posed: &Posed<'_, M, W>) {
-    let mut simulation = posed.simulation();
+    let mut simulation = posed.simulation().unwrap();
     for k in 1..=200 {
         simulation.step_to(f64::from(k) * 1e-3).expect("a step");
     }
@@ -215,8 +215,8 @@ fn with_scheme(problem: &Problem, scheme: Scheme, steps: usize) -> Problem {
         time.scheme = scheme;
     }
     let largest = match scene.problem().expect("a valid scene").posed() {
-        AnyProblem::Planar(posed) => posed.largest_step(),
-        AnyProblem::Spatial(posed) => posed.largest_step(),
+        AnyProblem::Planar(posed) => posed.largest_step().unwrap(),
+        AnyProblem::Spatial(posed) => posed.largest_step().unwrap(),
     };
     if let (Some(time), Some(largest)) = (&mut scene.time, largest) {
         time.step = 0.9 * largest;

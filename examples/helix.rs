@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example helix`
 
-use rodfit::output::SimulationReport;
+use rodfit::dynamics::SimulationReport;
 use rodfit::{Scene, Trajectory};
 
 fn main() -> Result<(), rodfit::Error> {

@@ -6,7 +6,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::modes::About;
+use rodfit::vibration::About;
 use rodfit::{Observation, Parameter, Point, Scene, Trajectory};
 use std::f64::consts::TAU;
 use std::fmt::Write;

@@ -30,8 +30,8 @@ fn largest_step(scene: &Scene, scheme: Scheme) -> Result<Option<f64>, Error> {
     scene.time = Some(Time { scheme, ..Time::new(1.0, 1e-3) });
     let problem: Problem = scene.problem()?;
     Ok(match problem.posed() {
-        AnyProblem::Planar(posed) => posed.largest_step(),
-        AnyProblem::Spatial(posed) => posed.largest_step(),
+        AnyProblem::Planar(posed) => posed.largest_step().unwrap(),
+        AnyProblem::Spatial(posed) => posed.largest_step().unwrap(),
     })
 }
 

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme steps through
-//! time with Newton's method on an exact banded tangent; [`scheme`] has four more schemes and says
+//! time with Newton's method on an exact banded tangent; [`dynamics::scheme`] has four more schemes and says
 //! when to take which. Given where a point of the rod was seen, [`Fit`] finds the parameters that
 //! explain it:
 //!
@@ -20,13 +20,13 @@
 //! minimise over p   1/2 sum_k |x(s, t_k; p) - x_seen_k|^2 / sigma^2
 //! ```
 //!
-//! with exact derivatives of the trajectory ([`sensitivity`]), a start of its own making, and an
+//! with exact derivatives of the trajectory ([`dynamics::sensitivity`]), a start of its own making, and an
 //! error bar that says what the data can tell.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
 //! | `q` | unknowns: `[x_0, y_0, x_1, ..]` in the plane of the scene; `[x_0 (3), theta_0, x_1 (3), ..]` in space | m, rad |
-//! | `theta_j` | angle of edge `j`'s material directors from its transported reference ([`frame`]) | rad |
+//! | `theta_j` | angle of edge `j`'s material directors from its transported reference ([`energy::frame`]) | rad |
 //! | `l_j` | rest length of edge `j` | m |
 //! | `dl_i` | Voronoi length of inner node `i`, half the adjacent rest lengths | m |
 //! | `eps_j` | stretching strain `abs(e_j)/l_j - 1` | 1 |
@@ -57,66 +57,39 @@
 //!
 //! # How the data go
 //!
-//! [`Scene`] (a file, validated) becomes a [`Problem`]: mesh, supports, loads and a [`model`], the
-//! smallest that holds the scene. The model makes a [`rod`] of [elements](energy) and a
-//! [`Simulation`](simulation::Simulation): elements, band matrix ([`banded`]), Newton step,
-//! [`State`](state::State), [`Trajectory`]; or comes to rest ([`equilibrium`]), and rings there
-//! ([`modes`]). [`fit`] compares all three with what was measured.
-//! Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.
+//! A [`scene`] (a file, validated) becomes a [`problem`]: mesh, supports, loads and a
+//! [model](problem::model), the smallest that holds the scene, which makes a [`rod`] of elements with an
+//! [`energy`] each. It comes to rest ([`statics`]), rings there ([`vibration`]) and moves
+//! ([`dynamics`]). [`fit`] compares all three with what was measured, [`page`] shows what came of it;
+//! [`check`] proves derivatives and [`study`] weighs schemes, steps and meshes. [`numerics`] knows no
+//! rods. Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.
 //!
 //! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
 
-mod arrays;
-pub mod banded;
-mod chain;
 pub mod check;
-pub mod direct;
-pub mod drive;
+pub mod dynamics;
 pub mod energy;
-pub mod equilibrium;
 mod error;
-mod file;
 pub mod fit;
-pub mod flow;
-pub mod frame;
-mod guard;
-mod hermite;
-mod missing_keys;
-pub mod model;
-pub mod modes;
-pub mod output;
-pub mod parameter;
-pub mod point;
-mod problem;
-pub mod reaction;
-pub mod report;
+mod input;
+pub mod numerics;
+pub mod page;
+pub mod problem;
 pub mod rod;
-pub mod scalar;
 pub mod scene;
-pub mod scheme;
-mod second_order;
-pub mod sensitivity;
-pub mod simulation;
-mod stability;
-pub mod state;
+pub mod statics;
 pub mod study;
-mod table;
-pub mod tones;
-pub mod trajectory;
-pub mod vector;
+pub mod vibration;
 
+pub use dynamics::{Snapshot, Trajectory};
 pub use energy::{Analytic, Derivatives, Energy};
-pub use equilibrium::Equilibrium;
 pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};
-pub use parameter::Parameter;
-pub use point::Point;
+pub use numerics::scalar::Scalar;
 pub use problem::{AnyProblem, PlanarProblem, Posed, Problem, SpatialProblem};
-pub use reaction::{Reaction, Reactions};
-pub use scalar::Scalar;
-pub use scene::Scene;
-pub use tones::Tone;
-pub use trajectory::{Snapshot, Trajectory};
+pub use scene::{Parameter, Point, Scene};
+pub use statics::{Equilibrium, Reaction, Reactions};
+pub use vibration::Tone;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

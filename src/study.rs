@@ -7,13 +7,13 @@
 //! answer is needed; what the reference itself is worth shows in how far it is from the nearest
 //! other. A scene that comes with its mesh (forces on nodes by index) is studied on that mesh alone.
 
-use crate::direct::splitting::stability_limit;
+use crate::dynamics::SimulationReport;
+use crate::dynamics::Trajectory;
+use crate::dynamics::stepper::splitting::stability_limit;
 use crate::error::Error;
-use crate::output::SimulationReport;
-use crate::point::Point;
 use crate::problem::{AnyProblem, Problem};
+use crate::scene::Point;
 use crate::scene::{Clamp, Scene, Scheme, Support};
-use crate::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
 
 /// What is tried; the explicit scheme of low order before that of high order.
@@ -105,7 +105,7 @@ fn continuum(coarse: &Tips, fine: &Tips, scene: &Scene) -> Tips {
 }
 
 /// The largest step of a scene's scheme; none if every step is stable.
-fn largest_step(problem: &Problem) -> Option<f64> {
+fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
     match problem.posed() {
         AnyProblem::Planar(posed) => posed.largest_step(),
         AnyProblem::Spatial(posed) => posed.largest_step(),
@@ -186,7 +186,7 @@ impl Study {
         for scheme in schemes {
             for (segments, same_mesh) in &fine[..meshes.len()] {
                 let of_mesh = apart(same_mesh, reference) / length;
-                let largest = largest_step(&at(scheme, time.step, *segments)?);
+                let largest = largest_step(&at(scheme, time.step, *segments)?)?;
                 let mut enough = scheme.0 == Scheme::Pefrl && settled.contains(segments);
                 for (k, part) in steps_of(scheme.0).iter().enumerate() {
                     let step = part * largest.unwrap_or(time.step);

@@ -1,6 +1,6 @@
 //! Central differences of fourth order over a valley of step sizes.
 
-use super::relative;
+use crate::check::relative;
 
 /// Steps over the [scale](scale) of the energy.
 pub(super) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];

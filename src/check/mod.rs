@@ -15,8 +15,8 @@ pub use scaled::Scaled;
 pub use scene::check_problem;
 pub use terms::Terms;
 
+use crate::check::finite_difference::{Difference, STEPS, difference, scale};
 use crate::energy::{Analytic, Energy};
-use finite_difference::{Difference, STEPS, difference, scale};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec64};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! Unknowns in units of their own.
 
 use crate::energy::{Analytic, Energy};
-use crate::scalar::Scalar;
+use crate::numerics::scalar::Scalar;
 
 /// An energy as a function of `q / units`: lengths and angles side by side become comparable, as
 /// finite differences need them.

@@ -1,15 +1,16 @@
 //! The check of a whole scene: every element, at the scene's own states and at random ones.
 
-use super::{CheckReport, Scaled, Tolerance};
+use crate::check::scaled::Scaled;
+use crate::check::{CheckReport, Tolerance};
 use crate::energy::bend_twist::UNKNOWNS;
+use crate::energy::frame::Frames;
 use crate::energy::{AsEnergy, Element};
 use crate::error::Error;
-use crate::frame::Frames;
-use crate::model::Model;
+use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
+use crate::problem::Model;
 use crate::problem::{AnyProblem, Posed, Problem};
+use crate::rod::State;
 use crate::rod::{PlanarRod, Rod, SpatialRod};
-use crate::state::State;
-use crate::vector::{Vector, add, cross, dot, scale, unit};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -36,7 +37,7 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
     match problem.posed() {
         AnyProblem::Planar(posed) => {
             let rod = posed.rod();
-            own_states(problem, &posed, |state, _| compare_planar(&mut report, &rod, &state.q));
+            own_states(problem, &posed, |state, _| compare_planar(&mut report, &rod, &state.q))?;
             for _ in 0..RANDOM_STATES {
                 compare_planar(&mut report, &rod, &random_planar(&rod, &mut random));
             }
@@ -46,7 +47,7 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
             own_states(problem, &posed, |state, before| {
                 compare_spatial(&mut report, &rod, &state.q, &state.frames);
                 compare_spatial(&mut report, &rod, &state.q, &before.frames);
-            });
+            })?;
             for _ in 0..RANDOM_STATES {
                 let (q, frames) = random_spatial(&rod, &mut random);
                 compare_spatial(&mut report, &rod, &q, &frames);
@@ -61,10 +62,10 @@ fn own_states<M: Model<W>, const W: usize>(
     problem: &Problem,
     posed: &Posed<'_, M, W>,
     mut show: impl FnMut(&Frozen<M, W>, &Frozen<M, W>),
-) {
-    let mut simulation = posed.simulation();
+) -> Result<(), Error> {
+    let mut simulation = posed.simulation()?;
     show(simulation.state(), simulation.previous());
-    let Ok(time) = problem.time() else { return };
+    let Ok(time) = problem.time() else { return Ok(()) };
     let steps = time.steps().min(OWN_STEPS);
     for k in 1..=steps {
         if simulation.step_to(time.at(k)).is_err() {
@@ -74,6 +75,7 @@ fn own_states<M: Model<W>, const W: usize>(
             show(simulation.state(), simulation.previous());
         }
     }
+    Ok(())
 }
 
 /// A state of a model's rod.

@@ -1,6 +1,6 @@
 //! A number that remembers how large the terms of its derivatives were.
 
-use crate::scalar::Scalar;
+use crate::numerics::scalar::Scalar;
 use std::cmp::Ordering;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};

@@ -1,6 +1,6 @@
 //! `rodfit check`
 
-use super::{Json, Manner, conclude, limits, open};
+use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
 use rodfit::check::{Tolerance, check_problem};
 use std::path::PathBuf;

@@ -1,9 +1,9 @@
 //! `rodfit fit`
 
-use super::output::{Output, Outputs};
-use super::{Json, Manner, Route, conclude, limits, terminal};
+use crate::command::output::{Output, Outputs};
+use crate::command::{Json, Manner, Route, conclude, limits, terminal};
 use rodfit::fit::{Experiment, FitFile, FitReport};
-use rodfit::{Error, report};
+use rodfit::{Error, page};
 use std::path::{Path, PathBuf};
 
 /// The first line of a scene with values of a fit that was stopped.
@@ -56,7 +56,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let title = options.fit.display().to_string();
     let mut written = vec![
         outputs.write_json(json, &report),
-        outputs.write(page, || Ok(report::fit_page(&report, &title).into_bytes())),
+        outputs.write(page, || Ok(page::fit_page(&report, &title).into_bytes())),
         outputs.write_json(numbers, &report),
     ];
     for (output, experiment) in saves.into_iter().zip(&file.experiments) {

@@ -1,7 +1,7 @@
 //! What a run is about to take, estimated before it starts and refused above a limit. The figures are of a machine of
 //! today, measured to within a factor of two or so: they tell a coffee from a night and a night from a year.
 
-use super::{Manner, terminal};
+use crate::command::{Manner, terminal};
 use rodfit::fit::{Experiment, FitFile, Measurement};
 use rodfit::scene::{Dimension, Shape};
 use rodfit::{Error, Problem, Scene};

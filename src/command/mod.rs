@@ -12,8 +12,8 @@ mod simulate;
 mod study;
 mod terminal;
 
+use crate::command::output::{Output, Outputs};
 use clap::{Parser, Subcommand, ValueEnum};
-use output::{Output, Outputs};
 use rodfit::{Derivatives, Error, Scene};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -1,8 +1,8 @@
 //! `rodfit modes`
 
-use super::{Json, Manner, conclude, limits, open};
+use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
-use rodfit::modes::About;
+use rodfit::vibration::About;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

@@ -3,7 +3,7 @@
 //! whole, so that a name never stands for half a file; and what a run that was interrupted has to say does not take
 //! the place of an older result unless it is told to.
 
-use super::{Manner, terminal};
+use crate::command::{Manner, terminal};
 use rodfit::Error;
 use serde::Serialize;
 use std::cell::Cell;

@@ -1,8 +1,8 @@
 //! `rodfit parameters`
 
-use super::{Json, Manner, conclude, limits, open};
+use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
-use rodfit::parameter::ParameterList;
+use rodfit::scene::ParameterList;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

@@ -1,8 +1,8 @@
 //! `rodfit static`
 
-use super::{Json, Manner, conclude, limits, open};
+use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
-use rodfit::output::shape_csv;
+use rodfit::dynamics::shape_csv;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

@@ -1,7 +1,7 @@
 //! `rodfit simulate`
 
-use super::{Json, Manner, Route, code_of, conclude, limits, open, terminal};
-use rodfit::output::{NodeTable, SimulationReport};
+use crate::command::{Json, Manner, Route, code_of, conclude, limits, open, terminal};
+use rodfit::dynamics::{NodeTable, SimulationReport};
 use rodfit::{Error, Problem, Trajectory};
 use std::fmt;
 use std::path::PathBuf;

@@ -1,9 +1,9 @@
 //! `rodfit study`
 
-use super::output::Outputs;
-use super::{Json, Manner, conclude, limits, terminal};
+use crate::command::output::Outputs;
+use crate::command::{Json, Manner, conclude, limits, terminal};
 use rodfit::study::Study;
-use rodfit::{Error, Scene, report};
+use rodfit::{Error, Scene, page};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -34,7 +34,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let study = study?;
     let written = [
         outputs.write_json(json, &study),
-        outputs.write(page, || Ok(report::study_page(&study, &name).into_bytes())),
+        outputs.write(page, || Ok(page::study_page(&study, &name).into_bytes())),
         outputs.summary(&study),
     ];
     Ok(conclude(0, written))

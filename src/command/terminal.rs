@@ -4,7 +4,7 @@
 //! enough: what is left of it is dropped without a word, all other outputs are written, and the exit code is that of
 //! the computation. A standard output that cannot be written, on a full disk, is an error.
 
-use super::Manner;
+use crate::command::Manner;
 use indicatif::{ProgressBar, ProgressStyle};
 use rodfit::Error;
 use std::fmt::Display;

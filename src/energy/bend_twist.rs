@@ -6,7 +6,7 @@
 //! kb  = 2 t_e x t_f / (1 + t_e.t_f)              curvature binormal, |kb| = 2 tan(phi/2)
 //! k1  = 1/2 kb.(m2_e + m2_f)                     curvature in the plane of the tangent and m1
 //! k2  = -1/2 kb.(m1_e + m1_f)                    curvature in the plane of the tangent and m2
-//! tau = theta_f - theta_e + reference twist      see [`crate::frame`]
+//! tau = theta_f - theta_e + reference twist      see [`crate::energy::frame`]
 //! ```
 //!
 //! with `K = (EI1, EI2, GJ)/dl` (or a full symmetric stiffness, see
@@ -47,13 +47,13 @@
 //! (`cargo test --release --test physics helix:: -- --nocapture`).
 //! In planar motion the missing terms vanish.
 
-pub(crate) use super::joint::Edge;
-pub use super::joint::EdgeState;
-use super::joint::{Joint, Pull, Rotation, Slope};
-use super::{Analytic, AsEnergy, Element, Energy, Local};
-use crate::frame::{EdgeFrame, transported_twist};
-use crate::scalar::{Nestable, Scalar};
-use crate::vector::{Vector, add, dot, scale, sub};
+use crate::energy::frame::{EdgeFrame, transported_twist};
+pub(crate) use crate::energy::joint::Edge;
+pub use crate::energy::joint::EdgeState;
+use crate::energy::joint::{Joint, Pull, Rotation, Slope};
+use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, add, dot, scale, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
 
@@ -133,7 +133,7 @@ impl<D: Scalar> JointLaw<D> {
         joint.pull(&self.stiffness.times(&sub(joint.strains, self.natural)))
     }
 
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::scheme`].
+    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::scheme`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! Dead loads: weight and point forces, which keep their direction and size.
 
-use super::{Element, Local};
-use crate::scalar::Scalar;
+use crate::energy::{Element, Local};
+use crate::numerics::scalar::Scalar;
 use num_dual::Dual64;
 
 /// A constant force on one node: `E = -f.x`. Unknowns: its `M` coordinates, m.

@@ -7,8 +7,8 @@
 //!
 //! Hand derivation: `grad phi = n = perp(e)/|e|^2` and `Hess phi = -(u n' + n u')`, `u = e/|e|^2`.
 
-use super::{Element, Local};
-use crate::scalar::Scalar;
+use crate::energy::{Element, Local};
+use crate::numerics::scalar::Scalar;
 use num_dual::Dual64;
 
 /// A constant moment on one edge. Unknowns: `[x0, y0, x1, y1]` of its nodes, m.

@@ -10,6 +10,7 @@
 pub mod bend_twist;
 pub mod dead_load;
 pub mod dead_moment;
+pub mod frame;
 mod joint;
 pub mod planar_bend;
 pub mod stretch;
@@ -20,7 +21,7 @@ pub use dead_moment::DeadMoment;
 pub use planar_bend::PlanarBend;
 pub use stretch::Stretch;
 
-use crate::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{Nestable, Scalar};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
 use serde::{Deserialize, Serialize};

@@ -12,8 +12,8 @@
 //! the gradient `n` and the Hessian `-(u n' + n u')`; `phi = angle(f) - angle(e)`,
 //! `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
 
-use super::{Element, Local};
-use crate::scalar::Scalar;
+use crate::energy::{Element, Local};
+use crate::numerics::scalar::Scalar;
 use num_dual::Dual64;
 
 /// One inner node. Unknowns: `[x0, y0, x1, y1, x2, y2]` of the node's neighbour, itself and its
@@ -85,7 +85,7 @@ impl<D: Scalar> PlanarBend<D> {
         self.stiffness * (half * 2.0 - self.natural_curvature) * (half * half + 1.0)
     }
 
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::scheme`].
+    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::scheme`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: D) -> Self {
         Self {

@@ -5,8 +5,8 @@
 //! `eps = |e|/l - 1`. The strain is computed as `(e.e - l^2) / (l (|e| + l))`, which loses no
 //! digits when the edge is nearly at rest.
 
-use super::{Element, Local};
-use crate::scalar::Scalar;
+use crate::energy::{Element, Local};
+use crate::numerics::scalar::Scalar;
 use num_dual::Dual64;
 
 /// One edge of `M` components. Unknowns, m: `[x0, y0, x1, y1]` in the plane, `[x0, y0, z0, x1, y1, z1]` in space.
@@ -47,7 +47,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.strain_of(squared, squared.sqrt())
     }
 
-    /// The same edge with Kelvin-Voigt stress over one step: see [`crate::scheme`].
+    /// The same edge with Kelvin-Voigt stress over one step: see [`crate::dynamics::scheme`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: D) -> Self {
         Self {

@@ -1,15 +1,22 @@
 //! The fit file.
 
-use super::{
-    Analysis, Experiment, Fit, Frequencies, Loss, Measurement, Observation, Prior, Recording,
-    RestShape, Unknown, Vertical,
-};
 use crate::error::Error;
-use crate::missing_keys::{Rule, always, if_there};
-use crate::modes::{Among, Kind, Plane};
-use crate::parameter::Parameter;
-use crate::point::Point;
+use crate::fit::Fit;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::frequencies::Frequencies;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::motion::Observation;
+use crate::fit::measurement::recording::{Recording, Vertical};
+use crate::fit::measurement::shape::RestShape;
+use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::unknown::{Prior, Unknown};
+use crate::input::missing_keys::{Rule, always, if_there};
+use crate::scene::Parameter;
+use crate::scene::Point;
 use crate::scene::{Scene, parse};
+use crate::vibration::Among;
+use crate::vibration::{Kind, Plane};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -89,7 +96,7 @@ struct ObservationForm {
     held_out: bool,
     fps: Option<f64>,
     scale: Option<f64>,
-    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
+    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     origin: Option<[f64; 3]>,
     y: Option<Vertical>,
     time_zero: Option<f64>,
@@ -105,7 +112,7 @@ struct ShapeForm {
     #[serde(default)]
     held_out: bool,
     scale: Option<f64>,
-    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
+    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     origin: Option<[f64; 3]>,
     y: Option<Vertical>,
 }
@@ -118,7 +125,7 @@ struct FrequenciesForm {
     modes: Option<Vec<usize>>,
     plane: Option<Plane>,
     kind: Option<Kind>,
-    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
+    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     direction: Option<[f64; 3]>,
     sigma: f64,
     #[serde(default)]
@@ -132,7 +139,7 @@ struct FrequenciesForm {
 struct ParameterForm {
     name: Parameter,
     start: Option<f64>,
-    #[serde(default, deserialize_with = "crate::arrays::some_numbers")]
+    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     bounds: Option<[f64; 2]>,
     prior: Option<Prior>,
     /// Not identified, but other than the scene says.
@@ -246,7 +253,7 @@ impl FitFile {
         admit: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = crate::file::text(path)?;
+        let text = crate::input::file::text(path)?;
         let mut form: Form = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;

@@ -1,7 +1,7 @@
 //! Identification of parameters from what was measured of rods.
 //!
 //! [`Fit`] minimises the distance between what was measured in [experiments](Experiment) and what
-//! their scenes do, by [Levenberg-Marquardt](levenberg_marquardt) on exact sensitivities, from a
+//! their scenes do, by [Levenberg-Marquardt](crate::numerics::levenberg_marquardt) on exact sensitivities, from a
 //! start of its own making, and says how well the data determine each parameter.
 //!
 //! A number comes with what speaks against it: what the data cannot tell
@@ -15,91 +15,47 @@
 //! for; [`Residuals`] compare; a search over starts finds an optimum; an assessment makes the
 //! [`FitReport`] of it.
 
-// What was measured, and what is looked for.
-mod check;
-mod experiment;
 mod file;
-mod frequencies;
-mod gauge;
-mod measurement;
-mod observation;
-mod recording;
-mod rest_shape;
-mod setup;
+pub(crate) mod measurement;
+pub(crate) mod misfit;
+pub(crate) mod report;
+pub(crate) mod search;
+pub(crate) mod uncertainty;
 mod unknown;
+mod validate;
 
-// The misfit and its derivatives.
-mod hessian;
-mod loss;
-mod parts;
-mod residuals;
-mod view;
-
-// The way to its minimum.
-mod coarse;
-mod grid;
-mod journal;
-pub mod levenberg_marquardt;
-mod linearized;
-mod multi_start;
-mod optimum;
-mod scan;
-mod search;
-
-// What the minimum is worth.
-mod analysis;
-mod assessment;
-mod basins;
-mod bootstrap;
-mod discretization;
-mod doubts;
-mod grade;
-mod identifiability;
-mod noise;
-mod on_request;
-mod prediction;
-mod profile;
-mod residual_tests;
-mod uncertainty;
-mod vanishing;
-
-// What is shown of it.
-mod evidence;
-mod replay;
-mod report;
-
-pub use analysis::{Analysis, Refinement};
-pub use bootstrap::Bootstrap;
-pub use discretization::DiscretizationError;
-pub use evidence::{
+pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
+pub use file::FitFile;
+pub use measurement::Measurement;
+pub use measurement::experiment::Experiment;
+pub use measurement::frequencies::{Frequencies, Frequency};
+pub use measurement::gauge::{Gauge, Moving, Quantity, Reading, Sight};
+pub use measurement::loss::Loss;
+pub use measurement::motion::{Dropped, Observation, Sample};
+pub use measurement::recording::{Recording, Vertical};
+pub use measurement::shape::{RestShape, Sighting};
+pub use misfit::residuals::Residuals;
+pub use report::plot_data::{
     Asked, Basin, Basins, Evidence, Iterate, Landscape, Measured, Over, Profile, Seen, Series,
     Setup, Shape,
 };
-pub use experiment::Experiment;
-pub use file::FitFile;
-pub use frequencies::{Frequencies, Frequency};
-pub use gauge::{Gauge, Moving, Quantity, Reading, Sight};
-pub use grade::Grade;
-pub use identifiability::{Finding, Kind};
-pub use levenberg_marquardt::LevenbergMarquardt;
-pub use loss::Loss;
-pub use measurement::Measurement;
-pub use observation::{Dropped, Observation, Sample};
-pub use prediction::Prediction;
-pub use recording::{Recording, Vertical};
 pub use report::{DroppedRows, Estimate, FitReport, LossEffect};
-pub use residual_tests::ResidualTests;
-pub use residuals::Residuals;
-pub use rest_shape::{RestShape, Sighting};
 pub use search::Progress;
+pub use uncertainty::analysis::{Analysis, Refinement};
+pub use uncertainty::bootstrap::Bootstrap;
+pub use uncertainty::discretization::DiscretizationError;
+pub use uncertainty::identifiability::{Finding, Kind};
+pub use uncertainty::prediction::Prediction;
+pub use uncertainty::residual_tests::ResidualTests;
+pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
 
 use crate::error::Error;
+use crate::fit::search::Search;
+use crate::fit::search::journal::Journal;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::noise::first_sigmas;
 use crate::problem::Problem;
-use journal::Journal;
-use noise::first_sigmas;
-use optimum::Optimum;
-use search::Search;
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;

@@ -1,8 +1,8 @@
 //! A parameter to be identified, and the scale it is identified on.
 
-use super::Experiment;
-use crate::parameter::Parameter;
-use crate::scalar::Scalar;
+use crate::fit::measurement::experiment::Experiment;
+use crate::numerics::scalar::Scalar;
+use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

@@ -1,13 +1,15 @@
 //! What is decided once for a scene and has no derivative: its mesh's topology, the model that holds it,
 //! and which constants the elements get.
 
-use super::{AnyModel, Modelled, setup};
 use crate::error::Error;
-use crate::model::{Correction, PlanarModel, SpatialModel};
-use crate::scalar::Scalar;
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{dot, sub};
+use crate::problem::model::Correction;
+use crate::problem::planar::PlanarModel;
+use crate::problem::spatial::SpatialModel;
+use crate::problem::{AnyModel, Modelled, setup};
 use crate::scene::shape::Mesh;
 use crate::scene::{Clamp, Dimension, Discretization, Scene, Support, Supports};
-use crate::vector::{dot, sub};
 
 impl<D: Scalar> Scene<D> {
     /// The rest shape's mesh, cut by the walls.

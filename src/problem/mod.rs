@@ -1,32 +1,40 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
+pub(crate) mod boundary;
+mod curved_joints;
 mod layout;
-mod remeshed;
+pub mod model;
+mod planar;
+mod remesh;
 mod setup;
+mod spatial;
 mod start;
+mod tributary;
 
 pub(crate) use layout::cuts;
-pub(crate) use start::Settled;
+pub use model::Model;
+pub use planar::PlanarModel;
+pub(crate) use setup::Setup;
+pub use spatial::SpatialModel;
+pub(crate) use start::Placed;
 
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
-use crate::model::{Model, PlanarModel, SpatialModel};
-use crate::parameter::Parameter;
-use crate::point::{Point, Stencil};
-use crate::rod::{Rod, planar, spatial};
-use crate::scalar::Nestable;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::{add, scale, sub, unit};
+use crate::problem::layout::{check_edges, choose, correction};
+use crate::rod::Rod;
+use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
+use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
+use crate::scene::Parameter;
 use crate::scene::shape::Mesh;
 use crate::scene::{End, InitialState, Scene, Time};
-use crate::sensitivity::{ImplicitSensitivity, Sensitivity};
-use crate::simulation::{Damping, Simulation};
-use crate::vector::{add, scale, sub, unit};
-use layout::{check_edges, choose, correction};
+use crate::scene::{Point, Stencil};
 use num_dual::Dual64;
-use setup::Setup;
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// Why a factor on the curvature does nothing.
 const BESIDE_STRAIGHT: &str =
@@ -42,16 +50,16 @@ pub struct Problem {
     reason: String,
     mesh: Mesh,
     /// The unknowns of the equilibrium the rod starts from, angles measured from the frames it
-    /// begins with; empty if it does not.
-    initial: Vec<f64>,
+    /// begins with, once they were asked for.
+    pub(crate) start: OnceLock<Vec<f64>>,
     /// Ends simulations when set.
     stop: Option<Arc<AtomicBool>>,
 }
 
 #[derive(Clone, Debug)]
 enum AnyModel {
-    Planar(Modelled<PlanarModel, { planar::HALF_BANDWIDTH }>),
-    Spatial(Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>),
+    Planar(Modelled<PlanarModel, PLANAR_BAND>),
+    Spatial(Modelled<SpatialModel, SPATIAL_BAND>),
 }
 
 /// A model with the scene it was chosen for, in plain numbers.
@@ -64,16 +72,16 @@ pub(crate) struct Modelled<M: Model<W>, const W: usize> {
 /// A problem whose model is known: what makes rods, simulations and sensitivities.
 #[derive(Debug)]
 pub struct Posed<'a, M: Model<W>, const W: usize> {
-    problem: &'a Problem,
+    pub(crate) problem: &'a Problem,
     /// The model.
     pub model: &'a M,
-    setup: &'a Setup<f64, M, W>,
+    pub(crate) setup: &'a Setup<f64, M, W>,
 }
 
 /// A planar problem.
-pub type PlanarProblem<'a> = Posed<'a, PlanarModel, { planar::HALF_BANDWIDTH }>;
+pub type PlanarProblem<'a> = Posed<'a, PlanarModel, PLANAR_BAND>;
 /// A spatial problem.
-pub type SpatialProblem<'a> = Posed<'a, SpatialModel, { spatial::HALF_BANDWIDTH }>;
+pub type SpatialProblem<'a> = Posed<'a, SpatialModel, SPATIAL_BAND>;
 
 /// A problem by its model.
 #[derive(Debug)]
@@ -108,8 +116,8 @@ impl Problem {
             return Err(Error::invalid("rod.natural_curvature", found, allowed));
         }
         let (model, reason) = choose(&scene, &mesh)?;
-        let mut problem = Self {
-            initial: Vec::new(),
+        let problem = Self {
+            start: OnceLock::new(),
             derivatives: Derivatives::default(),
             model,
             reason,
@@ -118,19 +126,7 @@ impl Problem {
             stop: None,
         };
         problem.check_sizes()?;
-        problem.find_start()?;
         Ok(problem)
-    }
-
-    /// Finds the equilibrium the scene starts from, if it does.
-    fn find_start(&mut self) -> Result<(), Error> {
-        if self.scene.initial.state == InitialState::Equilibrium {
-            self.initial = match self.posed() {
-                AnyProblem::Planar(posed) => posed.equilibrium_held()?,
-                AnyProblem::Spatial(posed) => posed.equilibrium_held()?,
-            };
-        }
-        Ok(())
     }
 
     /// Refuses stiffnesses and masses that overflow or vanish, and folds.
@@ -199,9 +195,7 @@ impl Problem {
         known && self.scene.loads.point.iter().all(|load| load.moment == [0.0; 3])
     }
     /// The spatial model of the scene, whatever model it has.
-    pub(crate) fn spatial_model(
-        &self,
-    ) -> Result<Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>, Error> {
+    pub(crate) fn spatial_model(&self) -> Result<Modelled<SpatialModel, SPATIAL_BAND>, Error> {
         let normal = self.planar().map(|posed| posed.model.normal());
         let loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
         let correction = correction(&self.scene, &self.mesh);
@@ -421,7 +415,7 @@ impl PlanarProblem<'_> {
     fn check_plane(
         &self,
         parameter: Parameter,
-        setup: &Setup<Dual64, PlanarModel, { planar::HALF_BANDWIDTH }>,
+        setup: &Setup<Dual64, PlanarModel, PLANAR_BAND>,
     ) -> Result<(), Error> {
         let Setup { scene, mesh, start, .. } = setup;
         let Some(what) = self.model.left_by(scene, mesh, start.as_deref()) else { return Ok(()) };
@@ -516,65 +510,5 @@ impl<'a, M: Model<W>, const W: usize> Posed<'a, M, W> {
     /// The rod with plain numbers.
     pub fn rod(&self) -> M::Rod<f64> {
         self.setup.rod(self.model)
-    }
-
-    /// A simulation at the start, over plain numbers.
-    pub fn simulation(&self) -> Simulation<f64, M::Rod<f64>, W> {
-        self.simulation_of(self.setup)
-    }
-
-    /// A simulation at the start over any scalar; `seed` makes the numbers of the parameters.
-    ///
-    /// ```no_run
-    /// # use rodfit::{Scene, Parameter};
-    /// use num_dual::Dual64;
-    /// let problem = Scene::load("cantilever.toml")?.problem()?;
-    /// let planar = problem.planar().expect("the cantilever lies in a plane");
-    /// let mut simulation = planar.simulation_over(|parameter, value| {
-    ///     Dual64::new(value, if parameter == Parameter::YoungsModulus { 1.0 } else { 0.0 })
-    /// });
-    /// simulation.step_to(1e-3)?;
-    /// # Ok::<(), rodfit::Error>(())
-    /// ```
-    pub fn simulation_over<D: Nestable>(
-        &self,
-        seed: impl Fn(Parameter, f64) -> D,
-    ) -> Simulation<D, M::Rod<D>, W> {
-        self.simulation_of(&self.setup_over(seed))
-    }
-
-    fn simulation_of<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Simulation<D, M::Rod<D>, W> {
-        let scene = &setup.scene;
-        let rod = setup.rod(self.model);
-        let start = self.start(setup, &rod);
-        let velocity = self.start_velocity(setup, &rod, &start.0);
-        let drive = self.drive(setup);
-        let damping = &scene.loads.damping;
-        let mut simulation = Simulation::new(
-            rod,
-            start,
-            self.free(),
-            Damping { mass: damping.mass, stiffness: damping.stiffness },
-            (scene.scheme(), scene.time.as_ref().map_or(D::from(0.5), |time| time.beta)),
-            self.problem.length(),
-            self.problem.derivatives,
-        );
-        if let Some(drive) = drive {
-            simulation.drive(drive);
-        }
-        if let Some(velocity) = velocity {
-            simulation.set_velocity(&velocity);
-        }
-        simulation
-    }
-
-    /// The sensitivity of a simulation to one parameter, at the start.
-    pub fn sensitivity(&self, parameter: Parameter) -> Sensitivity<M::Rod<Dual64>, W> {
-        let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
-        let simulation = self.simulation_over(seed);
-        match simulation.is_direct() {
-            true => Sensitivity::direct(simulation),
-            false => Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(&simulation))),
-        }
     }
 }

@@ -1,11 +1,11 @@
 //! What a problem makes of its scene's numbers, whatever their type.
 
 use crate::error::Error;
-use crate::model::{Model, NodalLoad};
-use crate::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::Vector;
+use crate::problem::model::{Model, NodalLoad};
 use crate::scene::shape::Mesh;
 use crate::scene::{NamedNode, Node, PointForce, Scene};
-use crate::vector::Vector;
 
 /// A scene with its mesh and its rest shape in a model's terms.
 #[derive(Clone, Debug)]

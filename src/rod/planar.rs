@@ -2,14 +2,14 @@
 //!
 //! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
 
-use super::{Energies, Rod, half_a_turn_apart};
-use crate::banded::BandMatrix;
-use crate::chain::add_edges;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
     dual_gradient_rate, dual_tangent,
 };
-use crate::scalar::{Nestable, Scalar};
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::rod::{Energies, Rod, half_a_turn_apart};
+use crate::statics::edge_coordinates::add_edges;
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 

@@ -2,16 +2,18 @@
 //!
 //! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
 
-use super::{Energies, Rod, half_a_turn_apart};
-use crate::banded::BandMatrix;
-use crate::chain::add_edges;
-use crate::energy::bend_twist::{self, BendTwist, Edge, EdgeState, JointLaw};
+use crate::energy::BendTwist;
+use crate::energy::bend_twist;
+use crate::energy::bend_twist::{Edge, EdgeState, JointLaw};
+use crate::energy::frame::{Frames, one_plus_dot, transport, transported_twist};
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
 };
-use crate::frame::{Frames, one_plus_dot, transport, transported_twist};
-use crate::scalar::{Nestable, Scalar};
-use crate::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::rod::{Energies, Rod, half_a_turn_apart};
+use crate::statics::edge_coordinates::add_edges;
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Numbers that may change along the rod.
 
-use super::number::{Numbers, Quantity, Written};
 use crate::error::Error;
+use crate::scene::number::{Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 
 /// A number that holds all along the rod, or a list with one for each of as many equal parts of its

@@ -1,8 +1,8 @@
 //! How what was recorded relates to the scene's world: clock, scale, tilt and place of the camera.
 
-use super::number::{Numbers, Quantity, Written};
-use super::positive;
 use crate::error::Error;
+use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::positive;
 use serde::{Deserialize, Serialize};
 
 /// `[camera]`: a point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, with `R`
@@ -22,7 +22,7 @@ pub struct Camera<D = f64> {
     #[serde(default)]
     pub in_plane_rotation: D,
     /// Where the clamp is recorded, less where it is in the scene, m.
-    #[serde(deserialize_with = "crate::arrays::numbers", default)]
+    #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub clamp_position: [D; 3],
 }
 

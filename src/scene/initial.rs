@@ -1,9 +1,10 @@
 //! Where the rod is at t = 0, and how it moves.
 
-use super::loads::{PointForce, is_zero};
-use super::number::{Numbers, Quantity, Written};
-use super::{Shape, finite};
 use crate::error::Error;
+use crate::scene::finite;
+use crate::scene::loads::{PointForce, is_zero};
+use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::shape::Shape;
 use serde::{Deserialize, Serialize};
 
 /// `[initial]`: in the rest shape, in a given shape, or in equilibrium under the loads and forces
@@ -19,10 +20,18 @@ pub struct Initial<D = f64> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape<D>>,
     /// Of every node that no support holds, m/s.
-    #[serde(deserialize_with = "crate::arrays::numbers", default, skip_serializing_if = "is_zero")]
+    #[serde(
+        deserialize_with = "crate::input::arrays::numbers",
+        default,
+        skip_serializing_if = "is_zero"
+    )]
     pub velocity: [D; 3],
     /// About the centre of mass, rad/s; adds to `velocity`.
-    #[serde(deserialize_with = "crate::arrays::numbers", default, skip_serializing_if = "is_zero")]
+    #[serde(
+        deserialize_with = "crate::input::arrays::numbers",
+        default,
+        skip_serializing_if = "is_zero"
+    )]
     pub angular_velocity: [D; 3],
     /// Forces that hold the rod beside its loads until t = 0.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -1,8 +1,8 @@
 //! What pulls and damps.
 
-use super::number::{Candidates, Numbers, Quantity, Written};
-use super::{finite, not_negative};
 use crate::error::Error;
+use crate::scene::number::{Candidates, Numbers, Quantity, Written};
+use crate::scene::{finite, not_negative};
 use serde::{Deserialize, Serialize};
 
 /// `[loads]`
@@ -10,11 +10,11 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Loads<D = f64> {
     /// Acceleration, m/s^2.
-    #[serde(deserialize_with = "crate::arrays::numbers", default)]
+    #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub gravity: [D; 3],
     /// Damping.
     #[serde(default)]
-    pub damping: DampingSpec<D>,
+    pub damping: Damping<D>,
     /// Constant forces and moments on nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point: Vec<PointForce<D>>,
@@ -23,7 +23,7 @@ pub struct Loads<D = f64> {
 /// `loads.damping`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
-pub struct DampingSpec<D = f64> {
+pub struct Damping<D = f64> {
     /// Force -mass M v, 1/s.
     #[serde(default)]
     pub mass: D,
@@ -39,10 +39,14 @@ pub struct PointForce<D = f64> {
     /// Where.
     pub node: Node,
     /// N, in world axes.
-    #[serde(deserialize_with = "crate::arrays::numbers", default)]
+    #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub force: [D; 3],
     /// N m, about the normal of a planar scene: half of it turns each of the node's edges.
-    #[serde(deserialize_with = "crate::arrays::numbers", default, skip_serializing_if = "is_zero")]
+    #[serde(
+        deserialize_with = "crate::input::arrays::numbers",
+        default,
+        skip_serializing_if = "is_zero"
+    )]
     pub moment: [D; 3],
 }
 
@@ -94,11 +98,11 @@ impl PointForce {
     }
 }
 
-impl DampingSpec {
-    fn over<D>(&self, n: &mut Numbers<'_, D>) -> DampingSpec<D> {
+impl Damping {
+    fn over<D>(&self, n: &mut Numbers<'_, D>) -> Damping<D> {
         let rate = Quantity::positive("1/s").searched(Candidates::Rate(0.03, 10.0, 1.5));
         let time = Quantity::positive("s").searched(Candidates::Time(1e-5, 0.1, 1.0));
-        DampingSpec {
+        Damping {
             mass: n.number("mass", self.mass, rate),
             stiffness: n.number("stiffness", self.stiffness, time),
         }

@@ -5,7 +5,9 @@ pub mod camera;
 pub mod initial;
 pub mod loads;
 pub mod number;
+pub mod parameter;
 pub mod plane;
+pub mod point;
 mod polyline;
 pub mod section;
 pub mod shape;
@@ -14,15 +16,17 @@ pub mod supports;
 pub use along::Along;
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
-pub use loads::{DampingSpec, Loads, NamedNode, Node, PointForce};
+pub use loads::{Damping, Loads, NamedNode, Node, PointForce};
+pub use parameter::{ListedParameter, Parameter, ParameterList};
 pub use plane::Plane;
+pub use point::{Point, Stencil};
 pub use section::Section;
 pub use shape::{Handedness, Shape};
 pub use supports::{Clamp, End, Motion, Support, Supports};
 
 use crate::error::Error;
-use crate::missing_keys::{Keys, Rule, always, if_there, missing};
-use number::{Candidates, Numbers, Quantity, Written};
+use crate::input::missing_keys::{Keys, Rule, always, if_there, missing};
+use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -130,7 +134,7 @@ pub enum Discretization {
     /// The paper's: chords and plain stiffnesses. A curved rod comes out too stiff.
     Paper,
     /// Arc lengths, stiffnesses that make up for the polygon, and sums that end at walls in the
-    /// middle of an edge: see [`crate::model`].
+    /// middle of an edge: see [`crate::problem::model`].
     Corrected,
     /// The same, and joints at the walls of straight rods corrected too: sags and swings of
     /// cantilevers come out better, frequencies of small vibrations worse.
@@ -201,7 +205,7 @@ impl<D> From<Time<D>> for TimeForm<D> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
-    /// The paper's, corrected: [`crate::scheme`].
+    /// The paper's, corrected: [`crate::dynamics::scheme`].
     #[default]
     NewmarkBeta,
     /// Keeps energy exactly, at about 2.7 times the cost.
@@ -355,7 +359,7 @@ impl Scene {
     /// Reads and validates a scene file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = crate::file::text(path)?;
+        let text = crate::input::file::text(path)?;
         let mut scene: Self = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
         scene.validate()?;

@@ -1,6 +1,6 @@
 //! The plane a scene lies in.
 
-use crate::scalar::Scalar;
+use crate::numerics::scalar::Scalar;
 use nalgebra::{Vector2, Vector3};
 
 /// How far out of the plane, relative to its own length, a vector may point.

@@ -1,10 +1,10 @@
 //! A rod's shape as a smooth curve through given points.
 
-use super::shape::{Mesh, angle};
 use crate::error::Error;
-use crate::scalar::Scalar;
-use crate::table::{LENGTHS, Table};
-use crate::vector::{Vector, add};
+use crate::input::table::{LENGTHS, Table};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add};
+use crate::scene::shape::{Mesh, angle};
 use nalgebra::Vector3;
 use std::path::Path;
 
@@ -197,9 +197,11 @@ fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{
-        Handedness, Initial, InitialState, Material, Scene, Section, Shape, Support, Time,
-    };
+    use crate::scene::initial::{Initial, InitialState};
+    use crate::scene::section::Section;
+    use crate::scene::shape::{Handedness, Shape};
+    use crate::scene::supports::Support;
+    use crate::scene::{Material, Scene, Time};
     use std::fmt::Write;
 
     /// Points of a shape at parts of its length, as a file of the folder.
@@ -365,7 +367,7 @@ mod tests {
         }
         let problem = named.problem().unwrap();
         let nodes = problem.equilibrium().unwrap().nodes;
-        let csv = crate::output::shape_csv(&problem, &nodes).unwrap();
+        let csv = crate::dynamics::shape_csv(&problem, &nodes).unwrap();
         std::fs::write(folder.path().join("points.csv"), csv).unwrap();
         let hung = tips(&starting(Shape::polyline("points.csv")));
         for tip in hung {

@@ -1,10 +1,10 @@
 //! Cross-sections.
 
-use super::number::{Candidates, Numbers, Quantity, Written};
-use super::{direction, positive};
 use crate::error::Error;
-use crate::scalar::Scalar;
-use crate::vector::{Vector, cross, dot, scale, sub, unit};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, cross, dot, scale, sub, unit};
+use crate::scene::number::{Candidates, Numbers, Quantity, Written};
+use crate::scene::{direction, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -24,7 +24,7 @@ pub enum Section<D = f64> {
         /// Along `up`, m.
         height: D,
         /// A direction; its part across the first edge counts.
-        #[serde(deserialize_with = "crate::arrays::numbers")]
+        #[serde(deserialize_with = "crate::input::arrays::numbers")]
         up: [D; 3],
     },
     /// Any section, by its constants.
@@ -38,7 +38,7 @@ pub enum Section<D = f64> {
         /// Torsion constant, m^4.
         j: D,
         /// A direction; its part across the first edge counts.
-        #[serde(deserialize_with = "crate::arrays::numbers")]
+        #[serde(deserialize_with = "crate::input::arrays::numbers")]
         up: [D; 3],
     },
 }

@@ -1,11 +1,11 @@
 //! Rest shapes and their meshes.
 
-use super::number::{Numbers, Quantity, Written};
-use super::polyline::Polyline;
-use super::{direction, positive};
 use crate::error::Error;
-use crate::scalar::Scalar;
-use crate::vector::{Vector, add, cross, dot, scale, unit};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
+use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::polyline::Polyline;
+use crate::scene::{direction, positive};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -21,7 +21,7 @@ pub enum Shape<D = f64> {
         /// m.
         length: D,
         /// Any non-zero vector.
-        #[serde(deserialize_with = "crate::arrays::numbers")]
+        #[serde(deserialize_with = "crate::input::arrays::numbers")]
         direction: [D; 3],
     },
     /// `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for the
@@ -34,7 +34,7 @@ pub enum Shape<D = f64> {
         /// Advance along the axis per turn, m.
         pitch: D,
         /// Direction of advance.
-        #[serde(deserialize_with = "crate::arrays::numbers")]
+        #[serde(deserialize_with = "crate::input::arrays::numbers")]
         axis: [D; 3],
         /// Sense of the turns.
         handedness: Handedness,

@@ -1,8 +1,8 @@
 //! What holds the ends of the rod, and how the ends are moved.
 
-use super::number::{Numbers, Quantity, Written};
-use super::{direction, finite, positive};
 use crate::error::Error;
+use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::{direction, finite, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -34,7 +34,7 @@ pub struct Supports<D = f64> {
     /// The direction in which a roller rolls; by default along the rod at that end.
     #[serde(
         default,
-        deserialize_with = "crate::arrays::some_numbers",
+        deserialize_with = "crate::input::arrays::some_numbers",
         skip_serializing_if = "Option::is_none"
     )]
     pub roller: Option<[f64; 3]>,
@@ -97,10 +97,10 @@ pub struct Motion<D = f64> {
     /// Which end.
     pub end: End,
     /// How far the end goes, m.
-    #[serde(deserialize_with = "crate::arrays::numbers", default)]
+    #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub displacement: [D; 3],
     /// About which axis through the end, and by how much, a clamped end turns, rad.
-    #[serde(deserialize_with = "crate::arrays::numbers", default)]
+    #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub rotation: [D; 3],
     /// How far a clamped end turns about the rod itself, rad, right-handed about the direction
     /// from start to end; counted beyond whole turns.

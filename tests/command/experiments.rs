@@ -4,7 +4,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
-use rodfit::modes::{About, Plane};
+use rodfit::vibration::{About, Plane};
 use rodfit::{Parameter, Point, Problem, Scene};
 use serde_json::Value;
 use std::f64::consts::TAU;

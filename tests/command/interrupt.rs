@@ -1,7 +1,7 @@
 //! Fits and simulations that are told to stop.
 
 use rodfit::fit::{Analysis, Sample};
-use rodfit::report::fit_page;
+use rodfit::page::fit_page;
 use rodfit::scene::Time;
 use rodfit::{Error, Fit, FitReport, Observation, Parameter, Point, Problem, Trajectory};
 use std::sync::Arc;

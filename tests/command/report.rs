@@ -1,7 +1,7 @@
 //! The page of a fit, and the evidence it is drawn from.
 
 use rodfit::fit::{Analysis, Recording, Sample, Seen, Vertical};
-use rodfit::report::fit_page;
+use rodfit::page::fit_page;
 use rodfit::scene::Time;
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem};
 use std::sync::LazyLock;

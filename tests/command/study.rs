@@ -1,6 +1,6 @@
 //! The work-precision study.
 
-use rodfit::report::study_page;
+use rodfit::page::study_page;
 use rodfit::scene::{Node, PointForce, Scheme, Time};
 use rodfit::study::Study;
 

@@ -1,6 +1,6 @@
 //! Derivatives by finite differences.
 
-use rodfit::banded::BandMatrix;
+use rodfit::numerics::banded::BandMatrix;
 use rodfit::rod::Rod;
 use rodfit::{Derivatives, Parameter, Problem, Trajectory};
 

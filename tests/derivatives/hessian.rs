@@ -3,8 +3,8 @@
 
 use argmin::core::{Gradient, Hessian};
 use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, Sighting};
-use rodfit::modes::About;
 use rodfit::scene::{Clamp, InitialState, Scene, Scheme, Shape, Time};
+use rodfit::vibration::About;
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
 use crate::common::fits::{observe, record, record_in_space};

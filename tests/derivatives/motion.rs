@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
-use rodfit::model::Model;
+use rodfit::problem::Model;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Support, Time};
 use rodfit::{AnyProblem, Derivatives, Parameter, Point, Posed, Problem};
 
@@ -29,7 +29,8 @@ fn mismatch_of<M: Model<W>, const W: usize>(
 ) -> f64 {
     let run = problem.simulate_with(&[parameter]).unwrap();
     let mut oracle = posed
-        .simulation_over(|p, value| Dual64::new(value, if p == parameter { 1.0 } else { 0.0 }));
+        .simulation_over(|p, value| Dual64::new(value, if p == parameter { 1.0 } else { 0.0 }))
+        .unwrap();
     let time = problem.time().unwrap();
     let (mut worst, mut size) = (0.0_f64, 0.0_f64);
     for k in 1..=time.steps() {
@@ -143,14 +144,16 @@ fn together_as_one_at_a_time() {
         Parameter::DampingMass,
     ];
     let together = problem.simulate_with(&all).unwrap();
-    let mut oracle = planar(&problem).simulation_over(|p, value| {
-        let seeded = DualSVec64::<2>::from_re(value);
-        match p {
-            Parameter::YoungsModulus => seeded.derivative(0),
-            Parameter::Beta => seeded.derivative(1),
-            _ => seeded,
-        }
-    });
+    let mut oracle = planar(&problem)
+        .simulation_over(|p, value| {
+            let seeded = DualSVec64::<2>::from_re(value);
+            match p {
+                Parameter::YoungsModulus => seeded.derivative(0),
+                Parameter::Beta => seeded.derivative(1),
+                _ => seeded,
+            }
+        })
+        .unwrap();
     let time = problem.time().unwrap();
     for k in 1..=time.steps() {
         oracle.step_to(time.at(k)).unwrap();
@@ -207,7 +210,7 @@ fn through_an_indefinite_tangent() {
     scene.loads.point[0].force = [-5.0, 0.1, 0.0];
     scene.time = Some(Time { beta: 1.0, ..Time::new(0.6, 3e-2) });
     let problem = scene.problem().unwrap();
-    let mut simulation = planar(&problem).simulation();
+    let mut simulation = planar(&problem).simulation().unwrap();
     let negative = (1..=20).filter(|k| {
         simulation.step_to(f64::from(*k) * 3e-2).unwrap();
         simulation.factors().negative_pivots() > 0

@@ -163,10 +163,10 @@ fn in_duals(problem: &Problem, parameter: Parameter) -> Vec<f64> {
     let nodes = problem.nodes();
     macro_rules! run {
         ($posed:expr) => {{
-            let mut simulation = $posed.simulation_over(seed);
+            let mut simulation = $posed.simulation_over(seed).unwrap();
             (1..=STEPS).for_each(|k| simulation.step_to(time.at(k)).unwrap());
             let q = &simulation.state().q;
-            use rodfit::model::Model;
+            use rodfit::problem::Model;
             (0..nodes).flat_map(|i| $posed.model.position(q, i).map(|x| x.eps)).collect()
         }};
     }

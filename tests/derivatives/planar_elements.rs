@@ -200,7 +200,7 @@ fn gradient_rates_agree() {
 #[test]
 fn assembly_adds_every_element_once() {
     let problem = cantilever().problem().unwrap();
-    let mut simulation = planar(&problem).simulation();
+    let mut simulation = planar(&problem).simulation().unwrap();
     for k in 1..=100 {
         simulation.step_to(k as f64 * 1e-3).unwrap();
     }

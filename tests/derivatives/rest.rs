@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 use num_dual::HyperDual64;
-use rodfit::modes::{About, Among, Kind, Mode, ModeName, Plane};
 use rodfit::scene::{
     Clamp, Dimension, End, Material, Motion, PointForce, Scene, Section, Shape, Support,
 };
+use rodfit::vibration::{About, Among, Kind, Mode, ModeName, Plane};
 use rodfit::{Error, Parameter, Point, Problem, Trajectory};
 
 use crate::common::differences::{at_rest, difference};

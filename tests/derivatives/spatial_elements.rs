@@ -8,8 +8,8 @@ use rand_chacha::ChaCha8Rng;
 use rodfit::Scalar;
 use rodfit::check::{CheckReport, Scaled, Tolerance, check};
 use rodfit::energy::bend_twist::{Published, Stiffness, UNKNOWNS, dual_gradient, dual_tangent};
+use rodfit::energy::frame::{EdgeFrame, Frames, transport};
 use rodfit::energy::{AsEnergy, BendTwist, Element, dual_gradient_rate};
-use rodfit::frame::{EdgeFrame, Frames, transport};
 
 fn direction(random: &mut ChaCha8Rng) -> Vector3<f64> {
     loop {

@@ -2,8 +2,8 @@
 //! is known before the data, and what is held out of them.
 
 use rodfit::fit::{Experiment, FitFile, Frequencies, Measurement, RestShape, Sighting};
-use rodfit::modes::{About, Kind, Plane};
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
+use rodfit::vibration::{About, Kind, Plane};
 use rodfit::{Fit, FitReport, Parameter, Point, Problem, Unknown};
 
 use crate::common::fits::{add_noise, found, noisy, observe, record, same_mesh, value};
@@ -280,7 +280,8 @@ fn one_frequency_for_one_modulus() {
     let mut scene = cantilever_with(0.5, 1e-3, 0.1, Clamp::MidEdge);
     scene.loads.gravity = [0.0; 3];
     let problem = scene.problem().unwrap();
-    let first = problem.modes(1, rodfit::modes::About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let first =
+        problem.modes(1, rodfit::vibration::About::Equilibrium).unwrap().frequencies_rad_s[0];
     let sigma = 1e-3 * first;
     let fit = Fit::new(&problem).observe(Frequencies::new(&[first], sigma));
     let report = fit.identify(Parameter::YoungsModulus).solve().unwrap();

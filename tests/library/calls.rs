@@ -1,7 +1,7 @@
 //! Calls that cannot be answered, and those that can in any order.
 
 use rodfit::fit::{Frequencies, Sample};
-use rodfit::point::Stencil;
+use rodfit::scene::Stencil;
 use rodfit::scene::{Scene, Time};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Trajectory};
 
@@ -32,7 +32,7 @@ fn vectors_of_another_length_are_refused() {
     let problem = short().problem().unwrap();
     let run = problem.simulate().unwrap();
     let fit = Fit::new(&problem)
-        .observe(crate::common::record(&run, 10).sigma(1e-3))
+        .observe(crate::common::fits::record(&run, 10).sigma(1e-3))
         .identify(Parameter::YoungsModulus)
         .identify(Parameter::Density);
     let residuals = fit.residuals().unwrap();

@@ -43,14 +43,14 @@ fn reports_are_read_back() {
     let check = rodfit::check::check_problem(&problem, Default::default()).unwrap();
     assert!(round_trip(&check).passed());
 
-    let mut report = rodfit::output::SimulationReport::new(&problem);
+    let mut report = rodfit::dynamics::SimulationReport::new(&problem);
     let mut run = Trajectory::new(&problem, &[12], &[]).unwrap();
     let outcome = run.run(&problem, 50, |state| report.push(&problem, state));
     report.finish(&run, &outcome);
     assert_eq!(round_trip(&report).tip.len(), 51);
 
     let off = |k: usize| 1e-3 * (k as f64 * 2.4).sin();
-    let mut motion = crate::common::record(&run, 20);
+    let mut motion = crate::common::fits::record(&run, 20);
     motion.samples.iter_mut().enumerate().for_each(|(k, s)| {
         s.position = s.position.map(|x| x.map(|x| x + off(k)));
     });

@@ -1,7 +1,7 @@
 //! A measurement of one's own.
 
 use rodfit::fit::{Gauge, Quantity, Sight};
-use rodfit::point::Stencil;
+use rodfit::scene::Stencil;
 use rodfit::{Fit, Parameter, Point, Problem, Scalar};
 
 use crate::calls::{refused, short};
@@ -144,7 +144,7 @@ fn a_measurement_of_ones_own_joins_a_fit() {
         series.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
         ["angle of the tip", "moment of the clamp"]
     );
-    let page = rodfit::report::fit_page(&report, "gauges");
+    let page = rodfit::page::fit_page(&report, "gauges");
     assert!(page.contains("moment of the clamp") && !page.contains("NaN"));
 
     let refuse = |gauge: Gauge| {

@@ -1,6 +1,6 @@
 //! Schemes that need no iteration: gradients on the way, orders, energy, momenta, reversal, limits.
 
-use rodfit::model::Model;
+use rodfit::problem::Model;
 use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Support, Time};
 use rodfit::{AnyProblem, Derivatives, Error, Posed, Problem, Trajectory};
@@ -37,7 +37,7 @@ fn gradients_of_all_ways_agree() {
 }
 
 fn gradients_agree<M: Model<W>, const W: usize>(posed: &Posed<'_, M, W>) {
-    let mut simulation = posed.simulation();
+    let mut simulation = posed.simulation().unwrap();
     for k in 1..=100 {
         simulation.step_to(f64::from(k) * 2e-4).unwrap();
     }
@@ -53,7 +53,7 @@ fn gradients_agree<M: Model<W>, const W: usize>(posed: &Posed<'_, M, W>) {
     let (dual, _) = moved(Derivatives::Dual);
     let (mut apart, mut swept) = (zero.clone(), zero.clone());
     rod.gradient(q, &frames, Derivatives::Hand, &mut apart);
-    let mut tangent = rodfit::banded::BandMatrix::zeros(q.len());
+    let mut tangent = rodfit::numerics::banded::BandMatrix::zeros(q.len());
     rod.tangent(q, &frames, Derivatives::Hand, &mut swept, &mut tangent);
     let mut size = zero.clone();
     tangent.absolute_product(q, &mut size);
@@ -116,7 +116,7 @@ fn orders_in_the_step() {
 /// Largest change of the total energy over the largest kinetic energy, and the change at the end.
 fn drift(scene: &Scene) -> [f64; 2] {
     let problem = scene.problem().unwrap();
-    let mut report = rodfit::output::SimulationReport::new(&problem);
+    let mut report = rodfit::dynamics::SimulationReport::new(&problem);
     let mut run = Trajectory::new(&problem, &[], &[]).unwrap();
     run.run(&problem, problem.time().unwrap().steps(), |now| report.push(&problem, now)).unwrap();
     let total = |e: &[f64; 6]| e[1..].iter().sum::<f64>();
@@ -163,7 +163,7 @@ fn a_free_rod_keeps_its_momenta() {
         scene.supports.start = Support::Free;
         scene.loads.gravity = [0.0; 3];
         let problem = scene.problem().unwrap();
-        let mut simulation = planar(&problem).simulation();
+        let mut simulation = planar(&problem).simulation().unwrap();
         let n = problem.nodes();
         let v: Vec<f64> = (0..n).flat_map(|i| [0.3, (5.0 * i as f64 / n as f64).sin()]).collect();
         simulation.set_velocity(&v);
@@ -208,7 +208,7 @@ fn explicit_schemes_run_backwards() {
 }
 
 fn runs_backwards<M: Model<W>, const W: usize>(posed: &Posed<'_, M, W>, step: f64) {
-    let mut simulation = posed.simulation();
+    let mut simulation = posed.simulation().unwrap();
     let start = simulation.state().q.clone();
     for k in 1..=1000 {
         simulation.step_to(f64::from(k) * step).unwrap();
@@ -275,12 +275,12 @@ fn a_rod_that_stiffens_beyond_its_step() {
     scene.rod.section = Section::Circle { radius: 0.1 };
     scene.material.youngs_modulus = 2e4;
     scene.loads.gravity = [0.0, -20.0, 0.0];
-    let largest = planar(&scene.problem().unwrap()).largest_step().unwrap();
+    let largest = planar(&scene.problem().unwrap()).largest_step().unwrap().unwrap();
     let mut troubled = false;
     for part in [0.4, 0.999] {
         scene.time.as_mut().unwrap().step = part * largest;
         let problem = scene.problem().unwrap();
-        let mut report = rodfit::output::SimulationReport::new(&problem);
+        let mut report = rodfit::dynamics::SimulationReport::new(&problem);
         let mut run = Trajectory::new(&problem, &[problem.nodes() - 1], &[]).unwrap();
         let steps = problem.time().unwrap().steps();
         let outcome = run.run(&problem, steps, |now| report.push(&problem, now));

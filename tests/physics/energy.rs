@@ -1,7 +1,7 @@
 //! Energy, orders in the step, and damping against theory.
 
-use rodfit::model::Model;
-use rodfit::output::SimulationReport;
+use rodfit::dynamics::SimulationReport;
+use rodfit::problem::Model;
 use rodfit::scene::{
     Clamp, Initial, InitialState, Material, Motion, PointForce, Scene, Scheme, Section, Shape,
     Support, Time,
@@ -14,7 +14,7 @@ use crate::common::{at_tip, cantilever, cantilever_with, extremum, helix_with, p
 fn drift(scene: &Scene) -> f64 {
     let problem = scene.problem().unwrap();
     let time = problem.time().unwrap();
-    let mut simulation = planar(&problem).simulation();
+    let mut simulation = planar(&problem).simulation().unwrap();
     let start = simulation.energies().total();
     let (mut change, mut kinetic) = (0.0_f64, 0.0_f64);
     for k in 1..=time.steps() {
@@ -47,7 +47,7 @@ fn the_average_vector_field_keeps_the_energy_for_good() {
         scene.time.as_mut().unwrap().scheme = Scheme::AverageVectorField;
         let problem = scene.problem().unwrap();
         let steps = problem.time().unwrap().steps();
-        let mut report = rodfit::output::SimulationReport::new(&problem);
+        let mut report = rodfit::dynamics::SimulationReport::new(&problem);
         let mut run = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
         run.run(&problem, steps, |now| report.push(&problem, now)).unwrap();
         let (drift, taken) = (report.energy_drift(), run.work().steps);
@@ -107,7 +107,7 @@ fn a_free_rod_keeps_its_momentum() {
     scene.supports.start = rodfit::scene::Support::Free;
     scene.loads.gravity = [0.0; 3];
     let problem = scene.problem().unwrap();
-    let mut simulation = planar(&problem).simulation();
+    let mut simulation = planar(&problem).simulation().unwrap();
     let n = problem.nodes();
     let v: Vec<f64> = (0..n).flat_map(|i| [0.3, (3.0 * i as f64 / n as f64).sin()]).collect();
     simulation.set_velocity(&v);
@@ -141,7 +141,7 @@ fn swing(scene: &Scene, speed: f64, h: f64, end: f64) -> ([f64; 2], Vec<f64>) {
     scene.time.as_mut().unwrap().step = h;
     scene.time.as_mut().unwrap().end = end;
     let problem: Problem = scene.problem().unwrap();
-    let mut simulation = planar(&problem).simulation();
+    let mut simulation = planar(&problem).simulation().unwrap();
     let rest = planar(&problem).rest();
     let v: Vec<f64> = (0..rest.len() / 2)
         .flat_map(|i| [0.0, speed * first_mode((rest[2 * i] / 0.5).max(0.0))])
@@ -258,7 +258,7 @@ fn every_support_holds_what_it_says() {
                 let edge = 0.5 / (50.0 - cuts);
                 assert!(((rest[2] - rest[0]).hypot(rest[3] - rest[1]) - edge).abs() < 1e-14);
                 assert!(drift(&scene) < 1e-3, "{start:?} {end:?} {clamp:?}");
-                let mut simulation = planar(&problem).simulation();
+                let mut simulation = planar(&problem).simulation().unwrap();
                 for k in 1..=50 {
                     simulation.step_to(k as f64 * 5e-4).unwrap();
                 }

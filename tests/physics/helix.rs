@@ -1,13 +1,13 @@
 //! The paper's helix: its figures, energy, and the work it takes.
 
 use num_dual::Dual64;
-use rodfit::banded::BandMatrix;
+use rodfit::dynamics::Simulation;
 use rodfit::energy::Element;
 use rodfit::energy::bend_twist::Published;
-use rodfit::frame::Frames;
+use rodfit::energy::frame::Frames;
+use rodfit::numerics::banded::BandMatrix;
 use rodfit::rod::{Energies, Rod, SpatialRod};
 use rodfit::scene::Clamp;
-use rodfit::simulation::Simulation;
 use rodfit::{Derivatives, Problem};
 
 use crate::common::{extremum, helix_with};
@@ -47,7 +47,7 @@ fn the_helix_moves_as_published() {
 #[test]
 fn the_helix_keeps_its_energy() {
     let problem = helix_with(0.5, 1e-3, 5.0, Clamp::Nodes).problem().unwrap();
-    let mut report = rodfit::output::SimulationReport::new(&problem);
+    let mut report = rodfit::dynamics::SimulationReport::new(&problem);
     let mut trajectory = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
     trajectory.run(&problem, 5000, |now| report.push(&problem, now)).unwrap();
     let work = trajectory.work();
@@ -171,9 +171,9 @@ impl Rod<f64, 10> for PublishedRod {
 fn the_exact_tangent_saves_iterations() {
     let problem = helix_with(0.5, 5e-3, 1.0, Clamp::Nodes).problem().unwrap();
     let posed = problem.spatial().unwrap();
-    let mut exact = posed.simulation();
+    let mut exact = posed.simulation().unwrap();
     let start = (posed.rest(), exact.state().frames.clone());
-    let undamped = rodfit::simulation::Damping { mass: 0.0, stiffness: 0.0 };
+    let undamped = rodfit::scene::Damping { mass: 0.0, stiffness: 0.0 };
     let (rod, hand) = (PublishedRod(posed.rod()), Derivatives::Hand);
     let scheme = (rodfit::scene::Scheme::NewmarkBeta, 0.5);
     let mut published = Simulation::new(rod, start, posed.free(), undamped, scheme, 0.5, hand);

@@ -1,7 +1,7 @@
 //! The paper's cantilever: its figures, the misprint of Eq. (6a), and the limit of small segments.
 
-use rodfit::banded::{BandMatrix, Ldlt};
 use rodfit::energy::Derivatives;
+use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, Time};
 
@@ -166,7 +166,7 @@ fn beta_one_is_implicit_euler() {
     let h = 5e-3;
     let mut euler = ByHand::new(1.0, h, [h * h, 0.0]);
     let problem = cantilever_with(1.0, h, 1.0, Clamp::Nodes).problem().unwrap();
-    let mut simulation = planar(&problem).simulation();
+    let mut simulation = planar(&problem).simulation().unwrap();
     for k in 1..=100 {
         euler.step().unwrap();
         simulation.step_to(k as f64 * h).unwrap();

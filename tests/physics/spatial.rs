@@ -1,7 +1,7 @@
 //! Spatial rods against planar ones, theory and invariance.
 
 use nalgebra::{Rotation3, Unit, Vector3};
-use rodfit::frame::Frames;
+use rodfit::energy::frame::Frames;
 use rodfit::rod::Rod;
 use rodfit::scene::section::{circle, rectangle};
 use rodfit::scene::{
@@ -97,7 +97,7 @@ fn torsional_vibration() {
             let step = period / 400.0;
             scene.time = Some(Time::new(period, step));
             let problem = scene.problem().unwrap();
-            let mut simulation = problem.spatial().unwrap().simulation();
+            let mut simulation = problem.spatial().unwrap().simulation().unwrap();
             // The lowest mode, at unit speed at the free end.
             let n = problem.segments();
             let edge = 0.5 / (n as f64 - 0.5);
@@ -139,7 +139,7 @@ fn twist_counts_fifty_turns() {
     let problem = scene.problem().unwrap();
     let posed = problem.spatial().unwrap();
     let (rod, mut q, mut frames) =
-        (posed.rod(), posed.rest(), posed.simulation().state().frames.clone());
+        (posed.rod(), posed.rest(), posed.simulation().unwrap().state().frames.clone());
     let turns = 50.0 * std::f64::consts::TAU;
     for k in 1..=500 {
         for j in 0..11 {
@@ -189,7 +189,7 @@ fn moving_helix() -> (rodfit::Problem, Vec<f64>, Frames<f64>) {
     scene.rod.section = Section::Rectangle { width: 0.01, height: 0.006, up: [1.0, 0.3, 0.0] };
     scene.loads.point = at_tip([0.05, 0.03, 0.0]);
     let problem = scene.problem().unwrap();
-    let mut simulation = problem.spatial().unwrap().simulation();
+    let mut simulation = problem.spatial().unwrap().simulation().unwrap();
     for k in 1..=60 {
         simulation.step_to(f64::from(k) * 2e-3).unwrap();
     }

@@ -423,7 +423,7 @@ fn walls_faster_than_the_step() {
     ] {
         let problem = scene(motion, 1e-3).problem().unwrap();
         problem.simulate().unwrap();
-        let warnings = rodfit::output::SimulationReport::new(&problem).warnings;
+        let warnings = rodfit::dynamics::SimulationReport::new(&problem).warnings;
         assert_eq!(warnings.len(), usize::from(key.is_some()), "{warnings:?}");
         assert!(key.is_none_or(|key| warnings[0].contains(key)), "{warnings:?}");
     }

@@ -1,7 +1,7 @@
 //! Where rods lose their shape in space, and what they take on instead.
 
 use rodfit::Derivatives;
-use rodfit::banded::{BandMatrix, Ldlt};
+use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{Material, Motion, Scene, Section, Shape, Support};
 use std::f64::consts::PI;
@@ -45,7 +45,7 @@ fn michells_ring() {
     let found = [50, 100, 200].map(|segments| {
         let problem = ring(segments).problem().unwrap();
         let posed = problem.spatial().unwrap();
-        let (rod, frames) = (posed.rod(), &posed.simulation().state().frames.clone());
+        let (rod, frames) = (posed.rod(), &posed.simulation().unwrap().state().frames.clone());
         critical([0.97 * exact, 1.01 * exact], 1e-5, |twist| {
             // Evenly twisted, the polygon is in balance.
             let mut q = posed.rest();

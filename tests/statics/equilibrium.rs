@@ -1,6 +1,6 @@
 //! Equilibria against theory, where plain Newton dies, and where stability is lost.
 
-use rodfit::banded::{BandMatrix, Ldlt};
+use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{
     Clamp, Dimension, Discretization, Material, Node, PointForce, Scene, Section, Shape, Support,
@@ -135,7 +135,7 @@ fn tangents_by_edges() {
     space.rod.segments = Some(20);
     let problem = space.problem().unwrap();
     let posed = problem.spatial().unwrap();
-    let frames = posed.simulation().state().frames.clone();
+    let frames = posed.simulation().unwrap().state().frames.clone();
     edges_are_congruent(&posed.rod(), &frames, &posed.rest(), 4);
 }
 

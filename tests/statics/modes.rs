@@ -1,10 +1,10 @@
 //! Frequencies of small vibrations against beam theory.
 
-use rodfit::modes::{About, Kind, Modes, Plane};
 use rodfit::scene::{
     Dimension, Handedness, InitialState, Material, Node, PointForce, Scene, Section, Shape,
     Support, Time,
 };
+use rodfit::vibration::{About, Kind, Modes, Plane};
 use std::f64::consts::PI;
 
 use crate::common::{at_tip, rest, simulate};

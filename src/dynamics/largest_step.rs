@@ -1,0 +1,86 @@
+//! The largest step of an explicit scheme: its limit of stability over the highest frequency.
+
+use crate::dynamics::stepper::splitting::stability_limit;
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::problem::Model;
+use crate::problem::Posed;
+use crate::rod::Rod;
+use std::ops::Range;
+
+/// To which part the highest frequency is found.
+const PART: f64 = 1e-4;
+
+impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+    /// The largest step of the scene's scheme about its start, s; none if every step is stable.
+    pub fn largest_step(&self) -> Result<Option<f64>, Error> {
+        let Some(limit) = stability_limit(self.scene().scheme()) else { return Ok(None) };
+        let simulation = self.simulation()?;
+        let state = simulation.state();
+        let n = state.q.len();
+        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        let rod = simulation.rod();
+        rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        Ok(Some(limit / highest_squared(&tangent, rod.mass(), self.free()).sqrt()))
+    }
+
+    /// Refuses a step above the largest.
+    pub(crate) fn check_step(&self) -> Result<(), Error> {
+        let (Some(largest), Some(time)) = (self.largest_step()?, &self.scene().time) else {
+            return Ok(());
+        };
+        if time.step.min(time.end) <= largest {
+            return Ok(());
+        }
+        let allowed = format!(
+            "up to {largest:.3e} s with {} on this mesh; schemes without such a limit: \
+             newmark-beta, average-vector-field, rodas4",
+            time.scheme.name()
+        );
+        Err(Error::invalid("time.step", time.step, allowed).in_file(self.scene().path.as_deref()))
+    }
+}
+
+/// The largest eigenvalue of `K x = lambda M x` in `range`, from above. By bisection: `K - lambda M`
+/// has as many negative pivots as there are eigenvalues below `lambda`.
+fn highest_squared<const W: usize>(
+    tangent: &BandMatrix<f64, W>,
+    mass: &[f64],
+    range: Range<usize>,
+) -> f64 {
+    let n = mass.len();
+    let mut sums = vec![0.0; n];
+    tangent.absolute_product(&vec![1.0; n], &mut sums);
+    let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, f64::max);
+    // Gershgorin's circles; and no eigenvalue range ends below a diagonal entry.
+    let mut high = largest(&mut range.clone().map(|i| sums[i] / mass[i])) * (1.0 + PART);
+    let mut low = largest(&mut range.clone().map(|i| tangent.get(i, i) / mass[i]));
+    let mut factors = Ldlt::with_order(n);
+    while high > low * (1.0 + PART) && low > 0.0 {
+        let middle = (low * high).sqrt();
+        let all_below = factors.factor_sum(mass, -middle, tangent, 1.0, range.clone()).is_ok()
+            && factors.negative_pivots() == range.len();
+        *if all_below { &mut high } else { &mut low } = middle;
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chain of masses between walls: omega^2 = 4 k/m sin^2(pi n/(2 (n + 1))).
+    #[test]
+    fn highest_frequency_of_a_chain() {
+        let n = 12;
+        let mut tangent = BandMatrix::<f64, 5>::zeros(n + 2);
+        for i in 0..n + 1 {
+            tangent.add_block(i, &[[3.0, -3.0], [-3.0, 3.0]]);
+        }
+        let found = highest_squared(&tangent, &vec![0.2; n + 2], 1..n + 1);
+        let angle = std::f64::consts::PI * n as f64 / (2.0 * (n as f64 + 1.0));
+        let exact = 60.0 * angle.sin().powi(2);
+        assert!(found >= exact * (1.0 - 1e-12) && found < exact * (1.0 + 1e-3), "{found} {exact}");
+    }
+}

@@ -1,0 +1,230 @@
+//! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
+
+use crate::dynamics::simulation::Work;
+use crate::dynamics::trajectory::{Snapshot, Trajectory};
+use crate::error::Error;
+use crate::problem::Problem;
+use crate::scene::Point;
+use crate::scene::{Scene, Scheme};
+use serde::{Deserialize, Serialize};
+use std::io::{self, Write};
+
+/// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m.
+#[derive(Debug)]
+pub struct NodeTable<W> {
+    writer: W,
+    nodes: usize,
+}
+
+impl<W: Write> NodeTable<W> {
+    /// A table of `nodes` nodes.
+    pub fn new(writer: W, nodes: usize) -> Self {
+        Self { writer, nodes }
+    }
+
+    /// Writes the names of the columns.
+    pub fn header(&mut self) -> io::Result<()> {
+        write!(self.writer, "t")?;
+        for i in 0..self.nodes {
+            write!(self.writer, ",x_{i},y_{i},z_{i}")?;
+        }
+        writeln!(self.writer)
+    }
+
+    /// Appends the state of a simulation.
+    pub fn push(&mut self, simulation: &dyn Snapshot) -> io::Result<()> {
+        write!(self.writer, "{}", simulation.time())?;
+        for i in 0..self.nodes {
+            let [x, y, z] = simulation.position(i);
+            write!(self.writer, ",{x},{y},{z}")?;
+        }
+        writeln!(self.writer)
+    }
+
+    /// The writer, all of the table being handed to it.
+    pub fn into_inner(self) -> W {
+        self.writer
+    }
+}
+
+/// A shape of a problem's rod as a CSV table with the columns x, y, z and s, m, and a row per node:
+/// where it is in the world, and on the rod, by arc length from the wall. `initial.shape` reads it
+/// as a polyline.
+pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error> {
+    let mut table = String::from("x,y,z,s\n");
+    for (i, [x, y, z]) in nodes.iter().enumerate() {
+        let s = problem.arc_length(Point::Node(i))?;
+        table += &format!("{x},{y},{z},{s}\n");
+    }
+    Ok(table)
+}
+
+/// The JSON of `rodfit simulate`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SimulationReport {
+    /// `planar` or `spatial`.
+    pub model: String,
+    /// Why this model.
+    pub model_reason: String,
+    /// Number of unknowns, supported ones included.
+    pub dof: usize,
+    /// Steps made and recorded; `work` counts the halves that failing ones were taken in.
+    pub steps: usize,
+    /// Newton iterations of all steps.
+    pub newton_iterations: usize,
+    /// All work counts.
+    pub work: Work,
+    /// Wall time of the stepping alone, s.
+    pub wall_seconds: f64,
+    /// `[t, x, y, z]` of the tip, s and m in world axes, from t = 0 on.
+    pub tip: Vec<[f64; 4]>,
+    /// `[t, kinetic, stretch, bend, twist, potential]`, s and J.
+    pub energy: Vec<[f64; 6]>,
+    /// Largest change of the total energy since the start, J.
+    pub largest_energy_change: f64,
+    /// J.
+    pub largest_kinetic_energy: f64,
+    /// `completed`, or what stopped it.
+    pub status: String,
+    /// What speaks against the run.
+    #[serde(default)]
+    pub warnings: Vec<String>,
+    /// The scene with its defaults.
+    pub scene: Scene,
+    /// Whether `tip` and `energy` grow.
+    #[serde(skip)]
+    keeps_series: bool,
+    /// States seen.
+    #[serde(skip)]
+    seen: usize,
+    #[serde(skip)]
+    last_tip: Option<[f64; 4]>,
+    #[serde(skip)]
+    start_energy: f64,
+    #[serde(skip)]
+    end_energy: f64,
+    /// Kinetic energies below this one are none, J.
+    #[serde(skip)]
+    still: f64,
+}
+
+impl SimulationReport {
+    /// A report of nothing yet.
+    pub fn new(problem: &Problem) -> Self {
+        let (model, model_reason) = problem.model();
+        Self {
+            model: model.into(),
+            model_reason: model_reason.into(),
+            dof: problem.dof(),
+            steps: 0,
+            newton_iterations: 0,
+            work: Work::default(),
+            wall_seconds: 0.0,
+            tip: Vec::new(),
+            energy: Vec::new(),
+            largest_energy_change: 0.0,
+            largest_kinetic_energy: 0.0,
+            status: "started".into(),
+            warnings: problem.warnings(),
+            scene: problem.scene().clone(),
+            keeps_series: true,
+            seen: 0,
+            last_tip: None,
+            start_energy: 0.0,
+            end_energy: 0.0,
+            still: still(problem),
+        }
+    }
+
+    /// Without the series of tips and energies, which grow with every step.
+    pub fn without_series(self) -> Self {
+        Self { keeps_series: false, ..self }
+    }
+
+    /// Appends the state of a simulation.
+    pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
+        let (t, e) = (simulation.time(), simulation.energies());
+        let [x, y, z] = simulation.position(problem.nodes() - 1);
+        let total = e.total();
+        if self.seen == 0 {
+            self.start_energy = total;
+        }
+        self.seen += 1;
+        self.end_energy = total;
+        self.last_tip = Some([t, x, y, z]);
+        self.largest_energy_change =
+            self.largest_energy_change.max((total - self.start_energy).abs());
+        self.largest_kinetic_energy = self.largest_kinetic_energy.max(e.kinetic);
+        if self.keeps_series {
+            self.tip.push([t, x, y, z]);
+            self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential]);
+        }
+    }
+
+    /// Takes the totals of a run and how it ended.
+    pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
+        self.work = trajectory.work();
+        self.steps = self.seen.saturating_sub(1);
+        self.newton_iterations = self.work.newton_iterations;
+        self.wall_seconds = trajectory.stepping().as_secs_f64();
+        self.status = match outcome {
+            Ok(()) => "completed".into(),
+            Err(error) => format!("stopped: {error}"),
+        };
+    }
+
+    /// `[t, x, y, z]` of the tip as it was seen last.
+    pub fn last_tip(&self) -> Option<[f64; 4]> {
+        self.last_tip.or(self.tip.last().copied())
+    }
+
+    /// Largest change of the total energy over the largest kinetic energy; 0 of a rod that stays where
+    /// it is.
+    pub fn energy_drift(&self) -> f64 {
+        match self.is_still() {
+            true => 0.0,
+            false => self.largest_energy_change / self.largest_kinetic_energy,
+        }
+    }
+
+    /// What became of the energy, in words: only a rod that neither damping nor supports take any
+    /// from has it kept, and only what moves has some to compare a change with.
+    pub fn energy_in_words(&self) -> String {
+        let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
+        let (start, end) = (self.start_energy, self.end_energy);
+        let damping = scene.loads.damping;
+        let time = scene.time.as_ref();
+        let beta = time.filter(|t| t.scheme == Scheme::NewmarkBeta).map_or(0.5, |t| t.beta);
+        if self.is_still() {
+            "the rod stays where it is".into()
+        } else if !scene.supports.motion.is_empty() {
+            format!("energy went from {start:.3e} to {end:.3e} J, with the work of the supports")
+        } else if damping.mass > 0.0 || damping.stiffness > 0.0 {
+            format!("damping took {:.3e} J of energy", start - end)
+        } else if beta > 0.5 {
+            let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
+            format!("beta = {beta} took {part} of the largest kinetic energy")
+        } else {
+            format!("energy kept to {} of the largest kinetic energy", percent(drift))
+        }
+    }
+
+    /// Whether what kinetic energy there is are rounding errors.
+    fn is_still(&self) -> bool {
+        self.largest_kinetic_energy <= self.still
+    }
+}
+
+/// The kinetic energy of a rod that goes a thousand-millionth of its length in the time of the scene, J.
+fn still(problem: &Problem) -> f64 {
+    let area = problem.scene().rod.section.moments().area;
+    let (mass, end) = (
+        problem.scene().material.density * area * problem.length(),
+        problem.scene().time.as_ref().map_or(f64::INFINITY, |time| time.end),
+    );
+    0.5 * mass * (1e-9 * problem.length() / end).powi(2)
+}
+
+fn percent(x: f64) -> String {
+    if x.abs() < 0.1 { format!("{x:.1e} %") } else { format!("{x:.1} %") }
+}

@@ -1,0 +1,365 @@
+//! Derivatives of a trajectory with respect to a parameter, by the implicit function theorem.
+//!
+//! A converged step satisfies `R(q1; q0, v0, n0, p) = 0`, so its derivative solves
+//! `J dq1 = -dR|q1` with the tangent `J` of the step at its solution. `dR|q1` is the step's own
+//! residual formula evaluated in dual numbers with `q1` held: one scheme, written once.
+//!
+//! The oracle is the whole simulation run in dual numbers
+//! ([`Posed::simulation_over`](crate::Posed::simulation_over)).
+
+use crate::dynamics::scheme::{END, Formulas};
+use crate::dynamics::simulation::Simulation;
+use crate::error::Error;
+use crate::numerics::banded::Ldlt;
+use crate::problem::boundary::Drive;
+use crate::rod::Rod;
+use crate::scene::Damping;
+use crate::scene::supports::Moment;
+use num_dual::Dual64;
+
+/// The derivative of a simulation's state with respect to one parameter.
+#[derive(Clone, Debug)]
+pub enum Sensitivity<S: Rod<Dual64, W>, const W: usize> {
+    /// Of schemes that iterate: by the implicit function theorem.
+    Implicit(Box<ImplicitSensitivity<S, W>>),
+    /// Of schemes that do not: the same step in dual numbers.
+    Direct {
+        /// What goes along.
+        simulation: Box<Simulation<Dual64, S, W>>,
+        /// dq/dp.
+        q: Vec<f64>,
+        /// dv/dp.
+        v: Vec<f64>,
+    },
+}
+
+impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
+    /// Of a scheme that needs no iteration, from its simulation in dual numbers.
+    pub fn direct(simulation: Simulation<Dual64, S, W>) -> Self {
+        let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect();
+        let (q, v) = (rates(&simulation.state().q), rates(&simulation.state().v));
+        Self::Direct { simulation: Box::new(simulation), q, v }
+    }
+
+    /// dq/dp.
+    pub fn q(&self) -> &[f64] {
+        match self {
+            Self::Implicit(sensitivity) => &sensitivity.q,
+            Self::Direct { q, .. } => q,
+        }
+    }
+
+    /// dv/dp.
+    pub fn v(&self) -> &[f64] {
+        match self {
+            Self::Implicit(sensitivity) => &sensitivity.v,
+            Self::Direct { v, .. } => v,
+        }
+    }
+}
+
+/// The derivative of an implicit step's solution.
+#[derive(Clone, Debug)]
+pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
+    rod: S,
+    viscous: Option<S>,
+    /// The supports that move.
+    drive: Option<Drive<Dual64>>,
+    /// Whether the parameter moves what supports hold.
+    moves_supports: bool,
+    dashpots: Option<S>,
+    damping: Damping<Dual64>,
+    beta: Dual64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    /// The frames with their derivatives.
+    frames: S::Frames,
+    unbalanced: Vec<f64>,
+    strain: Vec<f64>,
+    strain_rate: Vec<f64>,
+    /// Gradient rate at fixed unknowns.
+    direct: Vec<f64>,
+    /// dq0/dp, kept while q becomes dq1/dp.
+    start: Vec<f64>,
+    shift: Vec<Dual64>,
+    lifted: Vec<Dual64>,
+    lifted_strain: Vec<Dual64>,
+    lifted_forces: Vec<Dual64>,
+}
+
+impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
+    /// At the start of a simulation whose numbers all carry the parameter's derivative.
+    pub fn new(simulation: &Simulation<Dual64, S, W>) -> Self {
+        let state = simulation.state();
+        let zero = vec![0.0; state.q.len()];
+        let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
+        let (strains, n) = (state.strain.len(), state.q.len());
+        let rod = simulation.rod().clone();
+        let free = simulation.free();
+        let held = (0..state.q.len()).filter(|i| !free.contains(i));
+        let drive = simulation.driven().cloned();
+        Self {
+            moves_supports: drive.is_some() || held.map(|i| state.q[i].eps).any(|rate| rate != 0.0),
+            drive,
+            viscous: (strains > 0).then(|| simulation.dashpots().unwrap_or(&rod).clone()),
+            dashpots: simulation.dashpots().cloned(),
+            rod,
+            damping: simulation.damping(),
+            beta: simulation.beta(),
+            frames: state.frames.clone(),
+            q: rates(&state.q),
+            v: rates(&state.v),
+            unbalanced: rates(&state.unbalanced),
+            strain: rates(&state.strain),
+            strain_rate: rates(&state.strain_rate),
+            direct: zero.clone(),
+            start: zero,
+            shift: vec![Dual64::from(0.0); strains],
+            lifted: Vec::new(),
+            lifted_strain: Vec::new(),
+            lifted_forces: if strains > 0 { vec![Dual64::from(0.0); n] } else { Vec::new() },
+        }
+    }
+
+    /// The right-hand side `-dR|q1` of the step `simulation` has just made, left in `q`.
+    fn prepare<R>(&mut self, simulation: &Simulation<f64, R, W>)
+    where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        let scheme = simulation.formulas(self.beta);
+        let (before, now) = (simulation.previous(), simulation.state());
+        let held = self.held(simulation);
+        if scheme.averages() {
+            self.average_rate(&scheme, simulation, &held);
+        } else {
+            self.set_viscous(&scheme, simulation);
+            let rod = self.viscous.as_ref().unwrap_or(&self.rod);
+            let (frames, direct) = (&self.frames, &mut self.direct);
+            R::gradient_rate(rod, &now.q, frames, simulation.derivatives(), direct);
+            R::frame_rate(frames, &now.q, simulation.gradient(), simulation.tangent(), direct);
+            for (i, rate, _) in &held {
+                simulation.tangent().add_column(*i, *rate, direct);
+            }
+        }
+        self.start.copy_from_slice(&self.q);
+        for (i, q, v) in held {
+            (self.q[i], self.v[i]) = (q, v);
+        }
+        let free = simulation.free();
+        let (q1, gradient) = (&now.q[free.clone()], &simulation.gradient()[free.clone()]);
+        let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
+        let n0 = &before.unbalanced[free.clone()];
+        let (dq, dv) = (&mut self.q[free.clone()], &self.v[free.clone()]);
+        let (dn, direct) = (&self.unbalanced[free.clone()], &mut self.direct[free.clone()]);
+        let mass = &self.rod.mass()[free.clone()];
+        let drag = self.damping.mass;
+        let dragged = drag.re != 0.0 || drag.eps != 0.0;
+        for i in 0..free.len() {
+            let change = Dual64::new(q1[i] - q0[i], -dq[i]);
+            let v0 = Dual64::new(v0[i], dv[i]);
+            let mut n1 = Dual64::new(gradient[i], direct[i]);
+            if dragged {
+                n1 += drag * mass[i] * scheme.dragged(change, v0);
+                direct[i] = n1.eps;
+            }
+            let n0 = Dual64::new(n0[i], dn[i]);
+            dq[i] = -scheme.residual(mass[i], change, v0, n1, n0).eps;
+        }
+    }
+
+    /// The unknowns that supports hold, with the derivatives of their places and velocities at the
+    /// end of the step; none where the parameter does not move them.
+    fn held<R>(&mut self, simulation: &Simulation<f64, R, W>) -> Vec<(usize, f64, f64)>
+    where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        if !self.moves_supports {
+            return Vec::new();
+        }
+        let now = simulation.state();
+        let free = simulation.free();
+        let held = (0..now.q.len()).filter(|i| !free.contains(i));
+        let Some(drive) = &self.drive else {
+            return held.map(|i| (i, self.q[i], 0.0)).collect();
+        };
+        let dual = |x: &[f64], rates: &[f64]| -> Vec<Dual64> {
+            x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, *rate)).collect()
+        };
+        let (mut q, mut v) = (dual(&now.q, &self.q), dual(&now.v, &self.v));
+        let moment = Moment::Time(now.time);
+        drive.advance::<S, W>(moment, moment, &mut q, &self.frames);
+        drive.velocities(now.time, &mut v);
+        held.map(|i| (i, q[i].eps, v[i].eps)).collect()
+    }
+
+    /// The rod with the viscous stress at the end of the step, and its derivative.
+    fn set_viscous<R>(&mut self, scheme: &Formulas<Dual64>, simulation: &Simulation<f64, R, W>)
+    where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        let before = simulation.previous();
+        if let Some(viscous) = &mut self.viscous {
+            let eta = self.damping.stiffness;
+            for (i, shift) in self.shift.iter_mut().enumerate() {
+                let strain = Dual64::new(before.strain[i], self.strain[i]);
+                let rate = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
+                *shift = scheme.viscous_shift(eta, strain, rate);
+            }
+            let base = self.dashpots.as_ref().unwrap_or(&self.rod);
+            viscous.set_viscous(base, scheme.viscous_factor(eta), &self.shift);
+        }
+    }
+
+    /// The derivative of the mean gradient at a fixed end of the step: by the parameter, the frames
+    /// and the start.
+    fn average_rate<R>(
+        &mut self,
+        scheme: &Formulas<Dual64>,
+        simulation: &Simulation<f64, R, W>,
+        held: &[(usize, f64, f64)],
+    ) where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        let mut sum = vec![0.0; self.direct.len()];
+        self.set_viscous(scheme, simulation);
+        for (k, forces) in simulation.stages().iter().enumerate() {
+            let (rod, stage) = match (scheme.stages.get(k), &self.viscous) {
+                (None, Some(viscous)) => (viscous, &END),
+                (stage, _) => (&self.rod, stage.unwrap_or(&END)),
+            };
+            let (frames, direct) = (&self.frames, &mut self.direct);
+            R::gradient_rate(rod, &forces.q, frames, simulation.derivatives(), direct);
+            R::frame_rate(frames, &forces.q, &forces.gradient, &forces.tangent, direct);
+            for (j, start) in self.q.iter().enumerate() {
+                forces.tangent.add_column(j, start * (1.0 - stage.place), direct);
+            }
+            for (i, rate, _) in held {
+                forces.tangent.add_column(*i, rate * stage.place, direct);
+            }
+            for (sum, direct) in sum.iter_mut().zip(direct) {
+                *sum += stage.weight * *direct;
+            }
+        }
+        self.direct = sum;
+    }
+
+    /// Takes the solution `dq1` and derives the rest of the state from it.
+    fn finish<R>(&mut self, simulation: &Simulation<f64, R, W>, solution: &[f64])
+    where
+        R: Rod<f64, W, Seeded = S>,
+    {
+        let scheme = simulation.formulas(self.beta);
+        let (before, now) = (simulation.previous(), simulation.state());
+        let free = simulation.free();
+        let by_end = scheme.end.re.recip();
+        let mass = &self.rod.mass()[free.clone()];
+        let (q1, q0) = (&now.q[free.clone()], &before.q[free.clone()]);
+        let v0 = &before.v[free.clone()];
+        let (dq, start) = (&mut self.q[free.clone()], &self.start[free.clone()]);
+        let (dv, dn) = (&mut self.v[free.clone()], &mut self.unbalanced[free.clone()]);
+        let (direct, solution) = (&self.direct[free.clone()], &solution[free.clone()]);
+        for i in 0..free.len() {
+            // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
+            dn[i] = direct[i] + (dq[i] - mass[i].re * solution[i]) * by_end;
+            let change = Dual64::new(q1[i] - q0[i], solution[i] - start[i]);
+            dv[i] = scheme.rate(change, Dual64::new(v0[i], dv[i])).eps;
+            dq[i] = solution[i];
+        }
+        if self.viscous.is_some() || S::HAS_FRAMES {
+            self.lifted.clear();
+            self.lifted.extend(now.q.iter().zip(&self.q).map(|(q, dq)| Dual64::new(*q, *dq)));
+        }
+        if let Some(viscous) = &mut self.viscous {
+            self.rod.strains(&self.lifted, &self.frames, &mut self.lifted_strain);
+            let eta = self.damping.stiffness;
+            for (i, strain) in self.lifted_strain.iter().enumerate() {
+                let slope = (strain.eps - self.strain[i]) / scheme.h;
+                let rate = Dual64::new(now.strain_rate[i], slope);
+                self.shift[i] = scheme.viscous_shift_at(eta, *strain, rate);
+                (self.strain[i], self.strain_rate[i]) = (strain.eps, slope);
+            }
+            let base = self.dashpots.as_ref().unwrap_or(&self.rod);
+            viscous.set_viscous(base, Dual64::from(1.0), &self.shift);
+            let forces = &mut self.lifted_forces;
+            viscous.gradient(&self.lifted, &self.frames, simulation.derivatives(), forces);
+            let drag = if scheme.averages() { Dual64::from(0.0) } else { self.damping.mass };
+            for i in simulation.free() {
+                let v = Dual64::new(now.v[i], self.v[i]);
+                self.unbalanced[i] = (forces[i] + drag * self.rod.mass()[i] * v).eps;
+            }
+        } else if scheme.averages() {
+            self.unbalanced.fill(0.0);
+        }
+        S::rebase(&mut self.frames, &self.lifted);
+    }
+}
+
+/// Advances several sensitivities over the step `simulation` has just made; it must
+/// [keep its tangent](Simulation::keep_tangent).
+pub fn advance<R, S, const W: usize>(
+    simulation: &Simulation<f64, R, W>,
+    sensitivities: &mut [Sensitivity<S, W>],
+    room: &mut Vec<f64>,
+) -> Result<(), Error>
+where
+    R: Rod<f64, W, Seeded = S>,
+    S: Rod<Dual64, W>,
+{
+    for sensitivity in sensitivities.iter_mut() {
+        match sensitivity {
+            Sensitivity::Implicit(sensitivity) => sensitivity.prepare(simulation),
+            Sensitivity::Direct { simulation: dual, q, v } => {
+                dual.step_to(simulation.state().time)?;
+                let state = dual.state();
+                for (to, from) in [(q, &state.q), (v, &state.v)] {
+                    to.iter_mut().zip(from).for_each(|(to, from)| *to = from.eps);
+                }
+            }
+        }
+    }
+    let implicit = |sensitivity| match sensitivity {
+        &mut Sensitivity::Implicit(ref mut sensitivity) => Some(&mut **sensitivity),
+        Sensitivity::Direct { .. } => None,
+    };
+    let mut rest = sensitivities.iter_mut().filter_map(implicit);
+    loop {
+        let group: [Option<_>; 4] = std::array::from_fn(|_| rest.next());
+        match group {
+            [None, ..] => return Ok(()),
+            [Some(a), None, ..] => solve(simulation, [a], room),
+            [Some(a), Some(b), None, _] => solve(simulation, [a, b], room),
+            [Some(a), Some(b), Some(c), None] => solve(simulation, [a, b, c], room),
+            [Some(a), Some(b), Some(c), Some(d)] => solve(simulation, [a, b, c, d], room),
+        }?;
+    }
+}
+
+/// Solves for `G` sensitivities at once: side by side, the solves share their memory traffic and
+/// fill each other's waiting times.
+fn solve<R, S, const W: usize, const G: usize>(
+    simulation: &Simulation<f64, R, W>,
+    group: [&mut ImplicitSensitivity<S, W>; G],
+    room: &mut Vec<f64>,
+) -> Result<(), Error>
+where
+    R: Rod<f64, W, Seeded = S>,
+    S: Rod<Dual64, W>,
+{
+    let n = simulation.state().q.len();
+    room.resize(2 * G * n, 0.0);
+    let (side_by_side, single) = room.split_at_mut(G * n);
+    let (side_by_side, _) = side_by_side.as_chunks_mut::<G>();
+    for (i, row) in side_by_side.iter_mut().enumerate() {
+        *row = std::array::from_fn(|g| group[g].q[i]);
+    }
+    let factors: &Ldlt<f64, W> = simulation.factors();
+    factors.solve_many(side_by_side);
+    for (g, sensitivity) in group.into_iter().enumerate() {
+        for (to, from) in single[..n].iter_mut().zip(side_by_side.iter()) {
+            *to = from[g];
+        }
+        simulation.check_solution(&single[..n], &sensitivity.q)?;
+        sensitivity.finish(simulation, &single[..n]);
+    }
+    Ok(())
+}

@@ -1,0 +1,161 @@
+//! A simulation at its start: where the rod is at t = 0, at which velocities, and what goes along.
+
+use crate::dynamics::sensitivity::{ImplicitSensitivity, Sensitivity};
+use crate::dynamics::simulation::Simulation;
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
+use crate::problem::Model;
+use crate::problem::Placed;
+use crate::problem::Posed;
+use crate::problem::Setup;
+use crate::rod::Rod;
+use crate::scene::InitialState;
+use crate::scene::Parameter;
+use crate::scene::supports::Moment;
+use num_dual::Dual64;
+
+impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+    /// A simulation at the start, over plain numbers.
+    ///
+    /// # Errors
+    /// A scene that starts from an equilibrium has one: the [errors](Posed::equilibrium) of looking for it.
+    pub fn simulation(&self) -> Result<Simulation<f64, M::Rod<f64>, W>, Error> {
+        self.simulation_of(self.setup)
+    }
+
+    /// A simulation at the start over any scalar; `seed` makes the numbers of the parameters.
+    ///
+    /// ```no_run
+    /// # use rodfit::{Scene, Parameter};
+    /// use num_dual::Dual64;
+    /// let problem = Scene::load("cantilever.toml")?.problem()?;
+    /// let planar = problem.planar().expect("the cantilever lies in a plane");
+    /// let mut simulation = planar.simulation_over(|parameter, value| {
+    ///     Dual64::new(value, if parameter == Parameter::YoungsModulus { 1.0 } else { 0.0 })
+    /// })?;
+    /// simulation.step_to(1e-3)?;
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
+    pub fn simulation_over<D: Nestable>(
+        &self,
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> Result<Simulation<D, M::Rod<D>, W>, Error> {
+        self.simulation_of(&self.setup_over(seed))
+    }
+
+    fn simulation_of<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+    ) -> Result<Simulation<D, M::Rod<D>, W>, Error> {
+        let scene = &setup.scene;
+        let rod = setup.rod(self.model);
+        let start = self.start(setup, &rod)?;
+        let velocity = self.start_velocity(setup, &rod, &start.0);
+        let drive = self.drive(setup);
+        let mut simulation = Simulation::new(
+            rod,
+            start,
+            self.free(),
+            scene.loads.damping,
+            (scene.scheme(), scene.time.as_ref().map_or(D::from(0.5), |time| time.beta)),
+            self.problem.length(),
+            self.problem.derivatives(),
+        );
+        if let Some(drive) = drive {
+            simulation.drive(drive);
+        }
+        if let Some(velocity) = velocity {
+            simulation.set_velocity(&velocity);
+        }
+        Ok(simulation)
+    }
+
+    /// The sensitivity of a simulation to one parameter, at the start.
+    pub fn sensitivity(
+        &self,
+        parameter: Parameter,
+    ) -> Result<Sensitivity<M::Rod<Dual64>, W>, Error> {
+        let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
+        let simulation = self.simulation_over(seed)?;
+        Ok(match simulation.is_direct() {
+            true => Sensitivity::direct(simulation),
+            false => Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(&simulation))),
+        })
+    }
+
+    /// The unknowns of the equilibrium that the rod starts from, found when first asked for.
+    fn equilibrium_start(&self) -> Result<&[f64], Error> {
+        let start = &self.problem.start;
+        if start.get().is_none() {
+            let file = self.scene().path.as_deref();
+            let found = self.equilibrium_held().map_err(|error| error.in_file(file))?;
+            // Another thread may have been quicker, and found the same.
+            let _ = start.set(found);
+        }
+        Ok(start.get().map_or(&[], Vec::as_slice))
+    }
+
+    /// The unknowns at t = 0 with their frames, those of an equilibrium with exact derivatives.
+    pub(crate) fn start<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        rod: &M::Rod<D>,
+    ) -> Result<Placed<D, M, W>, Error> {
+        let (begin, frames) = self.begin(setup);
+        if self.scene().initial.state != InitialState::Equilibrium {
+            return Ok((begin, frames));
+        }
+        let mut q: Vec<D> = self.equilibrium_start()?.iter().map(|x| D::from(*x)).collect();
+        if D::ORDER == 0 {
+            return Ok((q, frames));
+        }
+        self.hold(setup, Moment::Approach { part: 1.0, settled: false }, &mut q, &frames);
+        let held = setup.held(self.model, rod);
+        // Where nothing resists, such as the spin of a round rod between hinges, any answer along
+        // that direction will do.
+        let mut followed = q.clone();
+        if self.follow(&held, &frames, &mut followed, false).is_err() {
+            followed = q;
+            self.follow(&held, &frames, &mut followed, true)
+                .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
+        }
+        Ok((followed, frames))
+    }
+
+    /// The velocities at t = 0 of a rod at `q`, as a rigid body's; none of one at rest whose numbers
+    /// carry no derivatives.
+    pub(crate) fn start_velocity<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        rod: &M::Rod<D>,
+        q: &[D],
+    ) -> Option<Vec<D>> {
+        if D::ORDER == 0 && !self.problem.scene().initial.moves() {
+            return None;
+        }
+        let velocity = self.model.components(setup.scene.initial.velocity);
+        let spin = self.model.components(setup.scene.initial.angular_velocity);
+        let axes = M::STRIDE.min(3);
+        let zero = D::from(0.0);
+        let place = |i: usize| {
+            let mut x = [zero; 3];
+            x[..axes].copy_from_slice(&q[M::STRIDE * i..][..axes]);
+            x
+        };
+        let nodes = self.nodes();
+        let mass = |i: usize| rod.mass()[M::STRIDE * i];
+        let total = (0..nodes).map(mass).fold(zero, |sum, mass| sum + mass);
+        let centre =
+            (0..nodes).fold([zero; 3], |sum, i| add(sum, scale(place(i), mass(i) / total)));
+        let mut v = vec![zero; q.len()];
+        for i in 0..nodes {
+            let own = add(velocity, cross(spin, sub(place(i), centre)));
+            v[M::STRIDE * i..][..axes].copy_from_slice(&own[..axes]);
+            if M::STRIDE > axes && i + 1 < nodes {
+                v[M::STRIDE * i + axes] = dot(spin, unit(sub(place(i + 1), place(i))));
+            }
+        }
+        Some(v)
+    }
+}

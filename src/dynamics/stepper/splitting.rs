@@ -1,0 +1,155 @@
+//! Explicit symplectic schemes: kicks, in which the forces act and nothing moves, and drifts, in
+//! which the rod moves on freely, in turn.
+//!
+//! In space the frames move along with every drift: its edges turn along great circles, and so the
+//! transport is exact.
+
+use crate::dynamics::simulation::Work;
+use crate::dynamics::stepper::Step;
+use crate::numerics::scalar::Scalar;
+use crate::rod::Rod;
+use crate::rod::State;
+use crate::scene::Scheme;
+
+/// The parts of a step.
+#[derive(Debug)]
+struct Composition {
+    /// One more than drifts. A last kick of zero spares the forces there.
+    kicks: &'static [f64],
+    drifts: &'static [f64],
+    /// Largest `h omega` at which a vibration stays bounded.
+    limit: f64,
+}
+
+/// Stormer and Verlet's, in the velocity form.
+const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0], limit: 2.0 };
+
+/// Omelyan, Mryglod and Folk (2002), Eq. (22): position-extended Forest-Ruth-like.
+const PEFRL: Composition = {
+    const XI: f64 = 0.178_617_895_844_809_1;
+    const LAMBDA: f64 = -0.212_341_831_062_605_4;
+    const CHI: f64 = -0.066_264_582_669_818_5;
+    Composition {
+        kicks: &[0.0, 0.5 - LAMBDA, LAMBDA, LAMBDA, 0.5 - LAMBDA, 0.0],
+        drifts: &[XI, CHI, 1.0 - 2.0 * (CHI + XI), CHI, XI],
+        limit: 2.989,
+    }
+};
+
+/// A composition for a rod of known masses.
+#[derive(Clone, Debug)]
+pub struct Splitting<D> {
+    parts: &'static Composition,
+    inverse_mass: Vec<D>,
+}
+
+fn composition(scheme: Scheme) -> Option<&'static Composition> {
+    match scheme {
+        Scheme::Verlet => Some(&VERLET),
+        Scheme::Pefrl => Some(&PEFRL),
+        Scheme::NewmarkBeta | Scheme::AverageVectorField | Scheme::Rodas4 => None,
+    }
+}
+
+/// Largest `h omega` at which a vibration stays bounded; none where every step is stable.
+pub fn stability_limit(scheme: Scheme) -> Option<f64> {
+    composition(scheme).map(|parts| parts.limit)
+}
+
+impl<D: Scalar> Splitting<D> {
+    pub(super) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
+        let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
+        composition(scheme).map(|parts| Self { parts, inverse_mass: inverse_mass() })
+    }
+
+    /// `state.unbalanced` is the gradient at `state.q`, before and after; unless the scheme does
+    /// without it.
+    pub(super) fn step<R: Rod<D, W>, const W: usize>(
+        &self,
+        step: &Step<'_, D, R>,
+        state: &mut State<D, R::Frames>,
+    ) -> Work {
+        let Composition { kicks, drifts, .. } = self.parts;
+        let mut work = Work::default();
+        self.kick(kicks[0], step, state);
+        for (kick, drift) in kicks[1..].iter().zip(*drifts) {
+            let State { q, frames, v, unbalanced, .. } = &mut *state;
+            for (q, v) in q.iter_mut().zip(v) {
+                *q += *v * (drift * step.h);
+            }
+            if *kick == 0.0 {
+                R::rebase(frames, q);
+            } else {
+                step.rod.moved_gradient(q, frames, step.derivatives, unbalanced);
+                work.gradients += 1;
+                self.kick(*kick, step, state);
+            }
+        }
+        work
+    }
+
+    /// `dv/dt = -gradient/mass - drag v` for a part of the step, exactly.
+    #[inline]
+    fn kick<R, F>(&self, part: f64, step: &Step<'_, D, R>, state: &mut State<D, F>) {
+        let (h, free) = (part * step.h, step.free.clone());
+        let forces = state.unbalanced[free.clone()].iter().zip(&self.inverse_mass[free.clone()]);
+        let all = state.v[free].iter_mut().zip(forces);
+        if step.drag.value() == 0.0 && D::ORDER == 0 {
+            for (v, (gradient, by_mass)) in all {
+                *v -= *gradient * *by_mass * h;
+            }
+        } else {
+            let x = step.drag * h;
+            let (decay, push) = ((-x).exp(), mean_decay(x) * h);
+            for (v, (gradient, by_mass)) in all {
+                *v = *v * decay - *gradient * *by_mass * push;
+            }
+        }
+    }
+}
+
+/// (1 - e^-x)/x.
+fn mean_decay<D: Scalar>(x: D) -> D {
+    if x.value().abs() > 0.1 {
+        return (-(-x).exp() + 1.0) / x;
+    }
+    // The series; what follows is below 1e-17.
+    (1..=10).rev().fold(D::from(1.0), |sum, k| -(sum * x) * (1.0 / f64::from(k + 1)) + 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mean_decay_is_smooth_where_its_forms_meet() {
+        for x in [1e-9, 0.09999, 0.10001, -0.1001, 2.0] {
+            let exact = -f64::exp_m1(-x) / x;
+            assert!((mean_decay(x) / exact - 1.0).abs() < 1e-14, "{x}");
+        }
+        assert_eq!(mean_decay(num_dual::Dual64::new(0.0, 1.0)).eps, -0.5);
+    }
+
+    /// The trace of the step of `v' = -q` leaves [-2, 2] at the limit and not before.
+    #[test]
+    fn limits_of_stability() {
+        for parts in [&VERLET, &PEFRL] {
+            let trace = |x: f64| {
+                let turn = |mut q: f64, mut v: f64| {
+                    v -= parts.kicks[0] * x * q;
+                    for (kick, drift) in parts.kicks[1..].iter().zip(parts.drifts) {
+                        q += drift * x * v;
+                        v -= kick * x * q;
+                    }
+                    [q, v]
+                };
+                turn(1.0, 0.0)[0] + turn(0.0, 1.0)[1]
+            };
+            let bounded = |x: f64| trace(x).abs() <= 2.0 + 1e-12;
+            assert!((1..=1000).all(|k| bounded(parts.limit * f64::from(k) / 1000.0)));
+            assert!(!bounded(1.002 * parts.limit));
+            assert!((parts.kicks.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            assert!((parts.drifts.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        }
+    }
+}

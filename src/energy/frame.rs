@@ -1,0 +1,163 @@
+//! Material frames and their parallel transport in time.
+//!
+//! Every edge keeps a reference: its unit tangent and one director at the last accepted state. At
+//! another state the director is transported in parallel from the old tangent to the new one, and
+//! the edge's angle `theta` turns it into the material director `m1` (Bergou et al. 2010, section
+//! 4.2). Every inner node keeps the reference twist, the angle between the reference directors of
+//! its two edges that is left when one is transported to the other. It counts on past a half turn.
+//!
+//! Between two acceptances the energy is a function of the unknowns alone; this module moves the
+//! reference ([`Frames::rebase`]) without changing that energy.
+
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add, combine, cross, dot, scale, sub, unit};
+use std::f64::consts::TAU;
+
+/// Tangent and first director of an edge, orthonormal.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeFrame<D> {
+    /// Unit tangent.
+    pub tangent: Vector<D>,
+    /// First reference director.
+    pub director: Vector<D>,
+}
+
+/// The reference of all edges and inner nodes.
+#[derive(Clone, Debug)]
+pub struct Frames<D> {
+    /// One per edge.
+    pub edges: Vec<EdgeFrame<D>>,
+    /// Reference twist, one per inner node, rad.
+    pub twist: Vec<D>,
+}
+
+/// `1 + a.b` of two unit vectors, to full accuracy when they nearly oppose each other.
+#[inline]
+pub fn one_plus_dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
+    let sum = add(a, b);
+    dot(sum, sum) * 0.5
+}
+
+/// Parallel transport of `v`, perpendicular to the unit vector `a`, to the unit vector `b`.
+#[inline]
+pub fn transport<D: Scalar>(a: Vector<D>, b: Vector<D>, v: Vector<D>) -> Vector<D> {
+    let sum = add(a, b);
+    sub(v, scale(sum, dot(b, v) / (dot(sum, sum) * 0.5)))
+}
+
+/// A complex number whose argument is half the signed area of the spherical triangle `a b c`.
+#[inline]
+fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
+    [dot(add(a, b), add(b, c)), dot(a, cross(b, c))]
+}
+
+/// The angle by which parallel transport in time, from the reference tangents `e0`, `f0` to `e`,
+/// `f`, turns the director of `f` against that of `e`: the area of the spherical quadrangle
+/// `e0 e f f0`, rad.
+///
+/// The quadrangle is cut along the shorter of its diagonals: a cut is singular where its ends
+/// oppose each other. Areas beyond half the sphere, which need a turning angle and a rotation of
+/// more than 180 degrees together, are indistinguishable from their complements.
+#[inline]
+pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
+    let values = |v: Vector<D>| v.map(|x| x.value());
+    let (near, far) = (dot(values(e), values(f0)), dot(values(e0), values(f)));
+    let (a, b) = match near > far {
+        true => (half_area(e0, e, f0), half_area(e, f, f0)),
+        false => (half_area(e0, e, f), half_area(e0, f, f0)),
+    };
+    (a[0] * b[1] + a[1] * b[0]).atan2(a[0] * b[0] - a[1] * b[1]) * 2.0
+}
+
+impl<D: Scalar> EdgeFrame<D> {
+    /// The frame moved to another unit tangent.
+    #[inline]
+    pub fn transported(&self, tangent: Vector<D>) -> Self {
+        let director = transport(self.tangent, tangent, self.director);
+        // Rounding errors of many steps must not add up.
+        let along = dot(director, tangent);
+        Self { tangent, director: unit(sub(director, scale(tangent, along))) }
+    }
+
+    /// Angle from this frame's director, transported to the other's tangent, to the other's
+    /// director, rad, in (-pi, pi].
+    #[inline]
+    fn angle_to(&self, other: &Self) -> D {
+        let d = transport(self.tangent, other.tangent, self.director);
+        dot(other.tangent, cross(d, other.director)).atan2(dot(d, other.director))
+    }
+
+    /// The directors after a turn by `angle`, rad.
+    #[inline]
+    pub fn turned(&self, angle: D) -> [Vector<D>; 2] {
+        let (d1, d2) = (self.director, cross(self.tangent, self.director));
+        let (sin, cos) = (angle.sin(), angle.cos());
+        [combine(cos, d1, sin, d2), combine(-sin, d1, cos, d2)]
+    }
+
+    /// The directors after transport to `tangent` and a turn by `angle`, rad.
+    #[inline]
+    pub fn material(&self, tangent: Vector<D>, angle: D) -> [Vector<D>; 2] {
+        let director = transport(self.tangent, tangent, self.director);
+        Self { tangent, director }.turned(angle)
+    }
+}
+
+impl<D: Scalar> Frames<D> {
+    /// Directors without twist along `tangents`, from `director` on the first edge.
+    pub fn bishop(tangents: &[Vector<D>], director: Vector<D>) -> Self {
+        let mut edges: Vec<EdgeFrame<D>> = Vec::with_capacity(tangents.len());
+        for tangent in tangents {
+            let first = EdgeFrame { tangent: *tangent, director };
+            let edge = edges.last().map_or(first, |edge| edge.transported(*tangent));
+            edges.push(edge);
+        }
+        Self { twist: vec![D::from(0.0); tangents.len().saturating_sub(1)], edges }
+    }
+
+    /// Moves the reference to other tangents, one per edge. Neither directors nor twists jump.
+    ///
+    /// The twist is read from the new directors, so that rounding errors do not add up over many
+    /// moves; the transported twist only tells which turn it is.
+    pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
+        let mut before = None;
+        for j in 0..self.edges.len() {
+            before = Some(self.rebase_edge(j, tangent(j), before));
+        }
+    }
+
+    /// Moves the reference of edge `j`, and reads the twist against the edge before it, which moved
+    /// from the tangent `before`. Returns the tangent this edge moved from.
+    #[inline]
+    pub(crate) fn rebase_edge(
+        &mut self,
+        j: usize,
+        new: Vector<D>,
+        before: Option<Vector<D>>,
+    ) -> Vector<D> {
+        let old = self.edges[j].tangent;
+        self.edges[j] = self.edges[j].transported(new);
+        if let Some(old_left) = before {
+            let (left, edge) = (&self.edges[j - 1], &self.edges[j]);
+            let turned = transport_turns([old_left, old], [left.tangent, new]);
+            let angle = left.angle_to(edge);
+            let expected = self.twist[j - 1].value() - turned;
+            let turns = ((expected - angle.value()) / TAU).round();
+            self.twist[j - 1] = angle + turns * TAU;
+        }
+        old
+    }
+}
+
+/// [`transported_twist`] as far as it takes to count turns: zero where it is surely below a half
+/// turn. That is so when both edges moved by less than 0.14 rad and are no fold: the quadrangle's
+/// area is below 2 then.
+#[inline]
+fn transport_turns<D: Scalar>(from: [Vector<D>; 2], to: [Vector<D>; 2]) -> f64 {
+    let values = |v: Vector<D>| v.map(|x| x.value());
+    let ([e0, f0], [e, f]) = (from.map(values), to.map(values));
+    if dot(e0, e) > 0.99 && dot(f0, f) > 0.99 && dot(e, f) > -0.9 {
+        return 0.0;
+    }
+    transported_twist([e0, f0], [e, f])
+}

@@ -1,0 +1,115 @@
+//! A rod, and what was measured of it.
+
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::motion::Observation;
+use crate::problem::Problem;
+use std::borrow::Cow;
+
+/// A static solution counts as this many time steps: about as many Newton iterations.
+const STEPS_OF_REST: f64 = 20.0;
+
+/// A scene with what was measured in it. Several of them may share parameters.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// Told apart by it; empty where there is only one.
+    pub name: String,
+    /// The scene.
+    pub problem: Problem,
+    /// What was measured.
+    pub measurements: Vec<Measurement>,
+}
+
+impl Experiment {
+    /// An experiment without measurements yet.
+    pub fn new(name: impl Into<String>, problem: &Problem) -> Self {
+        Self { name: name.into(), problem: problem.clone(), measurements: Vec::new() }
+    }
+
+    /// With another measurement.
+    pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
+        self.measurements.push(measurement.into());
+        self
+    }
+
+    /// The recorded motions and what gauges showed of them.
+    pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, Observation>> {
+        self.measurements.iter().filter_map(|m| match m {
+            Measurement::Motion(observation) => Some(Cow::Borrowed(observation)),
+            Measurement::Gauge(gauge) => gauge.as_motion().map(Cow::Owned),
+            _ => None,
+        })
+    }
+
+    /// Whether anything was measured of a motion.
+    pub(crate) fn moves(&self) -> bool {
+        self.records().next().is_some()
+    }
+
+    /// Whether its shape at rest or its frequencies were measured.
+    pub(crate) fn rests(&self) -> bool {
+        self.records().count() < self.measurements.len()
+    }
+
+    /// The highest mode whose frequency was measured; 0 without any.
+    pub(crate) fn highest_mode(&self) -> usize {
+        let modes = self.measurements.iter().filter_map(|m| match m {
+            Measurement::Frequencies(f) => f.values.iter().map(|f| f.mode).max(),
+            _ => None,
+        });
+        modes.max().unwrap_or(0)
+    }
+
+    /// End of the recorded motion, s.
+    pub(crate) fn duration(&self) -> f64 {
+        let last = |o: &Observation| o.samples.last().map_or(0.0, |s| s.time);
+        self.records().map(|o| last(&o)).fold(0.0, f64::max)
+    }
+
+    /// Work of one full simulation of it, steps times segments.
+    pub(crate) fn full_work(&self) -> Result<f64, Error> {
+        let steps = if self.moves() { self.problem.time()?.steps() as f64 } else { 0.0 };
+        Ok(steps * self.problem.segments() as f64 + self.rest_work())
+    }
+
+    /// Work of the static solutions it needs.
+    pub(crate) fn rest_work(&self) -> f64 {
+        if self.rests() { STEPS_OF_REST * self.problem.segments() as f64 } else { 0.0 }
+    }
+
+    /// The name before a key of its own in the fit file.
+    pub(crate) fn key(&self, own: &str) -> String {
+        match self.name.is_empty() {
+            true => own.into(),
+            false => format!("{}.{own}", self.name),
+        }
+    }
+
+    /// What the name adds to the label of a measurement.
+    pub(crate) fn label(&self, measurement: &Measurement) -> String {
+        match self.name.is_empty() {
+            true => measurement.label(),
+            false => format!("{}: {}", self.name, measurement.label()),
+        }
+    }
+
+    /// The experiment with the measurements that `keep` chooses.
+    pub(crate) fn only(&self, keep: impl Fn(&Measurement) -> bool) -> Self {
+        let measurements = self.measurements.iter().filter(|m| keep(m)).cloned().collect();
+        Self { measurements, ..self.clone() }
+    }
+
+    /// The same measurements of the same points on the mesh of another problem.
+    pub(crate) fn posed_as(&self, problem: Problem) -> Result<Self, Error> {
+        let moved = |m: &Measurement| m.on_another_mesh(&self.problem);
+        let measurements = self.measurements.iter().map(moved).collect::<Result<_, Error>>()?;
+        Ok(Self { name: self.name.clone(), problem, measurements })
+    }
+}
+
+/// All measurements of all experiments, in the order of the residuals.
+pub(crate) fn all(
+    experiments: &[Experiment],
+) -> impl Iterator<Item = (&Experiment, &Measurement)> + Clone {
+    experiments.iter().flat_map(|e| e.measurements.iter().map(move |m| (e, m)))
+}

@@ -1,0 +1,288 @@
+//! What may be measured of a rod: its motion, its shape at rest, its frequencies.
+
+pub(crate) mod experiment;
+pub(crate) mod frequencies;
+pub(crate) mod gauge;
+pub(crate) mod loss;
+pub(crate) mod motion;
+pub(crate) mod recording;
+pub(crate) mod shape;
+
+use crate::error::Error;
+use crate::fit::measurement::frequencies::Frequencies;
+use crate::fit::measurement::gauge::Gauge;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::motion::{Dropped, Observation};
+use crate::fit::measurement::recording::Recording;
+use crate::fit::measurement::shape::RestShape;
+use crate::problem::Problem;
+use crate::scene::Point;
+use std::path::PathBuf;
+
+/// A set of values with a common noise.
+#[derive(Clone, Debug)]
+pub enum Measurement {
+    /// Where a point was at which times, m.
+    Motion(Observation),
+    /// Where points of the rod at rest were, m.
+    RestShape(RestShape),
+    /// Natural frequencies, rad/s.
+    Frequencies(Frequencies),
+    /// Whatever follows from where points are and how they move, in its own unit.
+    Gauge(Gauge),
+}
+
+impl From<Observation> for Measurement {
+    fn from(observation: Observation) -> Self {
+        Self::Motion(observation)
+    }
+}
+
+impl From<RestShape> for Measurement {
+    fn from(shape: RestShape) -> Self {
+        Self::RestShape(shape)
+    }
+}
+
+impl From<Frequencies> for Measurement {
+    fn from(frequencies: Frequencies) -> Self {
+        Self::Frequencies(frequencies)
+    }
+}
+
+impl From<Gauge> for Measurement {
+    fn from(gauge: Gauge) -> Self {
+        Self::Gauge(gauge)
+    }
+}
+
+/// Values of one coordinate, in the order of the residuals, and what they are over: times, arc
+/// lengths or modes.
+pub(crate) struct Coordinate {
+    /// x, y, z, f of frequencies, or g of gauges.
+    pub axis: &'static str,
+    /// Index among the measurement's values, and where.
+    pub places: Vec<(usize, f64)>,
+}
+
+impl Measurement {
+    /// Standard deviation of the values, m or rad/s, where it is known.
+    pub fn sigma(&self) -> Option<f64> {
+        match self {
+            Self::Motion(o) => o.sigma,
+            Self::RestShape(s) => s.sigma,
+            Self::Frequencies(f) => Some(f.sigma),
+            Self::Gauge(g) => Some(g.sigma),
+        }
+    }
+
+    /// How residuals count.
+    pub fn loss(&self) -> Loss {
+        match self {
+            Self::Motion(o) => o.loss,
+            Self::RestShape(s) => s.loss,
+            Self::Frequencies(f) => f.loss,
+            Self::Gauge(g) => g.loss,
+        }
+    }
+
+    /// Whether it is only predicted.
+    pub fn held_out(&self) -> bool {
+        match self {
+            Self::Motion(o) => o.held_out,
+            Self::RestShape(s) => s.held_out,
+            Self::Frequencies(f) => f.held_out,
+            Self::Gauge(g) => g.held_out,
+        }
+    }
+
+    /// The file it was read from, if it was.
+    pub fn source(&self) -> Option<&PathBuf> {
+        match self {
+            Self::Motion(o) => o.source.as_ref(),
+            Self::RestShape(s) => s.source.as_ref(),
+            Self::Frequencies(_) | Self::Gauge(_) => None,
+        }
+    }
+
+    /// Rows of its file that were left out.
+    pub fn dropped(&self) -> Dropped {
+        match self {
+            Self::Motion(o) => o.dropped,
+            Self::RestShape(s) => s.dropped,
+            Self::Frequencies(_) | Self::Gauge(_) => Dropped::default(),
+        }
+    }
+
+    /// The recorded motion, if it is one.
+    pub fn motion(&self) -> Option<&Observation> {
+        match self {
+            Self::Motion(observation) => Some(observation),
+            _ => None,
+        }
+    }
+
+    /// Number of values.
+    pub fn values(&self) -> usize {
+        match self {
+            Self::Motion(o) => o.values(),
+            Self::RestShape(s) => s.values(),
+            Self::Frequencies(f) => f.values.len(),
+            Self::Gauge(g) => g.readings.len(),
+        }
+    }
+
+    /// Points in time or along the rod, frequencies or readings.
+    pub(crate) fn points(&self) -> usize {
+        match self {
+            Self::Motion(o) => o.samples.len(),
+            Self::RestShape(s) => s.sightings.len(),
+            Self::Frequencies(_) | Self::Gauge(_) => self.values(),
+        }
+    }
+
+    /// How its file was read, if it was read from one.
+    pub(crate) fn recording(&self) -> Option<Recording> {
+        match self {
+            Self::Motion(o) => o.recording,
+            Self::RestShape(s) => s.recording,
+            Self::Frequencies(_) | Self::Gauge(_) => None,
+        }
+    }
+
+    /// Unit of the values.
+    pub(crate) fn unit(&self) -> &str {
+        match self {
+            Self::Frequencies(_) => "rad/s",
+            Self::Gauge(g) => &g.unit,
+            _ => "m",
+        }
+    }
+
+    /// The values, in the order of the residuals.
+    pub(crate) fn seen_mut(&mut self) -> Vec<&mut f64> {
+        match self {
+            Self::Motion(o) => {
+                o.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten().collect()
+            }
+            Self::RestShape(s) => {
+                s.sightings.iter_mut().flat_map(|s| s.position.iter_mut()).flatten().collect()
+            }
+            Self::Frequencies(f) => f.values.iter_mut().map(|f| &mut f.rad_s).collect(),
+            Self::Gauge(g) => g.readings.iter_mut().map(|r| &mut r.value).collect(),
+        }
+    }
+
+    /// Positions with what they are over.
+    pub(crate) fn positions(&self, problem: &Problem) -> Vec<(f64, [Option<f64>; 3])> {
+        match self {
+            Self::Motion(o) => o.samples.iter().map(|s| (s.time, s.position)).collect(),
+            Self::RestShape(shape) => {
+                let place = |point| problem.arc_length(point).unwrap_or(0.0);
+                shape.sightings.iter().map(|s| (place(s.point), s.position)).collect()
+            }
+            Self::Frequencies(_) | Self::Gauge(_) => Vec::new(),
+        }
+    }
+
+    /// The values coordinate by coordinate; coordinates that were not seen are left out.
+    pub(crate) fn coordinates(&self, problem: &Problem) -> Vec<Coordinate> {
+        if let Self::Frequencies(f) = self {
+            let places = f.values.iter().enumerate().map(|(k, f)| (k, f.mode as f64)).collect();
+            return vec![Coordinate { axis: "f", places }];
+        }
+        if let Self::Gauge(g) = self {
+            let place = |k: usize| g.readings[k].time.unwrap_or((k + 1) as f64);
+            let places = (0..g.readings.len()).map(|k| (k, place(k))).collect();
+            return vec![Coordinate { axis: "g", places }];
+        }
+        let mut axes = ["x", "y", "z"].map(|axis| Coordinate { axis, places: Vec::new() });
+        let mut index = 0;
+        for (at, position) in self.positions(problem) {
+            for (axis, seen) in axes.iter_mut().zip(position) {
+                if seen.is_some() {
+                    axis.places.push((index, at));
+                    index += 1;
+                }
+            }
+        }
+        axes.into_iter().filter(|axis| !axis.places.is_empty()).collect()
+    }
+
+    /// How large what is measured is, so that a misfit can be small against it: the spread of a
+    /// motion, the way from the rest shape to a droop, a typical frequency.
+    pub(crate) fn size(&self, problem: &Problem) -> f64 {
+        match self {
+            Self::Motion(o) => o.spread(),
+            Self::RestShape(shape) => {
+                let (mut sum, mut count) = (0.0, 0.0_f64);
+                for sighting in &shape.sightings {
+                    let Ok(stencil) = problem.stencil(sighting.point) else { continue };
+                    let rest = problem.rest_position(&stencil);
+                    for (seen, rest) in sighting.position.iter().zip(rest) {
+                        if let Some(seen) = seen {
+                            sum += (seen - rest).powi(2);
+                            count += 1.0;
+                        }
+                    }
+                }
+                (sum / count.max(1.0)).sqrt()
+            }
+            Self::Frequencies(f) => {
+                let sum: f64 = f.values.iter().map(|f| f.rad_s).sum();
+                sum / f.values.len().max(1) as f64
+            }
+            Self::Gauge(g) => g.size(),
+        }
+    }
+
+    /// The scale that rounding errors and changes that matter are measured by: the rod's length or
+    /// what is seen of it, or a typical frequency.
+    pub(crate) fn scale(&self, problem: &Problem) -> f64 {
+        match self {
+            Self::Frequencies(_) | Self::Gauge(_) => self.size(problem),
+            _ => problem.length().max(self.size(problem)),
+        }
+    }
+
+    /// The same points of the rod on another mesh.
+    pub(crate) fn on_another_mesh(&self, problem: &Problem) -> Result<Self, Error> {
+        let moved = |point: Point| match point {
+            Point::Node(i) if i + 1 == problem.nodes() => Ok(Point::Tip),
+            Point::Node(_) => {
+                let s = problem.arc_length(point)?;
+                Ok::<_, Error>(Point::ArcLength(s.clamp(0.0, problem.length())))
+            }
+            point => Ok(point),
+        };
+        let mut measurement = self.clone();
+        match &mut measurement {
+            Self::Motion(o) => o.point = moved(o.point)?,
+            Self::RestShape(shape) => {
+                for sighting in &mut shape.sightings {
+                    sighting.point = moved(sighting.point)?;
+                }
+            }
+            Self::Gauge(g) => {
+                for point in &mut g.points {
+                    *point = moved(*point)?;
+                }
+            }
+            Self::Frequencies(_) => {}
+        }
+        Ok(measurement)
+    }
+
+    /// The file, or what it is, for messages.
+    pub(crate) fn label(&self) -> String {
+        match self {
+            Self::Motion(o) => o.label(),
+            Self::RestShape(shape) => match &shape.source {
+                Some(path) => path.display().to_string(),
+                None => "the shape at rest".into(),
+            },
+            Self::Frequencies(f) => format!("the frequencies{}", f.among.words()),
+            Self::Gauge(g) => g.name.clone(),
+        }
+    }
+}

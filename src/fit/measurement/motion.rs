@@ -1,0 +1,149 @@
+//! Recorded motion: where a point of the rod was seen at which times.
+
+use crate::error::Error;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::recording::Recording;
+use crate::scene::Point;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// s.
+    pub time: f64,
+    /// x, y, z in m.
+    pub position: [Option<f64>; 3],
+}
+
+/// Rows of a file that were left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Dropped {
+    /// Before the motion starts.
+    pub before_time_zero: usize,
+    /// Without any position.
+    pub empty: usize,
+}
+
+impl fmt::Display for Dropped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counts = [(self.before_time_zero, "before time_zero"), (self.empty, "without a value")];
+        let said = counts.iter().filter(|(count, _)| *count > 0);
+        let said: Vec<String> = said.map(|(count, what)| format!("{count} {what}")).collect();
+        write!(f, "{}", said.join(", "))
+    }
+}
+
+/// A recorded point.
+#[derive(Clone, Debug)]
+pub struct Observation {
+    /// Which point of the rod.
+    pub point: Point,
+    /// Times increase.
+    pub samples: Vec<Sample>,
+    /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
+    pub sigma: Option<f64>,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Not fitted, but predicted.
+    pub held_out: bool,
+    /// The file, for messages.
+    pub source: Option<PathBuf>,
+    /// How the file was read.
+    pub recording: Option<Recording>,
+    /// What was left out of it.
+    pub dropped: Dropped,
+}
+
+impl Observation {
+    /// Sightings of the tip.
+    pub fn new(samples: Vec<Sample>) -> Self {
+        Self {
+            point: Point::Tip,
+            samples,
+            sigma: None,
+            loss: Loss::Squares,
+            held_out: false,
+            source: None,
+            recording: None,
+            dropped: Dropped::default(),
+        }
+    }
+
+    /// Reads a CSV file as [`Recording::read`] does, in SI units or those of its header.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Recording::default().read(path)
+    }
+
+    /// Of another point than the tip.
+    pub fn at(self, point: Point) -> Self {
+        Self { point, ..self }
+    }
+
+    /// With a known standard deviation per coordinate, m.
+    pub fn sigma(self, sigma: f64) -> Self {
+        Self { sigma: Some(sigma), ..self }
+    }
+
+    /// With another loss than squares.
+    pub fn loss(self, loss: Loss) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Kept out of the fit, to be predicted by it.
+    pub fn held_out(self) -> Self {
+        Self { held_out: true, ..self }
+    }
+
+    /// Number of coordinates seen.
+    pub fn values(&self) -> usize {
+        self.samples.iter().flat_map(|s| s.position).flatten().count()
+    }
+
+    /// The file or the point, for messages.
+    pub(crate) fn label(&self) -> String {
+        match &self.source {
+            Some(path) => path.display().to_string(),
+            None => format!("the observation of {:?}", self.point),
+        }
+    }
+
+    /// Root mean square distance of the seen coordinates from their means, m.
+    pub(crate) fn spread(&self) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for c in 0..3 {
+            let seen: Vec<f64> = self.samples.iter().filter_map(|s| s.position[c]).collect();
+            let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+            sum += seen.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+            count += seen.len() as f64;
+        }
+        (sum / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// When the point has first gone nine tenths of its first swing away from where it was first
+    /// seen: about half a period of a free vibration. The first swing ends where the distance has
+    /// fallen by a fifth from at least three tenths of the farthest it ever gets; in space the
+    /// farthest itself may come much later, when sideways motion has built up.
+    pub(crate) fn rise_time(&self) -> f64 {
+        let first: [Option<f64>; 3] =
+            [0, 1, 2].map(|c| self.samples.iter().find_map(|s| s.position[c]));
+        let distance = |s: &Sample| -> f64 {
+            let parts = (0..3).filter_map(|c| Some((s.position[c]? - first[c]?).powi(2)));
+            parts.sum::<f64>().sqrt()
+        };
+        // A sample that misses coordinates seems near.
+        let whole = |s: &&Sample| (0..3).all(|c| first[c].is_some() == s.position[c].is_some());
+        let farthest = self.samples.iter().map(distance).fold(0.0, f64::max);
+        let mut swing = 0.0_f64;
+        for sample in self.samples.iter().filter(whole) {
+            let d = distance(sample);
+            if swing >= 0.3 * farthest && d < 0.8 * swing {
+                break;
+            }
+            swing = swing.max(d);
+        }
+        let risen = self.samples.iter().find(|s| distance(s) >= 0.9 * swing);
+        risen.map_or(0.0, |s| s.time)
+    }
+}

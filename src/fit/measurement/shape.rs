@@ -1,0 +1,132 @@
+//! A photographed droop: where points of a rod at rest were seen.
+
+use crate::error::Error;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::motion::Dropped;
+use crate::fit::measurement::recording::Recording;
+use crate::input::table::{LENGTHS, Table};
+use crate::scene::Point;
+use std::path::{Path, PathBuf};
+
+/// Where a point of the rod at rest was seen. World coordinates, m; a coordinate that was not seen
+/// is `None`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Which point.
+    pub point: Point,
+    /// x, y, z in m.
+    pub position: [Option<f64>; 3],
+}
+
+/// A rod at rest under the scene's loads, as it was seen: its equilibrium, whatever its motion.
+#[derive(Clone, Debug)]
+pub struct RestShape {
+    /// The points.
+    pub sightings: Vec<Sighting>,
+    /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
+    pub sigma: Option<f64>,
+    /// How residuals count.
+    pub loss: Loss,
+    /// Not fitted, but predicted.
+    pub held_out: bool,
+    /// The file, for messages.
+    pub source: Option<PathBuf>,
+    /// How the file was read.
+    pub recording: Option<Recording>,
+    /// What was left out of it.
+    pub dropped: Dropped,
+}
+
+impl RestShape {
+    /// Sightings of a rod at rest.
+    pub fn new(sightings: Vec<Sighting>) -> Self {
+        Self {
+            sightings,
+            sigma: None,
+            loss: Loss::Squares,
+            held_out: false,
+            source: None,
+            recording: None,
+            dropped: Dropped::default(),
+        }
+    }
+
+    /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
+    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read_as(path, &Recording::default())
+    }
+
+    /// The same with the scale, origin and axes of `recording`.
+    pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let table = Table::read(path)?;
+        Recording::check_columns(&table, &["s", "node", "x", "y", "z"])?;
+        let refused = |found: &str| {
+            table.error(1, &format!("{found}, allowed: one of s (arc length) and node (index)"))
+        };
+        let (place, by_node) = match (table.find("s"), table.find("node")) {
+            (Some(column), None) => (column, false),
+            (None, Some(column)) => (column, true),
+            (Some(_), Some(_)) => return Err(refused("columns `s` and `node`")),
+            (None, None) => return Err(refused("no column s or node")),
+        };
+        let factor = match (by_node, &table.columns[place].1) {
+            (true, Some(unit)) => {
+                return Err(table.error(1, &format!("unit [{unit}] of `node`, allowed: none")));
+            }
+            (true, None) => 1.0,
+            (false, _) => table.factor(place, &LENGTHS, "")?,
+        };
+        let axes = recording.axes(&table)?;
+        let mut sightings = Vec::with_capacity(table.rows.len());
+        let mut dropped = Dropped::default();
+        for row in &table.rows {
+            let value = row.values[place]
+                .ok_or_else(|| table.error(row.line, "the point is blank, allowed: s or node"))?;
+            let point = match by_node {
+                true if value >= 0.0 && value.fract() == 0.0 => Point::Node(value as usize),
+                true => {
+                    let message = format!("node = {value}, allowed: an index from 0 on");
+                    return Err(table.error(row.line, &message));
+                }
+                false => Point::ArcLength(value * factor),
+            };
+            let position = recording.position(&axes, &row.values);
+            match position.iter().any(Option::is_some) {
+                true => sightings.push(Sighting { point, position }),
+                false => dropped.empty += 1,
+            }
+        }
+        let shape = Self {
+            source: Some(path.into()),
+            recording: Some(*recording),
+            dropped,
+            ..Self::new(sightings)
+        };
+        if shape.values() == 0 {
+            return Err(table.error(1, "no value below the header"));
+        }
+        Ok(shape)
+    }
+
+    /// With a known standard deviation per coordinate, m.
+    pub fn sigma(self, sigma: f64) -> Self {
+        Self { sigma: Some(sigma), ..self }
+    }
+
+    /// With another loss than squares.
+    pub fn loss(self, loss: Loss) -> Self {
+        Self { loss, ..self }
+    }
+
+    /// Kept out of the fit, to be predicted by it.
+    pub fn held_out(self) -> Self {
+        Self { held_out: true, ..self }
+    }
+
+    /// Number of coordinates seen.
+    pub fn values(&self) -> usize {
+        self.sightings.iter().flat_map(|s| s.position).flatten().count()
+    }
+}

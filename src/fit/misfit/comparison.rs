@@ -1,0 +1,360 @@
+//! An experiment as the residuals need it: cut to its horizon, with every measured point as a sum of
+//! nodes, so that a simulation records no more than is looked at.
+
+use crate::dynamics::{Snapshot, Trajectory};
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::frequencies::Frequency;
+use crate::fit::measurement::gauge::{Moving, Reading, Sight};
+use crate::fit::measurement::gauge::{OverScalars, Shown};
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::motion::Sample;
+use crate::fit::misfit::camera::View;
+use crate::fit::unknown::Unknown;
+use crate::numerics::hermite::Lifted;
+use crate::problem::Problem;
+use crate::scene::Parameter;
+use crate::scene::Scene;
+use crate::scene::{Point, Stencil};
+use crate::vibration::ModeName;
+use crate::vibration::Tone;
+use num_dual::Dual64;
+use std::sync::Arc;
+
+/// An experiment, cut to its horizon.
+#[derive(Debug)]
+pub(crate) struct Part {
+    problem: Problem,
+    /// Places of the unknowns that it depends on.
+    unknowns: Vec<usize>,
+    series: Vec<Series>,
+    /// Points that move, and points at rest, that are looked at.
+    moving: Vec<Point>,
+    resting: Vec<Point>,
+    /// The modes whose frequencies are looked at.
+    modes: Vec<ModeName>,
+    /// Time of the last sample on the camera's clock, and of the last reading of a gauge, s.
+    end: f64,
+    gauged: f64,
+    rest_work: f64,
+}
+
+/// A measurement.
+#[derive(Debug)]
+struct Series {
+    seen: Seen,
+    weight: f64,
+    loss: Loss,
+}
+
+#[derive(Debug)]
+enum Seen {
+    Motion(Point, Vec<Sample>),
+    RestShape(Vec<(Point, [Option<f64>; 3])>),
+    /// Places among the modes, and rad/s.
+    Frequencies(Vec<(usize, f64)>),
+    Gauge {
+        shows: Arc<dyn OverScalars>,
+        points: Vec<Point>,
+        readings: Vec<Reading>,
+    },
+}
+
+/// What an experiment's problem does at one point.
+pub(crate) struct Run {
+    pub problem: Problem,
+    pub moving: Option<Trajectory>,
+    pub resting: Option<Trajectory>,
+}
+
+/// The same with numbers that may carry derivatives, which the records have on some tracks.
+pub(crate) struct Seeing<'a, D, const P: usize> {
+    pub moving: Option<&'a Trajectory>,
+    pub resting: Option<&'a Trajectory>,
+    pub frequencies: &'a [D],
+    pub view: &'a View<D>,
+    pub scene: &'a Scene<D>,
+    pub tracks: [Option<usize>; P],
+}
+
+impl Part {
+    /// `experiment` up to `horizon`, s, with one of `sigmas` for each of its measurements.
+    pub fn new<'s>(
+        experiment: &Experiment,
+        unknowns: &[Unknown],
+        sigmas: &mut impl Iterator<Item = &'s f64>,
+        horizon: f64,
+    ) -> Result<Self, Error> {
+        let own = (0..unknowns.len()).filter(|i| unknowns[*i].is_of(experiment));
+        let mut part = Self {
+            problem: experiment.problem.clone(),
+            unknowns: own.collect(),
+            series: Vec::new(),
+            moving: Vec::new(),
+            resting: Vec::new(),
+            modes: Vec::new(),
+            end: 0.0,
+            gauged: 0.0,
+            rest_work: experiment.rest_work(),
+        };
+        for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
+            part.add(measurement, sigma.recip(), horizon)?;
+        }
+        nodes(&part.moving, &part.problem)?;
+        nodes(&part.resting, &part.problem)?;
+        Ok(part)
+    }
+
+    fn add(&mut self, measurement: &Measurement, weight: f64, horizon: f64) -> Result<(), Error> {
+        let seen = match measurement {
+            Measurement::Motion(observation) => {
+                self.moving.push(observation.point);
+                let samples: Vec<Sample> =
+                    observation.samples.iter().copied().filter(|s| s.time <= horizon).collect();
+                self.end = samples.last().map_or(self.end, |s| self.end.max(s.time));
+                Seen::Motion(observation.point, samples)
+            }
+            Measurement::RestShape(shape) => {
+                self.resting.extend(shape.sightings.iter().map(|s| s.point));
+                Seen::RestShape(shape.sightings.iter().map(|s| (s.point, s.position)).collect())
+            }
+            Measurement::Frequencies(frequencies) => {
+                let first = self.modes.len();
+                self.modes.extend(frequencies.names());
+                let place = |(k, f): (usize, &Frequency)| (first + k, f.rad_s);
+                Seen::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
+            }
+            Measurement::Gauge(gauge) => {
+                let points = gauge.points.clone();
+                let seen = |r: &&Reading| r.time.is_none_or(|t| t <= horizon);
+                let readings: Vec<Reading> = gauge.readings.iter().filter(seen).copied().collect();
+                if let Some(last) = readings.iter().filter_map(|r| r.time).reduce(f64::max) {
+                    self.gauged = self.gauged.max(last);
+                    self.moving.extend(&points);
+                }
+                if readings.iter().any(|r| r.time.is_none()) {
+                    self.resting.extend(&points);
+                }
+                Seen::Gauge { shows: gauge.shows(), points, readings }
+            }
+        };
+        self.series.push(Series { seen, weight, loss: measurement.loss() });
+        Ok(())
+    }
+
+    /// Number of residuals of each measurement.
+    pub fn counts(&self) -> impl Iterator<Item = usize> {
+        self.series.iter().map(Series::len)
+    }
+
+    /// The loss of every residual.
+    pub fn losses(&self) -> impl Iterator<Item = Loss> {
+        self.series.iter().flat_map(|s| std::iter::repeat_n(s.loss, s.len()))
+    }
+
+    /// The modes whose frequencies were measured.
+    pub fn modes(&self) -> &[ModeName] {
+        &self.modes
+    }
+
+    /// Whether unknown `i` is one of its own.
+    pub fn has(&self, i: usize) -> bool {
+        self.unknowns.contains(&i)
+    }
+
+    /// The parameters that more than the recording depends on.
+    fn of_the_motion(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
+        let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
+        own.filter(|p| !p.is_of_the_camera()).collect()
+    }
+
+    /// What its problem does at `x`, with derivatives by the parameters of the unknowns if
+    /// `derived`. Motions last as long as their samples on the camera's clock. `count` is told the
+    /// work, of runs that fail too; `after` sees the motion at the start and after every step.
+    pub fn run(
+        &self,
+        (unknowns, x): (&[Unknown], &[f64]),
+        derived: bool,
+        count: impl Fn(f64),
+        after: &mut dyn FnMut(&Problem, &dyn Snapshot),
+    ) -> Result<Run, Error> {
+        let own =
+            self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
+        let mut problem = self.problem.with(own)?;
+        let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
+
+        let mut moving = None;
+        if !self.moving.is_empty() {
+            let time = problem.time()?;
+            let end = (self.end - problem.scene().camera.time_offset).max(self.gauged);
+            let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
+            if end > time.end * (1.0 + 1e-9) {
+                // Whole steps: a last one cut to the clock's offset would depend on it.
+                let end = steps as f64 * time.step;
+                problem = problem.lasting(end);
+            }
+            let steps = steps.min(problem.time()?.steps());
+            let mut trajectory =
+                Trajectory::new(&problem, &nodes(&self.moving, &problem)?, &wanted)?;
+            let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
+            let steps = trajectory.work().steps + usize::from(outcome.is_err());
+            count((steps * problem.segments()) as f64);
+            outcome?;
+            moving = Some(trajectory);
+        }
+        count(self.rest_work);
+        let resting = match self.resting.is_empty() {
+            true => None,
+            false => {
+                Some(Trajectory::at_rest(&problem, &nodes(&self.resting, &problem)?, &wanted)?)
+            }
+        };
+        Ok(Run { problem, moving, resting })
+    }
+
+    /// What it does to every residual, not bent, and to their derivatives by all unknowns if
+    /// `derived`.
+    pub fn compare(
+        &self,
+        run: &Run,
+        (unknowns, x): (&[Unknown], &[f64]),
+        derived: bool,
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
+        let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
+        let tones = match self.modes.is_empty() {
+            true => Vec::new(),
+            false => run.problem.tones(&self.modes, &wanted)?,
+        };
+        let frequencies: Vec<f64> = tones.iter().map(|t| t.frequency_rad_s).collect();
+        let seeing = Seeing {
+            moving: run.moving.as_ref(),
+            resting: run.resting.as_ref(),
+            frequencies: &frequencies,
+            view: &View::new(&run.problem, |_, value| value),
+            scene: run.problem.scene(),
+            tracks: [],
+        };
+        let mut residuals = Vec::with_capacity(self.counts().sum());
+        self.each_residual(&seeing, |r: f64, _| residuals.push(r))?;
+        if !derived {
+            return Ok((residuals, Vec::new()));
+        }
+        let mut rows = vec![vec![0.0; unknowns.len()]; residuals.len()];
+        for i in &self.unknowns {
+            let unknown = &unknowns[*i];
+            let seed = |p, value| Dual64::new(value, f64::from(p == unknown.parameter));
+            let track = wanted.iter().position(|p| *p == unknown.parameter);
+            let slope = unknown.slope(unknown.from_scale(x[*i]));
+            let rate = |t: &Tone| track.map_or(0.0, |track| t.derivatives[track]);
+            let frequencies: Vec<Dual64> =
+                tones.iter().map(|t| Dual64::new(t.frequency_rad_s, rate(t))).collect();
+            let seeing = Seeing {
+                moving: run.moving.as_ref(),
+                resting: run.resting.as_ref(),
+                frequencies: &frequencies,
+                view: &View::new(&run.problem, seed),
+                scene: &run.problem.scene().seeded(seed),
+                tracks: [track],
+            };
+            let mut row = rows.iter_mut();
+            self.each_residual(&seeing, |r: Dual64, _| {
+                if let Some(row) = row.next() {
+                    row[*i] = r.eps * slope;
+                }
+            })?;
+        }
+        Ok((residuals, rows))
+    }
+
+    /// Calls `each` with every residual, not bent, and its loss.
+    pub fn each_residual<D: Lifted<P> + Shown, const P: usize>(
+        &self,
+        seeing: &Seeing<D, P>,
+        mut each: impl FnMut(D, Loss),
+    ) -> Result<(), Error> {
+        let &Seeing { moving, resting, frequencies, view, scene, tracks } = seeing;
+        let mesh = scene.made_mesh();
+        for Series { seen, weight, loss } in &self.series {
+            let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
+                let recorded = view.recorded(position);
+                for c in 0..3 {
+                    if let Some(seen) = seen[c] {
+                        each((recorded[c] - D::from(seen)) * *weight, *loss);
+                    }
+                }
+            };
+            match seen {
+                Seen::Motion(point, samples) => {
+                    let Some(moving) = moving else { continue };
+                    let stencil = point.stencil(&mesh)?;
+                    for sample in samples {
+                        let time = view.time(sample.time);
+                        compare(moving.sample_over(&stencil, time, tracks)?, &sample.position);
+                    }
+                }
+                Seen::RestShape(points) => {
+                    let Some(resting) = resting else { continue };
+                    for (point, position) in points {
+                        let (stencil, start) = (point.stencil(&mesh)?, D::from(0.0));
+                        compare(resting.sample_over(&stencil, start, tracks)?, position);
+                    }
+                }
+                Seen::Gauge { shows, points, readings } => {
+                    let mut seen = Vec::with_capacity(points.len());
+                    let stencils = points.iter().map(|point| point.stencil(&mesh));
+                    let stencils = stencils.collect::<Result<Vec<_>, _>>()?;
+                    for Reading { time, value } in readings {
+                        let (record, time) = match time {
+                            Some(time) => (moving, *time),
+                            None => (resting, 0.0),
+                        };
+                        let Some(record) = record else { continue };
+                        seen.clear();
+                        for stencil in &stencils {
+                            let [position, velocity] = record.motion_over(stencil, time, tracks)?;
+                            seen.push(Moving { position, velocity });
+                        }
+                        let sight = Sight { time, points: &seen, scene };
+                        each((D::shown(&**shows, &sight) - *value) * *weight, *loss);
+                    }
+                }
+                Seen::Frequencies(values) => {
+                    for (place, seen) in values {
+                        each((frequencies[*place] - D::from(*seen)) * *weight, *loss);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The nodes whose sums points are: others, where the rod has another length.
+fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
+    let mut nodes = Vec::new();
+    for point in points {
+        let stencil = problem.stencil(*point)?;
+        // A point at a node slides to its neighbours when the rod gets longer.
+        let near = match point {
+            Point::ArcLength(s) => Stencil::around(problem.arc_lengths(), *s),
+            _ => 0..0,
+        };
+        nodes.extend(stencil.nodes.iter().map(|(i, _)| *i).chain(near));
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    Ok(nodes)
+}
+
+impl Series {
+    fn len(&self) -> usize {
+        let seen = |position: &[Option<f64>; 3]| position.iter().flatten().count();
+        match &self.seen {
+            Seen::Motion(_, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
+            Seen::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
+            Seen::Frequencies(values) => values.len(),
+            Seen::Gauge { readings, .. } => readings.len(),
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The exact Hessian of the misfit: observed information, next to the expected one of Gauss and
+//! Newton.
+//!
+//! Half the sum of squares has the Hessian `J'J + sum_k r_k d2r_k`. The second term is what makes
+//! the two differ: it vanishes with the residuals, and on average over noise. Every pair of
+//! unknowns costs one simulation in hyper-dual numbers.
+
+use crate::dynamics::second_order;
+use crate::error::Error;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::misfit::camera::View;
+use crate::fit::misfit::comparison::{Part, Run, Seeing};
+use crate::fit::misfit::residuals::Residuals;
+use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+use num_dual::{DualNum, HyperDual64};
+
+impl Unknown {
+    /// The parameter at `x` on the scale of the fit, with the derivatives of `x`.
+    fn lifted(&self, x: HyperDual64) -> HyperDual64 {
+        if self.parameter.is_positive() { x.exp() } else { x }
+    }
+}
+
+impl Residuals {
+    /// Second derivatives of half the sum of squares at `x`, on the scales of the unknowns, exact
+    /// to rounding.
+    pub fn hessian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+        self.check_length(x)?;
+        let n = self.unknowns().len();
+        let mut hessian = vec![vec![0.0; n]; n];
+        let runs = self.runs(x)?;
+        for i in 0..n {
+            for j in 0..=i {
+                let mut sum = 0.0;
+                for (part, run) in self.parts().iter().zip(&runs) {
+                    if part.has(i) && part.has(j) {
+                        sum += self.second(x, (part, run), [i, j])?;
+                    }
+                }
+                let known = HyperDual64::new(x[i], 1.0, 1.0, 0.0);
+                if let Some(r) = self.unknowns()[i].surprise(known).filter(|_| i == j) {
+                    sum += r.eps1 * r.eps2 + r.re * r.eps1eps2;
+                }
+                (hessian[i][j], hessian[j][i]) = (sum, sum);
+            }
+        }
+        Ok(hessian)
+    }
+
+    /// What an experiment adds to one entry.
+    fn second(
+        &self,
+        x: &[f64],
+        (part, run): (&Part, &Run),
+        [i, j]: [usize; 2],
+    ) -> Result<f64, Error> {
+        let pair = [i, j].map(|k| self.unknowns()[k].parameter);
+        let seed = |parameter: Parameter, value: f64| {
+            let own = |u: usize| part.has(u) && self.unknowns()[u].parameter == parameter;
+            let Some(u) = (0..x.len()).find(|u| own(*u)) else { return HyperDual64::from(value) };
+            let along = |direction: usize| f64::from(u8::from(u == direction));
+            self.unknowns()[u].lifted(HyperDual64::new(x[u], along(i), along(j), 0.0))
+        };
+        let Run { problem, moving, resting } = run;
+        let moving = moving
+            .as_ref()
+            .map(|plain| second_order::repeat(problem, plain, pair, seed))
+            .transpose()?;
+        let resting = resting
+            .as_ref()
+            .map(|plain| second_order::rest(problem, plain, pair, seed))
+            .transpose()?;
+        let frequencies = match part.modes() {
+            [] => Vec::new(),
+            modes => problem.tones_over(modes, seed)?,
+        };
+        let seeing = Seeing {
+            moving: moving.as_ref(),
+            resting: resting.as_ref(),
+            frequencies: &frequencies,
+            view: &View::new(problem, seed),
+            scene: &problem.scene().seeded(seed),
+            tracks: [0, 1, 2].map(Some),
+        };
+        let mut sum = 0.0;
+        part.each_residual(&seeing, |r: HyperDual64, loss: Loss| {
+            let [psi, slope] = loss.influence(r.re);
+            sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
+        })?;
+        Ok(sum)
+    }
+}
+
+impl argmin::core::Hessian for Residuals {
+    type Param = Vec<f64>;
+    type Hessian = Vec<Vec<f64>>;
+    fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
+        Ok(self.hessian_at(x)?)
+    }
+}

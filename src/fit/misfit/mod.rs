@@ -1,0 +1,6 @@
+//! The misfit between what was measured and what a scene does, and its derivatives.
+
+pub(crate) mod camera;
+pub(crate) mod comparison;
+pub(crate) mod hessian;
+pub(crate) mod residuals;

@@ -1,0 +1,273 @@
+//! Residuals of a fit and their exact Jacobian, as any solver of argmin can use them.
+
+use crate::dynamics::Snapshot;
+use crate::error::Error;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::misfit::comparison::{Part, Run};
+use crate::fit::unknown::Unknown;
+use crate::numerics::half_square;
+use crate::numerics::scalar::Scalar;
+use crate::problem::Problem;
+use crate::scene::Parameter;
+use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
+use num_dual::Dual64;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+/// Residuals as a function of the unknowns on their [scales](Unknown::to_scale), logarithms of
+/// positive parameters: `(simulated - measured)/sigma` of all values, [bent](Loss::bent) where the
+/// loss is robust, and `(value - mean)/sigma` of what is known of the unknowns.
+///
+/// Implements argmin's `Operator` (the residuals), `Jacobian`, `CostFunction` (half the sum of
+/// squares), `Gradient` and `Hessian` (exact, in second-order dual numbers). A simulation that
+/// fails is an error, never a made-up number.
+#[derive(Debug)]
+pub struct Residuals {
+    unknowns: Vec<Unknown>,
+    parts: Vec<Part>,
+    full_work: f64,
+    last: RefCell<Option<Evaluation>>,
+    work: Rc<Cell<f64>>,
+}
+
+/// Residuals, not bent, and their Jacobian if it was asked for, at one point.
+#[derive(Clone, Debug)]
+struct Evaluation {
+    x: Vec<f64>,
+    residuals: Vec<f64>,
+    jacobian: Option<Vec<Vec<f64>>>,
+    /// Whether steps were taken in halves.
+    halved: bool,
+}
+
+impl Residuals {
+    /// The residuals of `experiments` up to `horizons`, s, one per experiment. `sigmas` has one per
+    /// measurement, in its unit. `full_work` is the work of one full simulation, steps times
+    /// segments.
+    pub(crate) fn new(
+        experiments: &[Experiment],
+        sigmas: &[f64],
+        unknowns: &[Unknown],
+        horizons: &[f64],
+        full_work: f64,
+    ) -> Result<Self, Error> {
+        let mut sigmas = sigmas.iter();
+        let pairs = experiments.iter().zip(horizons);
+        let parts = pairs.map(|(e, horizon)| Part::new(e, unknowns, &mut sigmas, *horizon));
+        let parts = parts.collect::<Result<_, Error>>()?;
+        Ok(Self {
+            unknowns: unknowns.to_vec(),
+            parts,
+            full_work,
+            last: RefCell::new(None),
+            work: Rc::default(),
+        })
+    }
+
+    /// Counts its work, steps times segments, in a shared counter.
+    pub(crate) fn counting(self, work: Rc<Cell<f64>>) -> Self {
+        Self { work, ..self }
+    }
+
+    /// The unknowns, in the order of the solver's vector.
+    pub fn unknowns(&self) -> &[Unknown] {
+        &self.unknowns
+    }
+
+    /// From the solver's vector to parameter values in SI units.
+    pub fn values(&self, x: &[f64]) -> Vec<(Parameter, f64)> {
+        let pairs = self.unknowns.iter().zip(x);
+        pairs.map(|(unknown, x)| (unknown.parameter, unknown.from_scale(*x))).collect()
+    }
+
+    /// Work so far in full simulations: steps times segments over those of one full run. A run
+    /// with derivatives counts once.
+    pub fn simulations(&self) -> f64 {
+        self.work.get() / self.full_work
+    }
+
+    /// Number of residuals.
+    pub fn len(&self) -> usize {
+        self.counts().iter().sum::<usize>() + self.priors()
+    }
+
+    /// Whether there are no residuals.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of residuals of each measurement; those of the priors come after them.
+    pub(crate) fn counts(&self) -> Vec<usize> {
+        self.parts.iter().flat_map(Part::counts).collect()
+    }
+
+    fn priors(&self) -> usize {
+        self.unknowns.iter().filter(|u| u.prior.is_some()).count()
+    }
+
+    /// The loss of every residual.
+    pub(crate) fn losses(&self) -> Vec<Loss> {
+        let mut losses: Vec<Loss> = self.parts.iter().flat_map(Part::losses).collect();
+        losses.resize(self.len(), Loss::Squares);
+        losses
+    }
+
+    /// Refuses a vector that has not one number per unknown.
+    pub(crate) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
+        match x.len() == self.unknowns.len() {
+            true => Ok(()),
+            false => {
+                let allowed = format!("{}, one per unknown", self.unknowns.len());
+                Err(Error::invalid("x", format!("{} numbers", x.len()), allowed))
+            }
+        }
+    }
+
+    /// Residuals at `x`, which has a number per unknown.
+    pub fn residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
+        self.evaluate(x, false, |e| self.bend(&e.residuals))
+    }
+
+    /// Rows of the Jacobian at `x`.
+    pub fn jacobian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+        let mut rows = self.straight_jacobian(x)?;
+        for ((row, r), loss) in rows.iter_mut().zip(self.straight(x)?).zip(self.losses()) {
+            if loss.is_robust() {
+                let [_, slope] = loss.bent(r);
+                row.iter_mut().for_each(|d| *d *= slope);
+            }
+        }
+        Ok(rows)
+    }
+
+    /// Residuals at `x` as they are without a robust loss.
+    pub(crate) fn straight(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
+        self.evaluate(x, false, |e| e.residuals.clone())
+    }
+
+    /// Rows of the Jacobian at `x` as they are without a robust loss.
+    pub(crate) fn straight_jacobian(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+        self.evaluate(x, true, |e| e.jacobian.clone().unwrap_or_default())
+    }
+
+    /// Whether the last simulation took steps in halves: which ones jumps with the unknowns, and the
+    /// misfit with it.
+    pub(crate) fn halved(&self) -> bool {
+        self.last.borrow().as_ref().is_some_and(|e| e.halved)
+    }
+
+    fn bend(&self, residuals: &[f64]) -> Vec<f64> {
+        residuals.iter().zip(self.losses()).map(|(r, loss)| loss.bent(*r)[0]).collect()
+    }
+
+    /// Evaluates unless the last evaluation was at the same point and has what is needed.
+    fn evaluate<T>(
+        &self,
+        x: &[f64],
+        with_jacobian: bool,
+        read: impl FnOnce(&Evaluation) -> T,
+    ) -> Result<T, Error> {
+        self.check_length(x)?;
+        let mut last = self.last.borrow_mut();
+        let usable = |e: &Evaluation| e.x == x && (e.jacobian.is_some() || !with_jacobian);
+        if !last.as_ref().is_some_and(usable) {
+            *last = None;
+            *last = Some(self.simulate(x, with_jacobian)?);
+        }
+        match &*last {
+            Some(evaluation) => Ok(read(evaluation)),
+            None => unreachable!("just set"),
+        }
+    }
+
+    /// The experiments.
+    pub(crate) fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// What every experiment does at `x`.
+    pub(crate) fn runs(&self, x: &[f64]) -> Result<Vec<Run>, Error> {
+        self.parts.iter().map(|part| self.run(part, x, false, &mut |_, _| {})).collect()
+    }
+
+    /// What experiment `k` does at `x`; `after` sees its motion at the start and after every step.
+    pub(crate) fn run_seen(
+        &self,
+        k: usize,
+        x: &[f64],
+        after: &mut dyn FnMut(&Problem, &dyn Snapshot),
+    ) -> Result<Run, Error> {
+        self.run(&self.parts[k], x, false, after)
+    }
+
+    fn run(
+        &self,
+        part: &Part,
+        x: &[f64],
+        derived: bool,
+        after: &mut dyn FnMut(&Problem, &dyn Snapshot),
+    ) -> Result<Run, Error> {
+        let count = |work: f64| self.work.set(self.work.get() + work);
+        part.run((&self.unknowns, x), derived, count, after)
+    }
+
+    fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
+        let mut residuals = Vec::with_capacity(self.len());
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        let mut halved = false;
+        for part in &self.parts {
+            let run = self.run(part, x, with_jacobian, &mut |_, _| {})?;
+            halved |= run.moving.as_ref().is_some_and(|run| run.taken().len() >= run.times().len());
+            let (own, by) = part.compare(&run, (&self.unknowns, x), with_jacobian)?;
+            residuals.extend(own);
+            rows.extend(by);
+        }
+        for (i, unknown) in self.unknowns.iter().enumerate() {
+            let Some(surprise) = unknown.surprise(Dual64::new(x[i], 1.0)) else { continue };
+            residuals.push(surprise.value());
+            if with_jacobian {
+                let mut row = vec![0.0; self.unknowns.len()];
+                row[i] = surprise.eps;
+                rows.push(row);
+            }
+        }
+        let jacobian = with_jacobian.then_some(rows);
+        Ok(Evaluation { x: x.to_vec(), residuals, jacobian, halved })
+    }
+}
+
+impl Operator for Residuals {
+    type Param = Vec<f64>;
+    type Output = Vec<f64>;
+    fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
+        Ok(self.residuals(x)?)
+    }
+}
+
+impl Jacobian for Residuals {
+    type Param = Vec<f64>;
+    type Jacobian = Vec<Vec<f64>>;
+    fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, argmin::core::Error> {
+        Ok(self.jacobian_at(x)?)
+    }
+}
+
+impl CostFunction for Residuals {
+    type Param = Vec<f64>;
+    type Output = f64;
+    fn cost(&self, x: &Vec<f64>) -> Result<f64, argmin::core::Error> {
+        Ok(half_square(&self.residuals(x)?))
+    }
+}
+
+impl Gradient for Residuals {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+    fn gradient(&self, x: &Vec<f64>) -> Result<Vec<f64>, argmin::core::Error> {
+        let rows = self.jacobian_at(x)?;
+        let residuals = self.residuals(x)?;
+        let component = |j: usize| rows.iter().zip(&residuals).map(|(row, r)| row[j] * r).sum();
+        Ok((0..self.unknowns.len()).map(component).collect())
+    }
+}

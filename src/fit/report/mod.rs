@@ -1,0 +1,271 @@
+//! The result of a fit, as it is shown and written.
+
+pub(crate) mod assessment;
+pub(crate) mod plot_data;
+pub(crate) mod replay;
+pub(crate) mod setup;
+
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::motion::Dropped;
+use crate::fit::report::plot_data::{Basins, Evidence};
+use crate::fit::uncertainty::bootstrap::Bootstrap;
+use crate::fit::uncertainty::discretization::DiscretizationError;
+use crate::fit::uncertainty::identifiability::Finding;
+use crate::fit::uncertainty::prediction::Prediction;
+use crate::fit::uncertainty::residual_tests::ResidualTests;
+use crate::fit::uncertainty::verdict::Grade;
+use crate::fit::unknown::Prior;
+use crate::scene::Parameter;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// An identified parameter.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Which.
+    pub name: Parameter,
+    /// Of which experiments; of all that have it when empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub experiments: Vec<String>,
+    /// In the parameter's SI unit; none when not identifiable.
+    pub value: Option<f64>,
+    /// Standard error in the same unit; none without convergence.
+    pub std_error: Option<f64>,
+    /// 95 % interval in the same unit; none without convergence.
+    pub interval95: Option<[f64; 2]>,
+    /// One-sided 95 % upper end of a damping that cannot be told from zero, in the same unit: the
+    /// interval is then `[0, upper95]`, and there is no standard error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper95: Option<f64>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+    /// What was known before the data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior: Option<Prior>,
+    /// Standard error from the exact Hessian of the misfit, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observed_std_error: Option<f64>,
+    /// 95 % interval from the likelihood's profile, if asked for; an end is none where the data
+    /// set none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile95: Option<[Option<f64>; 2]>,
+    /// Spread over a parametric bootstrap, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bootstrap: Option<Bootstrap>,
+}
+
+impl Estimate {
+    /// The name, with the experiments if it is of some only.
+    pub fn label(&self) -> String {
+        match self.experiments.is_empty() {
+            true => self.name.to_string(),
+            false => format!("{} ({})", self.name, self.experiments.join(", ")),
+        }
+    }
+}
+
+/// What a robust loss did with a measurement.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct LossEffect {
+    /// The file, or what was measured.
+    pub observation: String,
+    /// Which loss.
+    pub loss: Loss,
+    /// Values farther off than the loss's scale, which count less than their squares.
+    pub beyond_scale: usize,
+    /// Values farther off than five sigma: no noise.
+    pub beyond_5_sigma: usize,
+    /// All values.
+    pub values: usize,
+    /// Standard errors over those of least squares on normal noise of the same sigma: about 1.03
+    /// for clean data.
+    pub error_factor: f64,
+}
+
+/// Rows of a file that the fit does not use.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct DroppedRows {
+    /// The file.
+    pub observation: String,
+    /// How many, and why.
+    #[serde(flatten)]
+    pub rows: Dropped,
+}
+
+/// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FitReport {
+    /// Whether a minimum of the misfit was reached.
+    pub converged: bool,
+    /// In the order they were asked for.
+    pub parameters: Vec<Estimate>,
+    /// Between the parameters; none where one is not identifiable.
+    pub correlation: Vec<Vec<Option<f64>>>,
+    /// Root mean square residual per coordinate, m; per frequency, rad/s, without positions.
+    pub residual_rms: f64,
+    /// Standard deviation of the noise of each measurement, m or rad/s: given or estimated.
+    pub sigma: Vec<f64>,
+    /// Unit of each sigma: m or rad/s.
+    pub units: Vec<String>,
+    /// Of the Jacobian with its columns scaled to length one, descending; near zero where the
+    /// parameters cannot be told apart.
+    pub singular_values: Vec<f64>,
+    /// The combinations of parameters that the data do not determine.
+    pub not_identifiable: Vec<Finding>,
+    /// What mesh and step may be off, parameter by parameter; empty where it was not looked for.
+    pub discretization_error: Vec<DiscretizationError>,
+    /// Whether what is left looks like noise, for every coordinate of every observation.
+    pub residual_tests: Vec<ResidualTests>,
+    /// Rows of the files that were left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dropped: Vec<DroppedRows>,
+    /// What robust losses did.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub losses: Vec<LossEffect>,
+    /// How well what was held out is predicted.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub predictions: Vec<Prediction>,
+    /// The minima of the misfit that were seen, and why this one was chosen.
+    pub basins: Basins,
+    /// Work in full simulations.
+    pub simulations: f64,
+    /// Wall time of the fit, s.
+    pub wall_seconds: f64,
+    /// In one line how the fit ended.
+    pub status: String,
+    /// How far it can be believed.
+    pub grade: Grade,
+    /// Why, in a sentence, and what to do about it.
+    pub verdict: String,
+    /// What the user should know before believing the numbers, the weightiest first.
+    pub warnings: Vec<String>,
+    /// Whether the fit was told to stop before it was done.
+    pub interrupted: bool,
+    /// What the numbers rest on, if it was to be [kept](super::Fit::keep_evidence).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
+}
+
+impl FitReport {
+    /// The identified values, as [`Problem::with`](crate::Problem::with) takes them.
+    pub fn parameters(&self) -> Vec<(Parameter, f64)> {
+        self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
+    }
+
+    /// The values that one of several experiments takes.
+    pub fn parameters_of(&self, experiment: &Experiment) -> Vec<(Parameter, f64)> {
+        let scene = experiment.problem.scene();
+        let own = self.parameters.iter().filter(|e| match e.experiments.is_empty() {
+            true => e.name.of(scene).is_some(),
+            false => e.experiments.contains(&experiment.name),
+        });
+        own.filter_map(|e| Some((e.name, e.value?))).collect()
+    }
+
+    /// The estimate of a parameter, if it was asked for.
+    pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
+        self.parameters.iter().find(|e| e.name == parameter)
+    }
+
+    /// Whether the fit converged, was not stopped, every parameter is identified, and the values
+    /// mean something.
+    pub fn is_success(&self) -> bool {
+        self.grade.is_usable()
+    }
+}
+
+impl fmt::Display for FitReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {}", self.grade, self.verdict)?;
+        if self.status != "converged" && self.grade != Grade::NotUsable {
+            writeln!(f, "{}", self.status)?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        for (i, e) in self.parameters.iter().enumerate() {
+            let unit = e.name.unit();
+            match (e.value, e.std_error, e.interval95) {
+                (Some(value), None, Some([_, upper])) if e.upper95.is_some() => writeln!(
+                    f,
+                    "  {:<18} {value:.2e} {unit}   95 % at most {upper:.2e}",
+                    e.label()
+                )?,
+                (Some(value), Some(error), Some([low, high])) => writeln!(
+                    f,
+                    "  {:<18} {} +- {} {unit}   95 % [{}, {}]",
+                    e.label(),
+                    digits(value, error),
+                    digits(error, error),
+                    digits(low, error),
+                    digits(high, error)
+                )?,
+                (Some(value), ..) => {
+                    writeln!(f, "  {:<18} {value:e} {unit}   no error", e.label())?
+                }
+                _ => writeln!(f, "  {:<18} not identifiable", e.label())?,
+            }
+            let error = e.std_error.unwrap_or(0.0);
+            if let Some(relative) = self.discretization_error.get(i).and_then(|d| d.relative) {
+                writeln!(f, "    mesh and step      at most {:.1e} of it", relative)?;
+            }
+            if let Some(observed) = e.observed_std_error {
+                writeln!(f, "    observed Hessian   +- {} {unit}", digits(observed, error))?;
+            }
+            if let Some(ends) = e.profile95 {
+                let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
+                writeln!(f, "    profile            95 % [{}, {}]", end(ends[0]), end(ends[1]))?;
+            }
+            if let Some(Bootstrap { std_error, interval95: [low, high] }) = &e.bootstrap {
+                writeln!(
+                    f,
+                    "    bootstrap          +- {} {unit}   95 % [{}, {}]",
+                    digits(*std_error, error),
+                    digits(*low, error),
+                    digits(*high, error)
+                )?;
+            }
+        }
+        for d in &self.dropped {
+            writeln!(f, "  {}: rows left out: {}", d.observation, d.rows)?;
+        }
+        for l in &self.losses {
+            writeln!(
+                f,
+                "  {}: {} of {} values count less, {} are beyond 5 sigma; standard errors times {:.2}",
+                l.observation, l.beyond_scale, l.values, l.beyond_5_sigma, l.error_factor
+            )?;
+        }
+        for p in &self.predictions {
+            writeln!(
+                f,
+                "  {}, held out: off by {:.3e} {}, {:.3e} expected",
+                p.observation, p.rms, p.unit, p.expected
+            )?;
+        }
+        if !self.basins.words.is_empty() {
+            writeln!(f, "  {}", self.basins.words)?;
+        }
+        let pairs = self.sigma.iter().zip(&self.units);
+        let sigma: Vec<String> = pairs.map(|(s, unit)| format!("{s:.3e} {unit}")).collect();
+        // Positions come before frequencies.
+        let unit = self.units.iter().find(|unit| **unit == "m").or(self.units.first());
+        write!(
+            f,
+            "  residual rms {:.3e} {}, sigma {}, {:.1} simulations, {:.3} s",
+            self.residual_rms,
+            unit.map_or("m", String::as_str),
+            sigma.join(", "),
+            self.simulations,
+            self.wall_seconds
+        )
+    }
+}
+
+/// A value with two digits more than its error is large, at most what a double holds.
+fn digits(value: f64, error: f64) -> String {
+    let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
+    let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };
+    format!("{value:.after_point$e}")
+}

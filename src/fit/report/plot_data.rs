@@ -1,0 +1,228 @@
+//! What the numbers of a fit rest on, for a page or for plots of one's own.
+//!
+//! [`Fit::keep_evidence`](super::Fit::keep_evidence) asks for it; it costs one simulation and is
+//! what `rodfit fit --report` draws.
+
+use crate::fit::measurement::recording::Recording;
+use crate::scene::Parameter;
+use serde::{Deserialize, Serialize};
+
+/// Data against model, how the optimum was found, and what the rod does there.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Evidence {
+    /// What was asked for, in the order of the report's parameters.
+    pub asked: Vec<Asked>,
+    /// Data and model, one per observation and coordinate.
+    pub series: Vec<Series>,
+    /// The rod at about a dozen moments.
+    pub shapes: Vec<Shape>,
+    /// The way to the optimum.
+    pub history: Vec<Iterate>,
+    /// The misfit in the scan over each unknown, all others at their best; none without a scan.
+    pub landscape: Vec<Landscape>,
+    /// Of the likelihood, where it was asked for.
+    pub profiles: Vec<Profile>,
+    /// What was simulated, one per experiment.
+    pub setups: Vec<Setup>,
+    /// Of this crate.
+    pub version: String,
+}
+
+/// What was known of a parameter before.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Asked {
+    /// Which.
+    pub name: Parameter,
+    /// The start, if one was given.
+    pub start: Option<f64>,
+    /// The bounds, if any were given.
+    pub bounds: Option<[f64; 2]>,
+}
+
+/// What an observation is given over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Over {
+    /// Time, s.
+    Time,
+    /// Arc length from the wall, m.
+    ArcLength,
+    /// The number of a mode, from 1 on.
+    Mode,
+    /// The number of a reading, from 1 on.
+    Reading,
+}
+
+/// One coordinate of one observation, and what the model makes of it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Series {
+    /// The experiment; empty where there is only one.
+    pub experiment: String,
+    /// The measurement: its file, or what it is.
+    pub label: String,
+    /// x, y or z; or what else was observed.
+    pub axis: String,
+    /// Of the observed, the simulated and sigma.
+    pub unit: String,
+    /// What `at` is.
+    pub over: Over,
+    /// Where or when each value was seen.
+    pub at: Vec<f64>,
+    /// Seen.
+    pub observed: Vec<f64>,
+    /// Simulated at the same places.
+    pub simulated: Vec<f64>,
+    /// Standard deviation of the noise, given or estimated.
+    pub sigma: f64,
+    /// The model between the data: (place, value); empty where it has nothing there.
+    pub curve: Vec<[f64; 2]>,
+}
+
+impl Series {
+    /// Simulated less observed, in units of sigma.
+    pub fn residuals(&self) -> Vec<f64> {
+        let pairs = self.simulated.iter().zip(&self.observed);
+        pairs.map(|(simulated, seen)| (simulated - seen) / self.sigma).collect()
+    }
+}
+
+/// The rod at a moment, as it would have been recorded.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Shape {
+    /// The experiment; empty where there is only one.
+    pub experiment: String,
+    /// s; none at rest.
+    pub time: Option<f64>,
+    /// World coordinates, m.
+    pub nodes: Vec<[f64; 3]>,
+}
+
+/// A point on the way to the optimum.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Iterate {
+    /// `scan`, `coarse model`, `growing horizon` or `full model`.
+    pub stage: String,
+    /// Work so far, in full simulations.
+    pub simulations: f64,
+    /// Half the sum of squared residuals (or their losses), over the part of the record that the stage
+    /// looks at, in units of the sigmas that the fit ended with.
+    pub misfit: f64,
+    /// Number of residuals in it.
+    pub residuals: usize,
+    /// The parameters, in their units.
+    pub values: Vec<f64>,
+}
+
+impl Iterate {
+    /// Root mean square residual, in units of the sigmas that the fit ended with.
+    pub fn rms(&self) -> f64 {
+        (2.0 * self.misfit / self.residuals as f64).sqrt()
+    }
+}
+
+/// The misfit of the coarse model over the first period, against one unknown.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Landscape {
+    /// The unknown.
+    pub name: Parameter,
+    /// Its name with the experiments it is of, if it is not of all.
+    pub label: String,
+    /// Its values, ascending.
+    pub values: Vec<f64>,
+    /// The least misfit over all values of the others.
+    pub misfit: Vec<f64>,
+}
+
+/// The profile of the likelihood over one unknown.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Profile {
+    /// The unknown.
+    pub name: Parameter,
+    /// Its name with the experiments it is of, if it is not of all.
+    pub label: String,
+    /// Its values, ascending.
+    pub values: Vec<f64>,
+    /// Rise of twice the misfit over the optimum, all others fitted, in units of the noise's
+    /// variance.
+    pub rise: Vec<f64>,
+    /// The rise at the ends of the 95 % interval.
+    pub level: f64,
+}
+
+/// What an experiment was simulated with.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Setup {
+    /// The experiment; empty where there is only one.
+    pub experiment: String,
+    /// The scene's file, if it was read from one.
+    pub scene: Option<String>,
+    /// `planar` or `spatial`, and why.
+    pub model: String,
+    /// The scheme; none where nothing moves.
+    pub scheme: Option<String>,
+    /// Time step, s.
+    pub step: Option<f64>,
+    /// End of the motion, s.
+    pub end: Option<f64>,
+    /// Number of edges.
+    pub segments: usize,
+    /// Length of the rod, m.
+    pub length: f64,
+    /// What was observed.
+    pub observations: Vec<String>,
+    /// How much of it, in the same order.
+    #[serde(default)]
+    pub measured: Vec<Measured>,
+}
+
+/// How much was measured, and how its file was read.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Measured {
+    /// The measurement, as warnings name it.
+    pub label: String,
+    /// Points in time or along the rod, frequencies or readings.
+    pub points: usize,
+    /// Values: coordinates seen, frequencies or readings.
+    pub values: usize,
+    /// How the file was read, if it was read from one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recording: Option<Recording>,
+}
+
+/// A minimum of the misfit.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Basin {
+    /// Where it was seen.
+    pub seen: Seen,
+    /// The parameters, in the report's order and their units.
+    pub values: Vec<f64>,
+    /// Half the sum of squared residuals there.
+    pub misfit: f64,
+    /// The misfit over the best that was seen in the same way.
+    pub relative: f64,
+    /// Whether the optimiser reached the minimum.
+    pub converged: bool,
+    /// Whether it is the one reported.
+    pub chosen: bool,
+}
+
+/// How a minimum was seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Seen {
+    /// By fitting the whole record with the full model.
+    Fit,
+    /// In the scan of the coarse model over the first period, and not followed to the end.
+    Scan,
+}
+
+/// The minima of the misfit that the search came across.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Basins {
+    /// How many.
+    pub count: usize,
+    /// The chosen one first, then those of the full model, then those of the scan, best first.
+    pub list: Vec<Basin>,
+    /// Why the chosen one.
+    pub words: String,
+}

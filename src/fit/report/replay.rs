@@ -1,0 +1,184 @@
+//! The fitted model once more, for the [evidence](super::Evidence).
+
+use crate::dynamics::Trajectory;
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::misfit::camera::View;
+use crate::fit::misfit::comparison::Run;
+use crate::fit::report::plot_data::{Asked, Evidence, Measured, Over, Series, Setup, Shape};
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::unknown::Unknown;
+use crate::scene::Point;
+use crate::scene::Scheme;
+
+/// Shapes of a moving rod that are kept.
+const SHAPES: usize = 12;
+/// Points of the model's line.
+const CURVE: usize = 400;
+
+/// What was asked for, and what was seen and simulated at the `optimum`, if there is one. `sigma`
+/// is the noise that is reported.
+pub(crate) fn evidence(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> Evidence {
+    let asked = |unknown: &Unknown| Asked {
+        name: unknown.parameter,
+        start: unknown.start,
+        bounds: unknown.bounds,
+    };
+    Evidence {
+        asked: search.unknowns.iter().map(asked).collect(),
+        series: optimum.map_or(Vec::new(), |optimum| series(search, optimum, sigma)),
+        history: search.journal.history(search.unknowns, &search.sigmas),
+        landscape: search.journal.landscape(search.unknowns),
+        setups: search.experiments.iter().map(setup).collect(),
+        version: env!("CARGO_PKG_VERSION").into(),
+        ..Evidence::default()
+    }
+}
+
+fn setup(experiment: &Experiment) -> Setup {
+    let measured = |measurement: &Measurement| Measured {
+        label: experiment.label(measurement),
+        points: measurement.points(),
+        values: measurement.values(),
+        recording: measurement.recording(),
+    };
+    let problem = &experiment.problem;
+    let (model, reason) = problem.model();
+    let moves = experiment.moves();
+    let time = problem.scene().time.as_ref().filter(|_| moves);
+    Setup {
+        experiment: experiment.name.clone(),
+        scene: problem.scene().path.as_ref().map(|path| path.display().to_string()),
+        model: format!("{model}: {reason}"),
+        scheme: time.map(|time| match time.scheme {
+            Scheme::NewmarkBeta => format!("{}, beta = {}", time.scheme.name(), time.beta),
+            scheme => scheme.name().to_string(),
+        }),
+        step: time.map(|time| time.step),
+        end: time.map(|time| time.end),
+        segments: problem.segments(),
+        length: problem.length(),
+        observations: experiment.measurements.iter().map(Measurement::label).collect(),
+        measured: experiment.measurements.iter().map(measured).collect(),
+    }
+}
+
+/// Data and model, coordinate by coordinate; the model from its residuals.
+fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
+    let mut all = Vec::new();
+    for ((experiment, measurement, weight, residuals), sigma) in search.measured(optimum).zip(sigma)
+    {
+        let mut copy = measurement.clone();
+        let seen: Vec<f64> = copy.seen_mut().into_iter().map(|x| *x).collect();
+        for coordinate in measurement.coordinates(&experiment.problem) {
+            let own = || coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
+            all.push(Series {
+                experiment: experiment.name.clone(),
+                label: measurement.label(),
+                axis: coordinate.axis.into(),
+                unit: measurement.unit().into(),
+                over: match measurement {
+                    Measurement::Motion(_) => Over::Time,
+                    Measurement::RestShape(_) => Over::ArcLength,
+                    Measurement::Frequencies(_) => Over::Mode,
+                    Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Over::Time,
+                    Measurement::Gauge(_) => Over::Reading,
+                },
+                at: own().map(|(_, at)| *at).collect(),
+                observed: own().map(|(k, _)| seen[*k]).collect(),
+                simulated: own().map(|(k, _)| seen[*k] + residuals[*k] * weight).collect(),
+                sigma: *sigma,
+                curve: Vec::new(),
+            });
+        }
+    }
+    all
+}
+
+/// Simulates once more at `x`, and adds the model's lines and the rod's shapes at moments evenly
+/// spaced in time, or at rest.
+pub(crate) fn add_motion(search: &Search, x: &[f64], evidence: &mut Evidence) -> Result<(), Error> {
+    let residuals = search.all_residuals()?;
+    let mut all = evidence.series.iter_mut();
+    for (k, experiment) in search.experiments.iter().enumerate() {
+        let mut moments: Vec<Shape> = Vec::new();
+        let run = residuals.run_seen(k, x, &mut |problem, simulation| {
+            let end = experiment.duration() - problem.scene().camera.time_offset;
+            let next = end * moments.len() as f64 / (SHAPES - 1) as f64;
+            if simulation.time() >= next * (1.0 - 1e-9) {
+                moments.push(Shape {
+                    experiment: experiment.name.clone(),
+                    time: Some(simulation.time()),
+                    nodes: (0..problem.nodes()).map(|i| simulation.position(i)).collect(),
+                });
+            }
+        })?;
+        let view = View::new(&run.problem, |_, value: f64| value);
+        for shape in &mut moments {
+            shape.nodes.iter_mut().for_each(|x| *x = view.recorded(*x));
+        }
+        evidence.shapes.extend(moments);
+        let resting = at_rest(experiment, &run, &view)?;
+        for measurement in &experiment.measurements {
+            let lines = match measurement {
+                Measurement::Motion(_) => motion(measurement, &run, &view)?,
+                Measurement::RestShape(_) => resting.as_ref().map_or_else(Default::default, |r| {
+                    let line = |c: usize| r.0.iter().zip(&r.1.nodes).map(move |(s, x)| [*s, x[c]]);
+                    [0, 1, 2].map(|c| line(c).collect())
+                }),
+                Measurement::Frequencies(_) | Measurement::Gauge(_) => Default::default(),
+            };
+            for coordinate in measurement.coordinates(&experiment.problem) {
+                let axis = ["x", "y", "z"].iter().position(|axis| *axis == coordinate.axis);
+                if let (Some(series), Some(c)) = (all.next(), axis) {
+                    series.curve = lines[c].clone();
+                }
+            }
+        }
+        evidence.shapes.extend(resting.map(|(_, shape)| shape));
+    }
+    Ok(())
+}
+
+type Lines = [Vec<[f64; 2]>; 3];
+
+/// Where the point is over the clock of its recording.
+fn motion(measurement: &Measurement, run: &Run, view: &View<f64>) -> Result<Lines, Error> {
+    let mut lines = Lines::default();
+    let (Some(observation), Some(trajectory)) = (measurement.motion(), &run.moving) else {
+        return Ok(lines);
+    };
+    let stencil = run.problem.stencil(observation.point)?;
+    let times = observation.samples.iter().map(|s| s.time);
+    let (first, last) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
+    for k in 0..=CURVE {
+        let clock = first + (last - first) * k as f64 / CURVE as f64;
+        let place = trajectory.sample_over(&stencil, view.time(clock), [])?;
+        for (line, x) in lines.iter_mut().zip(view.recorded(place)) {
+            line.push([clock, x]);
+        }
+    }
+    Ok(lines)
+}
+
+/// Arc lengths of the nodes and the shape of the rod at rest, if it was looked at.
+fn at_rest(
+    experiment: &Experiment,
+    run: &Run,
+    view: &View<f64>,
+) -> Result<Option<(Vec<f64>, Shape)>, Error> {
+    if run.resting.is_none() {
+        return Ok(None);
+    }
+    let nodes: Vec<usize> = (0..run.problem.nodes()).collect();
+    let rest = Trajectory::at_rest(&run.problem, &nodes, &[])?;
+    let places = nodes.iter().map(|i| run.problem.arc_length(Point::Node(*i)));
+    let shape = Shape {
+        experiment: experiment.name.clone(),
+        time: None,
+        nodes: nodes.iter().map(|i| view.recorded(rest.node(*i, 0))).collect(),
+    };
+    Ok(Some((places.collect::<Result<_, _>>()?, shape)))
+}

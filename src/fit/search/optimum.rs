@@ -1,0 +1,180 @@
+//! One run of the optimiser, and where it ended.
+
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::all;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::misfit::residuals::Residuals;
+use crate::fit::search::journal::{Journal, Stage, Visit};
+use crate::fit::search::{Progress, Search};
+use crate::fit::unknown::Unknown;
+use crate::numerics::levenberg_marquardt::{LeastSquaresState, LevenbergMarquardt};
+use argmin::core::observers::{Observe, ObserverMode};
+use argmin::core::{Executor, KV, State, TerminationReason};
+use std::cell::Cell;
+use std::rc::Rc;
+
+/// A factor of a hundred is as far as the data at one value tell about another.
+const LONGEST_LOG_STEP: f64 = 4.6;
+
+/// Where an optimisation ended.
+#[derive(Clone, Debug)]
+pub(crate) struct Optimum {
+    pub x: Vec<f64>,
+    /// Half the sum of the losses.
+    pub cost: f64,
+    /// Of all measurements and then of the priors, not bent by a robust loss.
+    pub residuals: Vec<f64>,
+    /// Of the same.
+    pub jacobian: Vec<Vec<f64>>,
+    /// Residuals of each measurement.
+    pub counts: Vec<usize>,
+    pub converged: bool,
+    pub status: String,
+    /// Whether time steps were taken in halves at the end.
+    pub halved: bool,
+}
+
+impl Search<'_> {
+    /// Fits the full model to the whole record.
+    pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
+        let tolerances = (1e-10, 1e-3, 60);
+        let mut optimum =
+            self.optimize(self.all_residuals()?, start, tolerances, Some(Stage::Full))?;
+        // What leaves nothing but rounding errors has nothing to gain from another step.
+        optimum.converged |= self.is_rounding(&optimum);
+        Ok(optimum)
+    }
+
+    /// Fits `residuals` with these tolerances of step and noise and this many iterations, and notes
+    /// each of them as of this stage.
+    pub fn optimize(
+        &self,
+        residuals: Residuals,
+        start: &[f64],
+        (step_tolerance, noise_tolerance, iterations): (f64, f64, u64),
+        stage: Option<Stage>,
+    ) -> Result<Optimum, Error> {
+        let (counts, losses) = (residuals.counts(), residuals.losses());
+        let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
+        let longest = |u: &Unknown| match u.parameter.is_positive() {
+            true => LONGEST_LOG_STEP,
+            false => f64::INFINITY,
+        };
+        let solver = LevenbergMarquardt::new(bounds)
+            .longest_steps(self.unknowns.iter().map(longest).collect())
+            .step_tolerance(step_tolerance)
+            .noise_tolerance(noise_tolerance);
+        let observer = Observer {
+            progress: self.progress.clone(),
+            work: self.work.clone(),
+            full_work: self.full_work,
+            journal: self.journal.clone(),
+            stage,
+            counts: counts.clone(),
+            losses: losses.clone(),
+        };
+        let executor = Executor::new(residuals, solver)
+            .configure(|state| state.param(start.to_vec()).max_iters(iterations))
+            .add_observer(observer, ObserverMode::Always);
+        let mut result = executor.run().map_err(|error| match error.downcast::<Error>() {
+            Ok(error) => error,
+            Err(error) => Error::Fit(error.to_string()),
+        })?;
+        let halved = result.problem.take_problem().is_some_and(|residuals| residuals.halved());
+        let lost = || Error::Fit("the optimiser lost its state".into());
+        let state: &mut LeastSquaresState = &mut result.state;
+        let reason = state.get_termination_reason().cloned();
+        let cost = state.get_cost();
+        let mut residuals = state.take_residuals().ok_or_else(lost)?;
+        let mut jacobian = state.take_jacobian().ok_or_else(lost)?;
+        for ((r, row), loss) in residuals.iter_mut().zip(&mut jacobian).zip(losses) {
+            if loss.is_robust() {
+                *r = loss.straight(*r);
+                let [_, slope] = loss.bent(*r);
+                row.iter_mut().for_each(|d| *d /= slope);
+            }
+        }
+        Ok(Optimum {
+            x: state.take_param().or_else(|| state.take_best_param()).ok_or_else(lost)?,
+            cost,
+            residuals,
+            jacobian,
+            counts,
+            converged: reason == Some(TerminationReason::SolverConverged),
+            status: reason.map_or("not terminated".into(), |reason| reason.text().to_string()),
+            halved,
+        })
+    }
+
+    /// Every measurement with its sigma and its residuals at an optimum.
+    pub fn measured<'b>(
+        &'b self,
+        optimum: &'b Optimum,
+    ) -> impl Iterator<Item = (&'b Experiment, &'b Measurement, f64, &'b [f64])> {
+        let mut rest = &optimum.residuals[..];
+        let counts = self.sigmas.iter().zip(&optimum.counts);
+        all(self.experiments).zip(counts).map(move |((experiment, measurement), (sigma, count))| {
+            let (own, others) = rest.split_at(*count);
+            rest = others;
+            (experiment, measurement, *sigma, own)
+        })
+    }
+}
+
+/// Passes the optimiser's iterations on.
+struct Observer {
+    progress: Option<Progress>,
+    work: Rc<Cell<f64>>,
+    full_work: f64,
+    journal: Rc<Journal>,
+    /// None: not worth noting.
+    stage: Option<Stage>,
+    counts: Vec<usize>,
+    losses: Vec<Loss>,
+}
+
+impl Observer {
+    fn note(&self, state: &LeastSquaresState) {
+        if let (Some(stage), Some(x), Some(bent)) =
+            (self.stage, state.get_param(), state.get_residuals())
+        {
+            let residuals = bent.iter().zip(&self.losses).map(|(r, loss)| loss.straight(*r));
+            let visit = Visit {
+                stage,
+                x: x.clone(),
+                cost: state.get_cost(),
+                residuals: residuals.collect(),
+                counts: self.counts.clone(),
+            };
+            self.journal.visit(visit, self.work.get() / self.full_work);
+        }
+    }
+}
+
+impl Observe<LeastSquaresState> for Observer {
+    fn observe_init(
+        &mut self,
+        _: &str,
+        state: &LeastSquaresState,
+        _: &KV,
+    ) -> Result<(), argmin::core::Error> {
+        self.note(state);
+        Ok(())
+    }
+
+    fn observe_iter(
+        &mut self,
+        state: &LeastSquaresState,
+        _: &KV,
+    ) -> Result<(), argmin::core::Error> {
+        self.note(state);
+        if let Some(progress) = &self.progress {
+            let (iteration, misfit) = (state.get_iter() + 1, state.get_cost());
+            let stage = format!("iteration {iteration}, misfit {misfit:.6e}");
+            progress(&stage, self.work.get() / self.full_work);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,121 @@
+//! Parametric bootstrap: fit data made by the fitted model and noise of the estimated size, again
+//! and again, and look at how the estimates spread.
+
+use crate::error::Error;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::search::{Search, Task};
+use crate::fit::unknown::Unknown;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Replicates between two reports of progress.
+const BATCH: usize = 16;
+
+/// The spread of an estimate over the replicates.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Bootstrap {
+    /// Standard deviation, in the parameter's unit.
+    pub std_error: f64,
+    /// Between the percentiles 2.5 and 97.5.
+    pub interval95: [f64; 2],
+}
+
+/// What every replicate needs; the threads share it.
+struct Shared<'a> {
+    task: Task<'a>,
+    /// Simulated values at the optimum, in the order of the residuals.
+    simulated: Vec<f64>,
+    /// Standard deviation of the noise of each measurement, in its unit.
+    noise: &'a [f64],
+    start: &'a [f64],
+}
+
+impl Shared<'_> {
+    /// Estimates from one replicate, on the unknowns' scales, and the work they took.
+    fn replicate(&self, seed: u64, number: usize) -> (Result<Vec<f64>, Error>, f64) {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(number as u64);
+        let mut simulated = self.simulated.iter();
+        let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut experiments = self.task.experiments.to_vec();
+        let measurements = experiments.iter_mut().flat_map(|e| e.measurements.iter_mut());
+        for (measurement, noise) in measurements.zip(self.noise) {
+            for (seen, simulated) in measurement.seen_mut().into_iter().zip(&mut simulated) {
+                *seen = simulated + noise * draw();
+            }
+        }
+        // What was known before is one more measurement.
+        let mut unknowns = self.task.unknowns.to_vec();
+        for (unknown, x) in unknowns.iter_mut().zip(self.start) {
+            let value = unknown.from_scale(*x);
+            if let Some(prior) = &mut unknown.prior {
+                prior.mean = value + prior.sigma * draw();
+            }
+        }
+        let task = Task { experiments: &experiments, unknowns: &unknowns, ..self.task };
+        let search = task.search();
+        let found = search.polish(self.start).and_then(|optimum| match optimum.converged {
+            true => Ok(optimum.x),
+            false => Err(Error::Fit(optimum.status)),
+        });
+        (found, search.work.get())
+    }
+}
+
+/// Runs `count` replicates; one spread per unknown, and how many replicates failed.
+pub(crate) fn spread(
+    search: &Search,
+    optimum: &Optimum,
+    noise: &[f64],
+    (count, seed): (usize, u64),
+) -> (Vec<Option<Bootstrap>>, usize) {
+    let mut simulated = Vec::new();
+    for (_, measurement, sigma, residuals) in search.measured(optimum) {
+        let mut measurement = measurement.clone();
+        let seen = measurement.seen_mut().into_iter().zip(residuals);
+        simulated.extend(seen.map(|(seen, r)| *seen + r * sigma));
+    }
+    let shared = Shared { task: search.task(), simulated, noise, start: &optimum.x };
+    let mut found: Vec<Vec<f64>> = Vec::new();
+    for first in (0..count).step_by(BATCH) {
+        if search.is_stopped() {
+            break;
+        }
+        let batch = first..(first + BATCH).min(count);
+        let results: Vec<_> = batch.into_par_iter().map(|k| shared.replicate(seed, k)).collect();
+        for (result, work) in results {
+            search.count(work);
+            found.extend(result.ok());
+        }
+        search.report(&format!("bootstrap, {} of {count}", (first + BATCH).min(count)));
+    }
+    let spreads = (0..search.unknowns.len()).map(|i| {
+        let x: Vec<f64> = found.iter().map(|x| x[i]).collect();
+        spread_of(&search.unknowns[i], optimum.x[i], x)
+    });
+    (spreads.collect(), count - found.len())
+}
+
+fn spread_of(unknown: &Unknown, at: f64, mut x: Vec<f64>) -> Option<Bootstrap> {
+    if x.len() < 2 {
+        return None;
+    }
+    x.sort_by(f64::total_cmp);
+    let n = x.len() as f64;
+    let mean = x.iter().sum::<f64>() / n;
+    let sd = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    let percentile = |p: f64| {
+        let place = p * (n - 1.0);
+        let (below, part) = (place.floor(), place.fract());
+        let above = x[(below as usize + 1).min(x.len() - 1)];
+        unknown.from_scale(x[below as usize] * (1.0 - part) + above * part)
+    };
+    let value = unknown.from_scale(at);
+    Some(Bootstrap {
+        std_error: sd * unknown.slope(value),
+        interval95: [percentile(0.025), percentile(0.975)],
+    })
+}

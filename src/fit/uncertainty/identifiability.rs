@@ -1,0 +1,232 @@
+//! What the data cannot determine, in words.
+//!
+//! The singular vectors of the scaled Jacobian with small singular values are the combinations of
+//! unknowns that change nothing one could observe: structurally, when they would change nothing in
+//! data without noise either, or practically, when the noise hides what they change.
+
+use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+use serde::{Deserialize, Serialize};
+
+/// Unknowns with less than this share in a combination are not part of it.
+const SHARE: f64 = 0.05;
+
+/// Whether better data would help.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// No record of these points determines the combination, however good.
+    Structural,
+    /// The noise of these data hides it.
+    Practical,
+}
+
+/// A combination of parameters that the data do not determine.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Finding {
+    /// Whether better data would help.
+    pub kind: Kind,
+    /// The parameters in it.
+    pub parameters: Vec<Parameter>,
+    /// What is wrong.
+    pub words: String,
+    /// The places of the parameters among the unknowns.
+    #[serde(skip)]
+    places: Vec<usize>,
+}
+
+impl Finding {
+    /// Whether it is about the unknown in this place.
+    pub(crate) fn has(&self, place: usize) -> bool {
+        self.places.contains(&place)
+    }
+}
+
+/// A parameter that nothing observed depends on; damping, beside unknowns that have an effect, has
+/// come out at zero.
+pub(crate) fn without_effect(unknown: &Unknown, place: usize, alone: bool) -> Finding {
+    let damping =
+        [Parameter::DampingMass, Parameter::DampingStiffness].contains(&unknown.parameter);
+    let (kind, words) = match damping && !alone {
+        true => {
+            (Kind::Practical, format!("{unknown} came out at zero: these data show none of it"))
+        }
+        false => (Kind::Structural, no_effect(unknown)),
+    };
+    Finding { kind, parameters: vec![unknown.parameter], words, places: vec![place] }
+}
+
+fn no_effect(unknown: &Unknown) -> String {
+    format!("{unknown} has no effect on what was observed")
+}
+
+/// The undetermined combinations along `directions` (changes of the unknowns on their scales), and
+/// the unknowns in them.
+pub(crate) fn findings(
+    unknowns: &[Unknown],
+    directions: Vec<Vec<f64>>,
+    kind: Kind,
+    deviation: impl Fn(usize) -> f64,
+) -> Vec<Finding> {
+    let name = |direction: Vec<f64>| {
+        let part: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
+        let combination: Vec<(&Unknown, f64)> =
+            part.iter().map(|j| (&unknowns[*j], direction[*j])).collect();
+        let words = match kind {
+            Kind::Structural => structural(&combination),
+            Kind::Practical => practical(&combination, &part, &deviation),
+        };
+        let parameters = combination.iter().map(|(u, _)| u.parameter).collect();
+        Finding { kind, parameters, words, places: part }
+    };
+    directions.into_iter().map(name).collect()
+}
+
+/// Structural directions that span the same space with as few unknowns each as elimination finds:
+/// any combination of two is as undetermined as they are, and which ones the singular vectors show
+/// is an accident. Practical ones are cleared of the structural ones. Shares below [`SHARE`] of the
+/// largest become zero.
+pub(crate) fn sparsest(
+    mut structural: Vec<Vec<f64>>,
+    mut practical: Vec<Vec<f64>>,
+) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let mut pivots = Vec::new();
+    for k in 0..structural.len() {
+        let row = structural[k].clone();
+        let free = (0..row.len()).filter(|j| !pivots.contains(j));
+        let Some(pivot) = free.max_by(|a, b| row[*a].abs().total_cmp(&row[*b].abs())) else {
+            break;
+        };
+        pivots.push(pivot);
+        let others = structural.iter_mut().enumerate().filter(|(i, _)| *i != k);
+        for other in others.map(|(_, other)| other).chain(&mut practical) {
+            let factor = other[pivot] / row[pivot];
+            other.iter_mut().zip(&row).for_each(|(d, r)| *d -= factor * r);
+            other[pivot] = 0.0;
+        }
+    }
+    for direction in structural.iter_mut().chain(&mut practical) {
+        let most = direction.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        direction.iter_mut().filter(|d| d.abs() <= SHARE * most).for_each(|d| *d = 0.0);
+    }
+    (structural, practical)
+}
+
+/// Along (a, b) of two logarithms nothing changes: one^b / two^a is all the data see.
+fn invariant(combination: &[(&Unknown, f64)]) -> Option<String> {
+    match combination {
+        [(one, a), (two, b)] if one.parameter.is_positive() && two.parameter.is_positive() => {
+            let unit = a.abs().min(b.abs()) * b.signum();
+            let (p, q) = (b / unit, -a / unit);
+            Some(power_product(&[(one.to_string(), p), (two.to_string(), q)]))
+        }
+        _ => None,
+    }
+}
+
+fn structural(combination: &[(&Unknown, f64)]) -> String {
+    match (combination, invariant(combination)) {
+        ([(one, _)], _) => no_effect(one),
+        ([(one, _), (two, _)], Some(invariant)) => format!(
+            "{one} and {two} enter only as {invariant}; neither can be identified without the other"
+        ),
+        _ => format!(
+            "the data do not change along the combination {} (logarithms of positive parameters)",
+            sum(combination)
+        ),
+    }
+}
+
+fn practical(
+    combination: &[(&Unknown, f64)],
+    part: &[usize],
+    deviation: &impl Fn(usize) -> f64,
+) -> String {
+    let size = |(k, j): (usize, &usize)| {
+        let sd = deviation(*j);
+        match combination[k].0.parameter.is_positive() {
+            true if sd > 10.0 => "many orders of magnitude".to_string(),
+            true => format!("a factor of {:.1}", sd.exp()),
+            false => format!("{sd:.2}"),
+        }
+    };
+    let sizes: Vec<String> = part.iter().enumerate().map(size).collect();
+    let far = part.iter().enumerate().any(|(k, j)| {
+        deviation(*j) > if combination[k].0.parameter.is_positive() { 1.0 } else { 0.25 }
+    });
+    let why = match far {
+        true => format!("standard deviation {}", sizes.join(" and ")),
+        // Locally determined, but only here.
+        false => "far from here the misfit is no larger".to_string(),
+    };
+    match (combination, invariant(combination)) {
+        ([(one, _)], _) => {
+            format!("{one} is practically not identifiable from these data: {why}")
+        }
+        ([(one, _), (two, _)], Some(invariant)) => format!(
+            "{one} and {two} are practically not identifiable from these data: all but their \
+             {invariant} is lost in the noise ({why})"
+        ),
+        _ => format!(
+            "practically not identifiable from these data: the combination {} (logarithms of \
+             positive parameters) is lost in the noise ({why})",
+            sum(combination)
+        ),
+    }
+}
+
+fn sum(combination: &[(&Unknown, f64)]) -> String {
+    let most = combination.iter().fold(0.0_f64, |m, (_, a)| m.max(a.abs()));
+    let parts: Vec<String> =
+        combination.iter().map(|(u, a)| format!("{:+.3} {u}", a / most)).collect();
+    parts.join(" ")
+}
+
+/// `a^p b^q` with exponents rounded to what the singular vectors are good for.
+fn power_product(factors: &[(String, f64)]) -> String {
+    let power = |name: &str, p: f64| {
+        let p = (p.abs() * 1e2).round() / 1e2;
+        if p == 1.0 { name.to_string() } else { format!("{name}^{p}") }
+    };
+    let join = |positive: bool| {
+        let chosen = factors.iter().filter(|(_, p)| (*p > 0.0) == positive);
+        chosen.map(|(name, p)| power(name, *p)).collect::<Vec<_>>().join("*")
+    };
+    match (join(true), join(false)) {
+        (over, under) if under.is_empty() => over,
+        (over, under) => format!("{over}/{under}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// E/density and E*radius^2 at once, mixed as singular vectors may mix them.
+    #[test]
+    fn mixed_combinations_are_taken_apart() {
+        let unknowns = [
+            Parameter::DampingMass,
+            Parameter::YoungsModulus,
+            Parameter::Density,
+            Parameter::Radius,
+        ]
+        .map(Unknown::new);
+        // Nothing changes along (E, density) = (1, 1) and along (E, radius) = (-2, 1).
+        let (one, two) = ([0.0, 1.0, 1.0, 0.0], [0.0, -2.0, 0.0, 1.0]);
+        let mix = |a: f64, b: f64| (0..4).map(|j| a * one[j] + b * two[j]).collect::<Vec<f64>>();
+        let directions = vec![mix(0.6, 0.3), mix(-0.2, 0.5)];
+        let (directions, practical) = sparsest(directions, vec![vec![0.0, 3.0, 0.0, 1.0]]);
+        // What is known of E and the radius ends up in the other two.
+        assert_eq!(practical[0].iter().filter(|d| **d != 0.0).count(), 1, "{practical:?}");
+        let found = findings(&unknowns, directions, Kind::Structural, |_| 0.0);
+        assert_eq!(found.len(), 2);
+        for finding in &found {
+            assert_eq!(finding.parameters.len(), 2, "{finding:?}");
+            assert!(!finding.parameters.contains(&Parameter::DampingMass));
+        }
+        let words: String = found.iter().map(|f| f.words.as_str()).collect();
+        let known = ["youngs_modulus/density", "youngs_modulus*radius^2", "density/radius^2"];
+        assert_eq!(known.iter().filter(|k| words.contains(**k)).count(), 2, "{words}");
+    }
+}

@@ -1,0 +1,193 @@
+//! Whether what a fit leaves over looks like noise.
+//!
+//! Intervals and standard errors rest on residuals that are independent and normal. A wrong model,
+//! or a wrong minimum, leaves motion behind: neighbouring residuals resemble each other, or grow
+//! with time.
+
+use crate::fit::measurement::loss::Loss;
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
+use statrs::stats_tests::anderson_darling::anderson_darling;
+
+/// A finding by chance once in a thousand series is not worth a warning more often.
+const DOUBT: f64 = 1e-3;
+/// Fewer values say nothing about their distribution.
+const FEWEST: usize = 12;
+/// Correlations are looked for up to this many samples apart.
+const LAGS: usize = 10;
+
+/// The tests of one coordinate of one observation.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ResidualTests {
+    /// The file, or the point.
+    pub observation: String,
+    /// x, y or z; f for frequencies.
+    pub axis: String,
+    /// How probable correlations between neighbours as large as these are for white noise
+    /// (Ljung and Box 1978).
+    pub whiteness: f64,
+    /// The same for the deviation from a normal distribution (Anderson and Darling).
+    pub normality: f64,
+    /// The same for the trend over time of the residuals or of their size, whichever is clearer.
+    pub trend: f64,
+    /// What is wrong, or that nothing is.
+    pub verdict: String,
+    /// Whether nothing is.
+    pub passed: bool,
+}
+
+impl ResidualTests {
+    /// Tests residuals, in units of the noise, in the order of their times; none for too few.
+    pub(crate) fn new(
+        observation: String,
+        axis: &str,
+        times: &[f64],
+        residuals: &[f64],
+        loss: Loss,
+    ) -> Option<Self> {
+        if residuals.len() < FEWEST {
+            return None;
+        }
+        // What the fit went by: outliers that count less may be where they like.
+        let felt: Vec<f64> = residuals.iter().map(|r| loss.influence(*r)[0]).collect();
+        let whiteness = whiteness(&felt);
+        let normality = normality(residuals);
+        let sizes: Vec<f64> = felt.iter().map(|r| r.abs()).collect();
+        // Two chances to find one.
+        let trend = (2.0 * trend(times, &felt).min(trend(times, &sizes))).min(1.0);
+        let mut wrong = Vec::new();
+        if whiteness < DOUBT {
+            wrong.push(format!("neighbouring residuals resemble each other (p = {whiteness:.0e})"));
+        }
+        if normality < DOUBT {
+            wrong.push(format!("the residuals are not normal (p = {normality:.0e})"));
+        }
+        if trend < DOUBT {
+            wrong.push(format!("the residuals change with time (p = {trend:.0e})"));
+        }
+        let passed = wrong.is_empty();
+        let verdict = if passed { "looks like noise".to_string() } else { wrong.join(", ") };
+        Some(Self { observation, axis: axis.into(), whiteness, normality, trend, verdict, passed })
+    }
+
+    /// Whether the intervals can be believed: noise that is not normal hurts them little.
+    pub fn is_noise(&self) -> bool {
+        self.whiteness >= DOUBT && self.trend >= DOUBT
+    }
+}
+
+/// Of the sum of squared autocorrelations, about zero: a fit has no mean of its own to remove.
+fn whiteness(r: &[f64]) -> f64 {
+    let n = r.len();
+    let lags = LAGS.min(n / 4);
+    let power: f64 = r.iter().map(|r| r * r).sum();
+    if power == 0.0 {
+        return 1.0;
+    }
+    let part = |lag: usize| {
+        let product: f64 = r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum();
+        (product / power).powi(2) / (n - lag) as f64
+    };
+    let q = n as f64 * (n as f64 + 2.0) * (1..=lags).map(part).sum::<f64>();
+    ChiSquared::new(lags as f64).map_or(1.0, |chi| chi.sf(q))
+}
+
+fn normality(r: &[f64]) -> f64 {
+    let n = r.len() as f64;
+    let mean = r.iter().sum::<f64>() / n;
+    let variance = r.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let Ok(normal) = Normal::new(mean, variance.sqrt()) else { return 1.0 };
+    match anderson_darling(r, &normal) {
+        // The formula for p ends there.
+        Ok((statistic, p)) => {
+            if statistic < 10.0 {
+                p.clamp(0.0, 1.0)
+            } else {
+                0.0
+            }
+        }
+        Err(_) => 1.0,
+    }
+}
+
+/// Of the slope over time.
+fn trend(times: &[f64], values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
+    let (t0, v0) = (mean(times), mean(values));
+    let products = times.iter().zip(values).map(|(t, v)| {
+        let (t, v) = (t - t0, v - v0);
+        [t * t, t * v, v * v]
+    });
+    let [tt, tv, vv] = products.fold([0.0; 3], |s, p| std::array::from_fn(|k| s[k] + p[k]));
+    if tt * vv == 0.0 {
+        return 1.0;
+    }
+    let correlation = tv / (tt * vv).sqrt();
+    let t = correlation * ((n - 2.0) / (1.0 - correlation * correlation).max(1e-300)).sqrt();
+    StudentsT::new(0.0, 1.0, n - 2.0).map_or(1.0, |d| 2.0 * d.sf(t.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Exp1, StandardNormal};
+
+    fn tests(r: &[f64]) -> ResidualTests {
+        let times: Vec<f64> = (0..r.len()).map(|k| k as f64).collect();
+        ResidualTests::new("o".into(), "x", &times, r, Loss::Squares).unwrap()
+    }
+
+    /// For noise every p-value is uniform: a tenth of them below a tenth.
+    #[test]
+    fn noise_is_noise() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let runs = 3000;
+        let mut below = [[0; 2]; 3];
+        for _ in 0..runs {
+            let r: Vec<f64> = (0..100).map(|_| StandardNormal.sample(&mut random)).collect();
+            let t = tests(&r);
+            for (count, p) in below.iter_mut().zip([t.whiteness, t.normality, t.trend]) {
+                count[0] += usize::from(p < 0.1);
+                count[1] += usize::from(p < 0.01);
+            }
+        }
+        for [tenth, hundredth] in below {
+            // Three standard deviations of the counts are 50 and 16.
+            assert!((240..=360).contains(&tenth) && (10..=60).contains(&hundredth), "{below:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_noise_is_found() {
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let mut noise = || -> f64 { StandardNormal.sample(&mut random) };
+        let wave: Vec<f64> = (0..100).map(|k| 2.0 * (0.3 * k as f64).sin() + noise()).collect();
+        assert!(tests(&wave).whiteness < 1e-6);
+        let drift: Vec<f64> = (0..100).map(|k| 0.02 * k as f64 + noise()).collect();
+        assert!(tests(&drift).trend < 1e-3 && !tests(&drift).is_noise());
+        let growing: Vec<f64> = (0..100).map(|k| 0.02 * k as f64 * noise()).collect();
+        assert!(tests(&growing).trend < 1e-3);
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let skew: Vec<f64> = (0..100).map(|_| Exp1.sample(&mut random)).collect::<Vec<f64>>();
+        let skew: Vec<f64> = skew.iter().map(|x| x - 1.0).collect();
+        assert!(tests(&skew).normality < 1e-6 && tests(&skew).is_noise());
+        let mut outlier: Vec<f64> = wave.iter().map(|_| noise_of(&mut random)).collect();
+        outlier[50] = 1e3;
+        assert_eq!(tests(&outlier).normality, 0.0);
+    }
+
+    fn noise_of(random: &mut ChaCha8Rng) -> f64 {
+        StandardNormal.sample(random)
+    }
+
+    /// Q of a series worked out by hand, and its tail of the chi-squared distribution.
+    #[test]
+    fn ljung_box_by_hand() {
+        let r = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
+        // Lags 1 and 2: autocorrelations -7/8 and 6/8; Q = 8*10*((7/8)^2/7 + (6/8)^2/6) = 16.25.
+        assert!((whiteness(&r) - (-16.25_f64 / 2.0).exp()).abs() < 1e-12);
+    }
+}

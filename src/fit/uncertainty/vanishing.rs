@@ -1,0 +1,129 @@
+//! Damping that came out at zero, or cannot be told from it: how large it may be at most.
+//!
+//! The logarithm that the search works on is no scale for that. On the parameter's own, the misfit is
+//! a parabola about an estimate that may be negative, where no damping can be; the upper end is where
+//! it has risen, from the least it takes for damping that is not negative, by what ends a one-sided
+//! 95 % interval.
+
+use crate::error::Error;
+use crate::fit::measurement::loss::Loss;
+use crate::fit::misfit::residuals::Residuals;
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::covariance::SUSPICIOUS;
+use crate::fit::uncertainty::noise::Noise;
+use crate::fit::unknown::Unknown;
+use crate::numerics::half_square;
+use crate::scene::Parameter;
+use nalgebra::DMatrix;
+
+/// How much of the rise that the parabola predicts at the upper end must be there.
+const CONFIRMED: f64 = 0.3;
+
+/// A damping that wants to be this many times as large was left behind.
+const RAISED: f64 = 10.0;
+
+/// An unknown that may be zero, or is known too little for its logarithm to say how well.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vanishing {
+    /// The estimate, never negative.
+    pub value: f64,
+    /// Upper end of the one-sided 95 % interval, if it may be zero.
+    pub upper95: Option<f64>,
+    /// Standard deviation of the logarithm.
+    pub log_deviation: f64,
+}
+
+impl Search<'_> {
+    /// A damping that a search left at next to nothing, where its logarithm has no effect, may have to
+    /// go up: tries where the parabola on the parameter's own scale has its minimum.
+    pub fn raised(&self, optimum: Optimum) -> Result<Optimum, Error> {
+        let losses = self.all_residuals()?.losses();
+        let mut start = optimum.x.clone();
+        for (j, _) in self.unknowns.iter().enumerate().filter(|(_, u)| is_damping(u)) {
+            let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&losses);
+            let (mut along, mut square) = (0.0, 0.0);
+            for ((row, r), loss) in rows {
+                along += row[j] * loss.influence(*r)[0];
+                square += row[j] * row[j];
+            }
+            let factor = 1.0 - along / square;
+            if factor.is_finite() && factor > RAISED {
+                start[j] += factor.ln();
+            }
+        }
+        if start == optimum.x {
+            return Ok(optimum);
+        }
+        match self.polish(&start) {
+            Ok(higher) if higher.cost < optimum.cost => Ok(higher),
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            _ => Ok(optimum),
+        }
+    }
+}
+
+fn is_damping(unknown: &Unknown) -> bool {
+    matches!(unknown.parameter, Parameter::DampingMass | Parameter::DampingStiffness)
+}
+
+/// Which of the unknowns may be zero. `rows` are those of the Jacobian in units of the noise, and
+/// `quantile` ends a one-sided 95 % interval, in standard deviations.
+pub(crate) fn vanishing(
+    unknowns: &[Unknown],
+    (optimum, rows, losses): (&Optimum, &[Vec<f64>], &[Loss]),
+    (noise, quantile): (&Noise, f64),
+    residuals: &Residuals,
+) -> Vec<Option<Vanishing>> {
+    let n = unknowns.len();
+    let mut found = vec![None; n];
+    if !optimum.converged || !unknowns.iter().any(is_damping) {
+        return found;
+    }
+    // Columns of length one, whatever the scale of the unknowns.
+    let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
+    let norms: Vec<f64> = (0..n).map(norm).collect();
+    let seen: Vec<usize> = (0..n).filter(|j| norms[*j] > 0.0).collect();
+    let column = |row: &Vec<f64>, a: usize| row[seen[a]] / norms[seen[a]];
+    let normal = DMatrix::<f64>::from_fn(seen.len(), seen.len(), |a, b| {
+        rows.iter().map(|row| column(row, a) * column(row, b)).sum()
+    });
+    let Some(factors) = normal.cholesky() else { return found };
+    let inverse = factors.inverse();
+    let felt = optimum.residuals.iter().zip(losses).map(|(r, loss)| loss.influence(*r)[0]);
+    let felt: Vec<f64> = felt.zip(&noise.weights).map(|(r, w)| r * w).collect();
+    let gradient: Vec<f64> = (0..seen.len())
+        .map(|a| rows.iter().zip(&felt).map(|(row, r)| column(row, a) * r).sum())
+        .collect();
+    for (a, j) in seen.iter().enumerate().filter(|(_, j)| is_damping(&unknowns[**j])) {
+        let log_deviation = (noise.variance * inverse[(a, a)]).sqrt() / norms[*j];
+        let here = unknowns[*j].from_scale(optimum.x[*j]);
+        if log_deviation <= SUSPICIOUS || here == 0.0 {
+            continue;
+        }
+        let step: f64 = -(0..seen.len()).map(|b| inverse[(a, b)] * gradient[b]).sum::<f64>();
+        let deviation = here * log_deviation;
+        let estimate = here + here * step / norms[*j];
+        let below = estimate.min(0.0);
+        let upper95 = estimate + (below * below + (quantile * deviation).powi(2)).sqrt();
+        // There, with the others where they then want to be.
+        let mut x = optimum.x.clone();
+        let way = (upper95 - here) / deviation * (noise.variance / inverse[(a, a)]).sqrt();
+        for (b, k) in seen.iter().enumerate().filter(|(_, k)| *k != j) {
+            if !is_damping(&unknowns[*k]) {
+                x[*k] += way * inverse[(a, b)] / norms[*k];
+            }
+        }
+        x[*j] = unknowns[*j].to_scale(upper95);
+        let rise = residuals
+            .residuals(&x)
+            .map_or(f64::INFINITY, |r| 2.0 * (half_square(&r) - optimum.cost) / noise.rise);
+        if upper95.is_finite() && rise.is_finite() && rise >= CONFIRMED * quantile * quantile {
+            let value = if estimate > 1e-3 * upper95 { estimate } else { 0.0 };
+            // Where the two-sided interval reaches zero.
+            let upper95 = (log_deviation * noise.reach >= 1.0).then_some(upper95);
+            found[*j] = Some(Vanishing { value, upper95, log_deviation });
+        }
+    }
+    found
+}

@@ -1,0 +1,226 @@
+//! How far a result can be believed: a grade, and the doubts it rests on.
+
+use crate::fit::report::FitReport;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How far a result can be believed. In JSON in kebab case, as in `refine-numerics`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Grade {
+    /// Nothing speaks against values and intervals.
+    Trustworthy,
+    /// The model fits, but mesh and step may be off by more than the intervals say.
+    RefineNumerics,
+    /// What is left of the data is no noise: the values may be near, the intervals are too narrow.
+    ModelDoesNotExplain,
+    /// The data do not determine all that was asked for.
+    NotIdentifiable,
+    /// The fit was told to stop before it was done.
+    Interrupted,
+    /// The values mean nothing: the fit did not converge, or the data show no motion of this rod.
+    NotUsable,
+}
+
+impl Grade {
+    /// Whether the values can be used, with the doubts that are named beside them.
+    pub fn is_usable(self) -> bool {
+        matches!(self, Self::Trustworthy | Self::RefineNumerics | Self::ModelDoesNotExplain)
+    }
+}
+
+impl fmt::Display for Grade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Trustworthy => "trustworthy",
+            Self::RefineNumerics => "numerics to refine",
+            Self::ModelDoesNotExplain => "the model does not explain the data",
+            Self::NotIdentifiable => "not identifiable",
+            Self::Interrupted => "interrupted",
+            Self::NotUsable => "not to be used",
+        })
+    }
+}
+
+/// How much a warning weighs, the heaviest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Weight {
+    /// The values mean nothing.
+    Worthless,
+    /// Before the search something looked wrong that explains what is left.
+    Setup,
+    /// Mesh and step are to blame for what is left.
+    Mesh,
+    /// Much of what was measured is left.
+    Unexplained,
+    /// What is left is no noise.
+    Misfit,
+    /// A bound, a prior or held-out data contradict the result.
+    Contradiction,
+    /// Mesh and step may be off by more than the intervals say.
+    Numerics,
+    /// Good to know.
+    Note,
+}
+
+/// What speaks against a result.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Doubts(Vec<(Weight, String)>);
+
+impl Doubts {
+    pub fn add(&mut self, weight: Weight, words: impl Into<String>) {
+        self.0.push((weight, words.into()));
+    }
+
+    /// The first of the heaviest of this weight.
+    pub fn first(&self, weight: Weight) -> Option<&str> {
+        self.0.iter().find(|(w, _)| *w == weight).map(|(_, words)| words.as_str())
+    }
+
+    /// Whether what is left of the data is no noise.
+    pub fn has_misfit(&self) -> bool {
+        [Weight::Unexplained, Weight::Misfit].iter().any(|w| self.first(*w).is_some())
+    }
+
+    /// Of a minimum that determines all parameters.
+    pub fn grade(&self) -> Grade {
+        match self.0.iter().map(|(weight, _)| *weight).min() {
+            Some(Weight::Worthless) => Grade::NotUsable,
+            Some(Weight::Mesh | Weight::Numerics) => Grade::RefineNumerics,
+            Some(Weight::Setup | Weight::Unexplained | Weight::Misfit | Weight::Contradiction) => {
+                Grade::ModelDoesNotExplain
+            }
+            Some(Weight::Note) | None => Grade::Trustworthy,
+        }
+    }
+
+    /// The words, the heaviest first.
+    pub fn into_words(mut self) -> Vec<String> {
+        self.0.sort_by_key(|(weight, _)| *weight);
+        self.0.into_iter().map(|(_, words)| words).collect()
+    }
+}
+
+impl FitReport {
+    /// Grades a result that the `doubts` and its own findings speak against, says how it ended, and
+    /// puts its warnings in order. `exit` says how the optimiser ended.
+    pub(crate) fn conclude(&mut self, mut doubts: Doubts, exit: &str) {
+        let findings: Vec<&str> = self.not_identifiable.iter().map(|f| f.words.as_str()).collect();
+        let findings = findings.join("; ");
+        let identified = self.parameters.iter().all(|e| e.identifiable);
+        let cause = doubts.first(Weight::Setup);
+        let cause = cause.map_or(String::new(), |words| format!("; most likely as {words}"));
+        let worthless = doubts.first(Weight::Worthless);
+        let worthless = worthless.map_or(String::new(), |words| format!("{words}{cause}"));
+        let grade = match (self.converged, identified) {
+            (false, _) => Grade::NotUsable,
+            // Beside a misfit as large as the data nothing is identifiable.
+            (true, false) if worthless.is_empty() => Grade::NotIdentifiable,
+            (true, true) if self.interrupted => Grade::Interrupted,
+            (true, _) => doubts.grade(),
+        };
+        (self.status, self.verdict) = match grade {
+            Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
+            Grade::RefineNumerics => {
+                let words = "the model fits, but mesh and step may be off by more than the intervals \
+                             say: refine segments or step before relying on the last digits";
+                ("converged".into(), words.into())
+            }
+            Grade::ModelDoesNotExplain => ("converged".into(), doubts.of_the_model()),
+            Grade::NotIdentifiable => (
+                format!("not identifiable: {findings}"),
+                format!("the data do not determine all that was asked for{cause}"),
+            ),
+            Grade::Interrupted => (
+                "interrupted after convergence".into(),
+                "a minimum, but what was to be done beyond it is not complete".into(),
+            ),
+            Grade::NotUsable if self.converged => {
+                let mut status = format!("not to be used: {worthless}");
+                if !identified {
+                    status += &format!("; not identifiable: {findings}");
+                }
+                (status, worthless)
+            }
+            Grade::NotUsable => {
+                (format!("not converged: {exit}"), format!("the fit did not converge: {exit}"))
+            }
+        };
+        if grade == Grade::NotUsable {
+            self.not_identifiable.iter().for_each(|f| doubts.add(Weight::Note, f.words.clone()));
+        }
+        self.grade = grade;
+        self.warnings = doubts.into_words();
+    }
+}
+
+impl Doubts {
+    /// What is wrong with the model or its set-up.
+    fn of_the_model(&self) -> String {
+        if let Some(words) = self.first(Weight::Setup) {
+            return format!("much of what was observed is left, most likely as {words}");
+        }
+        if self.first(Weight::Unexplained).is_some() {
+            return "much of what was observed is left: something in the set-up is most likely wrong \
+                    (scale, fps, origin, which point was followed, y up or down, what the scene says \
+                    of the rod), or this is a wrong minimum, which a start or bounds help to avoid"
+                .into();
+        }
+        if self.first(Weight::Misfit).is_some() {
+            return "the values may be near, but what is left is no noise and the intervals are too \
+                    narrow: something small is missing in the scene (damping, drag, a soft or tilted \
+                    clamp, a clock or a camera that is a little off), or sigma is too small"
+                .into();
+        }
+        "the data contradict what was said before them: bounds, priors or what was held out".into()
+    }
+}
+
+/// A part of a whole as a person says it: never hundreds of digits.
+pub(crate) fn percent(part: f64) -> String {
+    match 100.0 * part {
+        p if p.is_nan() || p > 1000.0 => "more than 1000 %".into(),
+        p if p < 0.01 => format!("{p:.0e} %"),
+        p if p < 9.5 => format!("{p:.2} %"),
+        p => format!("{p:.0} %"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentages_can_be_read() {
+        let cases = [
+            (1e290, "more than 1000 %"),
+            (f64::INFINITY, "more than 1000 %"),
+            (f64::NAN, "more than 1000 %"),
+            (1.164, "116 %"),
+            (0.0213, "2.13 %"),
+            (1e-6, "1e-4 %"),
+        ];
+        for (part, words) in cases {
+            assert_eq!(percent(part), words);
+        }
+    }
+
+    #[test]
+    fn the_heaviest_comes_first_and_grades() {
+        let graded = |weights: &[Weight]| {
+            let mut doubts = Doubts::default();
+            weights.iter().for_each(|w| doubts.add(*w, format!("{w:?}")));
+            (doubts.grade(), doubts.into_words())
+        };
+        use Weight::*;
+        assert_eq!(graded(&[]), (Grade::Trustworthy, Vec::new()));
+        assert_eq!(graded(&[Note]).0, Grade::Trustworthy);
+        assert_eq!(graded(&[Note, Numerics]).0, Grade::RefineNumerics);
+        let (grade, words) = graded(&[Note, Numerics, Misfit]);
+        assert_eq!((grade, &words[0][..]), (Grade::ModelDoesNotExplain, "Misfit"));
+        // What mesh and step explain is not the model's fault.
+        let (grade, words) = graded(&[Misfit, Unexplained, Mesh]);
+        assert_eq!((grade, &words[0][..]), (Grade::RefineNumerics, "Mesh"));
+        assert_eq!(graded(&[Mesh, Worthless]).0, Grade::NotUsable);
+    }
+}

@@ -1,0 +1,308 @@
+//! Refusals: what cannot be fitted is said before anything is computed, with the key or the file it
+//! stands in.
+
+use crate::error::Error;
+use crate::fit::Fit;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::all;
+use crate::fit::measurement::motion::Sample;
+use crate::fit::unknown::Prior;
+use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+use crate::scene::{Support, positive};
+
+/// Fewer values do not show their own noise beside other measurements.
+const FEW: usize = 8;
+
+/// Bootstrap replicates beyond this are a slip of the pen.
+const MOST_REPLICATES: usize = 1_000_000;
+
+/// Points this many lengths from the wall of a held rod are not points of it.
+const FARTHEST: f64 = 2.5;
+
+impl Fit {
+    /// Refuses a fit that cannot be solved, or not in the way it is asked for.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let fitted = self.fitted();
+        if all(&fitted).next().is_none() {
+            return Err(Error::invalid("observation", "none", "at least one that is not held out"));
+        }
+        if self.unknowns.is_empty() {
+            return Err(Error::invalid("parameter", "none", "at least one"));
+        }
+        self.check_experiments()?;
+        self.check_unknowns()?;
+        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
+            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
+        }
+        let several = all(&fitted).count() > 1;
+        for experiment in &self.experiments {
+            self.check_measurements(experiment, several)?;
+        }
+        let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
+        let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
+        // One more shows the noise, where that is not given.
+        let known = all(&fitted).all(|(_, m)| m.sigma().is_some());
+        let needed = self.unknowns.len() + usize::from(!known);
+        if values + priors < needed {
+            let allowed = match known {
+                true => format!("at least {needed}, as many as parameters"),
+                false => format!("at least {needed}, one more than parameters without a sigma"),
+            };
+            return Err(Error::invalid("observation", format!("{values} values"), allowed));
+        }
+        Ok(())
+    }
+
+    fn check_experiments(&self) -> Result<(), Error> {
+        for (i, experiment) in self.experiments.iter().enumerate() {
+            let name = &experiment.name;
+            if self.experiments[..i].iter().any(|e| e.name == *name) {
+                let key = format!("experiment[{i}].name");
+                return Err(Error::invalid(key, format!("{name:?}"), "each name once"));
+            }
+            if experiment.measurements.is_empty() {
+                let found = format!("no measurement in {name}");
+                let allowed = "at least one observation, shape or frequencies";
+                return Err(Error::invalid(format!("experiment[{i}]"), found, allowed));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_unknowns(&self) -> Result<(), Error> {
+        for (i, unknown) in self.unknowns.iter().enumerate() {
+            let key = format!("parameter[{i}]");
+            unknown.check(&self.experiments, &key)?;
+            let shared = |e: &Experiment, u: &Unknown| u.is_of(e) && unknown.is_of(e);
+            let twice = self.unknowns[..i].iter().any(|u| {
+                u.parameter == unknown.parameter && self.experiments.iter().any(|e| shared(e, u))
+            });
+            if twice {
+                let allowed = "each name once in an experiment";
+                return Err(Error::invalid(format!("{key}.name"), unknown.parameter, allowed));
+            }
+        }
+        Ok(())
+    }
+
+    /// Those of one experiment, which may be one of `several` that are weighed against each other.
+    fn check_measurements(&self, experiment: &Experiment, several: bool) -> Result<(), Error> {
+        // With a clock of its own a recording may show later times than the motion lasts.
+        let clock = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
+        let other_clock =
+            experiment.problem.scene().camera.time_offset != 0.0 || self.unknowns.iter().any(clock);
+        for (i, measurement) in experiment.measurements.iter().enumerate() {
+            let key = key(experiment, i);
+            measurement.check(experiment, &key, other_clock)?;
+            if several && measurement.sigma().is_none() && measurement.values() < FEW {
+                let found = format!("none, with {} values", measurement.values());
+                let allowed = format!("a number; only {FEW} values or more show their noise");
+                return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Where measurement `i` of an experiment stands in the fit file.
+fn key(experiment: &Experiment, i: usize) -> String {
+    let kind = std::mem::discriminant::<Measurement>;
+    let own = &experiment.measurements[i];
+    let before = experiment.measurements[..i].iter().filter(|m| kind(m) == kind(own)).count();
+    let table = match own {
+        Measurement::Motion(_) => "observation",
+        Measurement::RestShape(_) => "shape",
+        Measurement::Frequencies(_) => "frequencies",
+        Measurement::Gauge(_) => "gauge",
+    };
+    experiment.key(&format!("{table}[{before}]"))
+}
+
+/// The same error, naming a parameter's place and the experiment whose scene refuses it.
+fn of_parameter(error: Error, key: &str, experiment: &str) -> Error {
+    let Error::Invalid { file, key: own, mut found, allowed } = error else { return error };
+    if !experiment.is_empty() {
+        found += &format!(" in experiment {experiment}");
+    }
+    let key = if own == "parameter" { format!("{key}.name") } else { own };
+    Error::Invalid { file, key, found, allowed }
+}
+
+impl Unknown {
+    /// Checks names, start, bounds and prior; `key` names them in messages.
+    pub(super) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
+        let parameter = self.parameter;
+        let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
+        if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {
+            let allowed = match names[..] {
+                [""] => "no name: there is only one experiment".into(),
+                _ => format!("one of {}", names.join(", ")),
+            };
+            return Err(Error::invalid(format!("{key}.experiment"), other, allowed));
+        }
+        let twice = |(i, name): &(usize, &String)| self.experiments[..*i].contains(name);
+        if let Some((_, name)) = self.experiments.iter().enumerate().find(twice) {
+            let found = format!("{name} twice");
+            return Err(Error::invalid(format!("{key}.experiment"), found, "each name once"));
+        }
+        let mut takers = experiments.iter().filter(|e| self.is_of(e)).peekable();
+        if takers.peek().is_none() {
+            let scene = experiments.first().map(|e| e.problem.scene());
+            let absent = scene.map_or_else(
+                || Error::invalid("experiment", "none", "at least one"),
+                |scene| parameter.absent(scene),
+            );
+            return Err(of_parameter(absent, key, ""));
+        }
+        takers.try_for_each(|e| {
+            let checked = e.problem.check_parameter(parameter);
+            checked.map_err(|error| of_parameter(error, key, &e.name))
+        })?;
+        let [least, most] = parameter.limits();
+        let allowed = || match parameter.is_positive() {
+            true => "finite and above 0".to_string(),
+            false => format!("{least} .. {most}"),
+        };
+        let fits = |value: f64| value.is_finite() && value >= least && value <= most;
+        let [mut low, mut high] = [least, most];
+        if let Some(bounds) = self.bounds {
+            [low, high] = bounds;
+            if !(fits(low) && fits(high) && low < high) {
+                let allowed = format!("two ascending numbers, each {}", allowed());
+                return Err(Error::invalid(
+                    format!("{key}.bounds"),
+                    format!("{bounds:?}"),
+                    allowed,
+                ));
+            }
+        }
+        if let Some(Prior { mean, sigma }) = self.prior {
+            if !fits(mean) {
+                return Err(Error::invalid(format!("{key}.prior.mean"), mean, allowed()));
+            }
+            positive(&format!("{key}.prior.sigma"), sigma)?;
+        }
+        match self.start {
+            Some(start) if !fits(start) => {
+                Err(Error::invalid(format!("{key}.start"), start, allowed()))
+            }
+            Some(start) if start < low || start > high => Err(Error::invalid(
+                format!("{key}.start"),
+                start,
+                format!("within the bounds {low} .. {high}"),
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Measurement {
+    /// Refuses positions that no point of a held rod can have: most likely in other units.
+    pub(super) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
+        let problem = &experiment.problem;
+        let supports = &problem.scene().supports;
+        if (supports.start, supports.end) == (Support::Free, Support::Free) {
+            return Ok(());
+        }
+        let wall = problem.wall();
+        let distance = |(_, position): &(f64, [Option<f64>; 3])| {
+            let parts = (0..3).filter_map(|c| Some((position[c]? - wall[c]).abs()));
+            parts.fold(0.0, f64::max)
+        };
+        let mut distances: Vec<f64> = self.positions(problem).iter().map(distance).collect();
+        distances.sort_by(f64::total_cmp);
+        // Single outliers are another matter.
+        let Some(typical) = distances.get(distances.len() / 2) else { return Ok(()) };
+        if *typical <= FARTHEST * problem.length() {
+            return Ok(());
+        }
+        let found = format!("points typically {typical:.4} m from the wall of the rod");
+        let allowed = format!(
+            "points of a rod of {} m; a unit in the header, as in x[mm], an origin, or another scale \
+             may be missing",
+            problem.length()
+        );
+        Err(Error::invalid(experiment.label(self), found, allowed))
+    }
+
+    /// Refuses what cannot be compared with the experiment's problem; `key` names the measurement.
+    fn check(&self, experiment: &Experiment, key: &str, other_clock: bool) -> Result<(), Error> {
+        let (problem, label) = (&experiment.problem, experiment.label(self));
+        if self.values() == 0 {
+            return Err(Error::invalid(key, "no values", "at least one"));
+        }
+        if let Some(sigma) = self.sigma() {
+            positive(&format!("{key}.sigma"), sigma)?;
+        }
+        let finite = |position: &[Option<f64>; 3]| position.iter().flatten().all(|x| x.is_finite());
+        match self {
+            Self::Motion(o) => {
+                problem.stencil(o.point).map_err(|error| {
+                    Error::invalid(format!("{key}.point"), error, "a point of the rod")
+                })?;
+                let end = problem.time()?.end;
+                let late = o.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
+                if let Some(late) = late.filter(|_| !other_clock) {
+                    let found = format!("t = {} s", late.time);
+                    let allowed = format!("up to the scene's time.end = {end} s");
+                    return Err(Error::invalid(label, found, allowed));
+                }
+                let sane = |s: &Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
+                let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);
+                if !(o.samples.iter().all(sane) && ascending) {
+                    let allowed = "finite positions at increasing times from 0 on";
+                    return Err(Error::invalid(label, "other samples", allowed));
+                }
+            }
+            Self::RestShape(shape) => {
+                for (k, sighting) in shape.sightings.iter().enumerate() {
+                    problem.stencil(sighting.point).map_err(|error| {
+                        let allowed =
+                            "points of the rod; a unit in the header, as in s[mm], may be missing";
+                        Error::invalid(format!("{label}: point {}", k + 1), error, allowed)
+                    })?;
+                }
+                if !shape.sightings.iter().all(|s| finite(&s.position)) {
+                    return Err(Error::invalid(label, "other positions", "finite positions"));
+                }
+            }
+            Self::Gauge(gauge) => {
+                for point in &gauge.points {
+                    problem.stencil(*point).map_err(|error| {
+                        Error::invalid(format!("{label}: points"), error, "points of the rod")
+                    })?;
+                }
+                let times: Vec<f64> = gauge.readings.iter().filter_map(|r| r.time).collect();
+                if !times.is_empty() {
+                    let end = problem.time()?.end;
+                    let sane = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
+                    if !(times.iter().all(sane) && times.windows(2).all(|w| w[0] < w[1])) {
+                        let allowed = format!("increasing times in 0 .. {end} s, time.end");
+                        return Err(Error::invalid(label, "other times", allowed));
+                    }
+                }
+                if !gauge.readings.iter().all(|r| r.value.is_finite()) {
+                    return Err(Error::invalid(label, "other readings", "finite values"));
+                }
+            }
+            Self::Frequencies(f) => {
+                f.among.check(problem, key)?;
+                for (k, value) in f.values.iter().enumerate() {
+                    if !(value.rad_s.is_finite() && value.rad_s > 0.0) {
+                        let key = format!("{key}.rad_s[{k}]");
+                        return Err(Error::invalid(key, value.rad_s, "above 0"));
+                    }
+                    let twice = f.values[..k].iter().any(|before| before.mode == value.mode);
+                    if !(1..=200).contains(&value.mode) || twice {
+                        let key = format!("{key}.modes[{k}]");
+                        return Err(Error::invalid(key, value.mode, "1 .. 200, each once"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

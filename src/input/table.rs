@@ -1,0 +1,140 @@
+//! CSV files with a header of names and units, as motion trackers write them: separated by commas,
+//! semicolons (then with decimal commas or points) or tabs.
+
+use crate::error::Error;
+use std::path::{Path, PathBuf};
+
+/// Units of times, in s, and of lengths, in m.
+pub const TIMES: [(&str, f64); 3] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
+pub const LENGTHS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
+
+/// A table of numbers; blanks and NaN are missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    path: PathBuf,
+    /// Name and unit of every column: `("x", Some("mm"))` for `x[mm]`.
+    pub columns: Vec<(String, Option<String>)>,
+    /// The rows below the header.
+    pub rows: Vec<Row>,
+}
+
+/// A row of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Line in the file.
+    pub line: u64,
+    /// One value per column.
+    pub values: Vec<Option<f64>>,
+}
+
+impl Table {
+    /// Reads a file; every field is a number, blank or NaN. Lines that start with `#` are comments.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let bytes = crate::input::file::data(path)?;
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        let delimiter = delimiter(bytes);
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .delimiter(delimiter)
+            .from_reader(bytes);
+        let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
+        let columns = header.iter().map(split_unit).collect();
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|error| csv_error(path, error))?;
+            let line = record.position().map_or(0, |position| position.line());
+            let values = record
+                .iter()
+                .zip(header.iter())
+                .map(|(field, column)| match delimiter {
+                    b';' => number(&field.replace(',', "."), column, path, line),
+                    _ => number(field, column, path, line),
+                })
+                .collect::<Result<_, _>>()?;
+            rows.push(Row { line, values });
+        }
+        Ok(Self { path: path.into(), columns, rows })
+    }
+
+    /// Index of a column.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|(column, _)| column == name)
+    }
+
+    /// Index of a column that must be there.
+    pub fn require(&self, name: &str) -> Result<usize, Error> {
+        self.find(name).ok_or_else(|| {
+            let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
+            self.error(1, &format!("no column `{name}`; found {}", found.join(", ")))
+        })
+    }
+
+    /// What the numbers of a column are multiplied by, as the unit in its header says; 1 without one.
+    /// `more` names units that are allowed beside the `known` ones.
+    pub fn factor(&self, column: usize, known: &[(&str, f64)], more: &str) -> Result<f64, Error> {
+        let (name, unit) = &self.columns[column];
+        let Some(unit) = unit else { return Ok(1.0) };
+        let found = known.iter().find(|(symbol, _)| symbol == unit);
+        found.map(|(_, factor)| *factor).ok_or_else(|| {
+            let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
+            let allowed = symbols.join(", ");
+            self.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}{more}"))
+        })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// An error at a line of this file.
+    pub fn error(&self, line: u64, message: &str) -> Error {
+        Error::Data { path: self.path.clone(), line, message: message.into() }
+    }
+}
+
+/// What separates the columns of the header, the first line that is not a comment.
+fn delimiter(bytes: &[u8]) -> u8 {
+    let mut lines = bytes.split(|b| *b == b'\n');
+    let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
+    *header.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',')
+}
+
+/// `X [mm]` or `X (mm)` is `x` in `mm`.
+fn split_unit(header: &str) -> (String, Option<String>) {
+    let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
+    match brackets('[', ']').or_else(|| brackets('(', ')')) {
+        Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim().into())),
+        None => (header.to_lowercase(), None),
+    }
+}
+
+fn number(field: &str, column: &str, path: &Path, line: u64) -> Result<Option<f64>, Error> {
+    if field.is_empty() || field.eq_ignore_ascii_case("nan") {
+        return Ok(None);
+    }
+    match field.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(Some(value)),
+        _ => Err(Error::Data {
+            path: path.into(),
+            line,
+            message: format!(
+                "column `{column}`: found `{field}`, allowed: a finite number, blank or NaN"
+            ),
+        }),
+    }
+}
+
+fn csv_error(path: &Path, error: csv::Error) -> Error {
+    let line = error.position().map_or(1, |position| position.line());
+    match error.into_kind() {
+        csv::ErrorKind::Io(source) => Error::io(path, source),
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => Error::Data {
+            path: path.into(),
+            line,
+            message: format!("found {len} fields, allowed: {expected_len} as in the header"),
+        },
+        kind => Error::Data { path: path.into(), line, message: format!("{kind:?}") },
+    }
+}

@@ -1,0 +1,80 @@
+//! Between time steps: the cubic Hermite interpolant of positions and velocities, over numbers that may
+//! carry derivatives.
+
+use crate::numerics::scalar::Scalar;
+use num_dual::{Dual64, HyperDual64};
+
+/// Weights of the cubic Hermite interpolant.
+pub(crate) struct Hermite<D> {
+    pub x0: D,
+    pub x1: D,
+    pub v0: D,
+    pub v1: D,
+}
+
+impl<D: Scalar> Hermite<D> {
+    /// Of its derivative by time.
+    pub fn rates(t0: f64, t1: f64, t: D) -> Self {
+        let h = t1 - t0;
+        let u = (t - t0) / h;
+        let w = -u + 1.0;
+        let x1 = u * w * (6.0 / h);
+        Self { x0: -x1, x1, v0: w * (w - u * 2.0), v1: u * (u - w * 2.0) }
+    }
+
+    /// Of a position between two times, from those and the velocities there.
+    pub fn new(t0: f64, t1: f64, t: D) -> Self {
+        let h = t1 - t0;
+        let mut u = (t - D::from(t0)) * (1.0 / h);
+        if !(0.0..=1.0).contains(&u.value()) {
+            // Rounding.
+            u = u - D::from(u.value()) + u.value().clamp(0.0, 1.0);
+        }
+        let (w, u2) = (-u + 1.0, u * u);
+        let x1 = u2 * (u * -2.0 + 3.0);
+        Self { x0: -x1 + 1.0, x1, v0: u * w * w * h, v1: -(u2 * w) * h }
+    }
+}
+
+/// Numbers that carry `P` derivatives beside their value.
+pub(crate) trait Lifted<const P: usize>: Scalar {
+    /// The number of a value and its derivatives.
+    fn lift(value: f64, parts: [f64; P]) -> Self;
+}
+
+impl Lifted<0> for f64 {
+    fn lift(value: f64, []: [f64; 0]) -> Self {
+        value
+    }
+}
+
+impl Lifted<1> for Dual64 {
+    fn lift(value: f64, [eps]: [f64; 1]) -> Self {
+        Self::new(value, eps)
+    }
+}
+
+impl Lifted<3> for HyperDual64 {
+    fn lift(value: f64, [one, two, both]: [f64; 3]) -> Self {
+        Self::new(value, one, two, both)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hermite_reproduces_a_cubic() {
+        let (x, v) = (|t: f64| t * t * t - 2.0 * t, |t: f64| 3.0 * t * t - 2.0);
+        let (t0, t1) = (0.3, 0.7);
+        for t in [0.3, 0.41, 0.55, 0.7] {
+            let w = Hermite::new(t0, t1, t);
+            let value = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
+            assert!((value - x(t)).abs() < 1e-15);
+            let w = Hermite::rates(t0, t1, t);
+            let rate = w.x0 * x(t0) + w.x1 * x(t1) + w.v0 * v(t0) + w.v1 * v(t1);
+            assert!((rate - v(t)).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! What knows nothing of rods: numbers and their derivatives, vectors, band matrices, interpolation,
+//! and least squares.
+
+pub mod banded;
+pub(crate) mod hermite;
+pub mod levenberg_marquardt;
+mod linearized;
+pub mod scalar;
+pub mod vector;
+
+pub(crate) use linearized::half_square;

@@ -1,0 +1,66 @@
+//! Vectors of space over any [`Scalar`].
+
+use crate::numerics::scalar::Scalar;
+
+/// Three components.
+pub type Vector<D> = [D; 3];
+
+/// a + b.
+#[inline]
+pub fn add<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+/// a - b.
+#[inline]
+pub fn sub<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+/// s a.
+#[inline]
+pub fn scale<D: Scalar>(a: Vector<D>, s: D) -> Vector<D> {
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
+/// s a + t b.
+#[inline]
+pub fn combine<D: Scalar>(s: D, a: Vector<D>, t: D, b: Vector<D>) -> Vector<D> {
+    [s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]]
+}
+
+/// a . b.
+#[inline]
+pub fn dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// a x b.
+#[inline]
+pub fn cross<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// a / |a|.
+#[inline]
+pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
+    scale(a, dot(a, a).sqrt().recip())
+}
+
+/// `v` turned by the rotation vector `r`, rad: Rodrigues' formula.
+pub fn turned<D: Scalar>(r: Vector<D>, v: Vector<D>) -> Vector<D> {
+    let square = dot(r, r);
+    // sin(a)/a and (1 - cos a)/a^2, by their series where the quotients lose digits.
+    let (first, second) = match square.value() < 1e-4 {
+        true => (
+            square * (square * (1.0 / 120.0) - 1.0 / 6.0) + 1.0,
+            square * (square * (1.0 / 720.0) - 1.0 / 24.0) + 0.5,
+        ),
+        false => {
+            let angle = square.sqrt();
+            (angle.sin() / angle, (-angle.cos() + 1.0) / square)
+        }
+    };
+    let across = cross(r, v);
+    add(v, add(scale(across, first), scale(cross(r, across), second)))
+}

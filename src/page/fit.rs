@@ -1,0 +1,374 @@
+//! The page of a fit: what to believe first, then the numbers, then what they rest on.
+
+use crate::fit::Grade;
+use crate::fit::ResidualTests;
+use crate::fit::{Basin, Evidence, Measured, Profile, Seen};
+use crate::fit::{Estimate, FitReport};
+use crate::fit::{Recording, Vertical};
+use crate::page::number::{Scale, quantity, short};
+use crate::page::{escaped, figures, page, section};
+
+const NONE: &str = "\u{2013}";
+
+/// A self-contained HTML page of a fit. `title` says which, such as the fit file's name. Data,
+/// model and the search are shown if the fit [kept its evidence](crate::Fit::keep_evidence).
+pub fn fit_page(report: &FitReport, title: &str) -> String {
+    let mut body = verdict(report);
+    body += &section("Parameters", &parameters(report));
+    let evidence = report.evidence.as_ref();
+    if let Some(evidence) = evidence {
+        body += &section("Data and model", &data(report, evidence));
+    }
+    body += &section("How the parameters hang together", &correlation(report));
+    if let Some(evidence) = evidence.filter(|e| !e.profiles.is_empty()) {
+        let one = |p: &Profile| figures::profile(p, estimate(report, &p.label));
+        let all: String = evidence.profiles.iter().map(one).collect();
+        body += &section("Likelihood profiles", &format!("<div class=\"row\">{all}</div>"));
+    }
+    body += &section("The search", &search(report, evidence));
+    if let Some(evidence) = evidence {
+        body += &section("The rod at the optimum", &figures::shapes(report, evidence));
+    }
+    body += &section("What was run", &run(report, evidence));
+    page("Fit", &escaped(title), &body)
+}
+
+/// By its name, with its experiments.
+fn estimate<'a>(report: &'a FitReport, label: &str) -> Option<&'a Estimate> {
+    report.parameters.iter().find(|e| e.label() == label)
+}
+
+/// Whether to believe it, and everything that speaks against it.
+fn verdict(report: &FitReport) -> String {
+    let class = match report.grade {
+        Grade::Trustworthy => "good",
+        grade if grade.is_usable() => "doubt",
+        _ => "bad",
+    };
+    let items = |words: &mut dyn Iterator<Item = &String>| -> String {
+        words.map(|words| format!("<li>{}</li>\n", escaped(words))).collect()
+    };
+    let warnings = items(&mut report.warnings.iter());
+    let unknown = items(&mut report.not_identifiable.iter().map(|finding| &finding.words));
+    let list = |title: &str, items: String| match items.is_empty() {
+        true => String::new(),
+        false => format!("<h3>{title}</h3>\n<ul>\n{items}</ul>\n"),
+    };
+    format!(
+        "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{}</p><p>{}</p>\n\
+         <p class=\"note\">{}</p>\n{}{}</section>\n",
+        escaped(&capitalised(&report.grade.to_string())),
+        escaped(&capitalised(&report.verdict)),
+        escaped(&report.status),
+        list("Warnings", warnings),
+        list("Not determined by these data", unknown),
+    )
+}
+
+/// A column of the table of parameters: its head, and what stands in it.
+type Column<'a> = (&'static str, Box<dyn Fn(usize, &Estimate, &Scale) -> Option<String> + 'a>);
+
+fn parameters(report: &FitReport) -> String {
+    let asked = |i: usize| report.evidence.as_ref().and_then(|e| e.asked.get(i));
+    let ends = |[low, high]: [Option<f64>; 2], e: &Estimate, scale: &Scale| {
+        let end = |x: Option<f64>| x.map_or("none".into(), |x| scale.show(x, e.std_error));
+        format!("{} \u{2026} {}", end(low), end(high))
+    };
+    let interval = move |[low, high]: [f64; 2], e: &Estimate, scale: &Scale| {
+        ends([Some(low), Some(high)], e, scale)
+    };
+    let columns: Vec<Column> = vec![
+        (
+            "value \u{b1} standard error",
+            Box::new(|_, e, scale| {
+                let value = scale.show(e.value?, e.std_error);
+                Some(match e.std_error {
+                    Some(error) => {
+                        format!("<b>{value}</b> \u{b1} {}", scale.show(error, Some(error)))
+                    }
+                    None => format!("<b>{value}</b>, no error"),
+                })
+            }),
+        ),
+        ("95 % interval", Box::new(move |_, e, s| Some(interval(e.interval95?, e, s)))),
+        ("unit", Box::new(|_, _, scale| Some(escaped(&scale.unit)))),
+        (
+            "mesh and step",
+            Box::new(|i, _, _| {
+                let relative = report.discretization_error.get(i)?.relative?;
+                let percent = 100.0 * relative;
+                Some(match percent < 1e-3 {
+                    true => "below 0.001 %".into(),
+                    false => format!("\u{2264} {} %", short(percent)),
+                })
+            }),
+        ),
+        (
+            "observed Hessian",
+            Box::new(|_, e, s| {
+                Some(format!("\u{b1} {}", s.show(e.observed_std_error?, e.std_error)))
+            }),
+        ),
+        ("profile 95 %", Box::new(move |_, e, s| Some(ends(e.profile95?, e, s)))),
+        (
+            "bootstrap",
+            Box::new(move |_, e, s| {
+                let b = e.bootstrap.as_ref()?;
+                let error = s.show(b.std_error, e.std_error);
+                Some(format!("\u{b1} {error}, {}", interval(b.interval95, e, s)))
+            }),
+        ),
+        (
+            "prior",
+            Box::new(|_, e, s| {
+                let prior = e.prior?;
+                let (mean, sigma) = (prior.mean, Some(prior.sigma));
+                Some(format!("{} \u{b1} {}", s.show(mean, sigma), s.show(prior.sigma, sigma)))
+            }),
+        ),
+        (
+            "bounds",
+            Box::new(|i, e, _| {
+                let [low, high] = asked(i)?.bounds?.map(|end| quantity(end, e.name.unit()));
+                Some(format!("{low} \u{2026} {high}"))
+            }),
+        ),
+        ("start", Box::new(|i, e, _| Some(quantity(asked(i)?.start?, e.name.unit())))),
+    ];
+    let scales: Vec<Scale> = report
+        .parameters
+        .iter()
+        .map(|e| Scale::of(e.value.unwrap_or(0.0), e.name.unit()))
+        .collect();
+    let rows = || report.parameters.iter().zip(&scales).enumerate();
+    let cells: Vec<(&str, Vec<Option<String>>)> = columns
+        .iter()
+        .map(|(head, cell)| (*head, rows().map(|(i, (e, scale))| cell(i, e, scale)).collect()))
+        .filter(|(_, cells): &(&str, Vec<Option<String>>)| cells.iter().any(Option::is_some))
+        .collect();
+    let heads: String = cells.iter().map(|(head, _)| format!("<th>{head}</th>")).collect();
+    // For narrow screens, where every cell stands on a line of its own.
+    let head = |k: usize| format!(" data-head=\"{}\"", cells[k].0);
+    let body: String = rows()
+        .map(|(i, (e, _))| {
+            let known = e.value.is_some();
+            let cell = |(k, (_, cells)): (usize, &(&str, Vec<Option<String>>))| match &cells[i] {
+                Some(text) if known || k > 0 => {
+                    format!("<td{}><span>{text}</span></td>", head(k))
+                }
+                _ if k == 0 => format!("<td class=\"bad\"{}>not identifiable</td>", head(k)),
+                _ => format!("<td{}>{NONE}</td>", head(k)),
+            };
+            let cells: String = cells.iter().enumerate().map(cell).collect();
+            format!("<tr><th>{}</th>{cells}</tr>\n", escaped(&e.label()))
+        })
+        .collect();
+    format!(
+        "<div class=\"wide\"><table id=\"parameters\" class=\"cards\"><thead><tr><th>parameter</th>{heads}</tr></thead>\n\
+         <tbody>{body}</tbody></table></div>\n{}",
+        left_over(report)
+    )
+}
+
+/// What is left of the data, what robust losses did, and how what was held out is predicted.
+fn left_over(report: &FitReport) -> String {
+    let series = report.evidence.as_ref().map_or(&[][..], |e| &e.series);
+    let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
+        true => "m",
+        false => &series[0].unit,
+    };
+    let with_unit = |value: f64, unit: &str| {
+        let scale = Scale::of(value, unit);
+        format!("{} {}", scale.show(value, Some(0.01 * value)), scale.unit)
+    };
+    let mut lines =
+        vec![format!("Root mean square residual {}", with_unit(report.residual_rms, unit))];
+    lines.extend(report.losses.iter().map(|l| {
+        format!(
+            "{}: {} of {} values count less, {} are beyond 5 \u{3c3}; standard errors times {:.2}",
+            l.observation, l.beyond_scale, l.values, l.beyond_5_sigma, l.error_factor
+        )
+    }));
+    lines.extend(report.predictions.iter().map(|p| {
+        format!(
+            "{}, held out: off by {}, {} expected",
+            p.observation,
+            with_unit(p.rms, &p.unit),
+            with_unit(p.expected, &p.unit)
+        )
+    }));
+    lines.iter().map(|line| format!("<p class=\"note\">{}.</p>\n", escaped(line))).collect()
+}
+
+/// Every observation with its coordinates.
+fn data(report: &FitReport, evidence: &Evidence) -> String {
+    if evidence.series.is_empty() {
+        return "<p class=\"none\">not compared over the whole record: the fit was interrupted</p>"
+            .into();
+    }
+    let mut html = String::new();
+    let mut before = None;
+    for series in &evidence.series {
+        let this = (&series.experiment, &series.label);
+        let parts = [series.experiment.as_str(), series.label.as_str()];
+        let named: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        if before != Some(this) {
+            html += &format!("<h3>{}</h3>\n", escaped(&named.join(": ")));
+        }
+        before = Some(this);
+        let name = named.join(": ");
+        let own = |t: &&ResidualTests| t.observation == name && t.axis == series.axis;
+        html += &figures::series(series, report.residual_tests.iter().find(own));
+    }
+    html
+}
+
+fn correlation(report: &FitReport) -> String {
+    let names: Vec<String> = report.parameters.iter().map(|e| escaped(&e.label())).collect();
+    let head: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
+    let cell = |value: &Option<f64>| match value.filter(|c| c.is_finite()) {
+        Some(c) => {
+            let color = if c < 0.0 { "var(--minus)" } else { "var(--plus)" };
+            let strength = 70.0 * c.abs().min(1.0);
+            format!(
+                "<td style=\"background:color-mix(in srgb,{color} {strength:.0}%,transparent)\">{}</td>",
+                format!("{c:.3}").replace('-', "\u{2212}").replace("\u{2212}0.000", "0.000")
+            )
+        }
+        None => format!("<td>{NONE}</td>"),
+    };
+    let row = |(name, row): (&String, &Vec<Option<f64>>)| {
+        format!("<tr><th>{name}</th>{}</tr>\n", row.iter().map(cell).collect::<String>())
+    };
+    let rows: String = names.iter().zip(&report.correlation).map(row).collect();
+    let values: Vec<String> = report.singular_values.iter().map(|s| short(*s)).collect();
+    let condition = match (report.singular_values.first(), report.singular_values.last()) {
+        (Some(first), Some(last)) if report.singular_values.len() > 1 && *last > 0.0 => {
+            format!("; the largest is {} times the smallest", short(first / last))
+        }
+        _ => String::new(),
+    };
+    format!(
+        "<div class=\"wide\"><table class=\"matrix\"><thead><tr><th>correlation</th>{head}</tr></thead>\n\
+         <tbody>{rows}</tbody></table></div>\n<p class=\"note\">Singular values of the Jacobian, columns \
+         scaled to length one: {}{condition}.</p>",
+        if values.is_empty() { "none".into() } else { values.join(", ") }
+    )
+}
+
+fn search(report: &FitReport, evidence: Option<&Evidence>) -> String {
+    let basins = &report.basins;
+    let mut html = String::new();
+    if !basins.words.is_empty() {
+        html += &format!("<p>{}.</p>\n", escaped(&capitalised(&basins.words)));
+    }
+    if let Some(evidence) = evidence {
+        html += &format!("<div class=\"row\">{}", figures::history(evidence));
+        for landscape in &evidence.landscape {
+            let value = estimate(report, &landscape.label).and_then(|e| e.value);
+            html += &figures::landscape(landscape, value);
+        }
+        html += "</div>\n";
+    }
+    if basins.list.is_empty() {
+        return html;
+    }
+    let names: Vec<String> = report.parameters.iter().map(|e| escaped(&e.label())).collect();
+    let scale = |i: usize, value: f64| {
+        let scale = Scale::of(value, report.parameters[i].name.unit());
+        escaped(format!("{} {}", scale.show(value, Some(value * 1e-3)), scale.unit).trim())
+    };
+    let row = |basin: &Basin| {
+        let values: String = (basin.values.iter().enumerate().take(names.len()))
+            .map(|(i, value)| format!("<td>{}</td>", scale(i, *value)))
+            .collect();
+        let seen = match basin.seen {
+            Seen::Fit if basin.converged => "fit of the whole record",
+            Seen::Fit => "fit of the whole record, not converged",
+            Seen::Scan => "scan of the first period",
+        };
+        format!(
+            "<tr{}><td>{}</td>{values}<td>{}</td><td>{seen}</td></tr>\n",
+            if basin.chosen { " class=\"chosen\"" } else { "" },
+            if basin.chosen { "chosen" } else { "" },
+            short(basin.relative),
+        )
+    };
+    let heads: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
+    let rows: String = basins.list.iter().map(row).collect();
+    html += &format!(
+        "<div class=\"wide\"><table><thead><tr><th></th>{heads}<th>misfit over the least</th>\
+         <th>seen in</th></tr></thead>\n<tbody>{rows}</tbody></table></div>"
+    );
+    html
+}
+
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters
+        .next()
+        .map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
+}
+
+/// How much was measured, and how the file was read.
+fn measured(measured: &Measured) -> String {
+    let Measured { label, points, values, recording } = measured;
+    let mut words = vec![format!("{label}: {points} points, {values} values")];
+    if let Some(Recording { fps, scale, origin, y, time_zero }) = recording {
+        words.extend(fps.map(|fps| format!("{fps} frames a second")));
+        words.extend(scale.map(|scale| format!("{} a pixel", quantity(scale, "m"))));
+        words.extend(origin.map(|[x, y, z]| format!("origin at ({x}, {y}, {z})")));
+        words.extend(y.map(|y| match y {
+            Vertical::Up => "y up".to_string(),
+            Vertical::Down => "y down".to_string(),
+        }));
+        words.extend(time_zero.map(|t| format!("motion from {t} on its clock")));
+    }
+    words.join("; ")
+}
+
+fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
+    let mut rows: Vec<(String, String)> = Vec::new();
+    let mut row = |key: &str, value: String| rows.push((key.into(), escaped(&value)));
+    for setup in evidence.map_or(&[][..], |e| &e.setups) {
+        if !setup.experiment.is_empty() {
+            row("experiment", setup.experiment.clone());
+        }
+        if let Some(scene) = &setup.scene {
+            row("scene", scene.clone());
+        }
+        for measured in &setup.measured {
+            row("measured", self::measured(measured));
+        }
+        row("model", setup.model.clone());
+        if let Some(scheme) = &setup.scheme {
+            row("scheme", scheme.clone());
+        }
+        if let (Some(step), Some(end)) = (setup.step, setup.end) {
+            row("step", format!("{} up to {}", quantity(step, "s"), quantity(end, "s")));
+        }
+        let edge = setup.length / setup.segments.max(1) as f64;
+        row(
+            "segments",
+            format!(
+                "{} on {}, about {} each",
+                setup.segments,
+                quantity(setup.length, "m"),
+                quantity(edge, "m")
+            ),
+        );
+    }
+    for dropped in &report.dropped {
+        row("left out", format!("{}: rows {}", dropped.observation, dropped.rows));
+    }
+    row("work", format!("{:.1} simulations", report.simulations));
+    row("time", format!("{} s", short(report.wall_seconds)));
+    if let Some(evidence) = evidence {
+        row("rodfit", evidence.version.clone());
+    }
+    let rows: String = rows
+        .iter()
+        .map(|(key, value)| format!("<tr><th>{key}</th><td>{value}</td></tr>\n"))
+        .collect();
+    format!("<table class=\"plain\">{rows}</table>")
+}

@@ -1,0 +1,196 @@
+//! Supports that move: where the held nodes and edges are at a time.
+//!
+//! A moved end turns as a rigid body about its own point and is then displaced,
+//!
+//! ```text
+//! x = c + u + exp(r) (x0 - c)
+//! ```
+//!
+//! and a wall turns its edge about itself by the twist besides. Displacements, rotation vectors and
+//! twists of several motions of one end are added. The masses of held and of free unknowns are
+//! apart, so that a step needs to know no more than where the supports are at its end. All vectors
+//! are in the model's axes; in the plane the third component is zero.
+
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, add, dot, sub, turned};
+use crate::problem::model::Model;
+use crate::rod::Rod;
+use crate::scene::supports::Moment;
+use crate::scene::{End, Motion};
+use num_dual::{Dual, Dual2_64};
+
+/// The ends that supports hold.
+#[derive(Clone, Debug)]
+pub struct Drive<D = f64> {
+    ends: Vec<DrivenEnd<D>>,
+    /// Unknowns from one node to the next.
+    stride: usize,
+}
+
+/// An end that a support holds, and may move.
+#[derive(Clone, Debug)]
+pub struct DrivenEnd<D = f64> {
+    /// Which.
+    pub end: End,
+    /// Its motions, vectors in the model's axes.
+    pub motions: Vec<Motion<D>>,
+    /// The point it turns about, m.
+    pub centre: Vector<D>,
+    /// Held nodes, and where they are without motion, m.
+    pub nodes: Vec<(usize, Vector<D>)>,
+    /// The held edge with its tangent and its first material director without motion.
+    pub edge: Option<(usize, [Vector<D>; 2])>,
+}
+
+/// A rigid motion.
+#[derive(Clone, Copy, Debug)]
+struct Pose<D> {
+    displacement: Vector<D>,
+    rotation: Vector<D>,
+    twist: D,
+}
+
+impl<D: Scalar> DrivenEnd<D> {
+    fn pose(&self, moment: Moment<D>) -> Pose<D> {
+        let zero = D::from(0.0);
+        let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
+        for motion in &self.motions {
+            let part = motion.part(moment);
+            let share = |v: [D; 3]| v.map(|c| part * c);
+            pose.displacement = add(pose.displacement, share(motion.displacement));
+            pose.rotation = add(pose.rotation, share(motion.rotation));
+            pose.twist += part * motion.twist;
+        }
+        pose
+    }
+
+    /// Where the pose takes a point.
+    fn moved(&self, pose: &Pose<D>, point: Vector<D>) -> Vector<D> {
+        let arm = sub(point, self.centre);
+        add(add(self.centre, pose.displacement), turned(pose.rotation, arm))
+    }
+}
+
+impl<D: Scalar> DrivenEnd<D> {
+    /// The same over other numbers, such as ones that carry rates in time; its nodes only.
+    fn over<E: Scalar>(&self, lift: impl Fn(D) -> E + Copy) -> DrivenEnd<E> {
+        DrivenEnd {
+            end: self.end,
+            motions: self.motions.iter().map(|motion| motion.map(lift)).collect(),
+            centre: self.centre.map(lift),
+            nodes: self.nodes.iter().map(|(i, x)| (*i, x.map(lift))).collect(),
+            edge: None,
+        }
+    }
+}
+
+impl<D: Nestable> Drive<D> {
+    /// The drive of a model.
+    pub fn new<M: Model<W>, const W: usize>(ends: Vec<DrivenEnd<D>>) -> Self {
+        Self { ends, stride: M::STRIDE }
+    }
+
+    /// Moves the held unknowns of `q`, which are where `from` puts them, to where `to` does.
+    pub fn advance<R: Rod<D, W>, const W: usize>(
+        &self,
+        from: Moment<f64>,
+        to: Moment<f64>,
+        q: &mut [D],
+        frames: &R::Frames,
+    ) {
+        for end in &self.ends {
+            let pose = end.pose(to.map(D::from));
+            for (node, point) in &end.nodes {
+                let position = end.moved(&pose, *point);
+                let axes = self.stride.min(3);
+                q[self.stride * node..][..axes].copy_from_slice(&position[..axes]);
+            }
+            if let Some((edge, [tangent, director])) = end.edge {
+                let about = tangent.map(|c| c * pose.twist);
+                let director = turned(pose.rotation, turned(about, director));
+                let turn = pose.twist - end.pose(from.map(D::from)).twist;
+                R::align(q, frames, edge, director, turn.value());
+            }
+        }
+    }
+
+    /// Writes the velocities of the held nodes, m/s.
+    pub fn velocities(&self, time: f64, v: &mut [D]) {
+        for end in &self.ends {
+            let end = end.over(Dual::from_re);
+            let pose = end.pose(Moment::Time(Dual::new(D::from(time), D::from(1.0))));
+            for (node, point) in &end.nodes {
+                let position = end.moved(&pose, *point);
+                for c in 0..self.stride.min(3) {
+                    v[self.stride * node + c] = position[c].eps;
+                }
+            }
+        }
+    }
+}
+
+impl Drive {
+    /// Writes the accelerations of the held nodes, m/s^2.
+    pub fn accelerations(&self, time: f64, a: &mut [f64]) {
+        for end in &self.ends {
+            let end = end.over(Dual2_64::from_re);
+            let pose = end.pose(Moment::Time(Dual2_64::from_re(time).derivative()));
+            for (node, point) in &end.nodes {
+                let position = end.moved(&pose, *point);
+                for c in 0..self.stride.min(3) {
+                    a[self.stride * node + c] = position[c].v2;
+                }
+            }
+        }
+    }
+
+    /// Takes the whole rod along from one moment to another: node `i` goes as far as
+    /// `weight(end, i)` says of the end's own way, a first guess for the rod between moved ends.
+    pub fn carry(
+        &self,
+        from: Moment<f64>,
+        to: Moment<f64>,
+        q: &mut [f64],
+        weight: impl Fn(End, usize) -> f64,
+    ) {
+        let axes = self.stride.min(3);
+        let nodes = q.len().div_ceil(self.stride);
+        let before: Vec<f64> = q.to_vec();
+        for end in &self.ends {
+            let (start, finish) = (end.pose(from), end.pose(to));
+            for i in 0..nodes {
+                let part = weight(end.end, i);
+                let mut x = [0.0; 3];
+                x[..axes].copy_from_slice(&before[self.stride * i..][..axes]);
+                // Back to where it would be without motion, and on.
+                let arm = sub(sub(x, end.centre), start.displacement);
+                let still = turned(start.rotation.map(|r| -r), arm);
+                let there = end.moved(&finish, add(still, end.centre));
+                for c in 0..axes {
+                    q[self.stride * i + c] += part * (there[c] - x[c]);
+                }
+                if self.stride == 4 && i + 1 < nodes {
+                    q[self.stride * i + 3] += part * (finish.twist - start.twist);
+                }
+            }
+        }
+    }
+
+    /// Into how many parts the way from no motion to all of it should be cut.
+    pub fn parts(&self, length: f64, settled: bool) -> usize {
+        let size = |v: Vector<f64>| dot(v, v).sqrt();
+        let way = |end: &DrivenEnd| {
+            let pose = end.pose(Moment::Approach { part: 1.0, settled });
+            (size(pose.displacement) / (LARGEST_SHIFT * length))
+                .max(size(pose.rotation) / LARGEST_TURN)
+                .max(pose.twist.abs() / LARGEST_TWIST)
+        };
+        self.ends.iter().map(way).fold(1.0, f64::max).ceil() as usize
+    }
+}
+
+/// Ends of a rod that comes to rest are displaced by this part of its length at a time, turned by
+/// so many radians, and twisted.
+const LARGEST_SHIFT: f64 = 0.02;
+const LARGEST_TURN: f64 = 0.1;
+const LARGEST_TWIST: f64 = 0.5;

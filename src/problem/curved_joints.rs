@@ -1,0 +1,161 @@
+//! Joints of a polygon that is bent at rest: how they answer turns, and what the curve they stand
+//! for would. See [`super`].
+
+use crate::energy::frame::{EdgeFrame, transport};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+
+/// Strains `[k1, k2, tau]` in which a joint resists with EI1, with EI2 and with GJ: its stiffness
+/// is `EI1 a a' + EI2 b b' + GJ c c'`, over its length.
+pub(super) type Resistances<D> = [[D; 3]; 3];
+
+/// Each strain with its own, as published.
+pub(super) const PLAIN: Resistances<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// How the curve's tangent lies to every joint's, at rest: its components along the axes about
+/// which the joint bends. `curvature` is the rest's in the material frames `edges`.
+pub(super) fn slants<D: Scalar>(
+    nodes: &[Vector<D>],
+    arcs: &[D],
+    edges: &[EdgeFrame<D>],
+    curvature: &[[D; 2]],
+) -> Vec<[D; 2]> {
+    let joint = |(i, k): (usize, &[D; 2])| {
+        let slant = slant(tangent(nodes, arcs, i + 1), &edges[i], &edges[i + 1]);
+        // Beyond half the turning angle, 2 atan(|k|/2), the polygon is too coarse to tell.
+        let [k, s] = [k, &slant].map(|v| v[0].value().powi(2) + v[1].value().powi(2));
+        let half = 0.25 * k;
+        if s * (1.0 + half) <= half { slant } else { [D::from(0.0); 2] }
+    };
+    curvature.iter().enumerate().map(joint).collect()
+}
+
+/// The slant in the natural shape: as much more as that is more curved than the rest, whose
+/// curvature is `k`; and as the natural `twist` of the joint, rad, turns the curvature on.
+pub(super) fn lean<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
+    [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]))
+}
+
+/// The curve's unit tangent at node `i`: that of the polynomial through the five nearest nodes.
+fn tangent<D: Scalar>(nodes: &[Vector<D>], arcs: &[D], i: usize) -> Vector<D> {
+    let (zero, one) = (D::from(0.0), D::from(1.0));
+    let count = nodes.len().min(5);
+    let first = i.saturating_sub(2).min(nodes.len() - count);
+    // Arc lengths from node i.
+    let sum = |lengths: &[D]| lengths.iter().fold(zero, |sum, l| sum + *l);
+    let s = |j: usize| if j < i { -sum(&arcs[j..i]) } else { sum(&arcs[i..j]) };
+    let mut total = [zero; 3];
+    for j in (first..first + count).filter(|j| *j != i) {
+        let others = (first..first + count).filter(|m| ![i, j].contains(m));
+        let weight = others.fold(one, |product, m| product * (s(m) / (s(m) - s(j)))) / s(j);
+        total = add(total, scale(sub(nodes[j], nodes[i]), weight));
+    }
+    unit(total)
+}
+
+/// The components of the unit tangent `t` along the axes about which a joint bends, its directors
+/// `m2` and `-m1` halfway between its edges.
+fn slant<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] {
+    let between = unit(add(e.tangent, f.tangent));
+    let m1 = transport(e.tangent, between, e.director);
+    [dot(t, cross(between, m1)), -dot(t, m1)]
+}
+
+/// The resistances of a joint with the natural curvature `k` whose curve's tangent has the
+/// components `[a, b]` across the joint's.
+pub(super) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D> {
+    let c2 = ((k[0] * k[0] + k[1] * k[1]) * 0.25 + 1.0).recip();
+    let c = c2.sqrt();
+    // S = [s11, s12, s22] is c^2 along the curvature, c across it: (c^2 - c)/|k|^2 without a
+    // cancellation.
+    let along = -(c2 * c) / (c + 1.0) * 0.25;
+    let s12 = along * k[0] * k[1];
+    let (s11, s22) = (c + along * k[0] * k[0], c + along * k[1] * k[1]);
+    // The joint's axes turned the shortest way to the curve's.
+    let one = D::from(1.0);
+    let z = (one - a * a - b * b).sqrt();
+    let by = (z + 1.0).recip();
+    let across = -(a * b * by);
+    let axes = [[one - a * a * by, across, -a], [across, one - b * b * by, -b], [a, b, z]];
+    axes.map(|[x, y, z]| [s11 * x + s12 * y, s12 * x + s22 * y, c * z])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::frame::Frames;
+    use nalgebra::Vector3;
+
+    /// A helix of unit radius and torsion 1/2 in steps of `l`, and its tangent at node `i`.
+    fn helix(l: f64) -> (Vec<[f64; 3]>, impl Fn(usize) -> Vector<f64>) {
+        let point = |p: f64| [p.cos(), p.sin(), p];
+        let node = move |i: usize| point(i as f64 * l / 2f64.sqrt());
+        let tangent = move |i: usize| {
+            let p = i as f64 * l / 2f64.sqrt();
+            unit([-p.sin(), p.cos(), 1.0])
+        };
+        ((0..9).map(node).collect(), tangent)
+    }
+
+    #[test]
+    fn tangents_are_of_fourth_order_up_to_the_ends() {
+        for i in [1, 2, 4, 7] {
+            let error = |l: f64| {
+                let (nodes, exact) = helix(l);
+                let off = Vector3::from(tangent(&nodes, &[l; 8], i)) - Vector3::from(exact(i));
+                off.norm()
+            };
+            let order = (error(0.1) / error(0.05)).log2();
+            assert!(order > 3.8, "{i}: {} {order}", error(0.1));
+        }
+    }
+
+    /// The joint's axis leans by l^2 kappa tau/6, towards the binormal.
+    #[test]
+    fn a_helix_leans_as_derived() {
+        let l = 0.05;
+        let (nodes, exact) = helix(l);
+        let edge = |i: usize| Vector3::from(nodes[i + 1]) - Vector3::from(nodes[i]);
+        let tangents: Vec<[f64; 3]> = (0..8).map(|i| edge(i).normalize().into()).collect();
+        let frames = Frames::bishop(&tangents, unit(cross(tangents[0], [0.3, 0.5, 0.8])));
+        let lean = slant(exact(4), &frames.edges[3], &frames.edges[4]);
+        let size = lean[0].hypot(lean[1]);
+        // kappa = tau = 1/2.
+        assert!((size / (l * l / 24.0) - 1.0).abs() < l * l, "{size}");
+    }
+
+    /// What natural twist adds is what the same torsion of the curve does.
+    #[test]
+    fn natural_twist_leans_as_torsion_does() {
+        let l = 0.05;
+        let (nodes, exact) = helix(l);
+        let edge = |i: usize| Vector3::from(nodes[i + 1]) - Vector3::from(nodes[i]);
+        let tangents: Vec<[f64; 3]> = (0..8).map(|i| edge(i).normalize().into()).collect();
+        let frames = Frames::bishop(&tangents, unit(cross(tangents[0], [0.3, 0.5, 0.8])));
+        let [e, f] = [frames.edges[3], frames.edges[4]];
+        let of_curve = slant(exact(4), &e, &f);
+        // A circle's curvature, kb along the binormal, with the helix's torsion as natural twist.
+        let kb = cross(e.tangent, f.tangent);
+        let m1 = transport(e.tangent, unit(add(e.tangent, f.tangent)), e.director);
+        let m2 = cross(unit(add(e.tangent, f.tangent)), m1);
+        let k = [dot(kb, m2), -dot(kb, m1)];
+        let of_twist = lean([0.0; 2], 1.0, k, 0.5 * l);
+        for c in 0..2 {
+            assert!(
+                (of_curve[c] - of_twist[c]).abs() < 1e-2 * l * l / 24.0,
+                "{of_curve:?} {of_twist:?}"
+            );
+        }
+    }
+
+    /// Straight joints and planar ones that lie as their curve do not couple anything.
+    #[test]
+    fn resistances_reduce_to_the_planar_ones() {
+        assert_eq!(resistances([0.0_f64; 2], [0.0; 2]), PLAIN);
+        let c2 = 1.0_f64 / (1.0 + 0.25 * 0.09);
+        let [a, b, c] = resistances([0.3, 0.0], [0.0; 2]);
+        assert!((a[0] - c2).abs() < 1e-15 && (b[1] - c2.sqrt()).abs() < 1e-15);
+        assert!((c[2] - c2.sqrt()).abs() < 1e-15);
+        assert!([a[1], a[2], b[0], b[2], c[0], c[1]].iter().all(|x| *x == 0.0));
+    }
+}

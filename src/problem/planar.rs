@@ -1,0 +1,313 @@
+//! The model of a scene that lies in a plane.
+
+use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, sub};
+use crate::problem::model::{Correction, Model, NodalLoad, rolling, tilted};
+use crate::problem::tributary::Line;
+use crate::rod::PlanarRod;
+use crate::rod::planar::HALF_BANDWIDTH;
+use crate::scene::shape::Mesh;
+use crate::scene::{End, Plane, Scene, Support};
+use nalgebra::Vector3;
+use num_dual::Dual64;
+
+/// The plane of a scene, and how its rod lies in it.
+#[derive(Clone, Debug)]
+pub struct PlanarModel {
+    /// The plane.
+    pub plane: Plane,
+    correction: Correction,
+    /// Which of the section's two second moments resists bending in the plane.
+    second_moment: usize,
+    nodes: usize,
+}
+
+/// The rest shape in the plane.
+#[derive(Clone, Debug)]
+pub struct PlanarRest<D> {
+    /// Positions, m.
+    nodes: Vec<[D; 2]>,
+    length: Vec<D>,
+    line: Line<D>,
+    curvature: Vec<D>,
+    /// Where the joints are, as parts of the length.
+    places: Vec<f64>,
+}
+
+/// How far from the plane a vector may point, relative to its length.
+const TOLERANCE: f64 = 1e-9;
+
+impl PlanarModel {
+    /// The model, or what leaves the plane of the rest. `start` is the shape the rod starts in, if
+    /// not the rest shape of the `mesh`.
+    pub(crate) fn new(
+        scene: &Scene,
+        mesh: &Mesh,
+        start: Option<&[Vector<f64>]>,
+        correction: Correction,
+    ) -> Result<Self, String> {
+        let nodes = &mesh.nodes[..];
+        let along = Vector3::from(nodes[1]) - Vector3::from(nodes[0]);
+        let Directions { within, across } = Directions::of(scene, nodes, start);
+        let vector = |(key, v): &Named<f64>| (key.clone(), Vector3::from(*v));
+        let mut vectors: Vec<(String, Vector3<f64>)> = within.iter().map(vector).collect();
+        // A turn lies across its plane.
+        let turns = || across.iter().map(vector);
+        vectors.extend(turns().map(|(key, turn)| (key, turn.cross(&along))));
+        let up = scene.rod.section.up().map(Vector3::from);
+        let leaves = |what: &str| format!("{what} leaves the plane of the rest");
+        let mut plane = Plane::through(nodes, &vectors, up).map_err(|what| leaves(&what))?;
+        for (key, turn) in turns() {
+            if plane.components(turn).0.norm() > TOLERANCE * turn.norm() {
+                return Err(leaves(&key));
+            }
+        }
+        if let Some((key, _)) = turns_of_the_rod(scene).into_iter().find(|(_, t)| *t != 0.0) {
+            return Err(leaves(&key));
+        }
+        let mut model = Self { plane: plane.clone(), correction, second_moment: 0, nodes: 0 };
+        let tilted = tilted(scene, nodes, &model.normal());
+        // A roller at the end holds the last coordinate of its node, one at the start the first, so
+        // that the free unknowns stay side by side.
+        if let Some((end, direction)) = rolling(scene, &tilted) {
+            let normal = plane.x.cross(&plane.y);
+            let along = direction.normalize();
+            (plane.x, plane.y) = match end {
+                End::End => (along, normal.cross(&along)),
+                End::Start => (along.cross(&normal), along),
+            };
+        }
+        let second_moment = second_moment_in(scene, &plane, &tilted)
+            .ok_or("rod.section.up is neither in the plane of the rest nor across it")?;
+        model = Self { plane, second_moment, nodes: nodes.len(), ..model };
+        Ok(model)
+    }
+
+    /// What leaves the plane when the scene's numbers change as their derivatives say.
+    pub(crate) fn left_by(
+        &self,
+        scene: &Scene<Dual64>,
+        mesh: &Mesh<Dual64>,
+        start: Option<&[Vector<Dual64>]>,
+    ) -> Option<String> {
+        let size = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let rate = |v: Vector<Dual64>| self.components(v).map(|c| c.eps);
+        let Directions { mut within, mut across } = Directions::of(scene, &mesh.nodes, start);
+        within.extend(mesh.nodes.iter().map(|x| ("rod.shape".into(), *x)));
+        if let Some(up) = scene.rod.section.up_across(&mesh.nodes) {
+            let [i1, i2] = scene.rod.section.moments().second_moments;
+            let key = "rod.section.up".to_string();
+            let [x, y, z] = self.components(up.map(|c| c.re));
+            let (in_plane, out) = (x.hypot(y), z.abs());
+            if i1.re != i2.re {
+                if in_plane > out { &mut within } else { &mut across }.push((key, up));
+            } else if i1.eps != i2.eps && in_plane.min(out) > TOLERANCE {
+                // A square has no axes of its own until it stops being one.
+                return Some("rod.section".into());
+            }
+        }
+        let out = |(_, v): &Named<Dual64>| {
+            let rate = rate(*v);
+            rate[2].abs() > TOLERANCE * size(&rate)
+        };
+        let off = |(_, v): &Named<Dual64>| {
+            let rate = rate(*v);
+            size(&rate[..2]) > TOLERANCE * size(&rate)
+        };
+        let named = within.into_iter().find(out).or(across.into_iter().find(off));
+        let turned = turns_of_the_rod(scene).into_iter().find(|(_, turn)| turn.eps != 0.0);
+        named.map(|(key, _)| key).or(turned.map(|(key, _)| key))
+    }
+
+    /// The normal of the plane.
+    pub(crate) fn normal(&self) -> Vector3<f64> {
+        self.plane.x.cross(&self.plane.y)
+    }
+
+    /// A point in the plane's axes.
+    fn projected<D: Scalar>(&self, point: Vector<D>) -> [D; 2] {
+        let [x, y, _] = self.components(point);
+        [x, y]
+    }
+}
+
+impl<D: Scalar> PlanarRest<D> {
+    /// Of an edge, m.
+    fn direction(&self, edge: usize) -> [D; 2] {
+        let [a, b] = [self.nodes[edge], self.nodes[edge + 1]];
+        [b[0] - a[0], b[1] - a[1]]
+    }
+}
+
+impl Model<HALF_BANDWIDTH> for PlanarModel {
+    const STRIDE: usize = 2;
+    type Rod<D: Nestable> = PlanarRod<D>;
+    type Rest<D: Nestable> = PlanarRest<D>;
+
+    fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> PlanarRest<D> {
+        let tilted = tilted(scene, &mesh.nodes, &self.normal());
+        let nodes: Vec<[D; 2]> = tilted.iter().map(|x| self.projected(*x)).collect();
+        let chord = |p: &[[D; 2]]| {
+            let [x, y] = [p[1][0] - p[0][0], p[1][1] - p[0][1]];
+            (x * x + y * y).sqrt()
+        };
+        let length: Vec<D> = nodes.windows(2).map(chord).collect();
+        let joints = nodes.windows(3);
+        let curvature = joints
+            .map(|p| planar_bend::curvature(p.first_chunk().expect("windows of three")))
+            .collect();
+        let arcs = self.correction.arcs(mesh);
+        let line = arcs.map_or_else(|| Line::plain(&length), Line::corrected);
+        PlanarRest { nodes, length, line, curvature, places: mesh.places() }
+    }
+
+    fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
+        let (material, section) = (&scene.material, scene.rod.section.moments());
+        let axial = material.youngs_modulus * section.area;
+        let bending = material.youngs_modulus * section.second_moments[self.second_moment];
+        let stretch = rest.length.iter().zip(&rest.line.stretch).map(|(l, arc)| Stretch {
+            stiffness: axial * (*l / *arc),
+            rest_length: *l,
+            natural_strain: D::from(0.0),
+        });
+        let bends = rest.line.joint.iter().zip(&rest.curvature).zip(&rest.places);
+        let bend = bends.map(|((l, k), place)| {
+            let natural = scene.rod.natural_curvature.at(*place) * *k;
+            // EI over the joint's length, times cos^4(phi/2) in the corrected form.
+            let mut stiffness = bending * l.recip();
+            if self.correction.arcs {
+                stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
+            }
+            PlanarBend { stiffness, natural_curvature: natural }
+        });
+        let line_density = material.density * section.area;
+        let node_mass: Vec<D> = rest.line.node.iter().map(|l| line_density * *l).collect();
+        let gravity = self.projected(scene.loads.gravity);
+        let load: Vec<DeadLoad<D, 2>> =
+            node_mass.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();
+        PlanarRod {
+            stretch: stretch.collect(),
+            bend: bend.collect(),
+            mass: node_mass.iter().flat_map(|m| [*m, *m]).collect(),
+            load,
+            moment: Vec::new(),
+            heading: rest.direction(0),
+        }
+    }
+
+    fn add_loads<D: Nestable>(
+        &self,
+        rod: &mut PlanarRod<D>,
+        rest: &PlanarRest<D>,
+        loads: &[NodalLoad<D>],
+    ) {
+        for load in loads {
+            let force = self.projected(load.force);
+            for c in 0..2 {
+                rod.load[load.node].force[c] += force[c];
+            }
+            let [_, _, moment] = self.components(load.moment);
+            if moment.value() != 0.0 || D::ORDER > 0 {
+                let last = rest.length.len() - 1;
+                for edge in [load.node.saturating_sub(1), load.node.min(last)] {
+                    let rest = rest.direction(edge);
+                    rod.moment.push((edge, DeadMoment { moment: moment * 0.5, rest }));
+                }
+            }
+        }
+    }
+
+    fn dof(&self) -> usize {
+        2 * self.nodes
+    }
+
+    fn unknowns<D: Nestable>(&self, rest: &PlanarRest<D>) -> Vec<D> {
+        rest.nodes.iter().flatten().copied().collect()
+    }
+
+    fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
+
+    fn lift<D: Nestable>((): &()) {}
+
+    fn held(&self, support: Support) -> usize {
+        match support {
+            Support::Free => 0,
+            Support::Roller => 1,
+            Support::Pinned => 2,
+            Support::Clamped => 4,
+        }
+    }
+
+    fn components<D: Scalar>(&self, [x, y, z]: [D; 3]) -> [D; 3] {
+        let axes = [self.plane.x, self.plane.y, self.normal()];
+        axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
+    }
+
+    fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
+        self.plane.to_world([q[2 * i], q[2 * i + 1]])
+    }
+
+    fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
+        self.plane.direction_to_world([v[2 * i], v[2 * i + 1]])
+    }
+}
+
+/// A vector with the key it stands under.
+type Named<D> = (String, Vector<D>);
+
+/// What must lie in the plane beside the rest shape, and the turns, which must lie across it.
+struct Directions<D> {
+    within: Vec<Named<D>>,
+    across: Vec<Named<D>>,
+}
+
+impl<D: Scalar> Directions<D> {
+    fn of(scene: &Scene<D>, nodes: &[Vector<D>], start: Option<&[Vector<D>]>) -> Self {
+        let mut within = vec![
+            ("loads.gravity".to_string(), scene.loads.gravity),
+            ("initial.velocity".into(), scene.initial.velocity),
+        ];
+        let mut across =
+            vec![("initial.angular_velocity".to_string(), scene.initial.angular_velocity)];
+        for (table, points) in [("loads", &scene.loads.point), ("initial", &scene.initial.point)] {
+            for (i, load) in points.iter().enumerate() {
+                within.push((format!("{table}.point[{i}].force"), load.force));
+                across.push((format!("{table}.point[{i}].moment"), load.moment));
+            }
+        }
+        for (i, motion) in scene.supports.motion.iter().enumerate() {
+            let key = format!("supports.motion[{i}]");
+            within.push((format!("{key}.displacement"), motion.displacement));
+            across.push((format!("{key}.rotation"), motion.rotation));
+        }
+        if let Some(roller) = scene.supports.roller {
+            within.push(("supports.roller".into(), roller.map(D::from)));
+        }
+        if let Some(start) = start {
+            within.extend(start.iter().map(|x| ("initial.shape".into(), sub(*x, nodes[0]))));
+        }
+        Self { within, across }
+    }
+}
+
+/// What turns the rod about itself, rad or rad/m.
+fn turns_of_the_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
+    let twists = scene.rod.natural_twist.values().iter().map(|t| ("rod.natural_twist".into(), *t));
+    let motions = scene.supports.motion.iter().enumerate();
+    let motions = motions.map(|(i, motion)| (format!("supports.motion[{i}].twist"), motion.twist));
+    twists.chain(motions).collect()
+}
+
+/// Which second moment resists bending in the plane: 0 with `up` in the plane, 1 across it; none
+/// when bending leaves the plane.
+fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[Vector<f64>]) -> Option<usize> {
+    let Some(up) = scene.rod.section.up_across(nodes) else { return Some(0) };
+    let [i1, i2] = scene.rod.section.moments().second_moments;
+    let (in_plane, out) = plane.components(up.into());
+    match () {
+        () if i1 == i2 || out.abs() <= TOLERANCE => Some(0),
+        () if in_plane.norm() <= TOLERANCE => Some(1),
+        () => None,
+    }
+}

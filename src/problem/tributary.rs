@@ -1,0 +1,115 @@
+//! How much of the rod's line every joint, edge and node stands for.
+
+use crate::numerics::scalar::Scalar;
+
+/// The curve between the nodes, and which of its ends a wall cuts in the middle of an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Arcs<'a, D = f64> {
+    /// Length along every edge, m.
+    pub lengths: &'a [D],
+    /// At the start and at the end.
+    pub cut: [bool; 2],
+    /// Whether joints and masses next to a wall change too.
+    pub joints: bool,
+}
+
+/// Lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
+/// `rho A l`.
+#[derive(Clone, Debug)]
+pub(super) struct Line<D> {
+    /// Of every inner node, where the rod bends and twists.
+    pub joint: Vec<D>,
+    /// Of every edge, where it stretches.
+    pub stretch: Vec<D>,
+    /// Of every node, where its mass is.
+    pub node: Vec<D>,
+    /// Of every edge, where it turns about itself.
+    pub spin: Vec<D>,
+}
+
+impl<D: Scalar> Line<D> {
+    /// As published: halves of the adjacent edges.
+    pub fn plain(edges: &[D]) -> Self {
+        let zero = D::from(0.0);
+        let half = |j: Option<usize>| *j.and_then(|j| edges.get(j)).unwrap_or(&zero) * 0.5;
+        Self {
+            joint: edges.windows(2).map(|l| (l[0] + l[1]) * 0.5).collect(),
+            stretch: edges.to_vec(),
+            node: (0..=edges.len()).map(|i| half(i.checked_sub(1)) + half(Some(i))).collect(),
+            spin: edges.to_vec(),
+        }
+    }
+
+    /// With the ends of the sums at walls: see [`super`].
+    pub fn corrected(arcs: Arcs<D>) -> Self {
+        let mut line = Self::plain(arcs.lengths);
+        for (end, cut) in arcs.cut.into_iter().enumerate() {
+            // Seen from the wall.
+            let at = |k: usize, count: usize| if end == 0 { k } else { count - 1 - k };
+            let edges = arcs.lengths.len();
+            if !cut {
+                continue;
+            }
+            let [inside, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
+            line.stretch[at(1, edges)] += inside * 0.5;
+            if !arcs.joints {
+                continue;
+            }
+            line.node[at(1, edges + 1)] -= inside * 0.25;
+            line.node[at(2, edges + 1)] += inside * 0.25;
+            if edges > 2 {
+                let [first, second] = [0, 1].map(|k| at(k, edges - 1));
+                let shift = (inside * inside * (1.0 / 8.0) - next * next * (1.0 / 12.0)) / next;
+                // Twice a neighbour's length or more is no smooth mesh.
+                let most = line.joint[second] * 0.5;
+                let shift = if shift.value() > most.value() { most } else { shift };
+                line.joint[first] += shift;
+                line.joint[second] -= shift;
+            }
+        }
+        line
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn walls_shift_lengths_and_lose_none() {
+        for lengths in [&[1.0; 2][..], &[1.0; 3], &[0.9, 1.0, 1.2, 1.1, 1.0], &[5.0, 1.0, 1.0]] {
+            for cut in [[true, false], [false, true], [true, true]] {
+                let (plain, line) =
+                    (Line::plain(lengths), Line::corrected(Arcs { lengths, cut, joints: true }));
+                let sum = |v: &[f64]| v.iter().sum::<f64>();
+                assert!((sum(&line.joint) - sum(&plain.joint)).abs() < 1e-15 * sum(lengths));
+                assert!((sum(&line.node) - sum(&plain.node)).abs() < 1e-15 * sum(lengths));
+                assert!(line.joint.iter().chain(&line.node).all(|l| *l > 0.0), "{line:?}");
+            }
+        }
+        let line = Line::corrected(Arcs { lengths: &[24.0; 5], cut: [true, false], joints: true });
+        assert_eq!(line.joint, [25.0, 23.0, 24.0, 24.0]);
+        assert_eq!(line.stretch, [24.0, 36.0, 24.0, 24.0, 24.0]);
+        assert_eq!(line.node, [12.0, 18.0, 30.0, 24.0, 24.0, 12.0]);
+    }
+
+    /// The joints' sum of a linear function is its integral from the wall on, on unequal edges too,
+    /// but for the start's part of the rule's own error, which smooth functions do not have.
+    #[test]
+    fn joints_integrate_from_the_wall() {
+        let lengths = [1.1, 1.0, 0.9, 0.8, 0.7];
+        let line = Line::corrected(Arcs { lengths: &lengths, cut: [true, false], joints: true });
+        let mut at = -0.55;
+        let mut sum = [0.0_f64; 2];
+        for (joint, edge) in line.joint.iter().zip(&lengths) {
+            at += edge;
+            sum = [sum[0] + joint, sum[1] + joint * at];
+        }
+        // To the middle of the last edge: the last joint's half of it is off its middle.
+        let end = at + 0.5 * lengths[4];
+        assert!((sum[0] - end).abs() < 1e-15);
+        // Trapezoids have l^2/12 (f'(end) - f'(start)) too much.
+        let euler = lengths[1].powi(2) / 12.0;
+        assert!((sum[1] + 0.5 * (end - at).powi(2) - 0.5 * end * end - euler).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,476 @@
+//! The parameters a trajectory can be differentiated by and identified from: the physical
+//! [numbers](crate::scene::number) of a scene, named by their place in the file.
+
+use crate::error::Error;
+use crate::problem::Problem;
+use crate::scene::initial::Initial;
+use crate::scene::loads::{Damping, Loads, PointForce};
+use crate::scene::number::Quantity;
+use crate::scene::section::Section;
+use crate::scene::shape::{Handedness, Shape};
+use crate::scene::supports::{Motion, Supports};
+use crate::scene::{Material, RodSpec, Scene, Time};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// A physical number of a scene, by its place in the file: `rod.shape.length`,
+/// `loads.point.0.force.y`. Numbers that are asked for often have short names too, `radius`.
+///
+/// ```
+/// use rodfit::Parameter;
+/// let length: Parameter = "rod.shape.length".parse()?;
+/// assert_eq!((length.name(), length.unit()), ("rod.shape.length", "m"));
+/// let modulus: Parameter = "youngs_modulus".parse()?;
+/// assert_eq!(modulus, Parameter::YoungsModulus);
+/// assert_eq!(modulus.path(), "material.youngs_modulus");
+/// # Ok::<(), rodfit::Error>(())
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Parameter {
+    /// Where it stands.
+    path: &'static str,
+}
+
+/// Short names of places.
+macro_rules! short_names {
+    ($($(#[$doc:meta])* $constant:ident = $name:literal: $path:literal;)*) => {
+        #[allow(non_upper_case_globals)]
+        impl Parameter {
+            $($(#[$doc])* pub const $constant: Self = Self { path: $path };)*
+        }
+        const SHORT_NAMES: &[(&str, Parameter)] = &[$(($name, Parameter::$constant)),*];
+    };
+}
+
+short_names! {
+    /// E, Pa. Holds the shear modulus or Poisson's ratio, whichever the scene gives.
+    YoungsModulus = "youngs_modulus": "material.youngs_modulus";
+    /// G, Pa.
+    ShearModulus = "shear_modulus": "material.shear_modulus";
+    /// Poisson's ratio.
+    PoissonRatio = "poisson_ratio": "material.poisson_ratio";
+    /// kg/m^3.
+    Density = "density": "material.density";
+    /// Of a circular section, m.
+    Radius = "radius": "rod.section.radius";
+    /// Of a rectangular section, across `up`, m.
+    Width = "width": "rod.section.width";
+    /// Of a rectangular section, along `up`, m.
+    Height = "height": "rod.section.height";
+    /// Factor on the curvature of the rest shape.
+    NaturalCurvature = "natural_curvature": "rod.natural_curvature";
+    /// Twist per length that the rod has when nothing acts on it, rad/m.
+    NaturalTwist = "natural_twist": "rod.natural_twist";
+    /// Of the Newmark-beta scheme.
+    Beta = "beta": "time.beta";
+    /// Mass-proportional damping, 1/s.
+    DampingMass = "damping.mass": "loads.damping.mass";
+    /// Kelvin-Voigt time, s.
+    DampingStiffness = "damping.stiffness": "loads.damping.stiffness";
+    /// By how much the rod as a whole is turned about its first node in its plane, rad.
+    ClampAngle = "clamp_angle": "supports.angle";
+    /// Velocity of the rod at t = 0 along x, m/s.
+    InitialVelocityX = "initial.velocity.x": "initial.velocity.x";
+    /// The same along y.
+    InitialVelocityY = "initial.velocity.y": "initial.velocity.y";
+    /// The same along z.
+    InitialVelocityZ = "initial.velocity.z": "initial.velocity.z";
+    /// Angular velocity of the rod at t = 0 about x, rad/s.
+    InitialAngularVelocityX = "initial.angular_velocity.x": "initial.angular_velocity.x";
+    /// The same about y.
+    InitialAngularVelocityY = "initial.angular_velocity.y": "initial.angular_velocity.y";
+    /// The same about z.
+    InitialAngularVelocityZ = "initial.angular_velocity.z": "initial.angular_velocity.z";
+    /// What the recording's clock shows when the motion starts, s.
+    TimeOffset = "time_offset": "camera.time_offset";
+    /// Recorded over real lengths.
+    PixelScale = "pixel_scale": "camera.pixel_scale";
+    /// Of the camera about the normal of the scene's plane, rad.
+    InPlaneRotation = "in_plane_rotation": "camera.in_plane_rotation";
+    /// Where the clamp is recorded, less where it is in the scene, along x, m.
+    ClampPositionX = "clamp_position.x": "camera.clamp_position.x";
+    /// The same along y.
+    ClampPositionY = "clamp_position.y": "camera.clamp_position.y";
+    /// The same along z.
+    ClampPositionZ = "clamp_position.z": "camera.clamp_position.z";
+}
+
+/// Lists along the rod, whose short names count from 1.
+const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
+
+impl Parameter {
+    /// The parameter that stands at a place of a scene.
+    pub(crate) fn at(path: &str) -> Self {
+        Self { path: kept(path) }
+    }
+
+    /// The parameter of a name: a place in the scene's file, or a short name of one.
+    fn named(name: &str) -> Option<Self> {
+        if let Some((_, parameter)) = SHORT_NAMES.iter().find(|(short, _)| *short == name) {
+            return Some(*parameter);
+        }
+        for list in LISTS {
+            let part =
+                name.strip_prefix(list).and_then(|rest| rest.strip_prefix('.')?.parse().ok());
+            if let Some(part) = part.and_then(|part: usize| part.checked_sub(1)) {
+                return Some(Self::at(&format!("rod.{list}.{part}")));
+            }
+        }
+        let known = name.len() <= LONGEST_NAME && quantities().contains_key(&pattern(name));
+        known.then(|| Self::at(name))
+    }
+
+    /// The numbers that a scene has.
+    pub fn all(scene: &Scene) -> Vec<Self> {
+        let mut all = Vec::new();
+        scene.over(|path, value, _| {
+            all.push(Self::at(path));
+            value
+        });
+        all
+    }
+
+    /// Its other name, if it has one.
+    pub fn aliases(self) -> Vec<&'static str> {
+        Vec::from_iter((self.name() != self.path).then(|| self.name()))
+    }
+
+    /// What it is called in reports: its short name, if it has one, or else its place.
+    pub fn name(self) -> &'static str {
+        if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
+            return short;
+        }
+        let part = |list: &&str| {
+            let part = self.path.strip_prefix("rod.")?.strip_prefix(*list)?.strip_prefix('.')?;
+            Some(kept(&format!("{list}.{}", part.parse::<usize>().ok()? + 1)))
+        };
+        LISTS.iter().find_map(part).unwrap_or(self.path)
+    }
+
+    /// Its place in the scene's file.
+    pub fn path(self) -> &'static str {
+        self.path
+    }
+
+    /// What kind of number it is.
+    pub fn quantity(self) -> Quantity {
+        quantities().get(&pattern(self.path)).copied().unwrap_or(Quantity::signed(""))
+    }
+
+    /// The unit, empty for pure numbers.
+    pub fn unit(self) -> &'static str {
+        self.quantity().unit
+    }
+
+    /// Whether the parameter is positive and therefore identified in its logarithm.
+    pub fn is_positive(self) -> bool {
+        self.quantity().is_positive
+    }
+
+    /// Whether only the recording depends on it, and not the motion.
+    pub fn is_of_the_camera(self) -> bool {
+        self.quantity().is_of_the_camera
+    }
+
+    /// Whether it is a moment on a node.
+    pub(crate) fn is_moment(self) -> bool {
+        self.path.contains(".moment.")
+    }
+
+    /// Smallest and largest value the parameter may take at all.
+    pub fn limits(self) -> [f64; 2] {
+        self.quantity().limits
+    }
+
+    /// The parameter's value in a scene, if the scene has one.
+    pub fn of(self, scene: &Scene) -> Option<f64> {
+        let mut found = None;
+        scene.over(|path, value, _| {
+            if path == self.path {
+                found = Some(value);
+            }
+            value
+        });
+        found
+    }
+
+    /// Puts a value into a scene.
+    pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
+        let mut found = false;
+        let changed = scene.over(|path, old, _| match path == self.path {
+            true => {
+                found = true;
+                value
+            }
+            false => old,
+        });
+        if !found {
+            return Err(self.absent(scene));
+        }
+        *scene = changed;
+        Ok(())
+    }
+
+    /// The error for a parameter that a scene does not have.
+    pub fn absent(self, scene: &Scene) -> Error {
+        let names: Vec<&str> = Self::all(scene).into_iter().map(Self::name).collect();
+        let place = self.path.rsplit_once('.').map_or("", |(table, _)| table);
+        let needs = match self {
+            Self::Radius => "with a circular section",
+            Self::Width | Self::Height => "with a rectangular section",
+            Self::Beta => "with [time] and the scheme newmark-beta",
+            Self::NaturalCurvature | Self::NaturalTwist => {
+                "with one number there, not a list, whose parts are counted, .1, .2, .."
+            }
+            _ => match place {
+                "material" => "with its key in [material]",
+                "rod.natural_curvature" | "rod.natural_twist" => {
+                    "with a list of so many numbers there"
+                }
+                "initial.velocity" | "initial.angular_velocity" => "with a [time]",
+                _ => "a number that the scene has",
+            },
+        };
+        let allowed = format!("{needs}; the scene has {}", nearest(self.name(), &names));
+        Error::invalid("parameter", self.name(), allowed)
+    }
+}
+
+impl Serialize for Parameter {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for Parameter {
+    fn deserialize<T: serde::Deserializer<'de>>(deserializer: T) -> Result<Self, T::Error> {
+        Self::try_from(String::deserialize(deserializer)?).map_err(serde::de::Error::custom)
+    }
+}
+
+impl TryFrom<String> for Parameter {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        Self::named(&name).ok_or_else(|| {
+            let places: Vec<String> = quantities().keys().map(|p| p.replace('#', "0")).collect();
+            let short = SHORT_NAMES.iter().map(|(short, _)| *short);
+            let names: Vec<&str> = places.iter().map(String::as_str).chain(short).collect();
+            format!(
+                "unknown parameter {name:?}, allowed: a number of the scene by its place in the file, or by \
+                 its short name, such as youngs_modulus; nearest: {}",
+                nearest(&name, &names)
+            )
+        })
+    }
+}
+
+impl std::str::FromStr for Parameter {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self, Error> {
+        Self::try_from(name.to_string()).map_err(|message| Error::Parse { file: None, message })
+    }
+}
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl fmt::Debug for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Scene {
+    /// The scene over another scalar; `seed` makes its numbers of the parameters.
+    pub fn seeded<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
+        self.over(|path, value, _| seed(Parameter::at(path), value))
+    }
+}
+
+/// A number of a scene, for people.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ListedParameter {
+    /// Its place in the file.
+    pub name: String,
+    /// Short names.
+    pub aliases: Vec<String>,
+    /// In the scene.
+    pub value: f64,
+    /// Empty for pure numbers.
+    pub unit: String,
+    /// Smallest and largest value it may take at all.
+    pub limits: [f64; 2],
+    /// Why it cannot be identified or differentiated by in this scene; none if it can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+/// All physical numbers of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ParameterList(pub Vec<ListedParameter>);
+
+impl ParameterList {
+    /// Those of a problem's scene.
+    pub fn of(problem: &Problem) -> Self {
+        let listed = |parameter: Parameter| {
+            Some(ListedParameter {
+                name: parameter.path().into(),
+                aliases: parameter.aliases().into_iter().map(Into::into).collect(),
+                value: parameter.of(problem.scene())?,
+                unit: parameter.unit().into(),
+                limits: parameter.limits(),
+                note: problem.check_parameter(parameter).err().map(|error| error.to_string()),
+            })
+        };
+        Self(Parameter::all(problem.scene()).into_iter().filter_map(listed).collect())
+    }
+}
+
+impl fmt::Display for ParameterList {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let width = self.0.iter().map(|p| p.name.len()).max().unwrap_or(0);
+        for (i, parameter) in self.0.iter().enumerate() {
+            let ListedParameter { name, aliases, value, unit, note, .. } = parameter;
+            let end = if i == 0 { "" } else { "\n" };
+            let value = format!("{value:e} {unit}");
+            write!(f, "{end}{name:width$}  {value:22} {}", aliases.join(", "))?;
+            if note.is_some() {
+                write!(f, " (cannot be varied in this scene)")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Longer names are no slips of the pen.
+const LONGEST_NAME: usize = 200;
+
+/// The three names most like one.
+fn nearest(name: &str, names: &[&str]) -> String {
+    let likeness = |other: &str| {
+        // Short names and last parts are what people remember.
+        let end = other.rsplit_once('.').map_or(other, |(_, end)| end);
+        strsim::jaro_winkler(name, other).max(strsim::jaro_winkler(name, end))
+    };
+    if name.len() > LONGEST_NAME {
+        return "none".into();
+    }
+    let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
+    names.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
+    names.join(", ")
+}
+
+/// A name that is kept as long as the program runs. There are as many as numbers in its scenes.
+fn kept(name: &str) -> &'static str {
+    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(name) = names.get(name) {
+        return name;
+    }
+    let name: &'static str = Box::leak(name.into());
+    names.insert(name);
+    name
+}
+
+/// A place with every number in a list as `#`.
+fn pattern(path: &str) -> String {
+    let general = |part: &'_ str| match part.bytes().all(|b| b.is_ascii_digit()) {
+        true => "#".to_string(),
+        false => part.to_string(),
+    };
+    path.split('.').map(general).collect::<Vec<_>>().join(".")
+}
+
+/// What kinds of numbers stand where, in scenes of all kinds.
+fn quantities() -> &'static BTreeMap<String, Quantity> {
+    static QUANTITIES: OnceLock<BTreeMap<String, Quantity>> = OnceLock::new();
+    QUANTITIES.get_or_init(|| {
+        let mut quantities = BTreeMap::new();
+        for scene in specimens() {
+            scene.over(|path, value, quantity| {
+                quantities.insert(pattern(path), quantity);
+                value
+            });
+        }
+        quantities
+    })
+}
+
+/// Scenes that have every number there is between them.
+fn specimens() -> [Scene; 4] {
+    let up = [0.0, 1.0, 0.0];
+    let circle = Section::Circle { radius: 1.0 };
+    let rectangle = Section::Rectangle { width: 1.0, height: 1.0, up };
+    let custom = Section::Custom { area: 1.0, i1: 1.0, i2: 1.0, j: 1.0, up };
+    let straight = Shape::Straight { length: 1.0, direction: up };
+    let arc = Shape::Arc { length: 1.0, angle: 1.0 };
+    let (axis, handedness) = (up, Handedness::Left);
+    let helix = Shape::Helix { length: 1.0, radius: 1.0, pitch: 1.0, axis, handedness };
+    let polyline = Shape::polyline("");
+    let kinds = [(straight, circle.clone()), (arc, rectangle), (helix, custom), (polyline, circle)];
+    kinds.map(|(shape, section)| {
+        let material = Material {
+            poisson_ratio: Some(0.3),
+            shear_modulus: Some(1.0),
+            ..Material::new(1.0, 1.0)
+        };
+        let mut scene = Scene::new(2, shape.clone(), section, material);
+        let whole = matches!(shape, Shape::Straight { .. });
+        if !whole {
+            let RodSpec { natural_curvature, natural_twist, .. } = &mut scene.rod;
+            (*natural_curvature, *natural_twist) = (vec![1.0].into(), vec![0.0].into());
+        }
+        let motion = Motion { ramp: Some(1.0), frequency: Some(1.0), ..Motion::default() };
+        scene.supports = Supports { motion: vec![motion], ..Supports::default() };
+        let point = vec![PointForce::default()];
+        scene.loads =
+            Loads { damping: Damping::default(), point: point.clone(), ..Loads::default() };
+        scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
+        scene.time = Some(Time::new(1.0, 1.0));
+        scene
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_names_stand_for_places_that_there_are() {
+        for (short, parameter) in SHORT_NAMES {
+            assert!(quantities().contains_key(parameter.path), "{parameter}");
+            assert_eq!(Parameter::named(short), Some(*parameter));
+            assert_eq!(Parameter::named(parameter.path), Some(*parameter));
+            assert_eq!(parameter.name(), *short);
+        }
+    }
+
+    #[test]
+    fn a_value_is_set_where_its_name_says() {
+        for mut scene in specimens() {
+            for (i, parameter) in Parameter::all(&scene).into_iter().enumerate() {
+                let value = 17.0 + i as f64;
+                parameter.set(&mut scene, value).unwrap();
+                assert_eq!(parameter.of(&scene), Some(value), "{parameter}");
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_names_are_answered_with_the_nearest() {
+        let told = |name: &str| name.parse::<Parameter>().unwrap_err().to_string();
+        assert!(told("youngs_moduls").contains("youngs_modulus"), "{}", told("youngs_moduls"));
+        assert!(told("lenght").contains("rod.shape.length"), "{}", told("lenght"));
+        let second: Parameter = "natural_curvature.2".parse().unwrap();
+        assert_eq!(second.path(), "rod.natural_curvature.1");
+    }
+}

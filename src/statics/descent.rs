@@ -1,0 +1,273 @@
+//! The way down: how a rod creeps into an equilibrium.
+//!
+//! Plain Newton dies where the loads bend a stiff rod far: the first step stretches it beyond all
+//! measure. Instead the rod creeps down its energy,
+//!
+//! ```text
+//! lambda M (q1 - q0) + dE/dq(q1) = 0
+//! ```
+//!
+//! an implicit step of the gradient flow, solved by Newton's method on the exact tangent, and
+//! `lambda` falls by a factor from step to step until it is zero: the last steps are Newton's own,
+//! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
+//! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
+//! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. A
+//! long rod that hangs from one end takes these steps in its edges, with another `M`.
+
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::rod::Rod;
+use crate::statics::edge_coordinates::Chain;
+use std::ops::Range;
+
+/// Newton iterations of one step of the flow.
+const ITERATIONS: usize = 20;
+/// Iterations after which a step without `lambda` that is in balance to rounding may end.
+const PATIENCE: usize = 10;
+/// Forces count as rounding below this many times `eps * sum |K_ij| |q_j|`.
+const ROUNDING: f64 = 8.0;
+/// Corrections below this part of the rod's length are none.
+const NONE: f64 = 1e-13;
+/// Corrections below this part end a step of the flow: the way matters little.
+const ON_THE_WAY: f64 = 1e-6;
+/// Corrections below this part that fall no more are the rounding errors of a fine mesh.
+const STALLED: f64 = 1e-5;
+/// Steps of the flow, failures included.
+const FLOW_STEPS: usize = 400;
+/// Factor by which `lambda` falls after a step, and rises after a failure.
+const FALL: f64 = 0.1;
+const RISE: f64 = 4.0;
+/// The first step goes about this part of the rod's length.
+const FIRST_STEP: f64 = 0.05;
+/// Below this part of the first `lambda` the flow is Newton's method.
+const SMALLEST: f64 = 1e-9;
+
+/// Unknowns and frames at rest.
+#[derive(Clone, Debug)]
+pub struct Rest<F> {
+    /// Unknowns.
+    pub q: Vec<f64>,
+    /// Frames, moved to `q`.
+    pub frames: F,
+    /// Newton iterations it took.
+    pub newton_iterations: usize,
+    /// Largest force out of balance, N.
+    pub residual: f64,
+}
+
+/// The descent and the room it needs.
+pub(crate) struct Flow<'a, R, const W: usize> {
+    rod: &'a R,
+    free: Range<usize>,
+    length: f64,
+    derivatives: Derivatives,
+    /// Stiffnesses that count as none, N/m (N m for angles).
+    negligible: Vec<f64>,
+    chain: Option<Chain>,
+    /// What `lambda` multiplies: masses, or a chain's metric.
+    metric: Vec<f64>,
+    q: Vec<f64>,
+    start: Vec<f64>,
+    gradient: Vec<f64>,
+    tangent: BandMatrix<f64, W>,
+    factors: Ldlt<f64, W>,
+    correction: Vec<f64>,
+    iterations: usize,
+}
+
+/// How a step of the flow ended.
+enum Step {
+    /// Elsewhere.
+    Moved,
+    /// Where it began, or, without `lambda`, in balance.
+    Still,
+    /// Newton did not converge, or not to a minimum.
+    Failed,
+}
+
+impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
+    /// A rod at `q` of which only the unknowns in `free` move. `length`, m, is the scale of the
+    /// steps; stiffnesses below `negligible`, N/m (N m for angles), count as none. A `chain` is
+    /// solved by its edges.
+    pub fn new(
+        rod: &'a R,
+        free: Range<usize>,
+        (length, negligible): (f64, Vec<f64>),
+        chain: Option<Chain>,
+        derivatives: Derivatives,
+        q: Vec<f64>,
+    ) -> Self {
+        let n = q.len();
+        Self {
+            rod,
+            free,
+            length,
+            derivatives,
+            negligible,
+            metric: chain.map_or_else(|| rod.mass().to_vec(), |chain| chain.metric(rod)),
+            chain,
+            start: q.clone(),
+            q,
+            gradient: vec![0.0; n],
+            tangent: BandMatrix::zeros(n),
+            factors: Ldlt::with_order(n),
+            correction: vec![0.0; n],
+            iterations: 0,
+        }
+    }
+
+    fn assemble(&mut self, frames: &R::Frames) {
+        let (q, derivatives, tangent) = (&self.q, self.derivatives, &mut self.tangent);
+        if self.chain.is_some() {
+            self.rod.gradient(q, frames, derivatives, &mut self.gradient);
+            self.rod.edge_tangent(q, frames, derivatives, tangent);
+        } else {
+            self.rod.tangent(q, frames, derivatives, &mut self.gradient, tangent);
+        }
+    }
+
+    /// The largest force out of balance, N.
+    fn residual(&self) -> f64 {
+        self.free
+            .clone()
+            .map(|i| self.gradient[i].abs())
+            .fold(0.0, |largest, force| if force.is_nan() { force } else { largest.max(force) })
+    }
+
+    /// The equilibrium below, angles measured from `frames` at the start.
+    pub fn descend(&mut self, mut frames: R::Frames) -> Result<Rest<R::Frames>, Error> {
+        self.assemble(&frames);
+        let acceleration = self
+            .free
+            .clone()
+            .map(|i| self.gradient[i].abs() / self.rod.mass()[i])
+            .zip(self.free.clone())
+            .map(|(a, i)| if R::is_angle(i) { a * self.length } else { a })
+            .fold(0.0, f64::max);
+        let first = acceleration / (FIRST_STEP * self.length);
+        let mut lambda = first;
+        let mut fall = FALL;
+        for _ in 0..FLOW_STEPS {
+            self.start.copy_from_slice(&self.q);
+            let step = match self.step(&frames, lambda) {
+                Step::Moved if self.rod.folded(&self.start, &self.q, &frames).is_some() => {
+                    Step::Failed
+                }
+                step => step,
+            };
+            match step {
+                // A large lambda holds everything still; one that cannot be much smaller holds
+                // only what is in balance.
+                Step::Still if lambda == 0.0 || fall > FALL => {
+                    R::rebase(&mut frames, &self.q);
+                    self.assemble(&frames);
+                    return Ok(Rest {
+                        residual: self.residual(),
+                        newton_iterations: self.iterations,
+                        q: std::mem::take(&mut self.q),
+                        frames,
+                    });
+                }
+                Step::Moved | Step::Still => {
+                    R::rebase(&mut frames, &self.q);
+                    lambda *= fall;
+                    fall = FALL;
+                    if lambda < SMALLEST * first {
+                        lambda = 0.0;
+                    }
+                }
+                Step::Failed => {
+                    self.q.copy_from_slice(&self.start);
+                    lambda = (lambda * RISE).max(SMALLEST * first);
+                    fall = 0.5;
+                }
+            }
+        }
+        self.assemble(&frames);
+        Err(Error::Equilibrium { iterations: self.iterations, residual: self.residual() })
+    }
+
+    /// Solves one step of the flow from `start`.
+    fn step(&mut self, frames: &R::Frames, lambda: f64) -> Step {
+        let mut before = f64::INFINITY;
+        for iteration in 0..ITERATIONS {
+            self.assemble(frames);
+            self.iterations += 1;
+            let free = self.free.clone();
+            let factored =
+                self.factors.factor_sum(&self.metric, lambda, &self.tangent, 1.0, free).is_ok();
+            // A step from a maximum along some direction would go up it.
+            let downhill = factored && self.is_minimum(lambda);
+            // Where nothing, or only upwards, resists, corrections are rounding errors over almost
+            // nothing. What is in balance to rounding is in balance.
+            let patient = iteration == if downhill { PATIENCE } else { 0 };
+            if patient && lambda == 0.0 && self.chain.is_none() && self.in_balance() {
+                return Step::Still;
+            }
+            if !factored || iteration == 0 && !downhill {
+                return Step::Failed;
+            }
+            self.correction.copy_from_slice(&self.gradient);
+            if let Some(chain) = self.chain {
+                chain.gather::<f64, R, W>(&mut self.correction);
+            }
+            for i in self.free.clone() {
+                let change = match self.chain {
+                    Some(chain) => chain.change::<R, W>(i, &self.q, &self.start),
+                    None => self.q[i] - self.start[i],
+                };
+                self.correction[i] = -(self.correction[i] + lambda * self.metric[i] * change);
+            }
+            self.factors.solve(&mut self.correction);
+            if let Some(chain) = self.chain {
+                chain.spread::<f64, R, W>(&mut self.correction);
+            }
+            let mut largest = 0.0_f64;
+            for i in self.free.clone() {
+                self.q[i] += self.correction[i];
+                let unit = if R::is_angle(i) { 1.0 } else { self.length.recip() };
+                let size = self.correction[i].abs() * unit;
+                if size > largest || size.is_nan() {
+                    largest = size;
+                }
+            }
+            if largest.is_nan() || largest > 2.0 {
+                return Step::Failed;
+            }
+            if iteration == 0 && largest < NONE {
+                return Step::Still;
+            }
+            let stalled = largest < STALLED && largest > 0.3 * before;
+            match lambda > 0.0 {
+                _ if !(stalled || largest < ON_THE_WAY) => {}
+                _ if !downhill => return Step::Failed,
+                true => return Step::Moved,
+                false if stalled || largest < NONE => return Step::Still,
+                false => {}
+            }
+            before = largest;
+        }
+        Step::Failed
+    }
+
+    /// Whether all forces are rounding errors of the terms that make them.
+    fn in_balance(&mut self) -> bool {
+        self.tangent.absolute_product(&self.q, &mut self.correction);
+        let level = |i: usize| ROUNDING * f64::EPSILON * self.correction[i];
+        self.free.clone().all(|i| self.gradient[i].abs() <= level(i))
+    }
+
+    /// Whether the factored matrix, or that with the least stiffness that tells anything, is
+    /// positive definite.
+    fn is_minimum(&mut self, lambda: f64) -> bool {
+        if self.factors.negative_pivots() == 0 {
+            return true;
+        }
+        let added: Vec<f64> =
+            self.metric.iter().zip(&self.negligible).map(|(m, k)| lambda * m + k).collect();
+        let (mut factors, free) = (self.factors.clone(), self.free.clone());
+        factors.factor_sum(&added, 1.0, &self.tangent, 1.0, free).is_ok()
+            && factors.negative_pivots() == 0
+    }
+}

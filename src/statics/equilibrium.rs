@@ -1,0 +1,134 @@
+//! Where a rod comes to rest ([`flow`](crate::statics::descent)), and whether it stays there.
+//!
+//! An equilibrium is stable when its tangent has no negative eigenvalue; their number is that of
+//! the negative pivots (Sylvester's law of inertia). A direction along which nothing changes, such
+//! as the spin of a straight rod between hinges, does not count: the tangent gets a
+//! negligible stiffness.
+
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::problem::Model;
+use crate::problem::{AnyProblem, FramesOf, Posed, Problem};
+use crate::rod::State;
+use crate::rod::{Energies, Rod};
+use crate::scene::Damping;
+use crate::scene::Parameter;
+use crate::statics::pencil::Pencil;
+use crate::statics::reaction::Reactions;
+use crate::statics::rest::Settled;
+use serde::{Deserialize, Serialize};
+
+/// A rod at rest.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Equilibrium {
+    /// `planar` or `spatial`.
+    pub model: String,
+    /// Position of the last node, m.
+    pub tip: [f64; 3],
+    /// Total energy, elastic and of the loads, J.
+    pub energy: f64,
+    /// The energy by terms, J.
+    pub energies: Energies,
+    /// Newton iterations.
+    pub newton_iterations: usize,
+    /// Largest force on a node out of balance, N (N m for angles). Positions in double precision
+    /// leave some `1e-16 EI L/l^3` of it, edges of length `l`, much on meshes of very many.
+    pub residual: f64,
+    /// Whether no direction leads down, out of the plane included; absent when a planar scene
+    /// gives no shear modulus, without which nothing is known of what happens out of its plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stable: Option<bool>,
+    /// Whether no direction in the plane leads down; planar models only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stable_in_plane: Option<bool>,
+    /// How many independent directions lead down, of those that were looked at.
+    pub negative_directions: usize,
+    /// What the supports exert on the rod.
+    pub reactions: Reactions,
+    /// Position of every node, m.
+    pub nodes: Vec<[f64; 3]>,
+}
+
+impl std::fmt::Display for Equilibrium {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [x, y, z] = self.tip;
+        let verdict = match (self.stable, self.stable_in_plane, self.negative_directions) {
+            (Some(true), ..) => "stable".to_string(),
+            (None, Some(true), _) => "stable in its plane".to_string(),
+            (Some(false), Some(true), n) => {
+                format!("UNSTABLE out of its plane, {n} directions lead down")
+            }
+            (.., n) => format!("UNSTABLE, {n} directions lead down"),
+        };
+        writeln!(f, "{} model: {verdict}", self.model)?;
+        writeln!(f, "tip ({x:.6}, {y:.6}, {z:.6}) m, energy {:.6e} J", self.energy)?;
+        write!(f, "{} Newton iterations, residual {:.1e} N", self.newton_iterations, self.residual)
+    }
+}
+
+impl Problem {
+    /// The equilibrium that the rod creeps into from its rest shape under its loads.
+    pub fn equilibrium(&self) -> Result<Equilibrium, Error> {
+        match self.posed() {
+            AnyProblem::Planar(posed) => {
+                let mut found = at_rest(self, &posed)?;
+                let in_plane = found.negative_directions;
+                found.stable_in_plane = Some(in_plane == 0);
+                if self.can_twist() {
+                    let model = self.spatial_model()?;
+                    let spatial = self.posed_as(&model);
+                    let (q, frames) = spatial.placed_still(&found.nodes);
+                    let whole = Pencil::resting(&spatial, &q, &frames);
+                    let across = whole.across(spatial.model.components(spatial.normal()));
+                    found.negative_directions += across.below(-1.0)?;
+                    found.stable = Some(found.negative_directions == 0);
+                }
+                Ok(found)
+            }
+            AnyProblem::Spatial(posed) => {
+                let mut found = at_rest(self, &posed)?;
+                found.stable = Some(found.negative_directions == 0);
+                Ok(found)
+            }
+        }
+    }
+}
+
+/// The equilibrium of a model, without a verdict.
+fn at_rest<M: Model<W>, const W: usize>(
+    problem: &Problem,
+    posed: &Posed<'_, M, W>,
+) -> Result<Equilibrium, Error> {
+    let rest = posed.equilibrium()?;
+    let rod = posed.rod();
+    let energies = rod.energies(&rest.q, &rest.frames);
+    let still = State::at_rest(rest.q.clone(), rest.frames.clone());
+    let reactions = posed.reactions(&rod, Damping::default(), &still);
+    let nodes: Vec<[f64; 3]> =
+        (0..problem.nodes()).map(|i| posed.model.position(&rest.q, i)).collect();
+    Ok(Equilibrium {
+        model: problem.model().0.into(),
+        tip: nodes[nodes.len() - 1],
+        energy: energies.total(),
+        energies,
+        newton_iterations: rest.newton_iterations,
+        residual: rest.residual,
+        stable: None,
+        stable_in_plane: None,
+        negative_directions: Pencil::resting(posed, &rest.q, &rest.frames).below(-1.0)?,
+        reactions,
+        nodes,
+    })
+}
+
+/// Where the nodes `tracked` of a rod at rest are in the world, m, with the derivatives of the
+/// numbers that `seed` makes of the parameters.
+pub(crate) fn nodes_over<D: Nestable, M: Model<W>, const W: usize>(
+    posed: &Posed<'_, M, W>,
+    settled: &Settled<FramesOf<M, W>>,
+    tracked: &[usize],
+    seed: impl Fn(Parameter, f64) -> D,
+) -> Result<Vec<[D; 3]>, Error> {
+    let (_, q) = posed.settled_over(settled, &posed.setup_over(seed))?;
+    Ok(tracked.iter().map(|i| posed.model.position(&q, *i)).collect())
+}

@@ -1,0 +1,15 @@
+//! Where a rod comes to rest, whether it stays there, and what its supports exert on it.
+
+pub(crate) mod descent;
+pub(crate) mod edge_coordinates;
+mod equilibrium;
+mod pencil;
+mod reaction;
+mod rest;
+
+pub use descent::Rest;
+pub use equilibrium::Equilibrium;
+pub(crate) use equilibrium::nodes_over;
+pub(crate) use pencil::{ACROSS, Pencil, in_space};
+pub use reaction::{Reaction, Reactions};
+pub(crate) use rest::Settled;

@@ -1,0 +1,165 @@
+//! Tangent and masses of a rod at a state: what its small vibrations, and its stability, are of.
+
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::problem::Model;
+use crate::problem::{FramesOf, Posed};
+use crate::rod::{Rod, planar, spatial};
+use std::ops::Range;
+
+/// `K x = omega^2 M x` over the unknowns `free`; of half-bandwidth `W`.
+pub(crate) struct Pencil<D, const W: usize> {
+    /// `K`, N/m (N m for angles).
+    pub tangent: BandMatrix<D, W>,
+    /// The diagonal `M`.
+    pub mass: Vec<D>,
+    /// The unknowns that move.
+    pub free: Range<usize>,
+}
+
+/// Of motions out of the plane: a deflection and an angle a node, as many as in the plane.
+pub(crate) const ACROSS: usize = planar::HALF_BANDWIDTH;
+
+impl<D: Nestable, const W: usize> Pencil<D, W> {
+    /// Of a rod at `q`, with its own masses.
+    pub fn at<M: Model<W>>(
+        posed: &Posed<'_, M, W>,
+        rod: &M::Rod<D>,
+        q: &[D],
+        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+    ) -> Self {
+        let mut tangent = BandMatrix::zeros(q.len());
+        let mut gradient = vec![D::from(0.0); q.len()];
+        rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        Self { tangent, mass: rod.mass().to_vec(), free: posed.free() }
+    }
+}
+
+impl<const W: usize> Pencil<f64, W> {
+    /// Of a rod at rest, by edges if it is a long chain, with the stiffness that counts as
+    /// [none](Posed::negligible) in place of the masses: what is stable lies above -1.
+    pub fn resting<M: Model<W>>(
+        posed: &Posed<'_, M, W>,
+        q: &[f64],
+        frames: &FramesOf<M, W>,
+    ) -> Self {
+        let (rod, chain) = (posed.rod(), posed.chain());
+        let mass = posed.negligible(chain);
+        match chain {
+            Some(_) => {
+                let mut tangent = BandMatrix::zeros(q.len());
+                rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
+                Self { tangent, mass, free: posed.free() }
+            }
+            None => Self { mass, ..Self::at(posed, &rod, q, frames) },
+        }
+    }
+
+    /// The factors of `K - squared M`.
+    pub fn factors(&self, squared: f64) -> Result<Ldlt<f64, W>, Error> {
+        let mut factors = Ldlt::with_order(self.mass.len());
+        factors
+            .factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())
+            .map(|()| factors)
+            .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })
+    }
+
+    /// How many eigenvalues lie below `squared`, by Sylvester's law of inertia.
+    pub fn below(&self, squared: f64) -> Result<usize, Error> {
+        Ok(self.factors(squared)?.negative_pivots())
+    }
+
+    /// How far rounding errors of the tangent may move the eigenvalue of the mode `x`, 1/s^2.
+    pub fn rounding(&self, x: &[f64]) -> f64 {
+        let (mut product, mut own) = (vec![0.0; x.len()], 0.0);
+        self.tangent.absolute_product(x, &mut product);
+        for i in self.free.clone() {
+            own += x[i] * x[i] * self.mass[i];
+        }
+        f64::EPSILON * self.free.clone().map(|i| x[i].abs() * product[i]).sum::<f64>() / own
+    }
+}
+
+impl<D: Scalar> Pencil<D, { spatial::HALF_BANDWIDTH }> {
+    /// That of a planar rod's motions along the `normal` of its plane, which has no part in those
+    /// in the plane: unknowns are each node's deflection and each edge's angle.
+    pub fn across(&self, normal: [f64; 3]) -> Pencil<D, ACROSS> {
+        let unknowns = self.mass.len() / 2;
+        let parts = |r: usize| -> [(usize, f64); 3] {
+            let first = 4 * (r / 2);
+            match r % 2 {
+                0 => std::array::from_fn(|c| (first + c, normal[c])),
+                _ => [(first + 3, 1.0), (first, 0.0), (first, 0.0)],
+            }
+        };
+        let entry = |r: usize, s: usize| {
+            let mut sum = D::from(0.0);
+            for (i, a) in parts(r) {
+                for (j, b) in parts(s).into_iter().filter(|(_, b)| a * b != 0.0) {
+                    sum += self.tangent.get(i, j) * (a * b);
+                }
+            }
+            sum
+        };
+        let mut tangent = BandMatrix::zeros(unknowns);
+        for r in 0..unknowns {
+            let mut window = [[D::from(0.0); ACROSS + 1]; ACROSS + 1];
+            for s in r..unknowns.min(r + ACROSS + 1) {
+                window[s - r][0] = entry(s, r);
+            }
+            tangent.set_columns::<1, { ACROSS + 1 }>(r, &window);
+        }
+        // What holds a part of a node holds its deflection.
+        let place = |i: usize, rounded: usize| 2 * (i / 4) + (i % 4 + rounded) / 4;
+        let Range { start, end } = self.free;
+        Pencil {
+            tangent,
+            mass: (0..unknowns).map(|r| self.mass[4 * (r / 2) + 3 * (r % 2)]).collect(),
+            free: place(start, 3)..place(end, 1),
+        }
+    }
+}
+
+/// A motion [across](Pencil::across) the plane as one of the spatial rod.
+pub(crate) fn in_space(across: &[f64], normal: [f64; 3]) -> Vec<f64> {
+    let node = |x: &[f64]| {
+        let [a, b, c] = normal.map(|n| n * x[0]);
+        [a, b, c].into_iter().chain(x.get(1).copied())
+    };
+    across.chunks(2).flat_map(node).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Dimension, Material, Scene, Section, Shape, Support};
+
+    /// A planar rod in space moves in its plane and across it, and nothing couples the two.
+    #[test]
+    fn the_plane_and_what_is_across_are_all() {
+        for start in [Support::Free, Support::Roller, Support::Pinned, Support::Clamped] {
+            for end in [Support::Free, Support::Pinned, Support::Clamped] {
+                let shape = Shape::Straight { length: 0.5, direction: [0.3, 0.4, 0.7] };
+                let material = Material { poisson_ratio: Some(0.3), ..Material::new(1e3, 1e8) };
+                let section = Section::Circle { radius: 0.005 };
+                let mut scene = Scene::new(12, shape, section, material);
+                (scene.supports.start, scene.supports.end) = (start, end);
+                let plane = scene.problem().unwrap();
+                scene.rod.dimension = Dimension::Spatial;
+                let space = scene.problem().unwrap();
+                let (plane, space) = (plane.planar().unwrap(), space.spatial().unwrap());
+                let whole = Pencil::at(&space, &space.rod(), &space.rest(), &space.rest_frames());
+                let inside = Pencil::at(&plane, &plane.rod(), &plane.rest(), &());
+                let outside = whole.across(space.model.components(plane.normal()));
+                for squared in [1.0, 1e3, 1e5, 1e7, 1e9] {
+                    let parts = [inside.below(squared), outside.below(squared)];
+                    let sum: usize = parts.map(Result::unwrap).iter().sum();
+                    assert_eq!(sum, whole.below(squared).unwrap(), "{start:?} {end:?} {squared}");
+                }
+                assert_eq!(whole.free.len(), inside.free.len() + outside.free.len());
+            }
+        }
+    }
+}

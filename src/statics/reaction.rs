@@ -1,0 +1,135 @@
+//! What the supports exert on the rod.
+//!
+//! A support keeps the unknowns it holds on their way, so it makes up for what acts on them: elastic
+//! forces, dead loads, damping and, where it moves, inertia. In world axes,
+//!
+//! ```text
+//! F = sum_i (dE/dx_i + M_i (a_i + mass v_i))
+//! M = sum_i (x_i - c) x (the same)  +  dE/dtheta t
+//! ```
+//!
+//! over the held nodes `i`, with the tangent `t` of a held edge and the point `c` of the support:
+//! the middle of the outermost edge where a wall cuts it, and the end of the rod otherwise. What a
+//! cut edge has inside of the wall, half of its mass, weighs on the wall and not on the rod: it is
+//! left out, so that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress
+//! is that of the mean strain rates over the step that ended. (The rotational
+//! inertia of a held edge that is turned about itself is left out too.)
+
+use crate::numerics::vector::{add, cross, scale, sub, unit};
+use crate::problem::Model;
+use crate::problem::cuts;
+use crate::problem::{FramesOf, Posed};
+use crate::rod::Rod;
+use crate::rod::State;
+use crate::scene::Damping;
+use crate::scene::{NamedNode, Node, PointForce};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Force and moment that a support exerts on the rod, in world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reaction {
+    /// N.
+    pub force: [f64; 3],
+    /// About the point of the support, N m.
+    pub moment: [f64; 3],
+}
+
+/// The reactions at both ends of the rod; zero where an end is free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reactions {
+    /// At the first node.
+    pub start: Reaction,
+    /// At the last node.
+    pub end: Reaction,
+}
+
+impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+    /// The reactions in a state of the rod.
+    pub(crate) fn reactions(
+        &self,
+        rod: &M::Rod<f64>,
+        damping: Damping<f64>,
+        state: &State<f64, FramesOf<M, W>>,
+    ) -> Reactions {
+        let State { time, q, frames, v, strain_rate, .. } = state;
+        let mut force = vec![0.0; q.len()];
+        match strain_rate.is_empty() {
+            true => rod.gradient(q, frames, self.derivatives(), &mut force),
+            false => {
+                let shift: Vec<f64> = strain_rate.iter().map(|r| -damping.stiffness * r).collect();
+                let mut viscous = rod.clone();
+                viscous.set_viscous(rod, 1.0, &shift);
+                viscous.gradient(q, frames, self.derivatives(), &mut force);
+            }
+        }
+        let mut acceleration = vec![0.0; q.len()];
+        if let Some(drive) = self.moved_ends() {
+            drive.accelerations(*time, &mut acceleration);
+        }
+        for (i, force) in force.iter_mut().enumerate() {
+            if !self.is_inside(i / M::STRIDE) {
+                *force += rod.mass()[i] * (acceleration[i] + damping.mass * v[i]);
+            }
+        }
+        force[self.free()].fill(0.0);
+        Reactions {
+            start: self.reaction(0..self.free().start, [0, 1], (rod, q, &force)),
+            end: {
+                let last = self.nodes() - 1;
+                self.reaction(self.free().end..q.len(), [last, last - 1], (rod, q, &force))
+            },
+        }
+    }
+
+    /// Of the end whose `[outermost, next]` nodes these are, from the forces on the unknowns it holds.
+    fn reaction(
+        &self,
+        held: Range<usize>,
+        [outermost, next]: [usize; 2],
+        (rod, q, force): (&M::Rod<f64>, &[f64], &[f64]),
+    ) -> Reaction {
+        let mut reaction = Reaction::default();
+        if held.is_empty() {
+            return reaction;
+        }
+        let position = |i: usize| self.model.position(q, i);
+        let inside = self.is_inside(outermost);
+        let point = match inside {
+            true => scale(add(position(outermost), position(next)), 0.5),
+            false => position(outermost),
+        };
+        for node in [outermost, next] {
+            let mut on_node = self.model.rate(force, node);
+            if node == outermost && inside {
+                on_node = add(on_node, self.load(node, rod.mass()[M::STRIDE * node]));
+            }
+            reaction.force = add(reaction.force, on_node);
+            let turning = cross(sub(position(node), point), on_node);
+            reaction.moment = add(reaction.moment, turning);
+        }
+        for i in held.filter(|i| M::Rod::<f64>::is_angle(*i)) {
+            let edge = i / M::STRIDE;
+            let tangent = unit(sub(position(edge + 1), position(edge)));
+            reaction.moment = add(reaction.moment, scale(tangent, force[i]));
+        }
+        reaction
+    }
+
+    /// Whether a node stands inside of a wall.
+    fn is_inside(&self, node: usize) -> bool {
+        let [start, end] = cuts(&self.scene().supports);
+        start && node == 0 || end && node + 1 == self.nodes()
+    }
+
+    /// Weight and point forces on a node, N.
+    fn load(&self, node: usize, mass: f64) -> [f64; 3] {
+        let loads = &self.scene().loads;
+        let here = |load: &&PointForce| match load.node {
+            Node::Named(NamedNode::Tip) => node + 1 == self.nodes(),
+            Node::Index(i) => i == node,
+        };
+        let points = loads.point.iter().filter(here);
+        points.fold(scale(loads.gravity, mass), |sum, load| add(sum, load.force))
+    }
+}

@@ -1,0 +1,282 @@
+//! The equilibria of a model: the state a rod creeps into under its loads, with the derivatives that it has
+//! by the scene's numbers.
+
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
+use crate::numerics::scalar::Nestable;
+use crate::problem::Model;
+use crate::problem::Setup;
+use crate::problem::{FramesOf, Posed};
+use crate::rod::Rod;
+use crate::rod::strain_rates;
+use crate::scene::supports::Moment;
+use crate::scene::{End, Support};
+use crate::statics::descent::{Flow, Rest};
+use crate::statics::edge_coordinates::Chain;
+use crate::statics::pencil::Pencil;
+
+/// An equilibrium, and what its [derivatives](Posed::settled_over) need beside it.
+pub(crate) struct Settled<F> {
+    /// The equilibrium.
+    pub rest: Rest<F>,
+    /// Whether it may move without a force.
+    indifferent: bool,
+}
+
+/// What a motion does whose largest displacement is the rod's length, or whose largest turn of an
+/// edge about itself is 1 rad.
+pub(crate) struct Moving {
+    /// The node that moves most.
+    pub node: usize,
+    /// How far, in lengths of the rod.
+    moved: f64,
+    /// The sum of all strains.
+    deformed: f64,
+    /// Energies of stretching, bending and twisting by those strains alone, J.
+    pub energies: [f64; 3],
+}
+
+impl Moving {
+    /// Whether edges turn about themselves and nodes stay.
+    pub fn is_spin(&self) -> bool {
+        self.moved <= 1e-6
+    }
+    /// Whether the rod keeps its shape.
+    pub fn is_rigid(&self) -> bool {
+        self.deformed <= 1e-2
+    }
+}
+
+impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+    /// The state the rod creeps into under its loads, from where it begins; moved ends are where
+    /// their motion leaves them.
+    pub fn equilibrium(&self) -> Result<Rest<FramesOf<M, W>>, Error> {
+        self.equilibrium_of(&self.rod(), true)
+    }
+
+    /// The same of a rod with other loads, with ends where their motion leaves them (`settled`), or
+    /// where it has them at t = 0. Ends far from where they begin are moved there step by step.
+    fn equilibrium_of(
+        &self,
+        rod: &M::Rod<f64>,
+        settled: bool,
+    ) -> Result<Rest<FramesOf<M, W>>, Error> {
+        self.problem.check_stop()?;
+        let (mut q, mut frames) = self.begin(self.setup);
+        let drive = self.drive(self.setup);
+        let parts = drive.as_ref().map_or(1, |drive| drive.parts(self.problem.length(), settled));
+        let mut iterations = 0;
+        for k in 1..=parts {
+            if let Some(drive) = &drive {
+                let part = |k: usize| k as f64 / parts as f64;
+                let [from, to] = [k - 1, k].map(|k| Moment::Approach { part: part(k), settled });
+                drive.carry(from, to, &mut q, |end, node| self.reach(end, node));
+                drive.advance::<M::Rod<f64>, W>(from, to, &mut q, &frames);
+            }
+            let chain = self.chain();
+            let scales = (self.problem.length(), self.negligible(chain));
+            let derivatives = self.problem.derivatives();
+            let rest =
+                Flow::new(rod, self.free(), scales, chain, derivatives, q).descend(frames)?;
+            iterations += rest.newton_iterations;
+            if k == parts {
+                return Ok(Rest { newton_iterations: iterations, ..rest });
+            }
+            (q, frames) = (rest.q, rest.frames);
+        }
+        unreachable!("there is at least one part")
+    }
+
+    /// How far node `i` goes along with a moved end: wholly where nothing holds the other end, else
+    /// less and less towards it.
+    fn reach(&self, end: End, i: usize) -> f64 {
+        let supports = &self.problem.scene().supports;
+        let part = i as f64 / (self.nodes() - 1) as f64;
+        let (other, part) = match end {
+            End::Start => (supports.end, 1.0 - part),
+            End::End => (supports.start, part),
+        };
+        if other == Support::Free { 1.0 } else { part }
+    }
+
+    /// The rod as a chain, where it is one and long.
+    pub(crate) fn chain(&self) -> Option<Chain> {
+        Chain::of(M::STRIDE, &self.free(), self.model.dof())
+    }
+
+    /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending
+    /// vibration's, and what rounding errors of the edges' stiffness, each another, add up to where
+    /// edges lie askew to the axes. A rod that no end holds moves along itself, against all of them
+    /// and those of eliminating one edge after the other.
+    pub(crate) fn zero_frequency_squared(&self) -> f64 {
+        let material = &self.scene().material;
+        let speed_squared = material.youngs_modulus / material.density;
+        let supports = &self.scene().supports;
+        let held = [supports.start, supports.end]
+            .iter()
+            .any(|s| matches!(s, Support::Clamped | Support::Pinned));
+        let nodes = self.nodes() as f64;
+        let noise = f64::EPSILON * if held { nodes.powf(1.5) } else { 10.0 * nodes.powi(2) };
+        self.bending_frequency_squared() * 1e-9
+            + noise * speed_squared / self.problem.length().powi(2)
+    }
+
+    /// A stiffness of every unknown that counts as none, N/m (N m for angles): a billionth of the
+    /// rod's own in bending and twisting as a whole, or what rounding errors amount to in a tangent
+    /// that goes with the fourth power of the mesh, or a chain's with the second.
+    pub(crate) fn negligible(&self, chain: Option<Chain>) -> Vec<f64> {
+        let nodes = self.nodes() as f64;
+        let (p, section) = (&self.scene().material, self.scene().rod.section.moments());
+        let [i1, i2] = section.second_moments;
+        let length = self.problem.length();
+        let power = if chain.is_some() { 2 } else { 4 };
+        let noise = 10.0 * f64::EPSILON * nodes.powi(power);
+        let bending = self.bending_frequency_squared() * (1e-9 + noise);
+        let moving = match chain {
+            Some(_) => bending,
+            None => bending + self.zero_frequency_squared(),
+        };
+        // An angle's inertia about the edge is so small that it would not show: it counts like the
+        // edge's mass on a lever of the rod's length, as much more as twisting is stiffer.
+        let bend = p.youngs_modulus * i1.min(i2);
+        let twist = (p.shear_modulus() * section.torsion_constant / bend).max(1.0);
+        let angle = bending * twist * p.density * section.area * length.powi(3) / nodes;
+        let stiffness = |(i, metric): (usize, f64)| match M::Rod::<f64>::is_angle(i) {
+            true => angle,
+            false => metric * moving,
+        };
+        self.metric(chain).into_iter().enumerate().map(stiffness).collect()
+    }
+
+    /// Unknowns of the equilibrium at t = 0, angles measured from the frames the rod begins with.
+    pub(crate) fn equilibrium_held(&self) -> Result<Vec<f64>, Error> {
+        let rod = self.setup.held(self.model, &self.rod());
+        let found = self.equilibrium_of(&rod, false)?;
+        let mut q = found.q;
+        M::Rod::<f64>::refer(&mut q, &found.frames, &self.begin(self.setup).1);
+        Ok(q)
+    }
+
+    /// Gives an equilibrium `q` of a rod its exact derivatives: one step of Newton's method per
+    /// order that `D` carries; `indifferent` with a [negligible](Self::negligible) stiffness added,
+    /// which needs one more. A long chain is solved by its edges.
+    pub(crate) fn follow<D: Nestable>(
+        &self,
+        rod: &M::Rod<D>,
+        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+        q: &mut [D],
+        indifferent: bool,
+    ) -> Result<(), Singular> {
+        let n = q.len();
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        let mut factors = Ldlt::with_order(n);
+        let (free, chain) = (self.free(), self.chain());
+        let one = D::from(1.0);
+        let added: Vec<D> = match indifferent {
+            true => self.negligible(chain).into_iter().map(D::from).collect(),
+            false => vec![D::from(0.0); n],
+        };
+        for _ in 0..D::ORDER + usize::from(indifferent) {
+            match chain {
+                Some(chain) => {
+                    rod.gradient(q, frames, Derivatives::Hand, &mut gradient);
+                    rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
+                    chain.gather::<D, M::Rod<D>, W>(&mut gradient);
+                }
+                None => rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent),
+            }
+            factors.factor_sum(&added, one, &tangent, one, free.clone())?;
+            factors.solve(&mut gradient);
+            if let Some(chain) = chain {
+                chain.spread::<D, M::Rod<D>, W>(&mut gradient);
+            }
+            for i in free.clone() {
+                q[i] -= gradient[i];
+            }
+        }
+        Ok(())
+    }
+
+    /// What measures changes of the unknowns: masses, or a chain's metric.
+    fn metric(&self, chain: Option<Chain>) -> Vec<f64> {
+        let rod = self.rod();
+        chain.map_or_else(|| rod.mass().to_vec(), |chain| chain.metric(&rod))
+    }
+
+    /// An [equilibrium](Self::equilibrium) to be differentiated.
+    pub(crate) fn settled(&self) -> Result<Settled<FramesOf<M, W>>, Error> {
+        let rest = self.equilibrium()?;
+        Ok(Settled { indifferent: self.is_indifferent(&rest)?, rest })
+    }
+
+    /// Its unknowns with the derivatives that `D` carries, and the rod that is in it. The frames stay
+    /// where they are.
+    pub(crate) fn settled_over<D: Nestable>(
+        &self,
+        Settled { rest, indifferent }: &Settled<FramesOf<M, W>>,
+        setup: &Setup<D, M, W>,
+    ) -> Result<(M::Rod<D>, Vec<D>), Error> {
+        let rod = setup.rod(self.model);
+        let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
+        let frames = M::lift(&rest.frames);
+        self.hold(setup, Moment::Approach { part: 1.0, settled: true }, &mut q, &frames);
+        self.follow(&rod, &frames, &mut q, *indifferent)
+            .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
+        Ok((rod, q))
+    }
+
+    /// Whether a direction is left in which no force resists. That may be a motion as a rigid body,
+    /// or the spin of a round rod between hinges, which does not move a node: parameters do not push
+    /// that way, and any answer will do. Everything else is refused.
+    fn is_indifferent(&self, rest: &Rest<FramesOf<M, W>>) -> Result<bool, Error> {
+        let pencil = Pencil::resting(self, &rest.q, &rest.frames);
+        let node = |row: usize| row / M::STRIDE;
+        let refused = |error: Error| match error {
+            Error::SingularTangent { row, .. } => Error::Indifferent { node: node(row) },
+            error => error,
+        };
+        let factors = pencil.factors(1.0).map_err(refused)?;
+        if pencil.below(-1.0).map_err(refused)? == factors.negative_pivots() {
+            return Ok(false);
+        }
+        // Inverse iteration finds such a direction.
+        let n = rest.q.len();
+        let mut x: Vec<f64> = (0..n).map(|i| 1.0 + (i * 71 % 101) as f64 / 101.0).collect();
+        for _ in 0..3 {
+            factors.solve(&mut x);
+            let largest = x.iter().fold(f64::MIN_POSITIVE, |most, x| most.max(x.abs()));
+            x.iter_mut().zip(&pencil.mass).for_each(|(x, m)| *x *= m / largest);
+        }
+        factors.solve(&mut x);
+        if let Some(chain) = self.chain() {
+            chain.spread::<f64, M::Rod<f64>, W>(&mut x);
+        }
+        let motion = self.motion((&rest.q, &rest.frames), &x);
+        match motion.is_spin() || motion.is_rigid() {
+            true => Ok(true),
+            false => Err(Error::Indifferent { node: motion.node }),
+        }
+    }
+
+    /// What a motion from a state with the rates `x` of all unknowns does.
+    pub(crate) fn motion(&self, (q, frames): (&[f64], &FramesOf<M, W>), x: &[f64]) -> Moving {
+        let length = self.problem.length();
+        let size = |of_angles: bool| {
+            let own = (0..x.len()).filter(|i| M::Rod::<f64>::is_angle(*i) == of_angles);
+            own.map(|i| (i / M::STRIDE, x[i].abs()))
+                .fold((0, 0.0), |a: (usize, f64), b| if b.1 > a.1 { b } else { a })
+        };
+        let ((node, moved), (_, turned)) = (size(false), size(true));
+        let largest = (moved / length).max(turned).max(f64::MIN_POSITIVE);
+        let x: Vec<f64> = x.iter().map(|x| x / largest).collect();
+        let (rod, mut strains) = (self.rod(), Vec::new());
+        strain_rates(&rod, (q, frames), &x, length, &mut strains);
+        Moving {
+            node,
+            moved: moved / length / largest,
+            deformed: strains.iter().map(|rate| rate.abs()).sum(),
+            energies: rod.strain_energies(&strains),
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! How the frequencies of small vibrations about an equilibrium change with the parameters.
+//!
+//! A parameter changes the tangent and the masses, and it moves the equilibrium that the tangent is
+//! taken at. So the equilibrium gets its derivatives first ([`Trajectory::at_rest`]); tangent `K` and
+//! masses `M` are assembled there in dual numbers, and inverse iteration with the shift
+//! `s = (1 - 1e-7) lambda`,
+//!
+//! ```text
+//! y = (K - s M)^-1 M x,   lambda = s + y.Mx / y.My,   x = y / |y|,
+//! ```
+//!
+//! starts from the mode that [`modes`](crate::vibration::modes) finds in plain numbers. The parts of `x` along
+//! other modes, its derivatives' included, fall with the shift's distance over that of the mode's
+//! neighbour, and the quotient is off by their square. First derivatives are those of Hellmann and
+//! Feynman; second ones know how the mode itself changes.
+//!
+//! [`Trajectory::at_rest`]: crate::Trajectory::at_rest
+
+use crate::energy::frame::Frames;
+use crate::error::Error;
+use crate::numerics::banded::Ldlt;
+use crate::numerics::scalar::Nestable;
+use crate::problem::Model;
+use crate::problem::SpatialModel;
+use crate::problem::{AnyProblem, Modelled, Problem};
+use crate::rod::{Rod, spatial};
+use crate::scene::Parameter;
+use crate::statics::Pencil;
+use crate::statics::Settled;
+use crate::vibration::modes::{Own, Plane, Vibrating, across};
+use crate::vibration::name::ModeName;
+use num_dual::Dual64;
+
+/// The shift's distance from the eigenvalue, as a part of it.
+const OFF: f64 = 1e-7;
+/// Each makes the parts along other modes smaller by a thousandth at least; the first finds the
+/// shift's own derivatives.
+const ITERATIONS: usize = 4;
+/// Modes of frequencies nearer than this part mix, and have no derivatives of their own.
+const APART: f64 = 1e-6;
+
+/// A frequency and its derivatives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tone {
+    /// Angular frequency, rad/s.
+    pub frequency_rad_s: f64,
+    /// By each of the parameters, rad/s over their units.
+    pub derivatives: Vec<f64>,
+}
+
+impl Problem {
+    /// The frequencies of named modes about the equilibrium under the loads, with their exact
+    /// derivatives by `parameters`. A mere number counts, from 1 on in the order of rising frequency,
+    /// the modes in the plane of a planar scene, and all those of a spatial one; see [`ModeName`].
+    ///
+    /// A mode that is unstable or meets no resistance is refused by [`Error::Mode`], and so is one
+    /// that another in the same plane vibrates as fast as: of a round rod in space, bending modes
+    /// come in such pairs.
+    pub fn tones<N: Into<ModeName> + Copy>(
+        &self,
+        modes: &[N],
+        parameters: &[Parameter],
+    ) -> Result<Vec<Tone>, Error> {
+        let vibrations = Vibrations::of(self, modes, !parameters.is_empty())?;
+        let tone = |(_, own): &(Option<Plane>, Own)| Tone {
+            frequency_rad_s: own.frequency(),
+            derivatives: Vec::with_capacity(parameters.len()),
+        };
+        let mut tones: Vec<Tone> = vibrations.modes.iter().map(tone).collect();
+        for parameter in parameters {
+            self.check_parameter(*parameter)?;
+            let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
+            for (tone, frequency) in tones.iter_mut().zip(vibrations.over(seed)?) {
+                tone.derivatives.push(frequency.eps);
+            }
+        }
+        Ok(tones)
+    }
+
+    /// The same frequencies, rad/s, over any scalar; `seed` makes the numbers of the parameters.
+    pub fn tones_over<D: Nestable, N: Into<ModeName> + Copy>(
+        &self,
+        modes: &[N],
+        seed: impl Fn(Parameter, f64) -> D,
+    ) -> Result<Vec<D>, Error> {
+        Vibrations::of(self, modes, D::ORDER > 0)?.over(seed)
+    }
+}
+
+/// An equilibrium by its model.
+enum AnySettled {
+    /// With the spatial model, where modes out of the plane are asked for.
+    Planar(Settled<()>, Option<Box<Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>>>),
+    Spatial(Settled<Frames<f64>>),
+}
+
+/// Modes to be differentiated.
+struct Vibrations<'a> {
+    problem: &'a Problem,
+    settled: AnySettled,
+    modes: Vec<(Option<Plane>, Own)>,
+}
+
+impl<'a> Vibrations<'a> {
+    /// The named modes; `apart` if derivatives are asked for.
+    fn of<N: Into<ModeName> + Copy>(
+        problem: &'a Problem,
+        names: &[N],
+        apart: bool,
+    ) -> Result<Self, Error> {
+        let names: Vec<ModeName> = names.iter().map(|name| (*name).into()).collect();
+        for name in &names {
+            name.among.check(problem, "modes")?;
+        }
+        let planes: Vec<Option<Plane>> = names.iter().map(|n| n.among.plane_of(problem)).collect();
+        let own = |plane: Option<Plane>| -> Vec<ModeName> {
+            names.iter().zip(&planes).filter(|(_, p)| **p == plane).map(|(n, _)| *n).collect()
+        };
+        let (found, settled) = match problem.posed() {
+            AnyProblem::Planar(posed) => {
+                let settled = posed.settled()?;
+                let q = &settled.rest.q;
+                let mut found = vec![(Some(Plane::In), Vec::new())];
+                let inside = own(Some(Plane::In));
+                if !inside.is_empty() {
+                    found[0].1 = named(&Vibrating::of(&posed, q, &())?, &inside, apart)?;
+                }
+                let mut model = None;
+                let outside = own(Some(Plane::Out));
+                if !outside.is_empty() {
+                    let spatial =
+                        problem.posed_as(&**model.insert(Box::new(problem.spatial_model()?)));
+                    let (q, frames) = across(&posed, &spatial, q);
+                    let vibrating = Vibrating::across(&spatial, &q, &frames)?;
+                    found.push((Some(Plane::Out), named(&vibrating, &outside, apart)?));
+                }
+                (found, AnySettled::Planar(settled, model))
+            }
+            AnyProblem::Spatial(posed) => {
+                let settled = posed.settled()?;
+                let vibrating = Vibrating::of(&posed, &settled.rest.q, &settled.rest.frames)?;
+                (vec![(None, named(&vibrating, &names, apart)?)], AnySettled::Spatial(settled))
+            }
+        };
+        // Back in the order of the names.
+        let mut found: Vec<_> = found.into_iter().map(|(p, all)| (p, all.into_iter())).collect();
+        let modes = planes.iter().filter_map(|plane| {
+            let (_, own) = found.iter_mut().find(|(p, _)| p == plane)?;
+            Some((*plane, own.next()?))
+        });
+        Ok(Self { problem, modes: modes.collect(), settled })
+    }
+
+    /// Their frequencies with the derivatives that `D` carries, rad/s.
+    fn over<D: Nestable>(&self, seed: impl Fn(Parameter, f64) -> D) -> Result<Vec<D>, Error> {
+        let picked = |plane| self.modes.iter().enumerate().filter(move |(_, m)| m.0 == plane);
+        let mut frequencies = vec![D::from(0.0); self.modes.len()];
+        let mut add = |plane: Option<Plane>, one: &dyn Fn(&Own) -> Result<D, Error>| {
+            for (k, (_, own)) in picked(plane) {
+                frequencies[k] = one(own)?;
+            }
+            Ok::<(), Error>(())
+        };
+        match (self.problem.posed(), &self.settled) {
+            (AnyProblem::Planar(posed), AnySettled::Planar(settled, spatial)) => {
+                let (rod, q) = posed.settled_over(settled, &posed.setup_over(&seed))?;
+                let pencil = Pencil::at(&posed, &rod, &q, &());
+                add(Some(Plane::In), &|own| frequency(&pencil, own))?;
+                if let Some(model) = spatial.as_deref() {
+                    let place = |i: usize| posed.model.position(&q, i);
+                    let nodes: Vec<[D; 3]> = (0..posed.nodes()).map(place).collect();
+                    let posed = self.problem.posed_as(model);
+                    let setup = posed.setup_over(&seed);
+                    let (q, frames) = posed.placed(&setup, &nodes);
+                    let whole = Pencil::at(&posed, &setup.rod(posed.model), &q, &frames);
+                    let pencil = whole.across(posed.model.components(posed.normal()));
+                    add(Some(Plane::Out), &|own| frequency(&pencil, own))?;
+                }
+            }
+            (AnyProblem::Spatial(posed), AnySettled::Spatial(settled)) => {
+                let (rod, q) = posed.settled_over(settled, &posed.setup_over(&seed))?;
+                // Angles are coordinates whose inertia is theirs about the moved frames only.
+                let mut frames = SpatialModel::lift::<D>(&settled.rest.frames);
+                <SpatialModel as Model<_>>::Rod::<D>::rebase(&mut frames, &q);
+                let pencil = Pencil::at(&posed, &rod, &q, &frames);
+                add(None, &|own| frequency(&pencil, own))?;
+            }
+            _ => unreachable!("a problem keeps its model"),
+        }
+        Ok(frequencies)
+    }
+}
+
+/// The named modes of a vibrating rod; if they are to stand `apart`, each with a frequency of its
+/// own.
+fn named<M: Model<W>, const W: usize, const V: usize>(
+    vibrating: &Vibrating<'_, M, W, V>,
+    names: &[ModeName],
+    apart: bool,
+) -> Result<Vec<Own>, Error> {
+    let mass = vibrating.node_masses();
+    let most = names.iter().map(|name| name.number).max().unwrap_or(0);
+    // Free motions come first, and the next one tells whether the last stands alone. Modes of one
+    // kind may be few among others.
+    let mut count = most.saturating_add(1 + vibrating.most_free()).min(vibrating.available());
+    loop {
+        let all = vibrating.lowest(count)?;
+        let place = |name: &ModeName| {
+            let mut own = (0..all.len()).filter(|k| name.among.has(&all[*k], |i| mass[i]));
+            own.nth(name.number.checked_sub(1)?)
+        };
+        let is_last = count == vibrating.available();
+        let places: Vec<Option<usize>> = names.iter().map(place).collect();
+        if is_last || places.iter().all(|k| k.is_some_and(|k| k + 1 < all.len())) {
+            let one = |(name, place): (&ModeName, &Option<usize>)| match *place {
+                Some(k) => single(&all, k, name, apart),
+                None => {
+                    let own = all.iter().filter(|own| name.among.has(own, |i| mass[i]));
+                    let (found, high) = (name.number as f64, own.count() as f64);
+                    Err(Error::OutOfRange { what: "mode", found, low: 1.0, high })
+                }
+            };
+            return names.iter().zip(&places).map(one).collect();
+        }
+        count = (2 * count).min(vibrating.available());
+    }
+}
+
+/// Mode `k` of `all`, if it has a frequency, and, if it is to stand `apart`, one of its own.
+fn single(all: &[Own], k: usize, name: &ModeName, apart: bool) -> Result<Own, Error> {
+    let own = &all[k];
+    let refused = |reason: String| {
+        Err(Error::Mode {
+            number: name.number,
+            among: name.among.words(),
+            frequency_rad_s: own.frequency(),
+            reason,
+        })
+    };
+    if own.squared <= 0.0 {
+        return refused("nothing resists it, so that it does not vibrate".into());
+    }
+    let as_fast = |other: &Own| (other.frequency() / own.frequency() - 1.0).abs() < APART;
+    match (0..all.len()).find(|i| apart && *i != k && as_fast(&all[*i])) {
+        Some(i) => refused(format!(
+            "{} mode {} of all vibrates as fast, so that neither has derivatives of its own",
+            all[i].kind.name(),
+            all[..=i].iter().filter(|own| !own.is_free()).count()
+        )),
+        None => Ok(own.clone()),
+    }
+}
+
+/// The frequency of a mode of the same rod in plain numbers, rad/s, with its derivatives.
+fn frequency<D: Nestable, const W: usize>(
+    Pencil { tangent, mass, free }: &Pencil<D, W>,
+    own: &Own,
+) -> Result<D, Error> {
+    let mut factors = Ldlt::with_order(mass.len());
+    let mut x: Vec<D> = own.vector.iter().map(|x| D::from(*x)).collect();
+    let mut squared = D::from(own.squared);
+    for _ in 0..ITERATIONS {
+        let shift = squared * (1.0 - OFF);
+        factors
+            .factor_sum(mass, -shift, tangent, D::from(1.0), free.clone())
+            .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })?;
+        let image: Vec<D> = x.iter().zip(mass).map(|(x, m)| *x * *m).collect();
+        x.copy_from_slice(&image);
+        factors.solve(&mut x);
+        let mut own = D::from(0.0);
+        let mut across = D::from(0.0);
+        for i in free.clone() {
+            across += x[i] * image[i];
+            own += x[i] * x[i] * mass[i];
+        }
+        squared = shift + across / own;
+        let scale = own.sqrt().recip();
+        x.iter_mut().for_each(|x| *x *= scale);
+    }
+    // Rounding errors of the quotient are larger than those of the modes.
+    Ok((squared - D::from(squared.value()) + own.squared).sqrt())
+}

@@ -1,0 +1,11 @@
+//! Small vibrations about a state: modes, their names, and how their frequencies change with the
+//! parameters.
+
+mod frequencies;
+mod lowest;
+mod modes;
+mod name;
+
+pub use frequencies::Tone;
+pub use modes::{About, Kind, Mode, Modes, Plane};
+pub use name::{Among, ModeName};

@@ -1,0 +1,355 @@
+//! Small vibrations: the lowest frequencies and shapes about a state.
+//!
+//! `K v = omega^2 M v` with the exact tangent `K` at the state (`pencil`), solved
+//! for the lowest (`lowest`) and for all unstable ones. A planar scene that says how stiff the rod is
+//! in torsion vibrates out of its plane too; those modes are found apart from the plane's, so that
+//! equal frequencies do not mix.
+//!
+//! Every mode is told by its plane and by its [`Kind`], and has a number among those of its plane:
+//! what a measured frequency is named by ([`ModeName`]). Free motions, of a rod that nothing holds
+//! or that turns in a hinge, have no number.
+
+use crate::error::Error;
+use crate::numerics::vector::{dot, sub, unit};
+use crate::problem::Model;
+use crate::problem::{AnyProblem, FramesOf, PlanarProblem, Posed, Problem, SpatialProblem};
+use crate::rod::Rod;
+use crate::scene::Support;
+use crate::statics::{ACROSS, Pencil, in_space};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Unstable directions beyond those asked for are listed up to so many.
+const UNSTABLE: usize = 200;
+
+/// The state vibrations are about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum About {
+    /// Where the rod hangs under its loads.
+    #[default]
+    Equilibrium,
+    /// The rest shape, whatever the loads.
+    Rest,
+}
+
+/// Which way a mode of a planar scene goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Plane {
+    /// In the plane.
+    In,
+    /// Out of it, twisting included.
+    Out,
+}
+
+/// What resists a mode: where most of its elastic energy is, and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Bending.
+    Bending,
+    /// Twisting.
+    Torsion,
+    /// Stretching, of a rod that moves along itself.
+    Axial,
+    /// The rod keeps its shape: it moves freely, at frequency zero, or its loads hold it, as those
+    /// of a pendulum do.
+    Rigid,
+}
+
+impl Kind {
+    /// As fit files name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bending => "bending",
+            Self::Torsion => "torsion",
+            Self::Axial => "axial",
+            Self::Rigid => "rigid",
+        }
+    }
+}
+
+/// A mode of vibration.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Mode {
+    /// Angular frequency, rad/s; of an unstable direction minus its growth rate, 1/s. Zero where
+    /// nothing resists, such as a free rod's motion as a rigid body.
+    pub frequency_rad_s: f64,
+    /// Which way it goes; absent in spatial scenes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plane: Option<Plane>,
+    /// What resists it.
+    pub kind: Kind,
+    /// Its number among the modes of its plane, from 1 on, as measured frequencies name it; absent
+    /// where it moves freely.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number: Option<usize>,
+    /// Displacement of every node in world axes; the largest is 1. Zero in torsion.
+    pub shape: Vec<[f64; 3]>,
+}
+
+/// The lowest modes about a state.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Modes {
+    /// Which state.
+    pub about: About,
+    /// How many directions are unstable; the first 200 of either plane, or as many as were asked
+    /// for, are among the modes.
+    pub unstable: usize,
+    /// Angular frequencies, ascending, in and out of plane, rad/s; unstable directions first, as
+    /// minus their growth rates.
+    pub frequencies_rad_s: Vec<f64>,
+    /// The modes, in the same order.
+    pub modes: Vec<Mode>,
+}
+
+impl Problem {
+    /// The `count` lowest modes about a state, and all unstable ones.
+    pub fn modes(&self, count: usize, about: About) -> Result<Modes, Error> {
+        let (mut modes, mut unstable) = (Vec::new(), 0);
+        match self.posed() {
+            AnyProblem::Planar(posed) => {
+                let (q, ()) = state(&posed, about)?;
+                unstable += Vibrating::of(&posed, &q, &())?.add(count, &mut modes)?;
+                if self.can_twist() {
+                    let model = self.spatial_model()?;
+                    let spatial = self.posed_as(&model);
+                    let (q, frames) = across(&posed, &spatial, &q);
+                    unstable += Vibrating::across(&spatial, &q, &frames)?.add(count, &mut modes)?;
+                }
+            }
+            AnyProblem::Spatial(posed) => {
+                let (q, frames) = state(&posed, about)?;
+                unstable += Vibrating::of(&posed, &q, &frames)?.add(count, &mut modes)?;
+            }
+        }
+        modes.sort_by(|a, b| a.frequency_rad_s.total_cmp(&b.frequency_rad_s));
+        let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
+        modes.truncate(count.max(growing));
+        let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();
+        Ok(Modes { about, unstable, frequencies_rad_s, modes })
+    }
+}
+
+type State<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
+
+fn state<M: Model<W>, const W: usize>(
+    posed: &Posed<'_, M, W>,
+    about: About,
+) -> Result<State<M, W>, Error> {
+    Ok(match about {
+        About::Rest => (posed.rest(), posed.rest_frames()),
+        About::Equilibrium => {
+            let rest = posed.equilibrium()?;
+            (rest.q, rest.frames)
+        }
+    })
+}
+
+/// The state in space of a planar problem that is at `q`.
+pub(crate) fn across(
+    planar: &PlanarProblem<'_>,
+    spatial: &SpatialProblem<'_>,
+    q: &[f64],
+) -> (Vec<f64>, crate::energy::frame::Frames<f64>) {
+    let place = |i: usize| planar.model.position(q, i);
+    spatial.placed_still(&(0..planar.nodes()).map(place).collect::<Vec<_>>())
+}
+
+/// A vibration in the terms of its [`Pencil`].
+#[derive(Clone, Debug)]
+pub(crate) struct Own {
+    /// Square of the angular frequency, 1/s^2.
+    pub squared: f64,
+    /// Rates of the pencil's unknowns.
+    pub vector: Vec<f64>,
+    /// What resists it.
+    pub kind: Kind,
+    /// Displacements of all nodes in world axes; the largest is 1.
+    pub shape: Vec<[f64; 3]>,
+}
+
+impl Own {
+    /// As in [`Mode::frequency_rad_s`].
+    pub fn frequency(&self) -> f64 {
+        self.squared.signum() * self.squared.abs().sqrt()
+    }
+
+    /// Whether it is a free motion, without a number.
+    pub fn is_free(&self) -> bool {
+        self.squared == 0.0 && self.kind == Kind::Rigid
+    }
+}
+
+/// A rod at a state whose vibrations are looked at: all of its model's, or those across the plane.
+pub(crate) struct Vibrating<'a, M: Model<W>, const W: usize, const V: usize> {
+    posed: &'a Posed<'a, M, W>,
+    q: &'a [f64],
+    frames: &'a FramesOf<M, W>,
+    pencil: Pencil<f64, V>,
+    /// How many of the modes are unstable.
+    growing: usize,
+    /// Of a planar scene.
+    pub plane: Option<Plane>,
+}
+
+impl<'a, M: Model<W>, const W: usize> Vibrating<'a, M, W, W> {
+    /// All vibrations of a model.
+    pub fn of(
+        posed: &'a Posed<'a, M, W>,
+        q: &'a [f64],
+        frames: &'a FramesOf<M, W>,
+    ) -> Result<Self, Error> {
+        let pencil = Pencil::at(posed, &posed.rod(), q, frames);
+        let growing = Pencil::resting(posed, q, frames).below(-1.0)?;
+        let plane = (M::STRIDE < 3).then_some(Plane::In);
+        Ok(Self { posed, q, frames, pencil, growing, plane })
+    }
+}
+
+impl<'a>
+    Vibrating<'a, crate::problem::SpatialModel, { crate::rod::spatial::HALF_BANDWIDTH }, ACROSS>
+{
+    /// Those out of the plane of a planar problem, of its spatial model.
+    pub fn across(
+        posed: &'a SpatialProblem<'a>,
+        q: &'a [f64],
+        frames: &'a crate::energy::frame::Frames<f64>,
+    ) -> Result<Self, Error> {
+        let normal = posed.model.components(posed.normal());
+        let pencil = Pencil::at(posed, &posed.rod(), q, frames).across(normal);
+        let growing = Pencil::resting(posed, q, frames).across(normal).below(-1.0)?;
+        Ok(Self { posed, q, frames, pencil, growing, plane: Some(Plane::Out) })
+    }
+}
+
+impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
+    /// How many modes there are.
+    pub fn available(&self) -> usize {
+        self.pencil.free.len()
+    }
+
+    /// In how many ways at most it moves freely.
+    pub fn most_free(&self) -> usize {
+        let supports = &self.posed.scene().supports;
+        let clamped = [supports.start, supports.end].contains(&Support::Clamped);
+        match (clamped, self.plane) {
+            (true, _) => 0,
+            (false, Some(_)) => 3,
+            (false, None) => 6,
+        }
+    }
+
+    /// The mass of every node, kg.
+    pub fn node_masses(&self) -> Vec<f64> {
+        let rod = self.posed.rod();
+        (0..self.posed.nodes()).map(|i| rod.mass()[M::STRIDE * i]).collect()
+    }
+
+    /// The `count` lowest modes, in ascending order.
+    pub fn lowest(&self, count: usize) -> Result<Vec<Own>, Error> {
+        let zero = self.posed.zero_frequency_squared();
+        let found = self.pencil.lowest(count, self.posed.bending_frequency_squared())?;
+        let own = |(k, (squared, vector)): (usize, (f64, Vec<f64>))| {
+            // What grows is known from the inertia, whatever rounding errors say.
+            let is_zero = k >= self.growing && squared <= zero.max(self.pencil.rounding(&vector));
+            let squared = if is_zero { 0.0 } else { squared };
+            let rates = match self.plane {
+                Some(Plane::Out) => {
+                    in_space(&vector, self.posed.model.components(self.posed.normal()))
+                }
+                _ => vector.clone(),
+            };
+            let shape = self.shape(&rates);
+            Own { squared, kind: self.kind(squared, &rates, &shape), shape, vector }
+        };
+        Ok(found.into_iter().enumerate().map(own).collect())
+    }
+
+    fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> Kind {
+        let motion = self.posed.motion((self.q, self.frames), rates);
+        if motion.is_rigid() || squared == 0.0 && motion.is_spin() {
+            return Kind::Rigid;
+        }
+        let [stretch, bend, twist] = motion.energies;
+        match () {
+            () if twist > bend.max(stretch) => Kind::Torsion,
+            () if stretch > bend && self.goes_along(shape) => Kind::Axial,
+            () => Kind::Bending,
+        }
+    }
+
+    /// Whether the rod moves along itself, by more than half of the kinetic energy. What pulls a
+    /// sagging rope's sides stretches it, too.
+    fn goes_along(&self, shape: &[[f64; 3]]) -> bool {
+        let (masses, last) = (self.node_masses(), shape.len() - 1);
+        let place = |i: usize| self.posed.model.position(self.q, i);
+        let mut sums = [0.0; 2];
+        for (i, (x, mass)) in shape.iter().zip(masses).enumerate() {
+            let tangent = unit(sub(place(last.min(i + 1)), place(i.saturating_sub(1))));
+            sums[0] += mass * dot(*x, tangent).powi(2);
+            sums[1] += mass * dot(*x, *x);
+        }
+        sums[0] > 0.5 * sums[1]
+    }
+
+    fn shape(&self, rates: &[f64]) -> Vec<[f64; 3]> {
+        let mut shape: Vec<[f64; 3]> =
+            (0..self.posed.nodes()).map(|i| self.posed.model.rate(rates, i)).collect();
+        let largest =
+            shape.iter().map(|x| Vector3::from(*x).norm()).fold(f64::MIN_POSITIVE, f64::max);
+        shape.iter_mut().flatten().for_each(|x| *x /= largest);
+        shape
+    }
+
+    /// Adds the `count` lowest modes, and all unstable ones; returns how many those are.
+    fn add(&self, count: usize, modes: &mut Vec<Mode>) -> Result<usize, Error> {
+        let own = self.lowest(count.max(self.growing.min(UNSTABLE)))?;
+        let mut number = 0;
+        for own in own {
+            number += usize::from(!own.is_free());
+            modes.push(Mode {
+                frequency_rad_s: own.frequency(),
+                plane: self.plane,
+                kind: own.kind,
+                number: (!own.is_free()).then_some(number),
+                shape: own.shape,
+            });
+        }
+        Ok(self.growing)
+    }
+}
+
+impl std::fmt::Display for Modes {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let about = match self.about {
+            About::Equilibrium => "equilibrium under the loads",
+            About::Rest => "the rest shape",
+        };
+        write!(f, "about {about}:")?;
+        for mode in &self.modes {
+            let kind = mode.kind.name();
+            let plane = match mode.plane {
+                Some(Plane::In) => "in plane, ",
+                Some(Plane::Out) => "out of plane, ",
+                None => "",
+            };
+            let number = mode.number.map(|n| format!(", number {n}")).unwrap_or_default();
+            let w = mode.frequency_rad_s;
+            match w < 0.0 {
+                true => write!(f, "\n  unstable, grows by {:.6e} 1/s   {plane}{kind}", -w)?,
+                false => {
+                    let hz = w / std::f64::consts::TAU;
+                    write!(f, "\n  {w:.6e} rad/s   {hz:.6e} Hz   {plane}{kind}{number}")?;
+                }
+            }
+        }
+        let listed = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
+        match self.unstable {
+            0 => Ok(()),
+            n if n == listed => write!(f, "\nunstable: {n} directions grow"),
+            n => write!(f, "\nunstable: {n} directions grow, {listed} of them listed"),
+        }
+    }
+}

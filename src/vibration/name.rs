@@ -1,0 +1,117 @@
+//! How measured frequencies name modes.
+
+use crate::error::Error;
+use crate::numerics::vector::dot;
+use crate::problem::Problem;
+use crate::vibration::modes::{Kind, Own, Plane};
+
+/// Which modes a number counts.
+///
+/// Of a planar scene those in its plane, unless `plane`, a kind or a direction says otherwise; of a
+/// spatial one all of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Among {
+    /// In or out of the plane of a planar scene.
+    pub plane: Option<Plane>,
+    /// Of one kind only.
+    pub kind: Option<Kind>,
+    /// Only those that move, by more than half of their kinetic energy, along this line.
+    pub direction: Option<[f64; 3]>,
+}
+
+/// A mode by its number, from 1 on in the order of rising frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModeName {
+    /// From 1 on; free motions are not counted.
+    pub number: usize,
+    /// Among which modes.
+    pub among: Among,
+}
+
+impl From<usize> for ModeName {
+    fn from(number: usize) -> Self {
+        Self { number, among: Among::default() }
+    }
+}
+
+impl From<&ModeName> for ModeName {
+    fn from(name: &ModeName) -> Self {
+        *name
+    }
+}
+
+impl From<&usize> for ModeName {
+    fn from(number: &usize) -> Self {
+        Self::from(*number)
+    }
+}
+
+impl Among {
+    /// The plane of a planar problem that these modes are in; none of a spatial one.
+    pub(crate) fn plane_of(&self, problem: &Problem) -> Option<Plane> {
+        problem.planar()?;
+        let across = self.direction.is_some_and(|d| {
+            let along = dot(problem.normal(), d);
+            along * along > 0.5 * dot(d, d)
+        });
+        let out = across || self.kind == Some(Kind::Torsion);
+        Some(self.plane.unwrap_or(if out { Plane::Out } else { Plane::In }))
+    }
+
+    /// Whether a mode is one of these; the masses of its nodes weigh its motion, kg.
+    pub(crate) fn has(&self, own: &Own, mass: impl Fn(usize) -> f64) -> bool {
+        let along = |d: [f64; 3]| {
+            let energy = |x: &[f64; 3]| [dot(*x, d).powi(2) / dot(d, d), dot(*x, *x)];
+            let sums = own.shape.iter().enumerate().fold([0.0; 2], |sums, (i, x)| {
+                let [along, all] = energy(x);
+                [sums[0] + mass(i) * along, sums[1] + mass(i) * all]
+            });
+            sums[0] > 0.5 * sums[1]
+        };
+        !own.is_free()
+            && self.kind.is_none_or(|kind| kind == own.kind)
+            && self.direction.is_none_or(along)
+    }
+
+    /// Refuses modes that the problem cannot have; `key` names the table in messages.
+    pub(crate) fn check(&self, problem: &Problem, key: &str) -> Result<(), Error> {
+        if let Some(d) = self.direction
+            && !(d.iter().all(|d| d.is_finite()) && dot(d, d).is_normal())
+        {
+            let allowed = "three numbers, not all zero";
+            return Err(Error::invalid(format!("{key}.direction"), format!("{d:?}"), allowed));
+        }
+        if self.plane.is_some() && problem.planar().is_none() {
+            let allowed = "kind or direction: the scene is spatial, and its modes count in order";
+            return Err(Error::invalid(format!("{key}.plane"), "a plane", allowed));
+        }
+        let plane = self.plane_of(problem);
+        let never = match (plane, self.kind) {
+            (Some(Plane::In), Some(Kind::Torsion)) => Some("bending or axial in the plane"),
+            (Some(Plane::Out), Some(Kind::Axial)) => Some("bending or torsion out of the plane"),
+            _ => None,
+        };
+        if let (Some(allowed), Some(kind)) = (never, self.kind) {
+            return Err(Error::invalid(format!("{key}.kind"), kind.name(), allowed));
+        }
+        if plane == Some(Plane::Out) && !problem.can_twist() {
+            let found = "modes out of the plane of a scene without poisson_ratio or shear_modulus, \
+                         or with moments";
+            let allowed = "modes in the plane; give [material] one of the two for others";
+            return Err(Error::invalid(key, found, allowed));
+        }
+        Ok(())
+    }
+
+    /// As words behind a number: ` out of the plane, torsion`; none where nothing is said.
+    pub(crate) fn words(&self) -> String {
+        let plane = match self.plane {
+            Some(Plane::In) => " in the plane",
+            Some(Plane::Out) => " out of the plane",
+            None => "",
+        };
+        let kind = self.kind.map(|kind| format!(" of {}", kind.name())).unwrap_or_default();
+        let along = self.direction.map(|d| format!(" along {d:?}")).unwrap_or_default();
+        format!("{kind}{plane}{along}")
+    }
+}
