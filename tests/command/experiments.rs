@@ -9,7 +9,7 @@ use rodfit::{Parameter, Point, Problem, Scene};
 use serde_json::Value;
 use std::f64::consts::TAU;
 
-use crate::folder::{Folder, change, refused, stderr};
+use crate::folder::{Folder, change, refused, replaced, stderr, stdout, succeeds};
 
 /// Of positions, m.
 const SIGMA: f64 = 1e-4;
@@ -137,7 +137,7 @@ fn two_rods_share_a_modulus() {
     let Lab { folder, .. } = lab();
     let arguments = ["fit", "fit.toml", "--json", "fit.json", "--save", "fitted.toml"];
     let output = folder.run(&arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    succeeds(&output);
     let fit = folder.json("fit.json");
     let [e, long, short] = [0, 1, 2].map(|i| &fit["parameters"][i]);
     for (parameter, truth) in [(e, TRUTH), (long, ANGLES[0]), (short, ANGLES[1])] {
@@ -172,7 +172,7 @@ fn two_rods_share_a_modulus() {
     assert_eq!((&predictions[0]["values"], &predictions[0]["unit"]), (&20.into(), &"m".into()));
     let [rms, expected] = ["rms", "expected"].map(|key| predictions[0][key].as_f64().unwrap());
     assert!(rms < 1.3 * expected && (expected / SIGMA - 1.0).abs() < 0.1, "{}", predictions[0]);
-    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    let shown = stdout(&output);
     for part in ["clamp_angle (long)", "long: long.csv", "droop.csv, held out"] {
         assert!(shown.contains(part), "{part} in {shown}");
     }
@@ -182,7 +182,7 @@ fn two_rods_share_a_modulus() {
         let scene = Scene::load(folder.path(file)).unwrap();
         assert_eq!(Some(scene.material.youngs_modulus), e["value"].as_f64());
         assert_eq!(Parameter::ClampAngle.of(&scene), angle["value"].as_f64());
-        assert!(folder.run(&["simulate", file, "-q"]).status.success());
+        succeeds(&folder.run(&["simulate", file, "-q"]));
     }
 }
 
@@ -193,8 +193,7 @@ fn units_and_ways_to_write_do_not_matter() {
     let Lab { folder, long, one, .. } = lab();
     let value = |fit: &str| {
         folder.write("fit.toml", fit);
-        let output = folder.run(&["fit", "fit.toml", "--json", "fit.json", "-q"]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        succeeds(&folder.run(&["fit", "fit.toml", "--json", "fit.json", "-q"]));
         let parameter = &folder.json("fit.json")["parameters"][0];
         [&parameter["value"], &parameter["std_error"]].map(|x| x.as_f64().unwrap())
     };
@@ -207,8 +206,7 @@ fn units_and_ways_to_write_do_not_matter() {
         (&*sorted, &*numbered),
         (&format!("{sorted}\nsigma = 0.01"), &rad_s),
     ] {
-        assert!(one.contains(from), "{from}");
-        for (a, b) in value(&one.replace(from, to)).iter().zip(&plain) {
+        for (a, b) in value(&replaced(&one, from, to)).iter().zip(&plain) {
             assert!((a / b - 1.0).abs() < 1e-6, "{to}: {a:e} {b:e}");
         }
     }
@@ -222,14 +220,8 @@ fn units_and_ways_to_write_do_not_matter() {
 #[test]
 fn bad_experiments_are_refused() {
     let Lab { folder, two, one, .. } = lab();
-    let in_two = |from: &str, to: &str| {
-        assert!(two.contains(from), "{from}");
-        two.replace(from, to)
-    };
-    let in_one = |from: &str, to: &str| {
-        assert!(one.contains(from), "{from}");
-        one.replace(from, to)
-    };
+    let in_two = |from: &str, to: &str| replaced(&two, from, to);
+    let in_one = |from: &str, to: &str| replaced(&one, from, to);
     let scene = "scene = \"short.toml\"\n";
     let hz = one.lines().find(|line| line.starts_with("hz")).unwrap();
     let fixed = |text: &str| format!("{two}[[parameter]]\nname = \"density\"\n{text}\n");
@@ -297,7 +289,7 @@ fn bad_experiments_are_refused() {
 fn bad_shapes_are_refused() {
     let Lab { folder, one, .. } = lab();
     folder.write("fit.toml", &one);
-    let droop = std::fs::read_to_string(folder.path("droop.csv")).unwrap();
+    let droop = folder.read("droop.csv");
     let header = |other: &str| droop.replace("s[mm],x[mm],y[mm]", other);
     let cases: Vec<(String, &[&str])> = vec![
         ("x,y\n0.1,0\n".into(), &["droop.csv:1", "no column s or node"]),
@@ -338,8 +330,7 @@ fn quiet_fits_and_fits_into_a_pipe() {
     let Lab { folder, two, one, .. } = lab();
     let run = |arguments: &[&str]| {
         let output = folder.run(arguments);
-        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (output.status.code(), text(&output.stdout), text(&output.stderr))
+        (output.status.code(), stdout(&output), stderr(&output))
     };
     let nothing = String::new();
     assert_eq!(run(&["fit", "fit.toml", "-q"]), (Some(0), nothing.clone(), nothing.clone()));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::folder::{FIT, Folder, refused, stderr};
+use crate::folder::{FIT, Folder, refused, stderr, stdout, succeeds};
 
 /// The shipped fits find what their data were made with.
 #[test]
@@ -11,15 +11,14 @@ fn shipped_fits_find_the_truth() {
     let folder = Folder::new();
     for (file, truth) in [("cantilever-fit.toml", 1e8), ("beta-fit.toml", 0.75)] {
         let path = data.join(file);
-        let output = folder.run(&[
+        succeeds(&folder.run(&[
             "fit",
             path.to_str().unwrap(),
             "--json",
             "fit.json",
             "--save",
             "fitted.toml",
-        ]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        ]));
         let fit = folder.json("fit.json");
         assert_eq!(fit["converged"], true);
         let parameter = &fit["parameters"][0];
@@ -28,7 +27,7 @@ fn shipped_fits_find_the_truth() {
         assert!((fit["residual_rms"].as_f64().unwrap() / 1e-3 - 1.0).abs() < 0.1, "{fit}");
         assert!(fit["warnings"].as_array().unwrap().is_empty(), "{fit}");
         // The saved scene runs.
-        assert!(folder.run(&["simulate", "fitted.toml"]).status.success());
+        succeeds(&folder.run(&["simulate", "fitted.toml"]));
     }
 }
 
@@ -71,7 +70,7 @@ fn analysis_on_request() {
                     observed_information = true\ndiscretization_error = \"none\"\n";
     folder.write("fit.toml", &format!("{FIT}{analysis}"));
     let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    succeeds(&output);
     let fit = folder.json("fit.json");
     let e = &fit["parameters"][0];
     for key in ["profile95", "observed_std_error"] {
@@ -79,7 +78,7 @@ fn analysis_on_request() {
     }
     assert!(e["bootstrap"]["std_error"].as_f64().unwrap() > 0.0, "{e}");
     assert!(fit["discretization_error"].as_array().unwrap().is_empty());
-    let shown = String::from_utf8_lossy(&output.stdout).to_string();
+    let shown = stdout(&output);
     assert!(shown.contains("profile") && shown.contains("bootstrap"), "{shown}");
 }
 
@@ -96,7 +95,7 @@ fn the_grade_comes_first() {
         let rows: String = (0..30).map(row).collect();
         folder.write("tip.csv", &format!("t,x,y\n{rows}"));
         let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
-        let shown = String::from_utf8_lossy(&output.stdout).to_string();
+        let shown = stdout(&output);
         let fit = folder.json("fit.json");
         let first = shown.lines().next().unwrap().to_string();
         assert!(first.contains(fit["verdict"].as_str().unwrap()), "{shown}");
@@ -119,7 +118,7 @@ fn the_grade_comes_first() {
 #[test]
 fn bad_fits_and_data_are_refused() {
     let folder = Folder::new();
-    let data = std::fs::read_to_string(folder.path("tip.csv")).unwrap();
+    let data = folder.read("tip.csv");
     let cases: Vec<(&str, String, &[&str])> = vec![
         (
             "fit.toml",
@@ -192,7 +191,7 @@ fn bad_fits_and_data_are_refused() {
 #[test]
 fn data_in_other_units_and_with_gaps_are_the_same_data() {
     let folder = Folder::new();
-    let data = std::fs::read_to_string(folder.path("tip.csv")).unwrap();
+    let data = folder.read("tip.csv");
     let value = || {
         let output = folder.run(&["fit", "fit.toml", "--json", "fit.json", "-q"]);
         assert!(output.status.success() && output.stdout.is_empty(), "{}", stderr(&output));
@@ -235,7 +234,7 @@ fn a_report_is_a_page_and_its_numbers() {
     let output = folder.run(&["fit", "fit.toml", "--report", "pages/new", "--json", "fit.json"]);
     // The data are no rod's, which the page says first.
     assert!(output.status.code().is_some_and(|code| code != 2), "{}", stderr(&output));
-    let page = std::fs::read_to_string(folder.path("pages/new/fit.html")).unwrap();
+    let page = folder.read("pages/new/fit.html");
     for part in ["id=\"verdict\"", "tip.csv", "youngs_modulus", "<svg", "scene.toml"] {
         assert!(page.contains(part), "{part}");
     }
@@ -257,13 +256,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let two = "name = \"youngs_modulus\"\n[[parameter]]\nname = \"damping.mass\"";
     folder.write("fit.toml", &FIT.replace("name = \"youngs_modulus\"", two));
     let run = |threads: &str| {
-        let status = std::process::Command::new(env!("CARGO_BIN_EXE_rodfit"))
-            .args(["fit", "fit.toml", "-q", "--report", threads])
-            .env("RAYON_NUM_THREADS", threads)
-            .current_dir(folder.path(""))
-            .output()
-            .unwrap()
-            .status;
+        let mut command = folder.command(&["fit", "fit.toml", "-q", "--report", threads]);
+        let status = command.env("RAYON_NUM_THREADS", threads).output().unwrap().status;
         let mut fit = folder.json(&format!("{threads}/fit.json"));
         fit["wall_seconds"] = 0.0.into();
         (status.code(), fit)
@@ -289,8 +283,7 @@ fn a_fixed_value_replaces_the_scenes() {
                  name = \"youngs_modulus\"\n{density}"
             ),
         );
-        let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        succeeds(&folder.run(&["fit", "fit.toml", "--json", "fit.json"]));
         folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap()
     };
     let half = modulus("[[parameter]]\nname = \"density\"\nfixed = 636.76\n");

@@ -1,5 +1,4 @@
 //! What the tests of the command share: a scene, a fit of it, and a folder to run in.
-#![allow(dead_code)]
 
 use serde_json::Value;
 use std::path::PathBuf;
@@ -37,10 +36,21 @@ point = "tip"
 name = "youngs_modulus"
 "#;
 
+/// A text with a part replaced.
+pub fn replaced(text: &str, from: &str, to: &str) -> String {
+    assert!(text.contains(from), "{from}");
+    text.replace(from, to)
+}
+
 /// The scene with a part replaced.
 pub fn change(from: &str, to: &str) -> String {
-    assert!(SCENE.contains(from), "{from}");
-    SCENE.replace(from, to)
+    replaced(SCENE, from, to)
+}
+
+/// The scene with its rod given by the points in rest.csv.
+pub fn polyline() -> String {
+    let straight = "kind = \"straight\", length = 0.5, direction = [1, 0, 0]";
+    replaced(&change("segments = 20", ""), straight, "kind = \"polyline\", file = \"rest.csv\"")
 }
 
 /// A folder with a scene, a fit file and data.
@@ -65,11 +75,7 @@ impl Folder {
         std::fs::write(self.path(name), text).unwrap();
     }
     pub fn run(&self, arguments: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_rodfit"))
-            .args(arguments)
-            .current_dir(self.0.path())
-            .output()
-            .unwrap()
+        self.command(arguments).output().unwrap()
     }
     /// The command with its output caught, not yet run.
     pub fn command(&self, arguments: &[&str]) -> Command {
@@ -96,7 +102,7 @@ impl Folder {
         entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
     }
     pub fn json(&self, name: &str) -> Value {
-        serde_json::from_str(&std::fs::read_to_string(self.path(name)).unwrap()).unwrap()
+        serde_json::from_str(&self.read(name)).unwrap()
     }
 }
 
@@ -104,7 +110,18 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+pub fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// Expects exit code 0.
+#[track_caller]
+pub fn succeeds(output: &Output) {
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(output));
+}
+
 /// Expects exit code 2 and one message with all of `words`.
+#[track_caller]
 pub fn refused(output: &Output, words: &[&str]) {
     let message = stderr(output);
     assert_eq!(output.status.code(), Some(2), "{message}");

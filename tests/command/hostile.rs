@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::process::Output;
 use std::time::{Duration, Instant};
 
-use crate::folder::{FIT, Folder, SCENE, stderr};
+use crate::folder::{FIT, Folder, SCENE, refused, replaced, stderr, succeeds};
 
 /// No answer takes longer, on however busy a machine.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -93,12 +93,6 @@ pub fn all_are_answered(cases: Vec<Case>, least: usize) {
     assert!(cases.len() >= least, "{} cases", cases.len());
     let faults: Vec<String> = cases.par_iter().filter_map(Case::fault).collect();
     assert!(faults.is_empty(), "{} of {}:\n{}", faults.len(), cases.len(), faults.join("\n"));
-}
-
-/// A text with a part replaced.
-pub fn replaced(text: &str, from: &str, to: &str) -> String {
-    assert!(text.contains(from), "{from}");
-    text.replace(from, to)
 }
 
 #[test]
@@ -220,7 +214,7 @@ fn pipes_without_a_writer() {
     ];
     for arguments in runs {
         let output = within(PATIENCE, &folder, &arguments).expect("an answer");
-        crate::folder::refused(&output, &["pipe", "regular file", "/dev/stdin"]);
+        refused(&output, &["pipe", "regular file", "/dev/stdin"]);
     }
     // What a shell hands over is read.
     let shell = |text: &str| {
@@ -231,7 +225,7 @@ fn pipes_without_a_writer() {
     };
     assert_eq!(shell("cat scene.toml").status.code(), Some(0));
     let output = shell("cat /dev/zero");
-    crate::folder::refused(&output, &["/dev/stdin", "more than 100 MB"]);
+    refused(&output, &["/dev/stdin", "more than 100 MB"]);
 }
 
 /// As many threads as are of use.
@@ -240,7 +234,7 @@ fn threads_by_the_hundred_thousand() {
     let folder = Folder::new();
     let mut command = folder.command(&["fit", "fit.toml"]);
     let output = command.env("RAYON_NUM_THREADS", "100000").output().unwrap();
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    succeeds(&output);
     assert!(
         stderr(&output).contains("RAYON_NUM_THREADS = 100000; 256 threads"),
         "{}",

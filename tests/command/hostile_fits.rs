@@ -1,7 +1,7 @@
 //! Fit files and recordings that no user means, or means badly.
 
-use crate::folder::{FIT, SCENE};
-use crate::hostile::{Case, all_are_answered, replaced};
+use crate::folder::{FIT, SCENE, replaced};
+use crate::hostile::{Case, all_are_answered};
 
 const POINT: &str = "point = \"tip\"";
 const NAME: &str = "name = \"youngs_modulus\"";

@@ -1,7 +1,7 @@
 //! Scenes that no user means, or means badly.
 
-use crate::folder::SCENE;
-use crate::hostile::{Case, all_are_answered, replaced};
+use crate::folder::{SCENE, replaced};
+use crate::hostile::{Case, all_are_answered};
 
 const LENGTH: &str = "length = 0.5";
 const SHAPE: &str = "{ kind = \"straight\", length = 0.5, direction = [1, 0, 0] }";

@@ -1,19 +1,16 @@
 //! Fits and simulations that are told to stop.
 
-use rodfit::fit::{Analysis, Sample};
+use rodfit::fit::Analysis;
 use rodfit::page::fit_page;
-use rodfit::scene::Time;
-use rodfit::{Error, Fit, FitReport, Observation, Parameter, Point, Problem, Trajectory};
+use rodfit::{Error, Fit, FitReport, Parameter, Point, Problem, Trajectory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::common::cantilever;
+use crate::common::coarse;
+use crate::report::disturbed;
 
 fn problem() -> Problem {
-    let mut scene = cantilever();
-    scene.rod.segments = Some(8);
-    scene.time = Some(Time::new(0.4, 4e-3));
-    scene.problem().unwrap()
+    coarse(8, 4e-3, 0.4).problem().unwrap()
 }
 
 /// A fit of the modulus, stopped as soon as its progress says `word`.
@@ -25,16 +22,10 @@ fn stopped_at(word: &'static str) -> Result<FitReport, Error> {
 fn stopped_with(word: &'static str, bootstrap: usize) -> Result<FitReport, Error> {
     let problem = problem();
     let run = problem.simulate().unwrap();
-    let sample = |k: u32| {
-        let time = 0.02 * f64::from(k);
-        let (x, _) = run.at(Point::Tip, time).unwrap();
-        let off = 1e-3 * (f64::from(k * k) * 2.4).sin();
-        Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
-    };
     let flag = Arc::new(AtomicBool::new(word.is_empty()));
     let set = flag.clone();
     Fit::new(&problem)
-        .observe(Observation::new((1..=20).map(sample).collect()))
+        .observe(disturbed(&run, Point::Tip, 20, 1e-3))
         .identify(Parameter::YoungsModulus)
         .analyse(Analysis { profile: true, bootstrap, ..Analysis::default() })
         .keep_evidence()

@@ -7,7 +7,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::folder::{FIT, Folder, SCENE, change, refused, stderr};
+use crate::folder::{FIT, Folder, SCENE, change, polyline, refused, stderr, stdout, succeeds};
 
 const COMMANDS: [&[&str]; 6] = [
     &["simulate", "scene.toml"],
@@ -35,10 +35,6 @@ fn folder() -> Folder {
     let short = change("end = 0.3", "end = 0.02").replace("segments = 20", "segments = 4");
     folder.write("short.toml", &short);
     folder
-}
-
-fn succeeds(output: &Output) {
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(output));
 }
 
 #[test]
@@ -85,19 +81,19 @@ fn a_closed_standard_output_is_no_error() {
 #[test]
 fn a_dash_is_standard_output_everywhere() {
     let folder = folder();
-    let stdout = |arguments: &[&str]| {
+    let printed = |arguments: &[&str]| {
         let output = folder.run(arguments);
         succeeds(&output);
-        String::from_utf8(output.stdout).unwrap()
+        stdout(&output)
     };
-    let table = stdout(&["simulate", "scene.toml", "--out", "-"]);
+    let table = printed(&["simulate", "scene.toml", "--out", "-"]);
     assert!(table.starts_with("t,x_0,y_0") && table.lines().count() == 152, "{table}");
-    assert_eq!(stdout(&["static", "scene.toml", "--out", "-"]).lines().count(), 22);
-    let saved = stdout(&["fit", "fit.toml", "--save", "-", "--json", "fit.json"]);
+    assert_eq!(printed(&["static", "scene.toml", "--out", "-"]).lines().count(), 22);
+    let saved = printed(&["fit", "fit.toml", "--save", "-", "--json", "fit.json"]);
     folder.write("fitted.toml", &saved);
     succeeds(&folder.run(&["simulate", "fitted.toml"]));
     for command in COMMANDS {
-        let json = stdout(&[command, &["--json", "-"]].concat());
+        let json = printed(&[command, &["--json", "-"]].concat());
         serde_json::from_str::<Value>(&json).unwrap();
     }
     assert!(!folder.files().contains(&"-".into()), "{:?}", folder.files());
@@ -129,11 +125,7 @@ fn no_output_takes_the_place_of_an_input_or_of_another() {
     folder.write("two.toml", &two("x/y", "x_y"));
     let rest = "x,y,z\n0,0,0\n0.1,0.01,0\n0.2,0,0\n0.3,0.02,0\n";
     folder.write("rest.csv", rest);
-    let polyline = change("segments = 20", "").replace(
-        "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",
-        "kind = \"polyline\", file = \"rest.csv\"",
-    );
-    folder.write("polyline.toml", &polyline);
+    folder.write("polyline.toml", &polyline());
     let hours = change("step = 2e-3", "step = 1e-9");
     folder.write("hours.toml", &hours);
     symlink("tip.csv", folder.path("link.csv")).unwrap();
@@ -224,7 +216,7 @@ fn one_output_that_fails_takes_no_other_with_it() {
         "page",
     ]);
     refused(&output, &["/dev/full", "No space left"]);
-    let summary = String::from_utf8_lossy(&output.stdout).into_owned();
+    let summary = stdout(&output);
     assert!(summary.contains("youngs_modulus"), "{summary}");
     assert!(folder.read("fitted.toml").contains("youngs_modulus"));
     assert!(folder.path("page/fit.html").exists() && folder.json("page/fit.json").is_object());
@@ -234,7 +226,7 @@ fn one_output_that_fails_takes_no_other_with_it() {
     let full = "trap '' XFSZ; ulimit -f 8";
     let output = folder.run_after(full, &["simulate", "scene.toml", "--out", "nodes.csv"]);
     refused(&output, &["nodes.csv", "too large", "stays in", ".part"]);
-    assert!(String::from_utf8_lossy(&output.stdout).contains("150 steps"));
+    assert!(stdout(&output).contains("150 steps"));
     assert_eq!(folder.read("nodes.csv"), "older\n");
     let part = folder.files().into_iter().find(|name| name.ends_with(".part")).unwrap();
     assert!(part.starts_with("nodes.csv.") && folder.read(&part).starts_with("t,x_0,"), "{part}");

@@ -1,6 +1,6 @@
 //! Bad scenes and columns get one clear message and exit code 2.
 
-use crate::folder::{FIT, Folder, SCENE, change, refused, stderr};
+use crate::folder::{FIT, Folder, SCENE, change, polyline, refused, stderr, stdout, succeeds};
 
 /// Every way a scene can be wrong: key, what was found, what is allowed.
 #[test]
@@ -150,13 +150,7 @@ fn bad_scenes_are_refused() {
             change("segments = 20", "segments = 20\ndiscretization = \"exact\""),
             &["exact", "corrected", "paper"],
         ),
-        (
-            change("segments = 20", "").replace(
-                "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",
-                "kind = \"polyline\", file = \"rest.csv\"",
-            ),
-            &["rest.csv", "No such file"],
-        ),
+        (polyline(), &["rest.csv", "No such file"]),
         ("[rod".to_string(), &["line 1"]),
     ];
     let folder = Folder::new();
@@ -182,10 +176,7 @@ fn bad_scenes_are_refused() {
 #[test]
 fn bad_polylines_are_refused() {
     let folder = Folder::new();
-    let shape = SCENE.replace("segments = 20", "").replace(
-        "kind = \"straight\", length = 0.5, direction = [1, 0, 0]",
-        "kind = \"polyline\", file = \"rest.csv\"",
-    );
+    let shape = polyline();
     folder.write("scene.toml", &shape);
     for (rest, words) in [
         ("x,y\n0,0\n1,0\n2,0\n", &["rest.csv:1", "no column `z`"][..]),
@@ -205,8 +196,7 @@ fn bad_polylines_are_refused() {
     folder.write("rest.csv", "x,y,z\n0,0,0\n1,0,0\n0.5,0,0\n2,0,0\n");
     refused(&folder.run(&["simulate", "nodes.toml"]), &["fold at node 1", "180"]);
     folder.write("rest.csv", "x[mm],y[mm],z[mm]\n0,0,0\n100,0,0\n100,100,0\n50,50,0\n");
-    let output = folder.run(&["static", "nodes.toml", "--json", "rest.json"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    succeeds(&folder.run(&["static", "nodes.toml", "--json", "rest.json"]));
     // Another shape of a rod says how much of it there is.
     let initial =
         "[initial]\nstate = \"shape\"\nshape = { kind = \"polyline\", file = \"rest.csv\" }\n";
@@ -221,8 +211,7 @@ fn bad_polylines_are_refused() {
     for z in [0.0, 0.01] {
         let rest = format!("x,y,z\n0,0,0\n0.1,0.01,0\n0.2,0,0\n0.3,0.02,{z}\n");
         folder.write("rest.csv", &rest);
-        let output = folder.run(&["simulate", "scene.toml", "--json", "run.json"]);
-        assert!(output.status.success(), "{}", stderr(&output));
+        succeeds(&folder.run(&["simulate", "scene.toml", "--json", "run.json"]));
         let model = if z == 0.0 { "planar" } else { "spatial" };
         assert_eq!(folder.json("run.json")["model"], model);
     }
@@ -335,7 +324,7 @@ fn factors_on_no_curvature_are_refused() {
         "curved.toml",
         &change("segments = 20", "segments = 20\nnatural_curvature = [1, 1]"),
     );
-    assert!(folder.run(&["simulate", "curved.toml"]).status.success());
+    succeeds(&folder.run(&["simulate", "curved.toml"]));
     folder.write("fit.toml", &format!("{FIT}[[parameter]]\nname = \"natural_curvature\"\n"));
     let words =
         ["parameter[1].name: found natural_curvature beside a straight rest shape", "curved"];
@@ -414,7 +403,7 @@ fn keys_without_their_columns_are_refused_and_lost_rows_counted() {
     folder.write("fit.toml", &observation("time_zero = 0.0"));
     let output = folder.run(&["fit", "fit.toml", "--report", "page"]);
     let said = "tip.csv: rows left out: 3 before time_zero, 2 without a value";
-    assert!(String::from_utf8_lossy(&output.stdout).contains(said), "{}", stderr(&output));
+    assert!(stdout(&output).contains(said), "{}", stderr(&output));
     let dropped = &folder.json("page/fit.json")["dropped"];
     assert_eq!((&dropped[0]["before_time_zero"], &dropped[0]["empty"]), (&3.into(), &2.into()));
     // Lengths may be seen from below and from elsewhere.

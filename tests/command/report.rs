@@ -2,27 +2,29 @@
 
 use rodfit::fit::{Analysis, Recording, Sample, Seen, Vertical};
 use rodfit::page::fit_page;
-use rodfit::scene::Time;
-use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem};
+use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Trajectory};
 use std::sync::LazyLock;
 
-use crate::common::cantilever;
+use crate::common::coarse;
+
+/// What is seen of a point at `count` times, off by up to `most`, m, and always alike.
+pub fn disturbed(run: &Trajectory, point: Point, count: u32, most: f64) -> Observation {
+    let end = run.times()[run.times().len() - 1];
+    let sample = |k: u32| {
+        let time = end * f64::from(k) / f64::from(count);
+        let (x, _) = run.at(point, time).unwrap();
+        let off = most * (f64::from(k * k) * 2.4).sin();
+        Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
+    };
+    Observation::new((1..=count).map(sample).collect()).at(point)
+}
 
 /// A problem, and a fit of its modulus with all evidence, to its own motion with 1 mm of a known
 /// disturbance.
 static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
-    let mut scene = cantilever();
-    scene.rod.segments = Some(8);
-    scene.time = Some(Time::new(0.4, 4e-3));
-    let problem = scene.problem().unwrap();
+    let problem = coarse(8, 4e-3, 0.4).problem().unwrap();
     let run = problem.simulate().unwrap();
-    let sample = |k: u32| {
-        let time = 0.02 * f64::from(k);
-        let (x, _) = run.at(Point::Tip, time).unwrap();
-        let off = 1e-3 * (f64::from(k * k) * 2.4).sin();
-        Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
-    };
-    let mut observation = Observation::new((1..=20).map(sample).collect());
+    let mut observation = disturbed(&run, Point::Tip, 20, 1e-3);
     observation.source = Some("<b>\"tip\" & co</b>.csv".into());
     let report = Fit::new(&problem)
         .observe(observation)
@@ -291,18 +293,9 @@ fn every_red_test_has_its_warning() {
 fn the_search_comes_down_in_one_weighting() {
     let (problem, _) = &*FITTED;
     let run = problem.simulate().unwrap();
-    let marker = |point: Point, noise: f64| {
-        let sample = |k: u32| {
-            let time = 0.01 * f64::from(k);
-            let (x, _) = run.at(point, time).unwrap();
-            let off = noise * (f64::from(k * k) * 2.4).sin();
-            Sample { time, position: [Some(x[0] + off), Some(x[1] - off), None] }
-        };
-        Observation::new((1..=40).map(sample).collect()).at(point)
-    };
     let report = Fit::new(problem)
-        .observe(marker(Point::Tip, 1e-4))
-        .observe(marker(Point::Node(4), 3e-3))
+        .observe(disturbed(&run, Point::Tip, 40, 1e-4))
+        .observe(disturbed(&run, Point::Node(4), 40, 3e-3))
         .identify(Parameter::YoungsModulus)
         .keep_evidence()
         .solve()

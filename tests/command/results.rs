@@ -2,14 +2,12 @@
 
 use serde_json::Value;
 
-use crate::folder::{Folder, SCENE, change, refused, stderr};
+use crate::folder::{Folder, SCENE, change, refused, stderr, stdout, succeeds};
 
 #[test]
 fn simulate_writes_what_it_promises() {
     let folder = Folder::new();
-    let output =
-        folder.run(&["simulate", "scene.toml", "--out", "nodes.csv", "--json", "run.json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    succeeds(&folder.run(&["simulate", "scene.toml", "--out", "nodes.csv", "--json", "run.json"]));
     let run = folder.json("run.json");
     assert_eq!(
         (&run["model"], &run["dof"], &run["steps"]),
@@ -45,7 +43,7 @@ fn any_plane_is_planar() {
         &SCENE.replace("[1, 0, 0]", "[0, 0.6, 0.8]").replace("[0, -9.8, 0]", "[9.8, 0, 0]"),
     );
     for (scene, json) in [("scene.toml", "a.json"), ("turned.toml", "b.json")] {
-        assert!(folder.run(&["simulate", scene, "--json", json]).status.success());
+        succeeds(&folder.run(&["simulate", scene, "--json", json]));
     }
     let (a, b) = (folder.json("a.json"), folder.json("b.json"));
     for k in [40, 150] {
@@ -62,7 +60,7 @@ fn json_on_stdout_is_only_json() {
         [&["simulate", "scene.toml", "--json", "-"][..], &["check", "scene.toml", "--json", "-"]]
     {
         let output = folder.run(arguments);
-        assert!(output.status.success(), "{}", stderr(&output));
+        succeeds(&output);
         serde_json::from_slice::<Value>(&output.stdout).unwrap();
     }
 }
@@ -72,9 +70,7 @@ fn both_routes_of_derivatives_simulate_the_same() {
     let folder = Folder::new();
     for route in ["hand", "dual"] {
         let json = format!("{route}.json");
-        let output =
-            folder.run(&["simulate", "scene.toml", "--derivatives", route, "--json", &json]);
-        assert!(output.status.success(), "{}", stderr(&output));
+        succeeds(&folder.run(&["simulate", "scene.toml", "--derivatives", route, "--json", &json]));
     }
     let (hand, dual) = (folder.json("hand.json"), folder.json("dual.json"));
     assert_eq!(hand["newton_iterations"], dual["newton_iterations"]);
@@ -87,8 +83,7 @@ fn both_routes_of_derivatives_simulate_the_same() {
 #[test]
 fn check_reports_agreement() {
     let folder = Folder::new();
-    let output = folder.run(&["check", "scene.toml", "--json", "check.json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    succeeds(&folder.run(&["check", "scene.toml", "--json", "check.json"]));
     let check = folder.json("check.json");
     for (key, limit) in [("gradient", 1e-12), ("hessian", 1e-12), ("finite_difference", 1e-7)] {
         let error = check["max_relative_error"][key].as_f64().unwrap();
@@ -103,8 +98,7 @@ fn check_reports_agreement() {
 #[test]
 fn static_and_modes_write_what_they_promise() {
     let folder = Folder::new();
-    let output = folder.run(&["static", "scene.toml", "--json", "rest.json", "--out", "rest.csv"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    succeeds(&folder.run(&["static", "scene.toml", "--json", "rest.json", "--out", "rest.csv"]));
     let rest = folder.json("rest.json");
     let tip: Vec<f64> =
         rest["tip"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
@@ -113,11 +107,10 @@ fn static_and_modes_write_what_they_promise() {
     assert!(rest["newton_iterations"].as_u64().unwrap() > 0);
     assert_eq!((&rest["stable"], &rest["stable_in_plane"]), (&true.into(), &true.into()));
     // What it writes is a polyline.
-    let rows = std::fs::read_to_string(folder.path("rest.csv")).unwrap();
+    let rows = folder.read("rest.csv");
     assert_eq!((rows.lines().next(), rows.lines().count()), (Some("x,y,z,s"), 22));
 
-    let output = folder.run(&["modes", "scene.toml", "--count", "6", "--json", "modes.json"]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    succeeds(&folder.run(&["modes", "scene.toml", "--count", "6", "--json", "modes.json"]));
     let modes = folder.json("modes.json");
     let frequencies: Vec<f64> = modes["frequencies_rad_s"]
         .as_array()
@@ -156,7 +149,7 @@ fn a_failed_step_exits_with_three_and_keeps_the_rest() {
             .flat_map(|t| t.as_array().unwrap())
             .all(|x| x.is_f64())
     );
-    let rows = std::fs::read_to_string(folder.path("nodes.csv")).unwrap().lines().count();
+    let rows = folder.read("nodes.csv").lines().count();
     assert_eq!(rows, steps + 2);
 }
 
@@ -183,8 +176,7 @@ fn a_rod_of_points_is_as_long_as_the_line() {
         .replace("\"cantilever-tip.csv\"", &format!("'{data}cantilever-tip.csv'"));
     let found = ["straight", "points"].map(|name| {
         folder.write("fit.toml", &fit.replace("cantilever.toml", &format!("{name}.toml")));
-        let output = folder.run(&["fit", "fit.toml", "-q", "--json", "fit.json"]);
-        assert!(output.status.success(), "{}", stderr(&output));
+        succeeds(&folder.run(&["fit", "fit.toml", "-q", "--json", "fit.json"]));
         folder.json("fit.json")
     });
     let values = [0, 1].map(|i| found[i]["parameters"][0]["value"].as_f64().unwrap());
@@ -197,13 +189,11 @@ fn a_rod_of_points_is_as_long_as_the_line() {
 #[test]
 fn the_numbers_of_a_scene_are_listed() {
     let folder = Folder::new();
-    folder.write("scene.toml", SCENE);
     let output = folder.run(&["parameters", "scene.toml", "--json", "list.json"]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let shown = String::from_utf8_lossy(&output.stdout).into_owned();
+    succeeds(&output);
+    let shown = stdout(&output);
     assert!(shown.contains("rod.shape.length") && shown.contains("youngs_modulus"), "{shown}");
-    let list = std::fs::read_to_string(folder.path("list.json")).unwrap();
-    let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+    let list = folder.json("list.json");
     let of = |name: &str| list.as_array().unwrap().iter().find(|p| p["name"] == name).unwrap();
     let length = of("rod.shape.length");
     assert_eq!((&length["value"], &length["unit"]), (&0.5.into(), &"m".into()));

@@ -1,16 +1,14 @@
 //! The work-precision study.
 
 use rodfit::page::study_page;
-use rodfit::scene::{Node, PointForce, Scheme, Time};
+use rodfit::scene::{Node, PointForce, Scheme};
 use rodfit::study::Study;
 
-use crate::common::cantilever;
+use crate::common::coarse;
 
 #[test]
 fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
-    let mut scene = cantilever();
-    scene.rod.segments = Some(12);
-    scene.time = Some(Time::new(0.3, 4e-3));
+    let scene = coarse(12, 4e-3, 0.3);
     let mut last = 0;
     let study = Study::new(&scene, |done, total| {
         assert!(done == last + 1 && done <= total);
@@ -72,9 +70,7 @@ fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
 /// A force on a node by its index belongs to the scene's own mesh.
 #[test]
 fn a_given_mesh_is_kept() {
-    let mut scene = cantilever();
-    scene.rod.segments = Some(12);
-    scene.time = Some(Time::new(0.1, 4e-3));
+    let mut scene = coarse(12, 4e-3, 0.1);
     scene.loads.point =
         vec![PointForce { node: Node::Index(9), force: [0.0, 0.1, 0.0], ..PointForce::default() }];
     let study = Study::new(&scene, |_, _| {}).unwrap();

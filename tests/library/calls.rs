@@ -1,18 +1,15 @@
 //! Calls that cannot be answered, and those that can in any order.
 
 use rodfit::fit::{Frequencies, Sample};
-use rodfit::scene::Stencil;
-use rodfit::scene::{Scene, Time};
+use rodfit::scene::{Scene, Stencil};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Trajectory};
 
-use crate::common::cantilever;
+use crate::common::coarse;
+use crate::common::fits::record;
 
 /// The cantilever with few edges for a short time.
 pub fn short() -> Scene {
-    let mut scene = cantilever();
-    scene.rod.segments = Some(12);
-    scene.time = Some(Time::new(0.1, 2e-3));
-    scene
+    coarse(12, 2e-3, 0.1)
 }
 
 /// What a refusal names, and what it says was found and is allowed.
@@ -32,7 +29,7 @@ fn vectors_of_another_length_are_refused() {
     let problem = short().problem().unwrap();
     let run = problem.simulate().unwrap();
     let fit = Fit::new(&problem)
-        .observe(crate::common::fits::record(&run, 10).sigma(1e-3))
+        .observe(record(&run, 10).sigma(1e-3))
         .identify(Parameter::YoungsModulus)
         .identify(Parameter::Density);
     let residuals = fit.residuals().unwrap();

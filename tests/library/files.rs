@@ -1,10 +1,11 @@
 //! Reports and the documents' files can be read.
 
 use rodfit::fit::{Experiment, FitReport, RestShape, Sighting};
-use rodfit::scene::Time;
+use rodfit::scene::{Node, PointForce, Time};
 use rodfit::{Fit, Parameter, Point, Trajectory};
 
 use crate::calls::short;
+use crate::common::fits::record;
 
 /// The same but for the last digit, which JSON may cost.
 fn same(a: &serde_json::Value, b: &serde_json::Value) -> bool {
@@ -50,7 +51,7 @@ fn reports_are_read_back() {
     assert_eq!(round_trip(&report).tip.len(), 51);
 
     let off = |k: usize| 1e-3 * (k as f64 * 2.4).sin();
-    let mut motion = crate::common::fits::record(&run, 20);
+    let mut motion = record(&run, 20);
     motion.samples.iter_mut().enumerate().for_each(|(k, s)| {
         s.position = s.position.map(|x| x.map(|x| x + off(k)));
     });
@@ -70,9 +71,7 @@ fn reports_are_read_back() {
     assert!(back.evidence.is_some_and(|e| e.profiles.len() == 1) && back.predictions.len() == 1);
 
     scene.time = Some(Time::new(0.02, 4e-3));
-    let tip =
-        rodfit::scene::PointForce { node: rodfit::scene::Node::Index(9), ..Default::default() };
-    scene.loads.point = vec![tip];
+    scene.loads.point = vec![PointForce { node: Node::Index(9), ..PointForce::default() }];
     let study = rodfit::study::Study::new(&scene, |_, _| {}).unwrap();
     assert_eq!(round_trip(&study).rows.len(), study.rows.len());
 }
