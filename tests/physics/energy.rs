@@ -66,8 +66,8 @@ fn the_average_vector_field_keeps_the_energy_for_good() {
     assert!(halved, "one of these runs has such a step");
 }
 
-/// `cargo test --release --test physics energy:: -- --ignored --nocapture`; a slice of it runs above and in
-/// `direct`.
+/// `cargo test --release --test physics energy:: -- --ignored --nocapture`; a slice of it runs above
+/// and in `direct`.
 #[test]
 #[ignore = "a minute"]
 fn a_million_steps_without_drift() {
