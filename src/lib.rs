@@ -12,7 +12,7 @@
 //! ```
 //!
 //! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme steps through
-//! time with Newton's method on an exact banded tangent; [`dynamics::scheme`] has four more schemes and says
+//! time with Newton's method on an exact banded tangent; [`dynamics::stepper`] has four more schemes and says
 //! when to take which. Given where a point of the rod was seen, [`Fit`] finds the parameters that
 //! explain it:
 //!

@@ -9,21 +9,12 @@
 
 use crate::dynamics::SimulationReport;
 use crate::dynamics::Trajectory;
-use crate::dynamics::stepper::splitting::stability_limit;
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::Point;
 use crate::scene::{Clamp, Scene, Scheme, Support};
 use serde::{Deserialize, Serialize};
 
-/// What is tried; the explicit scheme of low order before that of high order.
-const SCHEMES: [Scheme; 5] = [
-    Scheme::NewmarkBeta,
-    Scheme::AverageVectorField,
-    Scheme::Rodas4,
-    Scheme::Verlet,
-    Scheme::Pefrl,
-];
 /// Steps over the scene's.
 const STEPS: [f64; 6] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.125];
 /// Meshes over the scene's.
@@ -33,7 +24,7 @@ const EXPLICIT_STEPS: [f64; 3] = [0.95, 0.5, 0.25];
 /// The reference's mesh over the scene's.
 const FINEST_MESH: f64 = 8.0;
 /// The reference's step over the scene's, with the scheme of high order; and with the other, where
-/// that one cannot take the damping.
+/// that one cannot take the damping or the motion of supports.
 const FINEST_STEP: [(Scheme, f64); 2] = [(Scheme::Rodas4, 0.125), (Scheme::NewmarkBeta, 0.0625)];
 /// A mesh is not stepped more finely once the step makes less than this part of what it makes.
 const ENOUGH: f64 = 0.1;
@@ -135,14 +126,17 @@ impl Study {
         };
         let damped = scene.loads.damping.stiffness > 0.0;
         let moved = !scene.supports.motion.is_empty();
-        let takes = |scheme: Scheme| !(damped || moved) || scheme.iterates();
+        let takes = |scheme: Scheme| {
+            let traits = scheme.traits();
+            (traits.takes_viscosity || !damped) && (traits.takes_boundary_motion || !moved)
+        };
 
         let mut schemes: Vec<(Scheme, f64)> =
-            SCHEMES.into_iter().filter(|s| takes(*s)).map(|s| (s, 0.5)).collect();
-        if time.scheme == Scheme::NewmarkBeta && time.beta > 0.5 {
-            schemes.push((Scheme::NewmarkBeta, time.beta));
+            Scheme::all().filter(|s| takes(*s)).map(|s| (s, 0.5)).collect();
+        if time.scheme.traits().takes_beta && time.beta > 0.5 {
+            schemes.push((time.scheme, time.beta));
         }
-        let steps_of = |scheme| match stability_limit(scheme) {
+        let steps_of = |scheme: Scheme| match scheme.traits().stability_limit {
             Some(_) => &EXPLICIT_STEPS[..],
             None => &STEPS[..],
         };
@@ -165,7 +159,7 @@ impl Study {
         };
 
         // The finest step on every mesh, and on a finer one than any.
-        let (finest_scheme, finest_step) = FINEST_STEP[usize::from(damped)];
+        let (finest_scheme, finest_step) = FINEST_STEP[usize::from(!takes(FINEST_STEP[0].0))];
         let finest_step = time.step * finest_step;
         let mut fine: Vec<(usize, Tips)> = Vec::new();
         let finest_mesh = (problem.segments() as f64 * FINEST_MESH).round() as usize;
@@ -181,13 +175,14 @@ impl Study {
             [] => unreachable!("a mesh at least"),
         };
         let mut rows = Vec::new();
-        // Meshes on which the largest stable step is enough for the explicit scheme of low order.
+        // Meshes on which the largest stable step is enough for an explicit scheme of low order.
         let mut settled = Vec::new();
         for scheme in schemes {
             for (segments, same_mesh) in &fine[..meshes.len()] {
                 let of_mesh = apart(same_mesh, reference) / length;
                 let largest = largest_step(&at(scheme, time.step, *segments)?)?;
-                let mut enough = scheme.0 == Scheme::Pefrl && settled.contains(segments);
+                let mut enough =
+                    scheme.0.traits().stability_limit.is_some() && settled.contains(segments);
                 for (k, part) in steps_of(scheme.0).iter().enumerate() {
                     let step = part * largest.unwrap_or(time.step);
                     tick();
@@ -199,7 +194,7 @@ impl Study {
                     let part = |to: &Tips| tips.map(|tips| apart(tips, to) / length);
                     let step_error = part(same_mesh);
                     enough = step_error.is_some_and(|e| e < ENOUGH * of_mesh);
-                    if enough && k == 0 && scheme.0 == Scheme::Verlet {
+                    if enough && k == 0 && scheme.0.traits().stability_limit.is_some() {
                         settled.push(*segments);
                     }
                     let status = match &run.outcome {
@@ -258,9 +253,9 @@ impl Study {
 
 /// A row's scheme in words.
 pub fn name(row: &Row) -> String {
-    match row.scheme {
-        Scheme::NewmarkBeta => format!("newmark-beta {}", row.beta),
-        scheme => scheme.name().into(),
+    match row.scheme.traits().takes_beta {
+        true => format!("{} {}", row.scheme.name(), row.beta),
+        false => row.scheme.name().into(),
     }
 }
 

@@ -1,12 +1,12 @@
 //! The largest step of an explicit scheme: its limit of stability over the highest frequency.
 
-use crate::dynamics::stepper::splitting::stability_limit;
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::problem::Model;
 use crate::problem::Posed;
 use crate::rod::Rod;
+use crate::scene::Scheme;
 use std::ops::Range;
 
 /// To which part the highest frequency is found.
@@ -15,7 +15,7 @@ const PART: f64 = 1e-4;
 impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     /// The largest step of the scene's scheme about its start, s; none if every step is stable.
     pub fn largest_step(&self) -> Result<Option<f64>, Error> {
-        let Some(limit) = stability_limit(self.scene().scheme()) else { return Ok(None) };
+        let Some(limit) = self.scene().scheme().traits().stability_limit else { return Ok(None) };
         let simulation = self.simulation()?;
         let state = simulation.state();
         let n = state.q.len();
@@ -34,9 +34,9 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             return Ok(());
         }
         let allowed = format!(
-            "up to {largest:.3e} s with {} on this mesh; schemes without such a limit: \
-             newmark-beta, average-vector-field, rodas4",
-            time.scheme.name()
+            "up to {largest:.3e} s with {} on this mesh; schemes without such a limit: {}",
+            time.scheme.name(),
+            Scheme::names(|traits| traits.stability_limit.is_none())
         );
         Err(Error::invalid("time.step", time.step, allowed).in_file(self.scene().path.as_deref()))
     }

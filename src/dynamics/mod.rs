@@ -1,17 +1,21 @@
 //! The rod in motion: schemes, their steps, the derivatives of what they compute, and what is recorded
 //! of it.
 
+pub mod coefficients;
 mod largest_step;
+mod linearization;
 mod output;
-pub mod scheme;
 pub(crate) mod second_order;
 pub mod sensitivity;
 mod simulation;
 mod start;
+mod step;
 mod step_control;
 pub mod stepper;
 pub(crate) mod trajectory;
 
+pub use linearization::{Linearization, StageForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};
-pub use simulation::{Simulation, StageForces, Work};
+pub use simulation::Simulation;
+pub use step::Work;
 pub use trajectory::{Snapshot, Trajectory};

@@ -1,11 +1,11 @@
 //! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
 
-use crate::dynamics::simulation::Work;
+use crate::dynamics::step::Work;
 use crate::dynamics::trajectory::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::Point;
-use crate::scene::{Scene, Scheme};
+use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
@@ -194,7 +194,7 @@ impl SimulationReport {
         let (start, end) = (self.start_energy, self.end_energy);
         let damping = scene.loads.damping;
         let time = scene.time.as_ref();
-        let beta = time.filter(|t| t.scheme == Scheme::NewmarkBeta).map_or(0.5, |t| t.beta);
+        let beta = time.filter(|t| t.scheme.traits().takes_beta).map_or(0.5, |t| t.beta);
         if self.is_still() {
             "the rod stays where it is".into()
         } else if !scene.supports.motion.is_empty() {

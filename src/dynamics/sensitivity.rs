@@ -7,12 +7,13 @@
 //! The oracle is the whole simulation run in dual numbers
 //! ([`Posed::simulation_over`](crate::Posed::simulation_over)).
 
-use crate::dynamics::scheme::{END, Formulas};
+use crate::dynamics::coefficients::{END, StepCoefficients};
+use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
+use crate::dynamics::stepper::Newton;
 use crate::error::Error;
-use crate::numerics::banded::Ldlt;
-use crate::problem::boundary::Drive;
-use crate::rod::Rod;
+use crate::problem::boundary::BoundaryMotion;
+use crate::rod::{InternalVariables, Rod};
 use crate::scene::Damping;
 use crate::scene::supports::Moment;
 use num_dual::Dual64;
@@ -34,8 +35,11 @@ pub enum Sensitivity<S: Rod<Dual64, W>, const W: usize> {
 }
 
 impl<S: Rod<Dual64, W>, const W: usize> Sensitivity<S, W> {
-    /// Of a scheme that needs no iteration, from its simulation in dual numbers.
-    pub fn direct(simulation: Simulation<Dual64, S, W>) -> Self {
+    /// At the start of a simulation whose numbers all carry the parameter's derivative.
+    pub fn new(simulation: Simulation<Dual64, S, W>) -> Self {
+        if let Some(newton) = simulation.newton() {
+            return Self::Implicit(Box::new(ImplicitSensitivity::new(&simulation, newton)));
+        }
         let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect();
         let (q, v) = (rates(&simulation.state().q), rates(&simulation.state().v));
         Self::Direct { simulation: Box::new(simulation), q, v }
@@ -64,7 +68,7 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     rod: S,
     viscous: Option<S>,
     /// The supports that move.
-    drive: Option<Drive<Dual64>>,
+    boundary_motion: Option<BoundaryMotion<Dual64>>,
     /// Whether the parameter moves what supports hold.
     moves_supports: bool,
     dashpots: Option<S>,
@@ -75,8 +79,8 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     /// The frames with their derivatives.
     frames: S::Frames,
     unbalanced: Vec<f64>,
-    strain: Vec<f64>,
-    strain_rate: Vec<f64>,
+    /// Derivatives of the internal variables.
+    internal: InternalVariables<f64>,
     /// Gradient rate at fixed unknowns.
     direct: Vec<f64>,
     /// dq0/dp, kept while q becomes dq1/dp.
@@ -88,30 +92,32 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
 }
 
 impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
-    /// At the start of a simulation whose numbers all carry the parameter's derivative.
-    pub fn new(simulation: &Simulation<Dual64, S, W>) -> Self {
+    fn new(simulation: &Simulation<Dual64, S, W>, newton: &Newton<Dual64, S, W>) -> Self {
         let state = simulation.state();
         let zero = vec![0.0; state.q.len()];
         let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
-        let (strains, n) = (state.strain.len(), state.q.len());
+        let (strains, n) = (state.internal.strain.len(), state.q.len());
         let rod = simulation.rod().clone();
         let free = simulation.free();
         let held = (0..state.q.len()).filter(|i| !free.contains(i));
-        let drive = simulation.driven().cloned();
+        let boundary_motion = simulation.boundary_motion().cloned();
         Self {
-            moves_supports: drive.is_some() || held.map(|i| state.q[i].eps).any(|rate| rate != 0.0),
-            drive,
-            viscous: (strains > 0).then(|| simulation.dashpots().unwrap_or(&rod).clone()),
-            dashpots: simulation.dashpots().cloned(),
+            moves_supports: boundary_motion.is_some()
+                || held.map(|i| state.q[i].eps).any(|rate| rate != 0.0),
+            boundary_motion,
+            viscous: (strains > 0).then(|| newton.dashpots().unwrap_or(&rod).clone()),
+            dashpots: newton.dashpots().cloned(),
             rod,
             damping: simulation.damping(),
-            beta: simulation.beta(),
+            beta: newton.beta(),
             frames: state.frames.clone(),
             q: rates(&state.q),
             v: rates(&state.v),
             unbalanced: rates(&state.unbalanced),
-            strain: rates(&state.strain),
-            strain_rate: rates(&state.strain_rate),
+            internal: InternalVariables {
+                strain: rates(&state.internal.strain),
+                strain_rate: rates(&state.internal.strain_rate),
+            },
             direct: zero.clone(),
             start: zero,
             shift: vec![Dual64::from(0.0); strains],
@@ -121,65 +127,65 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         }
     }
 
-    /// The right-hand side `-dR|q1` of the step `simulation` has just made, left in `q`.
-    fn prepare<R>(&mut self, simulation: &Simulation<f64, R, W>)
+    /// The right-hand side `-dR|q1` of a step, left in `q`.
+    fn prepare<R>(&mut self, step: &Linearization<'_, f64, R, W>)
     where
         R: Rod<f64, W, Seeded = S>,
     {
-        let scheme = simulation.formulas(self.beta);
-        let (before, now) = (simulation.previous(), simulation.state());
-        let held = self.held(simulation);
-        if scheme.averages() {
-            self.average_rate(&scheme, simulation, &held);
+        let coefficients = step.coefficients(self.beta);
+        let (before, now) = (step.before, step.after);
+        let held = self.held(step);
+        if coefficients.averages() {
+            self.average_rate(&coefficients, step, &held);
         } else {
-            self.set_viscous(&scheme, simulation);
+            self.set_viscous(&coefficients, step);
             let rod = self.viscous.as_ref().unwrap_or(&self.rod);
             let (frames, direct) = (&self.frames, &mut self.direct);
-            R::gradient_rate(rod, &now.q, frames, simulation.derivatives(), direct);
-            R::frame_rate(frames, &now.q, simulation.gradient(), simulation.tangent(), direct);
+            R::gradient_rate(rod, &now.q, frames, step.derivatives, direct);
+            R::frame_rate(frames, &now.q, step.gradient, step.tangent, direct);
             for (i, rate, _) in &held {
-                simulation.tangent().add_column(*i, *rate, direct);
+                step.tangent.add_column(*i, *rate, direct);
             }
         }
         self.start.copy_from_slice(&self.q);
         for (i, q, v) in held {
             (self.q[i], self.v[i]) = (q, v);
         }
-        let free = simulation.free();
-        let (q1, gradient) = (&now.q[free.clone()], &simulation.gradient()[free.clone()]);
+        let free = step.free.clone();
+        let (q1, gradient) = (&now.q[free.clone()], &step.gradient[free.clone()]);
         let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
         let n0 = &before.unbalanced[free.clone()];
         let (dq, dv) = (&mut self.q[free.clone()], &self.v[free.clone()]);
         let (dn, direct) = (&self.unbalanced[free.clone()], &mut self.direct[free.clone()]);
         let mass = &self.rod.mass()[free.clone()];
-        let drag = self.damping.mass;
-        let dragged = drag.re != 0.0 || drag.eps != 0.0;
+        let mass_damping = self.damping.mass;
+        let damped = mass_damping.re != 0.0 || mass_damping.eps != 0.0;
         for i in 0..free.len() {
             let change = Dual64::new(q1[i] - q0[i], -dq[i]);
             let v0 = Dual64::new(v0[i], dv[i]);
             let mut n1 = Dual64::new(gradient[i], direct[i]);
-            if dragged {
-                n1 += drag * mass[i] * scheme.dragged(change, v0);
+            if damped {
+                n1 += mass_damping * mass[i] * coefficients.damped_velocity(change, v0);
                 direct[i] = n1.eps;
             }
             let n0 = Dual64::new(n0[i], dn[i]);
-            dq[i] = -scheme.residual(mass[i], change, v0, n1, n0).eps;
+            dq[i] = -coefficients.residual(mass[i], change, v0, n1, n0).eps;
         }
     }
 
     /// The unknowns that supports hold, with the derivatives of their places and velocities at the
     /// end of the step; none where the parameter does not move them.
-    fn held<R>(&mut self, simulation: &Simulation<f64, R, W>) -> Vec<(usize, f64, f64)>
+    fn held<R>(&mut self, step: &Linearization<'_, f64, R, W>) -> Vec<(usize, f64, f64)>
     where
         R: Rod<f64, W, Seeded = S>,
     {
         if !self.moves_supports {
             return Vec::new();
         }
-        let now = simulation.state();
-        let free = simulation.free();
+        let now = step.after;
+        let free = step.free.clone();
         let held = (0..now.q.len()).filter(|i| !free.contains(i));
-        let Some(drive) = &self.drive else {
+        let Some(boundary_motion) = &self.boundary_motion else {
             return held.map(|i| (i, self.q[i], 0.0)).collect();
         };
         let dual = |x: &[f64], rates: &[f64]| -> Vec<Dual64> {
@@ -187,26 +193,30 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         };
         let (mut q, mut v) = (dual(&now.q, &self.q), dual(&now.v, &self.v));
         let moment = Moment::Time(now.time);
-        drive.advance::<S, W>(moment, moment, &mut q, &self.frames);
-        drive.velocities(now.time, &mut v);
+        boundary_motion.advance::<S, W>(moment, moment, &mut q, &self.frames);
+        boundary_motion.velocities(now.time, &mut v);
         held.map(|i| (i, q[i].eps, v[i].eps)).collect()
     }
 
     /// The rod with the viscous stress at the end of the step, and its derivative.
-    fn set_viscous<R>(&mut self, scheme: &Formulas<Dual64>, simulation: &Simulation<f64, R, W>)
-    where
+    fn set_viscous<R>(
+        &mut self,
+        coefficients: &StepCoefficients<Dual64>,
+        step: &Linearization<'_, f64, R, W>,
+    ) where
         R: Rod<f64, W, Seeded = S>,
     {
-        let before = simulation.previous();
+        let before = step.before;
         if let Some(viscous) = &mut self.viscous {
             let eta = self.damping.stiffness;
             for (i, shift) in self.shift.iter_mut().enumerate() {
-                let strain = Dual64::new(before.strain[i], self.strain[i]);
-                let rate = Dual64::new(before.strain_rate[i], self.strain_rate[i]);
-                *shift = scheme.viscous_shift(eta, strain, rate);
+                let strain = Dual64::new(before.internal.strain[i], self.internal.strain[i]);
+                let rate =
+                    Dual64::new(before.internal.strain_rate[i], self.internal.strain_rate[i]);
+                *shift = coefficients.viscous_shift(eta, strain, rate);
             }
             let base = self.dashpots.as_ref().unwrap_or(&self.rod);
-            viscous.set_viscous(base, scheme.viscous_factor(eta), &self.shift);
+            viscous.set_viscous(base, coefficients.viscous_factor(eta), &self.shift);
         }
     }
 
@@ -214,21 +224,21 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     /// and the start.
     fn average_rate<R>(
         &mut self,
-        scheme: &Formulas<Dual64>,
-        simulation: &Simulation<f64, R, W>,
+        coefficients: &StepCoefficients<Dual64>,
+        step: &Linearization<'_, f64, R, W>,
         held: &[(usize, f64, f64)],
     ) where
         R: Rod<f64, W, Seeded = S>,
     {
         let mut sum = vec![0.0; self.direct.len()];
-        self.set_viscous(scheme, simulation);
-        for (k, forces) in simulation.stages().iter().enumerate() {
-            let (rod, stage) = match (scheme.stages.get(k), &self.viscous) {
+        self.set_viscous(coefficients, step);
+        for (k, forces) in step.stages.iter().enumerate() {
+            let (rod, stage) = match (coefficients.stages.get(k), &self.viscous) {
                 (None, Some(viscous)) => (viscous, &END),
                 (stage, _) => (&self.rod, stage.unwrap_or(&END)),
             };
             let (frames, direct) = (&self.frames, &mut self.direct);
-            R::gradient_rate(rod, &forces.q, frames, simulation.derivatives(), direct);
+            R::gradient_rate(rod, &forces.q, frames, step.derivatives, direct);
             R::frame_rate(frames, &forces.q, &forces.gradient, &forces.tangent, direct);
             for (j, start) in self.q.iter().enumerate() {
                 forces.tangent.add_column(j, start * (1.0 - stage.place), direct);
@@ -244,14 +254,14 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     }
 
     /// Takes the solution `dq1` and derives the rest of the state from it.
-    fn finish<R>(&mut self, simulation: &Simulation<f64, R, W>, solution: &[f64])
+    fn finish<R>(&mut self, step: &Linearization<'_, f64, R, W>, solution: &[f64])
     where
         R: Rod<f64, W, Seeded = S>,
     {
-        let scheme = simulation.formulas(self.beta);
-        let (before, now) = (simulation.previous(), simulation.state());
-        let free = simulation.free();
-        let by_end = scheme.end.re.recip();
+        let coefficients = step.coefficients(self.beta);
+        let (before, now) = (step.before, step.after);
+        let free = step.free.clone();
+        let by_end = coefficients.end.re.recip();
         let mass = &self.rod.mass()[free.clone()];
         let (q1, q0) = (&now.q[free.clone()], &before.q[free.clone()]);
         let v0 = &before.v[free.clone()];
@@ -262,7 +272,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
             dn[i] = direct[i] + (dq[i] - mass[i].re * solution[i]) * by_end;
             let change = Dual64::new(q1[i] - q0[i], solution[i] - start[i]);
-            dv[i] = scheme.rate(change, Dual64::new(v0[i], dv[i])).eps;
+            dv[i] = coefficients.rate(change, Dual64::new(v0[i], dv[i])).eps;
             dq[i] = solution[i];
         }
         if self.viscous.is_some() || S::HAS_FRAMES {
@@ -273,29 +283,35 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             self.rod.strains(&self.lifted, &self.frames, &mut self.lifted_strain);
             let eta = self.damping.stiffness;
             for (i, strain) in self.lifted_strain.iter().enumerate() {
-                let slope = (strain.eps - self.strain[i]) / scheme.h;
-                let rate = Dual64::new(now.strain_rate[i], slope);
-                self.shift[i] = scheme.viscous_shift_at(eta, *strain, rate);
-                (self.strain[i], self.strain_rate[i]) = (strain.eps, slope);
+                let slope = (strain.eps - self.internal.strain[i]) / coefficients.h;
+                let rate = Dual64::new(now.internal.strain_rate[i], slope);
+                self.shift[i] = coefficients.viscous_shift_at(eta, *strain, rate);
+                self.internal.strain[i] = strain.eps;
+                self.internal.strain_rate[i] = slope;
             }
             let base = self.dashpots.as_ref().unwrap_or(&self.rod);
             viscous.set_viscous(base, Dual64::from(1.0), &self.shift);
             let forces = &mut self.lifted_forces;
-            viscous.gradient(&self.lifted, &self.frames, simulation.derivatives(), forces);
-            let drag = if scheme.averages() { Dual64::from(0.0) } else { self.damping.mass };
-            for i in simulation.free() {
+            viscous.gradient(&self.lifted, &self.frames, step.derivatives, forces);
+            let mass_damping =
+                if coefficients.averages() { Dual64::from(0.0) } else { self.damping.mass };
+            for i in step.free.clone() {
                 let v = Dual64::new(now.v[i], self.v[i]);
-                self.unbalanced[i] = (forces[i] + drag * self.rod.mass()[i] * v).eps;
+                self.unbalanced[i] = (forces[i] + mass_damping * self.rod.mass()[i] * v).eps;
             }
-        } else if scheme.averages() {
+        } else if coefficients.averages() {
             self.unbalanced.fill(0.0);
         }
         S::rebase(&mut self.frames, &self.lifted);
     }
 }
 
-/// Advances several sensitivities over the step `simulation` has just made; it must
-/// [keep its tangent](Simulation::keep_tangent).
+/// Advances several sensitivities over the step `simulation` has just made. One of a scheme that
+/// solves equations must [keep its tangents](Simulation::keep_tangent).
+///
+/// # Errors
+/// [`Error::SingularTangent`] where the step has no derivatives; those of the step itself where it is
+/// made again in dual numbers.
 pub fn advance<R, S, const W: usize>(
     simulation: &Simulation<f64, R, W>,
     sensitivities: &mut [Sensitivity<S, W>],
@@ -305,9 +321,14 @@ where
     R: Rod<f64, W, Seeded = S>,
     S: Rod<Dual64, W>,
 {
+    let step = simulation.linearization();
     for sensitivity in sensitivities.iter_mut() {
         match sensitivity {
-            Sensitivity::Implicit(sensitivity) => sensitivity.prepare(simulation),
+            Sensitivity::Implicit(sensitivity) => {
+                if let Some(step) = &step {
+                    sensitivity.prepare(step);
+                }
+            }
             Sensitivity::Direct { simulation: dual, q, v } => {
                 dual.step_to(simulation.state().time)?;
                 let state = dual.state();
@@ -321,15 +342,16 @@ where
         &mut Sensitivity::Implicit(ref mut sensitivity) => Some(&mut **sensitivity),
         Sensitivity::Direct { .. } => None,
     };
+    let Some(step) = &step else { return Ok(()) };
     let mut rest = sensitivities.iter_mut().filter_map(implicit);
     loop {
         let group: [Option<_>; 4] = std::array::from_fn(|_| rest.next());
         match group {
             [None, ..] => return Ok(()),
-            [Some(a), None, ..] => solve(simulation, [a], room),
-            [Some(a), Some(b), None, _] => solve(simulation, [a, b], room),
-            [Some(a), Some(b), Some(c), None] => solve(simulation, [a, b, c], room),
-            [Some(a), Some(b), Some(c), Some(d)] => solve(simulation, [a, b, c, d], room),
+            [Some(a), None, ..] => solve(step, [a], room),
+            [Some(a), Some(b), None, _] => solve(step, [a, b], room),
+            [Some(a), Some(b), Some(c), None] => solve(step, [a, b, c], room),
+            [Some(a), Some(b), Some(c), Some(d)] => solve(step, [a, b, c, d], room),
         }?;
     }
 }
@@ -337,7 +359,7 @@ where
 /// Solves for `G` sensitivities at once: side by side, the solves share their memory traffic and
 /// fill each other's waiting times.
 fn solve<R, S, const W: usize, const G: usize>(
-    simulation: &Simulation<f64, R, W>,
+    step: &Linearization<'_, f64, R, W>,
     group: [&mut ImplicitSensitivity<S, W>; G],
     room: &mut Vec<f64>,
 ) -> Result<(), Error>
@@ -345,21 +367,20 @@ where
     R: Rod<f64, W, Seeded = S>,
     S: Rod<Dual64, W>,
 {
-    let n = simulation.state().q.len();
+    let n = step.after.q.len();
     room.resize(2 * G * n, 0.0);
     let (side_by_side, single) = room.split_at_mut(G * n);
     let (side_by_side, _) = side_by_side.as_chunks_mut::<G>();
     for (i, row) in side_by_side.iter_mut().enumerate() {
         *row = std::array::from_fn(|g| group[g].q[i]);
     }
-    let factors: &Ldlt<f64, W> = simulation.factors();
-    factors.solve_many(side_by_side);
+    step.factors.solve_many(side_by_side);
     for (g, sensitivity) in group.into_iter().enumerate() {
         for (to, from) in single[..n].iter_mut().zip(side_by_side.iter()) {
             *to = from[g];
         }
-        simulation.check_solution(&single[..n], &sensitivity.q)?;
-        sensitivity.finish(simulation, &single[..n]);
+        step.check_solution(&single[..n], &sensitivity.q)?;
+        sensitivity.finish(step, &single[..n]);
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! A simulation at its start: where the rod is at t = 0, at which velocities, and what goes along.
 
-use crate::dynamics::sensitivity::{ImplicitSensitivity, Sensitivity};
+use crate::dynamics::sensitivity::Sensitivity;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -52,7 +52,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let rod = setup.rod(self.model);
         let start = self.start(setup, &rod)?;
         let velocity = self.start_velocity(setup, &rod, &start.0);
-        let drive = self.drive(setup);
+        let boundary_motion = self.boundary_motion(setup);
         let mut simulation = Simulation::new(
             rod,
             start,
@@ -62,8 +62,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             self.problem.length(),
             self.problem.derivatives(),
         );
-        if let Some(drive) = drive {
-            simulation.drive(drive);
+        if let Some(boundary_motion) = boundary_motion {
+            simulation.move_supports(boundary_motion);
         }
         if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);
@@ -78,10 +78,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     ) -> Result<Sensitivity<M::Rod<Dual64>, W>, Error> {
         let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
         let simulation = self.simulation_over(seed)?;
-        Ok(match simulation.is_direct() {
-            true => Sensitivity::direct(simulation),
-            false => Sensitivity::Implicit(Box::new(ImplicitSensitivity::new(&simulation))),
-        })
+        Ok(Sensitivity::new(simulation))
     }
 
     /// The unknowns of the equilibrium that the rod starts from, found when first asked for.

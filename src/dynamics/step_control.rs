@@ -17,7 +17,8 @@
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::Rod;
-use crate::scene::{Scene, Scheme};
+use crate::scene::Scene;
+use crate::scene::scheme::EnergyKept;
 
 /// How often a step is halved before the run ends.
 pub(crate) const HALVINGS: u32 = 6;
@@ -66,29 +67,9 @@ impl Limits {
         }
         let damping = scene.loads.damping;
         let damped = damping.mass > 0.0 || damping.stiffness > 0.0;
-        let dissipates = time.scheme == Scheme::NewmarkBeta && time.beta >= DISSIPATES;
-        let grows = |interval, remedy| Self {
-            per_step: 0.01,
-            at_last: 0.01,
-            in_all: 0.1,
-            losses: false,
-            falls: damped || dissipates,
-            interval,
-            rounding: 1e-8,
-            remedy,
-        };
-        const SMALLER: &str = "take a smaller time.step";
-        Some(match time.scheme {
-            Scheme::NewmarkBeta if dissipates => grows(
-                INTERVAL,
-                "take a smaller time.step, a larger beta, or scheme = \"average-vector-field\"",
-            ),
-            Scheme::NewmarkBeta => grows(
-                INTERVAL,
-                "take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"",
-            ),
-            Scheme::AverageVectorField if damped => grows(INTERVAL, SMALLER),
-            Scheme::AverageVectorField => Self {
+        let traits = time.scheme.traits();
+        if traits.energy == EnergyKept::Exactly && !damped {
+            return Some(Self {
                 per_step: 1e-10,
                 at_last: 1e-8,
                 in_all: 1e-6,
@@ -97,18 +78,39 @@ impl Limits {
                 interval: 0,
                 rounding: 1e-13,
                 remedy: SMALLER,
+            });
+        }
+        let dissipates = traits.takes_beta && time.beta >= DISSIPATES;
+        let explicit = traits.stability_limit.is_some();
+        Some(Self {
+            per_step: 0.01,
+            at_last: 0.01,
+            in_all: 0.1,
+            losses: false,
+            falls: damped || dissipates,
+            interval: if explicit { EXPLICIT_INTERVAL } else { INTERVAL },
+            rounding: 1e-8,
+            remedy: match traits.energy {
+                EnergyKept::Roughly if dissipates => SMALLER_OR_LARGER_BETA,
+                EnergyKept::Roughly if traits.takes_beta => SMALLER_OR_DISSIPATION,
+                EnergyKept::Roughly => SMALLER_OR_KEEPING,
+                EnergyKept::Exactly | EnergyKept::OnAverage => SMALLER,
             },
-            Scheme::Verlet | Scheme::Pefrl => grows(EXPLICIT_INTERVAL, SMALLER),
-            Scheme::Rodas4 => {
-                grows(INTERVAL, "take a smaller time.step, or scheme = \"average-vector-field\"")
-            }
         })
     }
 }
 
-/// Watches the energy of a run.
+/// What a user can do about growing energy.
+const SMALLER: &str = "take a smaller time.step";
+const SMALLER_OR_KEEPING: &str = "take a smaller time.step, or scheme = \"average-vector-field\"";
+const SMALLER_OR_DISSIPATION: &str =
+    "take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"";
+const SMALLER_OR_LARGER_BETA: &str =
+    "take a smaller time.step, a larger beta, or scheme = \"average-vector-field\"";
+
+/// Watches the energy of a run, and takes steps in halves.
 #[derive(Clone, Debug)]
-pub(crate) struct Guard {
+pub(crate) struct StepControl {
     limits: Option<Limits>,
     /// The energy that gains count from, J.
     start: f64,
@@ -127,8 +129,8 @@ pub(crate) struct Guard {
     iterations: usize,
 }
 
-impl Guard {
-    /// A guard at the start of a run.
+impl StepControl {
+    /// At the start of a run.
     pub fn new<R: Rod<f64, W>, const W: usize>(
         scene: &Scene,
         simulation: &Simulation<f64, R, W>,
@@ -220,7 +222,7 @@ impl Guard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Section, Shape, Time};
+    use crate::scene::{Material, Scheme, Section, Shape, Time};
 
     /// No scheme is advised to take itself, nor one above beta = 0.5 to go there.
     #[test]
@@ -228,13 +230,7 @@ mod tests {
         let shape = Shape::Straight { length: 1.0, direction: [1.0, 0.0, 0.0] };
         let mut scene =
             Scene::new(4, shape, Section::Circle { radius: 0.01 }, Material::new(1e3, 1e9));
-        for scheme in [
-            Scheme::NewmarkBeta,
-            Scheme::AverageVectorField,
-            Scheme::Verlet,
-            Scheme::Pefrl,
-            Scheme::Rodas4,
-        ] {
+        for scheme in Scheme::all() {
             for (beta, damping) in [(0.5, 0.0), (0.75, 0.0), (0.5, 1e-3)] {
                 scene.time = Some(Time { scheme, beta, ..Time::new(1.0, 1e-3) });
                 scene.loads.damping.mass = damping;

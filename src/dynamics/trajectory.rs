@@ -3,8 +3,9 @@
 
 use crate::dynamics::sensitivity;
 use crate::dynamics::sensitivity::Sensitivity;
-use crate::dynamics::simulation::{Simulation, Work};
-use crate::dynamics::step_control::{Guard, HALVINGS};
+use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step::Work;
+use crate::dynamics::step_control::{HALVINGS, StepControl};
 use crate::error::Error;
 use crate::numerics::hermite::{Hermite, Lifted};
 use crate::numerics::scalar::Scalar;
@@ -248,7 +249,7 @@ impl Trajectory {
             simulation.keep_tangent();
         }
         let mut room = Vec::new();
-        let mut guard = Guard::new(problem.scene(), &simulation);
+        let mut control = StepControl::new(problem.scene(), &simulation);
         self.record(posed, &simulation, &sensitivities);
         after(&Running { model, simulation: &simulation });
         for k in 1..=steps {
@@ -258,7 +259,7 @@ impl Trajectory {
                 &mut simulation,
                 &mut sensitivities,
                 (&mut room, &mut self.taken),
-                &mut guard,
+                &mut control,
                 time.at(k),
                 0,
             );
@@ -549,7 +550,7 @@ fn advance<R, S, const W: usize>(
     simulation: &mut Simulation<f64, R, W>,
     sensitivities: &mut [Sensitivity<S, W>],
     (room, taken): (&mut Vec<f64>, &mut Vec<f64>),
-    guard: &mut Guard,
+    control: &mut StepControl,
     time: f64,
     halvings: u32,
 ) -> Result<(), Error>
@@ -558,9 +559,9 @@ where
     S: Rod<Dual64, W>,
 {
     let at_last = halvings == HALVINGS;
-    match simulation.step_to(time).and_then(|()| guard.check(simulation, at_last)) {
+    match simulation.step_to(time).and_then(|()| control.check(simulation, at_last)) {
         Ok(()) => {
-            guard.accept();
+            control.accept();
             taken.push(time);
             sensitivity::advance(simulation, sensitivities, room)
         }
@@ -571,8 +572,8 @@ where
             }
             let middle = 0.5 * (simulation.state().time + time);
             let halvings = halvings + 1;
-            advance(simulation, sensitivities, (room, taken), guard, middle, halvings)?;
-            advance(simulation, sensitivities, (room, taken), guard, time, halvings)
+            advance(simulation, sensitivities, (room, taken), control, middle, halvings)?;
+            advance(simulation, sensitivities, (room, taken), control, time, halvings)
         }
     }
 }

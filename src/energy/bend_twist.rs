@@ -133,7 +133,7 @@ impl<D: Scalar> JointLaw<D> {
         joint.pull(&self.stiffness.times(&sub(joint.strains, self.natural)))
     }
 
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::scheme`].
+    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
         Self {

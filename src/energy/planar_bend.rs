@@ -85,7 +85,7 @@ impl<D: Scalar> PlanarBend<D> {
         self.stiffness * (half * 2.0 - self.natural_curvature) * (half * half + 1.0)
     }
 
-    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::scheme`].
+    /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: D) -> Self {
         Self {

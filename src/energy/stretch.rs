@@ -47,7 +47,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.strain_of(squared, squared.sqrt())
     }
 
-    /// The same edge with Kelvin-Voigt stress over one step: see [`crate::dynamics::scheme`].
+    /// The same edge with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
     #[inline]
     pub fn viscous(&self, factor: D, shift: D) -> Self {
         Self {

@@ -21,15 +21,15 @@ use num_dual::{Dual, Dual2_64};
 
 /// The ends that supports hold.
 #[derive(Clone, Debug)]
-pub struct Drive<D = f64> {
-    ends: Vec<DrivenEnd<D>>,
+pub struct BoundaryMotion<D = f64> {
+    ends: Vec<MovedEnd<D>>,
     /// Unknowns from one node to the next.
     stride: usize,
 }
 
 /// An end that a support holds, and may move.
 #[derive(Clone, Debug)]
-pub struct DrivenEnd<D = f64> {
+pub struct MovedEnd<D = f64> {
     /// Which.
     pub end: End,
     /// Its motions, vectors in the model's axes.
@@ -50,7 +50,7 @@ struct Pose<D> {
     twist: D,
 }
 
-impl<D: Scalar> DrivenEnd<D> {
+impl<D: Scalar> MovedEnd<D> {
     fn pose(&self, moment: Moment<D>) -> Pose<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
@@ -71,10 +71,10 @@ impl<D: Scalar> DrivenEnd<D> {
     }
 }
 
-impl<D: Scalar> DrivenEnd<D> {
+impl<D: Scalar> MovedEnd<D> {
     /// The same over other numbers, such as ones that carry rates in time; its nodes only.
-    fn over<E: Scalar>(&self, lift: impl Fn(D) -> E + Copy) -> DrivenEnd<E> {
-        DrivenEnd {
+    fn over<E: Scalar>(&self, lift: impl Fn(D) -> E + Copy) -> MovedEnd<E> {
+        MovedEnd {
             end: self.end,
             motions: self.motions.iter().map(|motion| motion.map(lift)).collect(),
             centre: self.centre.map(lift),
@@ -84,9 +84,9 @@ impl<D: Scalar> DrivenEnd<D> {
     }
 }
 
-impl<D: Nestable> Drive<D> {
-    /// The drive of a model.
-    pub fn new<M: Model<W>, const W: usize>(ends: Vec<DrivenEnd<D>>) -> Self {
+impl<D: Nestable> BoundaryMotion<D> {
+    /// The motion of these ends, for a model's unknowns.
+    pub fn new<M: Model<W>, const W: usize>(ends: Vec<MovedEnd<D>>) -> Self {
         Self { ends, stride: M::STRIDE }
     }
 
@@ -129,7 +129,7 @@ impl<D: Nestable> Drive<D> {
     }
 }
 
-impl Drive {
+impl BoundaryMotion {
     /// Writes the accelerations of the held nodes, m/s^2.
     pub fn accelerations(&self, time: f64, a: &mut [f64]) {
         for end in &self.ends {
@@ -179,7 +179,7 @@ impl Drive {
     /// Into how many parts the way from no motion to all of it should be cut.
     pub fn parts(&self, length: f64, settled: bool) -> usize {
         let size = |v: Vector<f64>| dot(v, v).sqrt();
-        let way = |end: &DrivenEnd| {
+        let way = |end: &MovedEnd| {
             let pose = end.pose(Moment::Approach { part: 1.0, settled });
             (size(pose.displacement) / (LARGEST_SHIFT * length))
                 .max(size(pose.rotation) / LARGEST_TURN)

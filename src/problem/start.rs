@@ -4,7 +4,7 @@
 use crate::energy::frame::Frames;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, scale, sub, unit};
-use crate::problem::boundary::{Drive, DrivenEnd};
+use crate::problem::boundary::{BoundaryMotion, MovedEnd};
 use crate::problem::model::Model;
 use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
@@ -59,17 +59,20 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     }
 
     /// The ends that supports hold in place, if any of them moves.
-    pub(crate) fn drive<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Option<Drive<D>> {
+    pub(crate) fn boundary_motion<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+    ) -> Option<BoundaryMotion<D>> {
         (!setup.scene.supports.motion.is_empty()).then(|| self.held_ends(setup))
     }
 
     /// The same in plain numbers.
-    pub(crate) fn moved_ends(&self) -> Option<Drive> {
-        self.drive(self.setup)
+    pub(crate) fn moved_ends(&self) -> Option<BoundaryMotion> {
+        self.boundary_motion(self.setup)
     }
 
     /// The ends that supports hold in place, moved or not.
-    fn held_ends<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Drive<D> {
+    fn held_ends<D: Nestable>(&self, setup: &Setup<D, M, W>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
         let last = self.nodes() - 1;
@@ -98,7 +101,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 rotation: self.model.components(motion.rotation),
                 ..motion.clone()
             });
-            DrivenEnd {
+            MovedEnd {
                 end,
                 motions: motions.collect(),
                 centre,
@@ -111,7 +114,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 ),
             }
         });
-        Drive::new::<M, W>(ends.collect())
+        BoundaryMotion::new::<M, W>(ends.collect())
     }
 
     /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.

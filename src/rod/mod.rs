@@ -9,7 +9,7 @@ mod state;
 
 pub use planar::PlanarRod;
 pub use spatial::SpatialRod;
-pub use state::State;
+pub use state::{InternalVariables, State};
 
 use crate::energy::Derivatives;
 use crate::numerics::banded::BandMatrix;

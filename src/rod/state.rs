@@ -13,15 +13,32 @@ pub struct State<D, F> {
     pub frames: F,
     /// Velocities, m/s (rad/s).
     pub v: Vec<D>,
-    /// Elastic gradient less loads plus damping: minus the force that accelerates, N. Direct schemes
-    /// leave the damping out; of an average it is half of the viscous force alone.
+    /// Elastic gradient less loads plus damping: minus the force that accelerates, N. Explicit
+    /// and linearly implicit schemes leave the damping out; of an average it is half of the viscous force alone.
     pub unbalanced: Vec<D>,
-    /// Strains; empty without Kelvin-Voigt damping.
-    pub strain: Vec<D>,
+    /// What the material remembers of its way.
+    pub internal: InternalVariables<D>,
     /// What whole turns of the rod add to the potential of its loads, J.
     pub wound: f64,
-    /// Mean strain rates over the step that ended here, 1/s; empty without Kelvin-Voigt damping.
+}
+
+/// What the material remembers of its way, beside where the rod is and how it moves: all internal
+/// variables of a state stand here, and the sensitivities carry their derivatives in the same struct.
+/// Today that is what Kelvin-Voigt damping needs; without it both lists are empty.
+#[derive(Clone, Debug, Default)]
+pub struct InternalVariables<D> {
+    /// Strains of all elements, in the order of [`Rod::strains`](crate::rod::Rod::strains).
+    pub strain: Vec<D>,
+    /// Their mean rates over the step that ended here, 1/s.
     pub strain_rate: Vec<D>,
+}
+
+impl<D: Scalar> InternalVariables<D> {
+    /// Copies `other` without allocating.
+    fn restore(&mut self, other: &Self) {
+        self.strain.clone_from(&other.strain);
+        self.strain_rate.clone_from(&other.strain_rate);
+    }
 }
 
 impl<D: Scalar, F: Clone> State<D, F> {
@@ -35,8 +52,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
             q,
             frames,
             wound: 0.0,
-            strain: Vec::new(),
-            strain_rate: Vec::new(),
+            internal: InternalVariables { strain: Vec::new(), strain_rate: Vec::new() },
         }
     }
 
@@ -48,7 +64,6 @@ impl<D: Scalar, F: Clone> State<D, F> {
         self.frames.clone_from(&other.frames);
         self.v.clone_from(&other.v);
         self.unbalanced.clone_from(&other.unbalanced);
-        self.strain.clone_from(&other.strain);
-        self.strain_rate.clone_from(&other.strain_rate);
+        self.internal.restore(&other.internal);
     }
 }

@@ -9,6 +9,7 @@ pub mod parameter;
 pub mod plane;
 pub mod point;
 mod polyline;
+pub mod scheme;
 pub mod section;
 pub mod shape;
 pub mod supports;
@@ -20,6 +21,7 @@ pub use loads::{Damping, Loads, NamedNode, Node, PointForce};
 pub use parameter::{ListedParameter, Parameter, ParameterList};
 pub use plane::Plane;
 pub use point::{Point, Stencil};
+pub use scheme::Scheme;
 pub use section::Section;
 pub use shape::{Handedness, Shape};
 pub use supports::{Clamp, End, Motion, Support, Supports};
@@ -188,7 +190,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta } = form;
-        if beta.is_some() && scheme != Scheme::NewmarkBeta {
+        if beta.is_some() && !scheme.traits().takes_beta {
             return Err("time.beta: found beside another scheme, allowed: with newmark-beta only");
         }
         Ok(Self { end, step, scheme, beta: beta.unwrap_or(D::from(0.5)) })
@@ -197,43 +199,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 
 impl<D> From<Time<D>> for TimeForm<D> {
     fn from(Time { end, step, scheme, beta }: Time<D>) -> Self {
-        Self { end, step, scheme, beta: (scheme == Scheme::NewmarkBeta).then_some(beta) }
-    }
-}
-
-/// Time integrators.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Scheme {
-    /// The paper's, corrected: [`crate::dynamics::scheme`].
-    #[default]
-    NewmarkBeta,
-    /// Keeps energy exactly, at about 2.7 times the cost.
-    AverageVectorField,
-    /// Explicit, second order, symplectic; for steps below a limit of stability.
-    Verlet,
-    /// Explicit, fourth order, symplectic; likewise.
-    Pefrl,
-    /// Linearly implicit, fourth order, damps what the step does not resolve.
-    Rodas4,
-}
-
-impl Scheme {
-    /// The name in files and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NewmarkBeta => "newmark-beta",
-            Self::AverageVectorField => "average-vector-field",
-            Self::Verlet => "verlet",
-            Self::Pefrl => "pefrl",
-            Self::Rodas4 => "rodas4",
-        }
-    }
-
-    /// Whether it solves its steps by iteration. Only such schemes take Kelvin-Voigt damping and
-    /// moving supports.
-    pub fn iterates(self) -> bool {
-        matches!(self, Self::NewmarkBeta | Self::AverageVectorField)
+        Self { end, step, scheme, beta: scheme.traits().takes_beta.then_some(beta) }
     }
 }
 
@@ -285,16 +251,16 @@ impl Time {
             end: self.end,
             step: self.step,
             scheme: self.scheme,
-            beta: match self.scheme {
-                Scheme::NewmarkBeta => n.number("beta", self.beta, beta),
-                _ => D::from(self.beta),
+            beta: match self.scheme.traits().takes_beta {
+                true => n.number("beta", self.beta, beta),
+                false => D::from(self.beta),
             },
         }
     }
 
     /// Duration and step in s, Newmark-beta at beta = 0.5.
     pub fn new(end: f64, step: f64) -> Self {
-        Self { end, step, scheme: Scheme::NewmarkBeta, beta: 0.5 }
+        Self { end, step, scheme: Scheme::default(), beta: 0.5 }
     }
 
     /// Number of steps to the end; the last may be shorter.
@@ -471,16 +437,16 @@ impl Scene {
                 return Err(Error::invalid("time.beta", time.beta, "in [0.5, 1]"));
             }
             let eta = self.loads.damping.stiffness;
-            if eta > 0.0 && !time.scheme.iterates() {
-                let allowed = format!(
-                    "0 with {}; the schemes newmark-beta and average-vector-field take it",
-                    time.scheme.name()
-                );
+            let traits = time.scheme.traits();
+            if eta > 0.0 && !traits.takes_viscosity {
+                let takers = Scheme::names(|traits| traits.takes_viscosity);
+                let allowed = format!("0 with {}; the schemes {takers} take it", traits.name);
                 return Err(Error::invalid("loads.damping.stiffness", eta, allowed));
             }
-            if !self.supports.motion.is_empty() && !time.scheme.iterates() {
-                let found = format!("a motion beside the scheme {}", time.scheme.name());
-                let allowed = "with the schemes newmark-beta and average-vector-field";
+            if !self.supports.motion.is_empty() && !traits.takes_boundary_motion {
+                let found = format!("a motion beside the scheme {}", traits.name);
+                let takers = Scheme::names(|traits| traits.takes_boundary_motion);
+                let allowed = format!("with the schemes {takers}");
                 return Err(Error::invalid("supports.motion", found, allowed));
             }
             if time.end / time.step > MOST_STEPS {

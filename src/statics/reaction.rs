@@ -52,7 +52,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         damping: Damping<f64>,
         state: &State<f64, FramesOf<M, W>>,
     ) -> Reactions {
-        let State { time, q, frames, v, strain_rate, .. } = state;
+        let State { time, q, frames, v, internal, .. } = state;
+        let strain_rate = &internal.strain_rate;
         let mut force = vec![0.0; q.len()];
         match strain_rate.is_empty() {
             true => rod.gradient(q, frames, self.derivatives(), &mut force),
@@ -64,8 +65,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             }
         }
         let mut acceleration = vec![0.0; q.len()];
-        if let Some(drive) = self.moved_ends() {
-            drive.accelerations(*time, &mut acceleration);
+        if let Some(boundary_motion) = self.moved_ends() {
+            boundary_motion.accelerations(*time, &mut acceleration);
         }
         for (i, force) in force.iter_mut().enumerate() {
             if !self.is_inside(i / M::STRIDE) {

@@ -64,15 +64,17 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     ) -> Result<Rest<FramesOf<M, W>>, Error> {
         self.problem.check_stop()?;
         let (mut q, mut frames) = self.begin(self.setup);
-        let drive = self.drive(self.setup);
-        let parts = drive.as_ref().map_or(1, |drive| drive.parts(self.problem.length(), settled));
+        let boundary_motion = self.boundary_motion(self.setup);
+        let parts = boundary_motion
+            .as_ref()
+            .map_or(1, |boundary_motion| boundary_motion.parts(self.problem.length(), settled));
         let mut iterations = 0;
         for k in 1..=parts {
-            if let Some(drive) = &drive {
+            if let Some(boundary_motion) = &boundary_motion {
                 let part = |k: usize| k as f64 / parts as f64;
                 let [from, to] = [k - 1, k].map(|k| Moment::Approach { part: part(k), settled });
-                drive.carry(from, to, &mut q, |end, node| self.reach(end, node));
-                drive.advance::<M::Rod<f64>, W>(from, to, &mut q, &frames);
+                boundary_motion.carry(from, to, &mut q, |end, node| self.reach(end, node));
+                boundary_motion.advance::<M::Rod<f64>, W>(from, to, &mut q, &frames);
             }
             let chain = self.chain();
             let scales = (self.problem.length(), self.negligible(chain));

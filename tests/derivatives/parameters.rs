@@ -99,7 +99,7 @@ fn scene(seed: u64, planar: bool) -> Scene {
     if scheme == Scheme::NewmarkBeta {
         time.beta = c.of(&[0.6, 0.7]);
     }
-    if scheme.iterates() && supports.start == Support::Clamped && c.yes() {
+    if scheme.traits().takes_boundary_motion && supports.start == Support::Clamped && c.yes() {
         let motion = Motion {
             end: End::Start,
             displacement: c.vector(0.01, planar),
@@ -112,7 +112,7 @@ fn scene(seed: u64, planar: bool) -> Scene {
     }
     scene.loads.gravity = c.vector(9.8, planar);
     scene.loads.damping.mass = c.of(&[0.0, 1.5]);
-    if scheme.iterates() {
+    if scheme.traits().takes_viscosity {
         scene.loads.damping.stiffness = c.of(&[0.0, 2e-3]);
     }
     let force = c.vector(0.02, planar);

@@ -2,22 +2,20 @@
 //! Wanner, *Solving Ordinary Differential Equations II*, section VI.3 and the code of that name).
 //!
 //! Each stage solves a linear system with the tangent at the start of the step. For `q' = v`,
-//! `M v' = -n(q) - drag M v` the rates eliminate themselves: with `u` and `w` what a stage adds to
+//! `M v' = -n(q) - c M v` the rates eliminate themselves: with `u` and `w` what a stage adds to
 //! `q` and `v`, `a = gamma h`, and `r`, `s` its right-hand sides,
 //!
 //! ```text
-//! u/a - w = r                                  (M (1 + drag a) + a^2 K) u =
-//! (1/a + drag) M w + K u = s              =>       a^2 s + a (1 + drag a) M r
+//! u/a - w = r                                     (M (1 + c a) + a^2 K) u =
+//! (1/a + c) M w + K u = s                 =>       a^2 s + a (1 + c a) M r
 //! ```
 //!
 //! so that a step takes one tangent, one factorisation, five more gradients and six solves.
 
-use crate::dynamics::simulation::Work;
-use crate::dynamics::stepper::Step;
+use crate::dynamics::step::{Step, System, Work};
 use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Scalar;
-use crate::rod::Rod;
-use crate::rod::State;
+use crate::rod::{Rod, State};
 
 const STAGES: usize = 6;
 const GAMMA: f64 = 0.25;
@@ -81,24 +79,28 @@ impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
         &mut self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,
-    ) -> Result<Work, Singular> {
-        let Step { rod, derivatives, free, drag, h } = step;
-        let (mass, a) = (rod.mass(), GAMMA * h);
-        let dragged = *drag * a + 1.0;
+        work: &mut Work,
+    ) -> Result<(), Singular> {
+        let System { rod, derivatives, free, damping, .. } = step.system;
+        let (mass, a) = (rod.mass(), GAMMA * step.h);
+        let damped = damping.mass * a + 1.0;
+        work.tangents += 1;
+        work.factorizations += 1;
+        work.gradients += STAGES - 1;
         rod.tangent(&state.q, &state.frames, *derivatives, &mut self.gradient, &mut self.tangent);
-        self.factors.factor_sum(mass, dragged, &self.tangent, D::from(a * a), free.clone())?;
+        self.factors.factor_sum(mass, damped, &self.tangent, D::from(a * a), free.clone())?;
         for stage in 0..STAGES {
             self.move_to(PLACE[stage], state);
             if stage > 0 {
                 rod.gradient(&self.q, &state.frames, *derivatives, &mut self.gradient);
             }
-            self.solve(stage, step, dragged);
+            self.solve(stage, step, damped);
         }
         self.move_to(PLACE[STAGES], state);
         state.q.copy_from_slice(&self.q);
         state.v.copy_from_slice(&self.v);
         R::rebase(&mut state.frames, &state.q);
-        Ok(Work { tangents: 1, factorizations: 1, gradients: STAGES - 1, ..Work::default() })
+        Ok(())
     }
 
     /// `q` and `v` become those of the state with parts of the stages added.
@@ -116,7 +118,7 @@ impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
     }
 
     /// Finds what `stage` adds, from the gradient and the velocities there.
-    fn solve<R: Rod<D, W>>(&mut self, stage: usize, step: &Step<'_, D, R>, dragged: D) {
+    fn solve<R: Rod<D, W>>(&mut self, stage: usize, step: &Step<'_, D, R>, damped: D) {
         let a = GAMMA * step.h;
         let (earlier_u, u) = self.u.split_at_mut(stage);
         let (earlier_w, w) = self.w.split_at_mut(stage);
@@ -133,14 +135,14 @@ impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
                 *u += *from_w * rate;
             }
         }
-        let mass = step.rod.mass();
-        for i in step.free.clone() {
-            let s = mass[i] * (u[i] - step.drag * self.v[i]) - self.gradient[i];
-            u[i] = s * (a * a) + mass[i] * w[i] * dragged * a;
+        let mass = step.system.rod.mass();
+        for i in step.system.free.clone() {
+            let s = mass[i] * (u[i] - step.system.damping.mass * self.v[i]) - self.gradient[i];
+            u[i] = s * (a * a) + mass[i] * w[i] * damped * a;
         }
         self.factors.solve(u);
         let by_a = 1.0 / a;
-        for i in step.free.clone() {
+        for i in step.system.free.clone() {
             w[i] = u[i] * by_a - w[i];
         }
     }

@@ -4,35 +4,29 @@
 //! In space the frames move along with every drift: its edges turn along great circles, and so the
 //! transport is exact.
 
-use crate::dynamics::simulation::Work;
-use crate::dynamics::stepper::Step;
+use crate::dynamics::step::{Step, Work};
 use crate::numerics::scalar::Scalar;
-use crate::rod::Rod;
-use crate::rod::State;
-use crate::scene::Scheme;
+use crate::rod::{Rod, State};
 
 /// The parts of a step.
 #[derive(Debug)]
-struct Composition {
+pub(crate) struct Composition {
     /// One more than drifts. A last kick of zero spares the forces there.
     kicks: &'static [f64],
     drifts: &'static [f64],
-    /// Largest `h omega` at which a vibration stays bounded.
-    limit: f64,
 }
 
 /// Stormer and Verlet's, in the velocity form.
-const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0], limit: 2.0 };
+pub(super) const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0] };
 
 /// Omelyan, Mryglod and Folk (2002), Eq. (22): position-extended Forest-Ruth-like.
-const PEFRL: Composition = {
+pub(super) const PEFRL: Composition = {
     const XI: f64 = 0.178_617_895_844_809_1;
     const LAMBDA: f64 = -0.212_341_831_062_605_4;
     const CHI: f64 = -0.066_264_582_669_818_5;
     Composition {
         kicks: &[0.0, 0.5 - LAMBDA, LAMBDA, LAMBDA, 0.5 - LAMBDA, 0.0],
         drifts: &[XI, CHI, 1.0 - 2.0 * (CHI + XI), CHI, XI],
-        limit: 2.989,
     }
 };
 
@@ -43,23 +37,10 @@ pub struct Splitting<D> {
     inverse_mass: Vec<D>,
 }
 
-fn composition(scheme: Scheme) -> Option<&'static Composition> {
-    match scheme {
-        Scheme::Verlet => Some(&VERLET),
-        Scheme::Pefrl => Some(&PEFRL),
-        Scheme::NewmarkBeta | Scheme::AverageVectorField | Scheme::Rodas4 => None,
-    }
-}
-
-/// Largest `h omega` at which a vibration stays bounded; none where every step is stable.
-pub fn stability_limit(scheme: Scheme) -> Option<f64> {
-    composition(scheme).map(|parts| parts.limit)
-}
-
 impl<D: Scalar> Splitting<D> {
-    pub(super) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
-        let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
-        composition(scheme).map(|parts| Self { parts, inverse_mass: inverse_mass() })
+    /// For a rod of these masses, kg (kg m^2 for angles).
+    pub(super) fn new(parts: &'static Composition, mass: &[D]) -> Self {
+        Self { parts, inverse_mass: mass.iter().map(|m| m.recip()).collect() }
     }
 
     /// `state.unbalanced` is the gradient at `state.q`, before and after; unless the scheme does
@@ -68,9 +49,9 @@ impl<D: Scalar> Splitting<D> {
         &self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,
-    ) -> Work {
-        let Composition { kicks, drifts, .. } = self.parts;
-        let mut work = Work::default();
+        work: &mut Work,
+    ) {
+        let Composition { kicks, drifts } = self.parts;
         self.kick(kicks[0], step, state);
         for (kick, drift) in kicks[1..].iter().zip(*drifts) {
             let State { q, frames, v, unbalanced, .. } = &mut *state;
@@ -80,26 +61,25 @@ impl<D: Scalar> Splitting<D> {
             if *kick == 0.0 {
                 R::rebase(frames, q);
             } else {
-                step.rod.moved_gradient(q, frames, step.derivatives, unbalanced);
+                step.system.rod.moved_gradient(q, frames, step.system.derivatives, unbalanced);
                 work.gradients += 1;
                 self.kick(*kick, step, state);
             }
         }
-        work
     }
 
-    /// `dv/dt = -gradient/mass - drag v` for a part of the step, exactly.
+    /// `dv/dt = -gradient/mass - c v`, with the mass damping `c`, for a part of the step, exactly.
     #[inline]
     fn kick<R, F>(&self, part: f64, step: &Step<'_, D, R>, state: &mut State<D, F>) {
-        let (h, free) = (part * step.h, step.free.clone());
+        let (h, free) = (part * step.h, step.system.free.clone());
         let forces = state.unbalanced[free.clone()].iter().zip(&self.inverse_mass[free.clone()]);
         let all = state.v[free].iter_mut().zip(forces);
-        if step.drag.value() == 0.0 && D::ORDER == 0 {
+        if step.system.damping.mass.value() == 0.0 && D::ORDER == 0 {
             for (v, (gradient, by_mass)) in all {
                 *v -= *gradient * *by_mass * h;
             }
         } else {
-            let x = step.drag * h;
+            let x = step.system.damping.mass * h;
             let (decay, push) = ((-x).exp(), mean_decay(x) * h);
             for (v, (gradient, by_mass)) in all {
                 *v = *v * decay - *gradient * *by_mass * push;
@@ -120,6 +100,7 @@ fn mean_decay<D: Scalar>(x: D) -> D {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Scheme;
 
     #[test]
     fn mean_decay_is_smooth_where_its_forms_meet() {
@@ -133,7 +114,8 @@ mod tests {
     /// The trace of the step of `v' = -q` leaves [-2, 2] at the limit and not before.
     #[test]
     fn limits_of_stability() {
-        for parts in [&VERLET, &PEFRL] {
+        for (parts, scheme) in [(&VERLET, Scheme::Verlet), (&PEFRL, Scheme::Pefrl)] {
+            let limit = scheme.traits().stability_limit.expect("explicit schemes have one");
             let trace = |x: f64| {
                 let turn = |mut q: f64, mut v: f64| {
                     v -= parts.kicks[0] * x * q;
@@ -146,8 +128,8 @@ mod tests {
                 turn(1.0, 0.0)[0] + turn(0.0, 1.0)[1]
             };
             let bounded = |x: f64| trace(x).abs() <= 2.0 + 1e-12;
-            assert!((1..=1000).all(|k| bounded(parts.limit * f64::from(k) / 1000.0)));
-            assert!(!bounded(1.002 * parts.limit));
+            assert!((1..=1000).all(|k| bounded(limit * f64::from(k) / 1000.0)));
+            assert!(!bounded(1.002 * limit));
             assert!((parts.kicks.iter().sum::<f64>() - 1.0).abs() < 1e-15);
             assert!((parts.drifts.iter().sum::<f64>() - 1.0).abs() < 1e-15);
         }

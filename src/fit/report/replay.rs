@@ -11,7 +11,6 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use crate::scene::Point;
-use crate::scene::Scheme;
 
 /// Shapes of a moving rod that are kept.
 const SHAPES: usize = 12;
@@ -52,9 +51,9 @@ fn setup(experiment: &Experiment) -> Setup {
         experiment: experiment.name.clone(),
         scene: problem.scene().path.as_ref().map(|path| path.display().to_string()),
         model: format!("{model}: {reason}"),
-        scheme: time.map(|time| match time.scheme {
-            Scheme::NewmarkBeta => format!("{}, beta = {}", time.scheme.name(), time.beta),
-            scheme => scheme.name().to_string(),
+        scheme: time.map(|time| match time.scheme.traits().takes_beta {
+            true => format!("{}, beta = {}", time.scheme.name(), time.beta),
+            false => time.scheme.name().to_string(),
         }),
         step: time.map(|time| time.step),
         end: time.map(|time| time.end),

@@ -1,6 +1,5 @@
 //! A coarse model of every experiment, cheap enough to be tried at thousands of values.
 
-use crate::dynamics::stepper::splitting::stability_limit;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::{Search, Task};
@@ -86,8 +85,8 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<
         let step = (first / COARSE_STEPS).min(good).max(time.step);
         // The scheme damps like (beta - 1/2) h.
         time.beta = 0.5 + (time.beta - 0.5) * time.step / step;
-        if stability_limit(time.scheme).is_some() {
-            time.scheme = Scheme::NewmarkBeta;
+        if time.scheme.traits().stability_limit.is_some() {
+            time.scheme = Scheme::default();
         }
         time.step = step;
     }

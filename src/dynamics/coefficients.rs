@@ -1,53 +1,4 @@
-//! Time stepping: which schemes there are, and the formulas of those that iterate.
-//!
-//! | scheme | order | a step takes | keeps | for |
-//! |---|---|---|---|---|
-//! | Newmark-beta, 0.5 | 2 | 2 to 4 Newton iterations | energy to O(h^2), not for good | a per cent, Kelvin-Voigt damping |
-//! | average vector field | 2 | the same, of four stages | energy exactly | long runs at large steps |
-//! | [rodas4](crate::dynamics::stepper::rosenbrock) | 4 | 1 factorisation, 6 gradients | momentum | 1e-3 to 1e-5 of the length |
-//! | [verlet](crate::dynamics::stepper::splitting) | 2 | 1 gradient | momenta, phase volume; it runs backwards | 1e-6 |
-//! | [pefrl](crate::dynamics::stepper::splitting) | 4 | 4 gradients | likewise | 1e-8 |
-//!
-//! The last two are explicit: their steps must stay below [a limit of
-//! stability](crate::Posed::largest_step), 36 us and 54 us on the paper's cantilever, that goes
-//! with the square of an edge. `rodfit study` finds the cheapest scheme, step and mesh for a scene;
-//! `cargo run --release --example work_precision` compares them on one mesh.
-//!
-//! # Tried and dropped
-//!
-//! On the same kernels and meshes (50 segments, 1 s, largest tip error over length, ms in one run)
-//! these were nowhere ahead of the schemes above by more than the noise:
-//!
-//! | scheme | cantilever: error, ms | helix: error, ms |
-//! |---|---|---|
-//! | *Newmark-beta 0.5* | 3.2e-4, 8.8; 1.1e-4, 17 | 2.1e-4, 57; 9.2e-5, 92 |
-//! | *rodas4* | 1.4e-3, 2.6; 7.0e-5, 5.1; 6.7e-6, 13 | 1.3e-4, 29; 1.2e-5, 58; 1.9e-6, 114 |
-//! | *Verlet* | 1.3e-6, 17 | 5.5e-6, 56 |
-//! | *PEFRL* | 5.4e-9, 39 | 2.4e-8, 140 |
-//! | rodas4, step controlled by its error | 9.3e-5, 5.1; 1.1e-5, 11 | 1.5e-4, 24; 2.0e-5, 47 |
-//! | Rosenbrock, L-stable, four stages (ROS4) | 2.0e-4, 8.1; 2.4e-5, 16 | 5.4e-4, 39; 7.2e-5, 78 |
-//! | Rosenbrock, four stages (GRK4T) | grows at every step tried | likewise |
-//! | Rosenbrock of order 3 (ROS3P) | 3.0e-4, 6.0; 3.1e-5, 12 | 8.9e-4, 32; 8.3e-5, 63 |
-//! | Rosenbrock of order 2 (ROS2) | 4.6e-4, 4.9; 8.1e-5, 9.9 | 8.4e-4, 29; 9.4e-5, 58 |
-//! | generalised-alpha, rho 0.9 | 3.2e-4, 9.2; 1.1e-4, 18 | 2.1e-4, 49; 9.4e-5, 98 |
-//! | generalised-alpha, rho 0.4 | 4.7e-4, 9.2; 1.5e-4, 18 | 3.0e-4, 49; 1.2e-4, 99 |
-//! | TR-BDF2 | 6.3e-4, 7.9; 1.7e-4, 16 | 3.1e-4, 57; 1.3e-4, 94 |
-//! | Gauss, two stages, iterated with one real factorisation | 4.7e-5, 28; 9.2e-6, 57 | 4.2e-5, 116; 7.7e-6, 209 |
-//! | velocity form of PEFRL (VEFRL) | 5.1e-8, 32 | 1.7e-7, 109 |
-//! | Omelyan's five stages (4MN5FV) | 4.6e-9, 42 | 2.2e-8, 150 |
-//! | Blanes and Moan's six stages | 2.2e-9, 50 | 1.9e-8, 184 |
-//! | Verlet, bending at every second kick only | 3.5e-6 for 0.75 of the gradients | |
-//!
-//! Multirate kicks gain nothing on these meshes because bending is half as stiff as stretching
-//! there, and resonate from the third step on; on finer ones bending is the stiffer of the two.
-//! A factor of two between schemes of fourth order is one halving of the step, 16 in the error:
-//! PEFRL, ROS4 at the same error and those of more stages lie on one line or behind it.
-//!
-//! The sudden release excites vibrations that no large step resolves: here every implicit scheme
-//! falls short of its order, which it has on smooth motion
-//! (`cargo test --release --test physics orders_in_the_step -- --nocapture`). In space an implicit
-//! step measures the angles from the frames at its start, which adds an error of first order as
-//! small as the edges' rotational inertia: below 1e-9 m on the helix at 1 ms.
+//! The equations of a step that Newton's method solves, and their numbers.
 //!
 //! # Newmark-beta
 //!
@@ -104,7 +55,7 @@ use crate::scene::Scheme;
 
 /// The numbers of one step.
 #[derive(Clone, Copy, Debug)]
-pub struct Formulas<D> {
+pub struct StepCoefficients<D> {
     /// Step, s.
     pub h: f64,
     /// Factor h^2 beta^2 of the forces at the end, s^2; h^2/2 of their average.
@@ -139,12 +90,21 @@ const AVERAGE: [Stage; 4] = [
     Stage { place: 0.930_568_155_797_026_3, weight: 0.173_927_422_568_726_93 },
 ];
 
-impl<D: Scalar> Formulas<D> {
+impl<D: Scalar> StepCoefficients<D> {
     /// The step of length `h`, s.
     #[inline]
     pub fn new(scheme: Scheme, beta: D, h: f64) -> Self {
         match scheme {
-            Scheme::NewmarkBeta => {
+            Scheme::AverageVectorField => Self {
+                h,
+                end: D::from(0.5 * h * h),
+                start: D::from(0.5 * h * h),
+                rate: D::from(2.0 / h),
+                memory: D::from(1.0),
+                stages: &AVERAGE,
+            },
+            // Schemes that solve no equations never ask.
+            _ => {
                 let rest = -beta + 1.0;
                 let inverse = beta.recip();
                 Self {
@@ -156,15 +116,6 @@ impl<D: Scalar> Formulas<D> {
                     stages: &[END],
                 }
             }
-            // Those that need no iteration have no such formulas, and never ask.
-            Scheme::AverageVectorField | Scheme::Verlet | Scheme::Pefrl | Scheme::Rodas4 => Self {
-                h,
-                end: D::from(0.5 * h * h),
-                start: D::from(0.5 * h * h),
-                rate: D::from(2.0 / h),
-                memory: D::from(1.0),
-                stages: &AVERAGE,
-            },
         }
     }
 
@@ -180,15 +131,15 @@ impl<D: Scalar> Formulas<D> {
         change * self.rate - self.memory * rate0
     }
 
-    /// The velocity that damping acts on: at the end, or the mean.
+    /// The velocity that mass damping acts on: at the end, or the mean.
     #[inline]
-    pub fn dragged(&self, change: D, v0: D) -> D {
+    pub fn damped_velocity(&self, change: D, v0: D) -> D {
         if self.averages() { change * (1.0 / self.h) } else { self.rate(change, v0) }
     }
 
-    /// Derivative of [`dragged`](Self::dragged) by the change, 1/s.
+    /// Derivative of the [damped velocity](Self::damped_velocity) by the change, 1/s.
     #[inline]
-    pub fn drag_rate(&self) -> D {
+    pub fn damped_velocity_slope(&self) -> D {
         if self.averages() { D::from(1.0 / self.h) } else { self.rate }
     }
 

@@ -1,0 +1,85 @@
+//! A step of Newton's method, linearized at its solution.
+
+use crate::dynamics::coefficients::StepCoefficients;
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::numerics::scalar::Scalar;
+use crate::rod::{Rod, State};
+use crate::scene::Scheme;
+use std::ops::Range;
+
+/// The forces at one place between the start of a step and its end.
+#[derive(Clone, Debug)]
+pub struct StageForces<D, const W: usize> {
+    /// The unknowns there, m (rad for angles).
+    pub q: Vec<D>,
+    /// The elastic gradient less the loads there, N (N m for angles).
+    pub gradient: Vec<D>,
+    /// The tangent of that gradient, N/m.
+    pub tangent: BandMatrix<D, W>,
+}
+
+/// A step that Newton's method has solved, with everything its derivatives are made from: what the
+/// forward sensitivities read of a step, and what an adjoint would store of it.
+#[derive(Debug)]
+pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
+    /// The rod under its loads.
+    pub rod: &'a R,
+    /// Which derivatives of the energy were used.
+    pub derivatives: Derivatives,
+    /// The unknowns that move.
+    pub free: Range<usize>,
+    /// The scheme whose equations were solved.
+    pub scheme: Scheme,
+    /// The state at the start of the step.
+    pub before: &'a State<D, R::Frames>,
+    /// The state at its end.
+    pub after: &'a State<D, R::Frames>,
+    /// The elastic gradient less the loads at the solution, N (N m for angles), the mean of an
+    /// averaging scheme.
+    pub gradient: &'a [D],
+    /// The tangent of that gradient by the unknowns at the end, N/m.
+    pub tangent: &'a BandMatrix<D, W>,
+    /// Factors of the tangent of the step's equations, `M (1 + h beta damping) + h^2 beta^2 K`.
+    pub factors: &'a Ldlt<D, W>,
+    /// The factors of the masses and of the tangent in the factored matrix.
+    pub weights: [D; 2],
+    /// The forces on the way through the step, one per stage of an averaging scheme, and the
+    /// viscous ones at its end.
+    pub stages: &'a [StageForces<D, W>],
+}
+
+impl<D: Scalar, R: Rod<D, W>, const W: usize> Linearization<'_, D, R, W> {
+    /// The numbers of the step, for a scheme's parameter `beta` that may carry derivatives.
+    pub fn coefficients<E: Scalar>(&self, beta: E) -> StepCoefficients<E> {
+        StepCoefficients::new(self.scheme, beta, self.after.time - self.before.time)
+    }
+
+    /// Refuses a solution `x` of the factored matrix and right-hand side `b` that is not one to
+    /// about half of all digits. A positive definite matrix is always solved well; one with
+    /// negative pivots may not be. (Newton's corrections need no such check: the next residual is
+    /// it.)
+    ///
+    /// # Errors
+    /// [`Error::SingularTangent`].
+    pub fn check_solution(&self, x: &[D], b: &[D]) -> Result<(), Error> {
+        if self.factors.negative_pivots() == 0 {
+            return Ok(());
+        }
+        let [masses, tangent] = self.weights;
+        let mass = self.rod.mass();
+        let rest: Vec<D> = (0..x.len()).map(|i| b[i] - mass[i] * masses * x[i]).collect();
+        let scaled: Vec<D> = rest.iter().map(|r| *r / tangent).collect();
+        let largest =
+            |v: &mut dyn Iterator<Item = D>| v.map(|r| r.value().abs()).fold(0.0_f64, f64::max);
+        let residual = self.tangent.residual(self.free.clone(), x, &scaled);
+        let error = largest(&mut residual.into_iter()) * tangent.value();
+        let size = largest(&mut rest[self.free.clone()].iter().copied())
+            + largest(&mut b[self.free.clone()].iter().copied());
+        match error <= 1e-8 * size {
+            true => Ok(()),
+            false => Err(Error::SingularTangent { time: self.after.time, row: self.free.start }),
+        }
+    }
+}

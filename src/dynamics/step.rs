@@ -1,0 +1,58 @@
+//! What a step is told, and what it cost.
+
+use crate::energy::Derivatives;
+use crate::problem::boundary::BoundaryMotion;
+use crate::scene::Damping;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// What the work of a simulation consists of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// Time steps.
+    pub steps: usize,
+    /// Newton iterations: linear solves for a correction of the step.
+    pub newton_iterations: usize,
+    /// Band factorisations.
+    pub factorizations: usize,
+    /// Evaluations of gradient and tangent.
+    pub tangents: usize,
+    /// Evaluations of the gradient alone.
+    pub gradients: usize,
+}
+
+impl std::ops::AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.steps += other.steps;
+        self.newton_iterations += other.newton_iterations;
+        self.factorizations += other.factorizations;
+        self.tangents += other.tangents;
+        self.gradients += other.gradients;
+    }
+}
+
+/// What is stepped: a rod's equations of motion.
+#[derive(Clone, Debug)]
+pub(crate) struct System<D, R> {
+    /// The rod under its loads.
+    pub rod: R,
+    /// Which derivatives of the energy to use.
+    pub derivatives: Derivatives,
+    /// The unknowns that move.
+    pub free: Range<usize>,
+    /// Mass damping, 1/s, and Kelvin-Voigt damping, s.
+    pub damping: Damping<D>,
+    /// How the supports move, if they do.
+    pub boundary_motion: Option<BoundaryMotion<D>>,
+}
+
+/// A step of it.
+#[derive(Debug)]
+pub(crate) struct Step<'a, D, R> {
+    /// What is stepped.
+    pub system: &'a System<D, R>,
+    /// The end of the step, s.
+    pub time: f64,
+    /// The length of the step, s.
+    pub h: f64,
+}

@@ -1,0 +1,411 @@
+//! Schemes whose steps are equations: Newton's method on an exact banded tangent solves
+//! [them](crate::dynamics::coefficients).
+
+use crate::dynamics::coefficients::{END, StepCoefficients};
+use crate::dynamics::linearization::{Linearization, StageForces};
+use crate::dynamics::step::{Step, System, Work};
+use crate::error::Error;
+use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::numerics::scalar::Nestable;
+use crate::rod::{Rod, State};
+use crate::scene::Scheme;
+use crate::scene::supports::Moment;
+
+/// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
+/// stored to `eps/2`, and forming strains from them costs a few roundings more.
+const ROUNDING: f64 = 8.0;
+/// A Newton step below this part of the rod's length ends the iteration.
+const SMALLEST_STEP: f64 = 1e-12;
+/// After a Newton step below this part of the rod's length the next iterate is expected to be the
+/// solution, so its tangent is formed only when that turns out wrong.
+const LAST_STEP: f64 = 1e-8;
+/// Quadratic convergence needs 2 to 5; a simulation that needs more than this has lost the branch.
+const MAX_ITERATIONS: usize = 40;
+
+/// What Newton's method needs of a scheme and a rod, and the room it works in.
+#[derive(Clone, Debug)]
+pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
+    scheme: Scheme,
+    /// The scheme's parameter.
+    beta: D,
+    /// The scale of the stopping rule, m.
+    length: f64,
+    /// Whether the tangent and its factors are formed again at the solution.
+    keeps_tangent: bool,
+    /// The rod with Kelvin-Voigt stress over the current step, or of an averaging scheme that stress
+    /// alone; only when damped.
+    viscous: Option<R>,
+    /// What that stress alone is made from.
+    dashpots: Option<R>,
+    /// By how much the viscous stress shifts the natural strains.
+    shift: Vec<D>,
+    /// The numbers of the current step.
+    coefficients: StepCoefficients<D>,
+    gradient: Vec<D>,
+    tangent: BandMatrix<D, W>,
+    /// Factors of masses and tangent in the factored matrix.
+    weights: [D; 2],
+    factors: Ldlt<D, W>,
+    correction: Vec<D>,
+    /// The rounding level of every residual, N s^2.
+    rounding: Vec<f64>,
+    /// Where the forces of an averaging scheme were taken.
+    stages: Vec<StageForces<D, W>>,
+}
+
+impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+    /// For a rod that starts in `state`, whose internal variables it prepares. `length`, m, is the
+    /// scale of the stopping rule.
+    pub fn new(
+        (scheme, beta): (Scheme, D),
+        system: &System<D, R>,
+        length: f64,
+        state: &mut State<D, R::Frames>,
+    ) -> Self {
+        let coefficients = StepCoefficients::new(scheme, beta, 1.0);
+        let (rod, averages) = (&system.rod, coefficients.averages());
+        let viscous = (system.damping.stiffness.value() > 0.0).then(|| {
+            let State { q, frames, internal, .. } = state;
+            rod.strains(q, frames, &mut internal.strain);
+            internal.strain_rate = vec![D::from(0.0); internal.strain.len()];
+            if averages { rod.dashpots() } else { rod.clone() }
+        });
+        let n = state.q.len();
+        Self {
+            scheme,
+            beta,
+            length,
+            keeps_tangent: false,
+            dashpots: viscous.clone().filter(|_| averages),
+            viscous,
+            shift: state.internal.strain.clone(),
+            coefficients,
+            gradient: vec![D::from(0.0); n],
+            tangent: BandMatrix::zeros(n),
+            weights: [D::from(1.0), D::from(0.0)],
+            factors: Ldlt::with_order(n),
+            correction: vec![D::from(0.0); n],
+            rounding: vec![0.0; n],
+            stages: Vec::new(),
+        }
+    }
+
+    /// Leaves the tangent and its factors behind at the solution of every step to come.
+    pub fn keep_tangent(&mut self) {
+        self.keeps_tangent = true;
+    }
+    /// The scheme's parameter.
+    pub fn beta(&self) -> D {
+        self.beta
+    }
+    /// What the viscous stress of an averaging scheme is made from.
+    pub fn dashpots(&self) -> Option<&R> {
+        self.dashpots.as_ref()
+    }
+
+    /// The last step, which went from `before` to `after`; none if its tangent was not kept.
+    pub fn linearization<'a>(
+        &'a self,
+        system: &'a System<D, R>,
+        before: &'a State<D, R::Frames>,
+        after: &'a State<D, R::Frames>,
+    ) -> Option<Linearization<'a, D, R, W>> {
+        self.keeps_tangent.then_some(Linearization {
+            rod: &system.rod,
+            derivatives: system.derivatives,
+            free: system.free.clone(),
+            scheme: self.scheme,
+            before,
+            after,
+            gradient: &self.gradient,
+            tangent: &self.tangent,
+            factors: &self.factors,
+            weights: self.weights,
+            stages: &self.stages,
+        })
+    }
+
+    /// Writes the forces that the next step counts by its start.
+    pub fn find_forces(&mut self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
+        let System { rod, derivatives, free, damping, .. } = system;
+        let State { q, frames, v, internal, unbalanced, .. } = state;
+        // What is asked of them does not depend on the length of the step.
+        let coefficients = StepCoefficients::new(self.scheme, self.beta, 1.0);
+        match &mut self.viscous {
+            Some(viscous) => {
+                let strains = internal.strain.iter().zip(&internal.strain_rate);
+                for (shift, (strain, rate)) in self.shift.iter_mut().zip(strains) {
+                    *shift = coefficients.viscous_shift_at(damping.stiffness, *strain, *rate);
+                }
+                let base = self.dashpots.as_ref().unwrap_or(rod);
+                viscous.set_viscous(base, D::from(1.0), &self.shift);
+                viscous.gradient(q, frames, *derivatives, unbalanced);
+            }
+            None if coefficients.averages() => unbalanced.fill(D::from(0.0)),
+            None => rod.gradient(q, frames, *derivatives, unbalanced),
+        }
+        if !coefficients.averages() {
+            for i in free.clone() {
+                unbalanced[i] += damping.mass * rod.mass()[i] * v[i];
+            }
+        }
+    }
+
+    /// Makes `state` what follows `before`.
+    pub fn step(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+        work: &mut Work,
+    ) -> Result<(), Error> {
+        self.coefficients = StepCoefficients::new(self.scheme, self.beta, step.h);
+        predict::<D, R, W>(step, before, state);
+        self.set_viscous(step, before);
+        self.solve(step, before, state, work)
+    }
+
+    /// The rod with the viscous stress at the end of the step.
+    fn set_viscous(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
+        if let Some(viscous) = &mut self.viscous {
+            let (eta, coefficients) = (step.system.damping.stiffness, &self.coefficients);
+            let strains = before.internal.strain.iter().zip(&before.internal.strain_rate);
+            for (shift, (strain, rate)) in self.shift.iter_mut().zip(strains) {
+                *shift = coefficients.viscous_shift(eta, *strain, *rate);
+            }
+            let base = self.dashpots.as_ref().unwrap_or(&step.system.rod);
+            viscous.set_viscous(base, coefficients.viscous_factor(eta), &self.shift);
+        }
+    }
+
+    /// The gradient, with its tangent by the unknowns at the end if asked for.
+    fn evaluate(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &State<D, R::Frames>,
+        with_tangent: bool,
+        work: &mut Work,
+    ) {
+        if self.coefficients.averages() {
+            self.average(step, before, state, with_tangent);
+        } else {
+            let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
+            let (q, frames, derivatives) = (&state.q, &state.frames, step.system.derivatives);
+            let Self { gradient, tangent, .. } = self;
+            match with_tangent {
+                true => rod.tangent(q, frames, derivatives, gradient, tangent),
+                false => rod.gradient(q, frames, derivatives, gradient),
+            }
+        }
+        work.tangents += usize::from(with_tangent);
+        work.gradients += usize::from(!with_tangent);
+    }
+
+    /// The mean gradient over the straight way from the start of the step to its end, and the viscous
+    /// forces at the end.
+    fn average(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &State<D, R::Frames>,
+        with_tangent: bool,
+    ) {
+        let (n, coefficients) = (self.gradient.len(), &self.coefficients);
+        if self.stages.is_empty() {
+            let q = vec![D::from(0.0); n];
+            let forces = StageForces { gradient: q.clone(), q, tangent: BandMatrix::zeros(n) };
+            let stages = coefficients.stages.len() + usize::from(self.viscous.is_some());
+            self.stages = vec![forces; stages];
+        }
+        self.gradient.fill(D::from(0.0));
+        if with_tangent {
+            self.tangent.clear();
+        }
+        for (k, forces) in self.stages.iter_mut().enumerate() {
+            let (rod, stage) = match (coefficients.stages.get(k), &self.viscous) {
+                (None, Some(viscous)) => (viscous, &END),
+                (stage, _) => (&step.system.rod, stage.unwrap_or(&END)),
+            };
+            let StageForces { q, gradient, tangent } = forces;
+            for (q, (start, end)) in q.iter_mut().zip(before.q.iter().zip(&state.q)) {
+                *q = *start + (*end - *start) * stage.place;
+            }
+            match with_tangent {
+                true => {
+                    rod.tangent(q, &state.frames, step.system.derivatives, gradient, tangent);
+                    self.tangent.add_scaled(tangent, stage.weight * stage.place);
+                }
+                false => rod.gradient(q, &state.frames, step.system.derivatives, gradient),
+            }
+            for (sum, gradient) in self.gradient.iter_mut().zip(gradient) {
+                *sum += *gradient * stage.weight;
+            }
+        }
+    }
+
+    /// Newton's method. Stops when the residual is rounding error or the correction vanishes;
+    /// numbers that carry derivatives get one more correction per order.
+    fn solve(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+        work: &mut Work,
+    ) -> Result<(), Error> {
+        let mut expect_solution = false;
+        let mut last = false;
+        let mut polish = D::ORDER;
+        for iteration in 0..=MAX_ITERATIONS + D::ORDER {
+            let with_tangent = !expect_solution;
+            self.evaluate(step, before, state, with_tangent, work);
+            if iteration == 0 {
+                self.set_rounding(step, state);
+            }
+            let (residual, tolerance, at_rounding) = self.residual(step, before, state);
+            if !residual.is_finite() || (iteration >= MAX_ITERATIONS && !last && !at_rounding) {
+                let (time, iterations) = (step.time, iteration);
+                return Err(Error::Newton { time, iterations, residual, tolerance });
+            }
+            let done = last || at_rounding;
+            if done && polish == 0 {
+                if self.keeps_tangent {
+                    if !with_tangent {
+                        self.evaluate(step, before, state, true, work);
+                    }
+                    self.factor(step, work)?;
+                }
+                return Ok(());
+            }
+            polish -= usize::from(done);
+
+            if !with_tangent {
+                self.evaluate(step, before, state, true, work);
+            }
+            self.factor(step, work)?;
+            self.factors.solve(&mut self.correction);
+            let mut largest = 0.0_f64;
+            for i in step.system.free.clone() {
+                state.q[i] += self.correction[i];
+                let unit = if R::is_angle(i) { self.length } else { 1.0 };
+                largest = largest.max(self.correction[i].value().abs() * unit);
+            }
+            work.newton_iterations += 1;
+            last = done || largest <= SMALLEST_STEP * self.length;
+            expect_solution = !self.keeps_tangent && largest <= LAST_STEP * self.length;
+        }
+        unreachable!("the last iteration returns")
+    }
+
+    /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.
+    fn factor(&mut self, step: &Step<'_, D, R>, work: &mut Work) -> Result<(), Error> {
+        work.factorizations += 1;
+        let StepCoefficients { end, .. } = self.coefficients;
+        let slope = self.coefficients.damped_velocity_slope();
+        self.weights = [end * slope * step.system.damping.mass + 1.0, end];
+        let [masses, tangent] = self.weights;
+        self.factors
+            .factor_sum(
+                step.system.rod.mass(),
+                masses,
+                &self.tangent,
+                tangent,
+                step.system.free.clone(),
+            )
+            .map_err(|singular| Error::SingularTangent { time: step.time, row: singular.row })
+    }
+
+    /// Rounding level of each residual.
+    fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
+        self.tangent.absolute_product(&state.q, &mut self.rounding);
+        let end = self.coefficients.end.value();
+        let masses = step.system.rod.mass().iter().zip(&state.q);
+        for (level, (mass, q)) in self.rounding.iter_mut().zip(masses) {
+            *level = ROUNDING * f64::EPSILON * (end * *level + mass.value() * q.value().abs());
+        }
+    }
+
+    /// Leaves minus the residual in `correction`; returns its largest entry, that entry's
+    /// rounding level, and whether all entries are at theirs.
+    fn residual(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        now: &mut State<D, R::Frames>,
+    ) -> (f64, f64, bool) {
+        let (free, coefficients) = (step.system.free.clone(), &self.coefficients);
+        let (q1, n1) = (&now.q[free.clone()], &mut now.unbalanced[free.clone()]);
+        let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
+        let n0 = &before.unbalanced[free.clone()];
+        let mass = &step.system.rod.mass()[free.clone()];
+        let gradient = &self.gradient[free.clone()];
+        let rounding = &self.rounding[free.clone()];
+        let correction = &mut self.correction[free.clone()];
+        let mass_damping = step.system.damping.mass;
+        let damped = mass_damping.value() != 0.0 || D::ORDER > 0;
+
+        let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
+        for i in 0..free.len() {
+            let change = q1[i] - q0[i];
+            n1[i] = gradient[i];
+            if damped {
+                n1[i] += mass_damping * mass[i] * coefficients.damped_velocity(change, v0[i]);
+            }
+            let residual = coefficients.residual(mass[i], change, v0[i], n1[i], n0[i]);
+            correction[i] = -residual;
+            let size = residual.value().abs();
+            at_rounding &= size <= rounding[i];
+            if size > largest || size.is_nan() {
+                (largest, level) = (size, rounding[i]);
+            }
+        }
+        (largest, level, at_rounding)
+    }
+
+    /// Velocities, strain rates and frames at the solution.
+    pub fn finish(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+        work: &mut Work,
+    ) {
+        for i in step.system.free.clone() {
+            state.v[i] = self.coefficients.rate(state.q[i] - before.q[i], before.v[i]);
+        }
+        if self.viscous.is_some() {
+            let State { q, frames, internal, .. } = state;
+            step.system.rod.strains(q, frames, &mut internal.strain);
+            let changes = internal.strain.iter().zip(&before.internal.strain);
+            internal.strain_rate.clear();
+            internal.strain_rate.extend(changes.map(|(s1, s0)| (*s1 - *s0) * (1.0 / step.h)));
+            self.find_forces(step.system, state);
+            work.gradients += 1;
+        } else if self.coefficients.averages() {
+            state.unbalanced.fill(D::from(0.0));
+        }
+        R::rebase(&mut state.frames, &state.q);
+    }
+}
+
+/// The guess q0 + h v0, with the supports where they are at the end of the step.
+fn predict<D: Nestable, R: Rod<D, W>, const W: usize>(
+    step: &Step<'_, D, R>,
+    before: &State<D, R::Frames>,
+    state: &mut State<D, R::Frames>,
+) {
+    let State { q, frames, v, .. } = state;
+    frames.clone_from(&before.frames);
+    for (q, (q0, v0)) in q.iter_mut().zip(before.q.iter().zip(&before.v)) {
+        *q = *q0 + *v0 * step.h;
+    }
+    if let Some(boundary_motion) = &step.system.boundary_motion {
+        // Held angles count on from where they were.
+        let (start, end) = (step.system.free.start, step.system.free.end);
+        q[..start].copy_from_slice(&before.q[..start]);
+        q[end..].copy_from_slice(&before.q[end..]);
+        let [from, to] = [before.time, step.time].map(Moment::Time);
+        boundary_motion.advance::<R, W>(from, to, q, frames);
+        boundary_motion.velocities(step.time, v);
+    }
+}
