@@ -2,7 +2,7 @@
 
 use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
-use rodfit::scene::ParameterList;
+use rodfit::problem::ParameterList;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

@@ -111,8 +111,9 @@ impl Trajectory {
         let mut tracked = tracked.to_vec();
         tracked.sort_unstable();
         tracked.dedup();
-        if let Some(node) = tracked.last() {
-            problem.stencil(Point::Node(*node))?;
+        if let Some(found) = tracked.last().filter(|node| **node >= problem.nodes()) {
+            let (found, high) = (*found as f64, problem.segments() as f64);
+            return Err(Error::OutOfRange { what: "node", found, low: 0.0, high });
         }
         Ok(Self {
             tip: problem.nodes() - 1,
@@ -410,7 +411,8 @@ impl Trajectory {
             let (k, hermite) = self.around(time)?;
             for (out, parameter) in derivatives.iter_mut().zip(&self.parameters) {
                 let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-                let stencil = point.stencil(&self.problem.scene().seeded(seed).made_mesh())?;
+                let stencil =
+                    point.fixed().stencil(&self.problem.scene().seeded(seed).made_mesh())?;
                 // The point stays where it is on the rod, and the nodes do not.
                 let rates = stencil.nodes.into_iter().map(|(node, weight)| (node, weight.eps));
                 let nodes = rates.filter(|(_, rate)| *rate != 0.0).collect();

@@ -14,7 +14,12 @@ use crate::scene::{Clamp, Dimension, Discretization, Scene, Support, Supports};
 impl<D: Scalar> Scene<D> {
     /// The rest shape's mesh, cut by the walls.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
-        self.rod.shape.mesh(self.rod.segments, cuts(&self.supports))
+        let mesh = |segments| self.rod.shape.mesh(segments, cuts(&self.supports));
+        let own = mesh(self.rod.segments)?;
+        match self.remeshed {
+            None => Ok(own),
+            Some(_) => Ok(Mesh { named: Some(own.arc_length), ..mesh(self.remeshed)? }),
+        }
     }
 
     /// The same of a scene whose mesh has been made before.

@@ -4,6 +4,7 @@ pub(crate) mod boundary;
 mod curved_joints;
 mod layout;
 pub mod model;
+mod parameters;
 mod planar;
 mod remesh;
 mod setup;
@@ -13,6 +14,7 @@ mod tributary;
 
 pub(crate) use layout::cuts;
 pub use model::Model;
+pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
 pub(crate) use setup::Setup;
 pub use spatial::SpatialModel;
@@ -384,18 +386,20 @@ impl Problem {
         point.stencil(&self.mesh)
     }
 
-    /// Arc lengths of all nodes from the wall, m.
-    pub(crate) fn arc_lengths(&self) -> &[f64] {
-        &self.mesh.arc_length
+    /// The nodes that a point may be a sum of, at this length of the rod and at others near it.
+    pub(crate) fn nodes_around(&self, point: Point) -> Result<Range<usize>, Error> {
+        point.nodes_around(&self.mesh)
     }
 
     /// Arc length of a point from the wall, m.
+    ///
+    /// # Errors
+    /// Those of [`stencil`](Self::stencil).
     pub fn arc_length(&self, point: Point) -> Result<f64, Error> {
-        self.stencil(point)?;
+        let nodes = self.stencil(point)?.nodes;
         Ok(match point {
-            Point::Tip => self.mesh.arc_length[self.segments()],
-            Point::Node(i) => self.mesh.arc_length[i],
             Point::ArcLength(s) => s,
+            _ => nodes.iter().map(|(i, weight)| self.mesh.arc_length[*i] * weight).sum(),
         })
     }
 }

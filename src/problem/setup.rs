@@ -5,7 +5,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{Model, NodalLoad};
 use crate::scene::shape::Mesh;
-use crate::scene::{NamedNode, Node, PointForce, Scene};
+use crate::scene::{PointForce, Scene};
 
 /// A scene with its mesh and its rest shape in a model's terms.
 #[derive(Clone, Debug)]
@@ -28,20 +28,24 @@ impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
     /// The rod under its loads.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
-        self.load(model, &mut rod, &self.scene.loads.point);
+        model.add_loads(&mut rod, &self.rest, &self.loads());
         rod
+    }
+
+    /// The loads on nodes.
+    pub fn loads(&self) -> Vec<NodalLoad<D>> {
+        self.nodal(&self.scene.loads.point)
     }
 
     /// The rod with the forces that hold it until t = 0.
     pub fn held(&self, model: &M, rod: &M::Rod<D>) -> M::Rod<D> {
         let mut held = rod.clone();
-        self.load(model, &mut held, &self.scene.initial.point);
+        model.add_loads(&mut held, &self.rest, &self.nodal(&self.scene.initial.point));
         held
     }
 
-    fn load(&self, model: &M, rod: &mut M::Rod<D>, points: &[PointForce<D>]) {
-        let loads = nodal(points, "loads", &self.mesh).expect("checked when the model was chosen");
-        model.add_loads(rod, &self.rest, &loads);
+    fn nodal(&self, points: &[PointForce<D>]) -> Vec<NodalLoad<D>> {
+        nodal(points, "loads", &self.mesh).expect("checked when the model was chosen")
     }
 }
 
@@ -59,17 +63,20 @@ pub(crate) fn nodal<D: Scalar>(
     table: &str,
     mesh: &Mesh<D>,
 ) -> Result<Vec<NodalLoad<D>>, Error> {
-    let nodes = mesh.nodes.len();
-    let on = |(k, load): (usize, &PointForce<D>)| {
-        let node = match load.node {
-            Node::Named(NamedNode::Tip) => nodes - 1,
-            Node::Index(i) if i < nodes => i,
-            Node::Index(i) => {
-                let allowed = format!("\"tip\" or 0 .. {}", nodes - 1);
-                return Err(Error::invalid(format!("{table}.point[{k}].node"), i, allowed));
+    let mut nodal = Vec::with_capacity(loads.len());
+    for (k, load) in loads.iter().enumerate() {
+        let stencil = load.node.stencil(mesh).map_err(|error| match error {
+            Error::OutOfRange { what, found, low, high } => {
+                let key = if what == "node" { "node" } else { "node.arc_length" };
+                let allowed = format!("{low} .. {high}, or \"tip\"");
+                Error::invalid(format!("{table}.point[{k}].{key}"), found, allowed)
             }
-        };
-        Ok(NodalLoad { node, force: load.force, moment: load.moment })
-    };
-    loads.iter().enumerate().map(on).collect()
+            error => error,
+        })?;
+        nodal.extend(stencil.nodes.into_iter().map(|(node, weight)| {
+            let share = |vector: Vector<D>| vector.map(|c| c * weight);
+            NodalLoad { node, force: share(load.force), moment: share(load.moment) }
+        }));
+    }
+    Ok(nodal)
 }

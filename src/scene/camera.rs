@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::number::{Numbers, Quantity, Written};
-use crate::scene::positive;
+use crate::scene::{finite, positive};
 use serde::{Deserialize, Serialize};
 
 /// `[camera]`: a point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, with `R`
@@ -67,7 +67,7 @@ impl Camera {
 
     pub(super) fn check(&self) -> Result<(), Error> {
         positive("camera.pixel_scale", self.pixel_scale)?;
-        super::finite("camera.clamp_position", &self.clamp_position)?;
+        finite("camera.clamp_position", &self.clamp_position)?;
         for (key, value) in
             [("time_offset", self.time_offset), ("in_plane_rotation", self.in_plane_rotation)]
         {

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
+use crate::scene::point::Point;
 use crate::scene::{finite, not_negative};
 use serde::{Deserialize, Serialize};
 
@@ -36,8 +37,9 @@ pub struct Damping<D = f64> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct PointForce<D = f64> {
-    /// Where.
-    pub node: Node,
+    /// Where: `"tip"`, a node by its index, or `{ arc_length = metres from the wall }`. Between nodes it
+    /// is shared by those next to it, so that its work on every motion is that at its point.
+    pub node: Point<D>,
     /// N, in world axes.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub force: [D; 3],
@@ -54,39 +56,10 @@ pub(super) fn is_zero<D: Written>(vector: &[D; 3]) -> bool {
     vector.iter().all(|c| *c == D::default())
 }
 
-/// A node: `"tip"` or an index from the start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged, expecting = "expected \"tip\" or the index of a node")]
-pub enum Node {
-    /// By number, 0 at the start.
-    Index(usize),
-    /// By name.
-    Named(NamedNode),
-}
-
-/// The node with a name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum NamedNode {
-    /// The last node.
-    Tip,
-}
-
-impl Default for Node {
-    fn default() -> Self {
-        Self::TIP
-    }
-}
-
-impl Node {
-    /// The last node.
-    pub const TIP: Self = Self::Named(NamedNode::Tip);
-}
-
 impl PointForce {
     pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> PointForce<D> {
         PointForce {
-            node: self.node,
+            node: self.node.over("node", n),
             force: n.vector("force", self.force, Quantity::signed("N")),
             moment: n.vector("moment", self.moment, Quantity::signed("N m")),
         }

@@ -17,8 +17,8 @@ pub mod supports;
 pub use along::Along;
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
-pub use loads::{Damping, Loads, NamedNode, Node, PointForce};
-pub use parameter::{ListedParameter, Parameter, ParameterList};
+pub use loads::{Damping, Loads, PointForce};
+pub use parameter::Parameter;
 pub use plane::Plane;
 pub use point::{Point, Stencil};
 pub use scheme::Scheme;
@@ -74,6 +74,10 @@ pub struct Scene<D = f64> {
     /// The file the scene was read from; other paths are relative to it.
     #[serde(skip)]
     pub path: Option<PathBuf>,
+    /// Edges to compute with, where they are not to be the scene's own; what it names by the index of a
+    /// node stays where it is.
+    #[serde(skip)]
+    pub(crate) remeshed: Option<usize>,
 }
 
 /// `[rod]`
@@ -296,7 +300,17 @@ impl Scene {
         let (supports, loads) = (Supports::default(), Loads::default());
         let initial = Initial::default();
         let camera = Camera::default();
-        Self { rod, material, supports, loads, initial, time: None, camera, path: None }
+        Self {
+            rod,
+            material,
+            supports,
+            loads,
+            initial,
+            time: None,
+            camera,
+            path: None,
+            remeshed: None,
+        }
     }
 
     /// The same scene over other numbers: `make` gets the name of every physical number, its value
@@ -312,6 +326,7 @@ impl Scene {
             time: self.time.as_ref().map(|time| n.table("time", |n| time.over(n))),
             camera: n.table("camera", |n| self.camera.over(n)),
             path: self.path.clone(),
+            remeshed: self.remeshed,
         }
     }
 
@@ -365,7 +380,11 @@ impl Scene {
     /// Whether the mesh is given with the scene, by loads on nodes that are named by their index.
     /// Another number of segments would be another scene.
     pub(crate) fn mesh_is_given(&self) -> bool {
-        self.loads.point.iter().chain(&self.initial.point).any(|load| load.node != Node::TIP)
+        self.loads
+            .point
+            .iter()
+            .chain(&self.initial.point)
+            .any(|load| matches!(load.node, Point::Node(_)))
     }
 
     /// The constants the elements get.

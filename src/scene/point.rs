@@ -2,59 +2,70 @@
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
+use crate::scene::number::{Numbers, Quantity, Written};
 use crate::scene::shape::Mesh;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
-/// A point of the rod.
+/// A point of the rod, where something is measured or a load acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
-    from = "PointForm",
-    into = "PointForm"
+    from = "PointForm<D>",
+    into = "PointForm<D>",
+    bound = "D: Written"
 )]
-pub enum Point {
+pub enum Point<D = f64> {
     /// The last node.
     #[default]
     Tip,
-    /// A node by its index.
+    /// A node by its index, 0 at the start. It goes along when the rod gets longer.
     Node(usize),
-    /// Arc length from the wall, m.
-    ArcLength(f64),
+    /// Arc length from the wall, m. It stays where it is when the rod gets longer.
+    ArcLength(D),
 }
 
 /// How a point is written in files.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(
     untagged,
-    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }"
+    expecting = "expected \"tip\", the index of a node, or { arc_length = metres from the wall }",
+    bound = "D: Written"
 )]
-enum PointForm {
-    Name(crate::scene::NamedNode),
+enum PointForm<D> {
+    Name(Name),
     Node(usize),
-    ArcLength(ArcLength),
+    ArcLength(ArcLength<D>),
+}
+
+/// Names of points.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Name {
+    Tip,
 }
 
 #[derive(Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ArcLength {
-    arc_length: f64,
+#[serde(deny_unknown_fields, bound = "D: Written")]
+struct ArcLength<D> {
+    arc_length: D,
 }
 
-impl From<PointForm> for Point {
-    fn from(form: PointForm) -> Self {
+impl<D> From<PointForm<D>> for Point<D> {
+    fn from(form: PointForm<D>) -> Self {
         match form {
-            PointForm::Name(_) => Self::Tip,
+            PointForm::Name(Name::Tip) => Self::Tip,
             PointForm::Node(i) => Self::Node(i),
             PointForm::ArcLength(ArcLength { arc_length }) => Self::ArcLength(arc_length),
         }
     }
 }
 
-impl From<Point> for PointForm {
-    fn from(point: Point) -> Self {
+impl<D> From<Point<D>> for PointForm<D> {
+    fn from(point: Point<D>) -> Self {
         match point {
-            Point::Tip => Self::Name(crate::scene::NamedNode::Tip),
+            Point::Tip => Self::Name(Name::Tip),
             Point::Node(i) => Self::Node(i),
             Point::ArcLength(arc_length) => Self::ArcLength(ArcLength { arc_length }),
         }
@@ -62,18 +73,65 @@ impl From<Point> for PointForm {
 }
 
 impl Point {
-    /// The nodes and weights whose sum is the point, on a mesh whose lengths may carry derivatives: a
-    /// point named by its arc length stays there when the rod gets longer.
-    pub fn stencil<D: Scalar>(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
-        let last = mesh.nodes.len() - 1;
-        let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
+    /// The same point with a number made of its arc length, which stands under `key`.
+    pub(super) fn over<D>(self, key: &str, n: &mut Numbers<'_, D>) -> Point<D> {
         match self {
-            Self::Tip => Ok(Stencil::node(last)),
-            Self::Node(i) if i <= last => Ok(Stencil::node(i)),
-            Self::Node(i) => outside("node", i as f64, last as f64),
-            Self::ArcLength(s) => match mesh.length.value() {
-                length if (0.0..=length).contains(&s) => Ok(Stencil::between(&mesh.arc_length, s)),
-                length => outside("arc_length", s, length),
+            Self::Tip => Point::Tip,
+            Self::Node(i) => Point::Node(i),
+            Self::ArcLength(s) => Point::ArcLength(
+                n.table(key, |n| n.number("arc_length", s, Quantity::positive("m"))),
+            ),
+        }
+    }
+
+    /// The same point over another scalar, without derivatives of its own.
+    pub(crate) fn fixed<D: Scalar>(self) -> Point<D> {
+        match self {
+            Self::Tip => Point::Tip,
+            Self::Node(i) => Point::Node(i),
+            Self::ArcLength(s) => Point::ArcLength(D::from(s)),
+        }
+    }
+}
+
+impl<D: Scalar> Point<D> {
+    /// The nodes and weights whose sum is the point, on a mesh whose lengths may carry derivatives.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a node that the scene's mesh does not have, and for an arc length
+    /// beyond the ends.
+    pub fn stencil(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
+        match self.arc_length(mesh)? {
+            Ok(node) => Ok(Stencil::node(node)),
+            Err(s) => Ok(Stencil::between(&mesh.arc_length, s)),
+        }
+    }
+
+    /// The nodes that the point may be a sum of, at this length of the rod and at others near it.
+    pub(crate) fn nodes_around(self, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
+        match self.arc_length(mesh)? {
+            Ok(node) => Ok(node..node + 1),
+            Err(s) => Ok(Stencil::around(&mesh.arc_length, s.value())),
+        }
+    }
+
+    /// The node that the point is, or else its arc length.
+    fn arc_length(self, mesh: &Mesh<D>) -> Result<Result<usize, D>, Error> {
+        let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
+        let last = mesh.nodes.len() - 1;
+        match (self, &mesh.named) {
+            (Self::Tip, _) => Ok(Ok(last)),
+            (Self::Node(i), None) if i <= last => Ok(Ok(i)),
+            (Self::Node(i), None) => outside("node", i as f64, last as f64),
+            (Self::Node(i), Some(named)) => match named.get(i) {
+                Some(_) if i == 0 => Ok(Ok(0)),
+                Some(_) if i + 1 == named.len() => Ok(Ok(last)),
+                Some(s) => Ok(Err(*s)),
+                None => outside("node", i as f64, named.len() as f64 - 1.0),
+            },
+            (Self::ArcLength(s), _) => match (mesh.length.value(), s.value()) {
+                (length, at) if (0.0..=length).contains(&at) => Ok(Err(s)),
+                (length, at) => outside("arc_length", at, length),
             },
         }
     }
@@ -93,7 +151,7 @@ impl<D: Scalar> Stencil<D> {
     }
 
     /// The four nodes next to an arc length.
-    pub(crate) fn around(arc_length: &[D], s: f64) -> std::ops::Range<usize> {
+    fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
         let right = arc_length.partition_point(|a| a.value() < s).clamp(1, n.max(2) - 1);
         let first = right.saturating_sub(2).min(n.saturating_sub(4));
@@ -102,14 +160,14 @@ impl<D: Scalar> Stencil<D> {
 
     /// Interpolates between nodes of the given arc lengths: a cubic through the four nearest, so
     /// that the error is of a higher order than the mesh's own.
-    pub fn between(arc_length: &[D], s: f64) -> Self {
+    pub fn between(arc_length: &[D], s: D) -> Self {
         let n = arc_length.len();
         if n < 2 {
             return Self { nodes: (0..n).map(|i| (i, D::from(1.0))).collect() };
         }
-        let nodes = Self::around(arc_length, s);
+        let nodes = Self::around(arc_length, s.value());
         let tolerance = 1e-12 * (arc_length[n - 1] - arc_length[0]).value();
-        let near = |i: &usize| (arc_length[*i].value() - s).abs() <= tolerance;
+        let near = |i: &usize| (arc_length[*i] - s).value().abs() <= tolerance;
         // With derivatives the point slides off its node when the rod gets longer.
         if let Some(i) = nodes.clone().find(near).filter(|_| D::ORDER == 0) {
             return Self::node(i);
@@ -117,7 +175,7 @@ impl<D: Scalar> Stencil<D> {
         let weight = |i: usize| {
             let others = nodes.clone().filter(|j| *j != i);
             others.fold(D::from(1.0), |product, j| {
-                product * ((-arc_length[j] + s) / (arc_length[i] - arc_length[j]))
+                product * ((s - arc_length[j]) / (arc_length[i] - arc_length[j]))
             })
         };
         Self { nodes: nodes.clone().map(|i| (i, weight(i))).collect() }

@@ -151,7 +151,7 @@ impl Polyline {
         let arc_length: Vec<f64> = (0..=segments).map(place).collect();
         let nodes = self.all_at(&arc_length)?;
         let points: Vec<Vector3<f64>> = nodes.iter().map(|x| (*x).into()).collect();
-        Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points) })
+        Ok(Mesh { nodes, arc_length, length, arcs: arcs(&points), named: None })
     }
 
     /// Arc length at place `u`, counted in points, m.

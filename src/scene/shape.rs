@@ -99,6 +99,8 @@ pub struct Mesh<D = f64> {
     pub length: D,
     /// Length of the curve along every edge, m; estimated for a polyline.
     pub arcs: Vec<D>,
+    /// Arc lengths of the nodes that the scene names by their index, where its mesh is another, m.
+    pub named: Option<Vec<D>>,
 }
 
 impl<D: Scalar> Mesh<D> {
@@ -236,7 +238,7 @@ impl<D: Scalar> Shape<D> {
         let edge = length / D::from(segments as f64 - cut[0] - cut[1]);
         let arc_length: Vec<D> = (0..=segments).map(|i| edge * (i as f64 - cut[0])).collect();
         let nodes = arc_length.iter().map(|s| point(*s)).collect();
-        Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments] })
+        Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments], named: None })
     }
 
     /// Where the nodes of a rod are that has this shape instead of its `rest`.
@@ -332,6 +334,7 @@ impl Mesh {
             arc_length: scaled(self.arc_length),
             length: scale * self.length,
             arcs: scaled(self.arcs),
+            named: self.named.map(scaled),
         }
     }
 }

@@ -22,7 +22,6 @@ use crate::problem::{FramesOf, Posed};
 use crate::rod::Rod;
 use crate::rod::State;
 use crate::scene::Damping;
-use crate::scene::{NamedNode, Node, PointForce};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -125,12 +124,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// Weight and point forces on a node, N.
     fn load(&self, node: usize, mass: f64) -> [f64; 3] {
-        let loads = &self.scene().loads;
-        let here = |load: &&PointForce| match load.node {
-            Node::Named(NamedNode::Tip) => node + 1 == self.nodes(),
-            Node::Index(i) => i == node,
-        };
-        let points = loads.point.iter().filter(here);
-        points.fold(scale(loads.gravity, mass), |sum, load| add(sum, load.force))
+        let loads = self.setup.loads();
+        let here = loads.iter().filter(|load| load.node == node);
+        here.fold(scale(self.scene().loads.gravity, mass), |sum, load| add(sum, load.force))
     }
 }

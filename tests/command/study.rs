@@ -1,7 +1,7 @@
 //! The work-precision study.
 
 use rodfit::page::study_page;
-use rodfit::scene::{Node, PointForce, Scheme};
+use rodfit::scene::{Point, PointForce, Scheme};
 use rodfit::study::Study;
 
 use crate::common::coarse;
@@ -72,7 +72,7 @@ fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
 fn a_given_mesh_is_kept() {
     let mut scene = coarse(12, 4e-3, 0.1);
     scene.loads.point =
-        vec![PointForce { node: Node::Index(9), force: [0.0, 0.1, 0.0], ..PointForce::default() }];
+        vec![PointForce { node: Point::Node(9), force: [0.0, 0.1, 0.0], ..PointForce::default() }];
     let study = Study::new(&scene, |_, _| {}).unwrap();
     assert!(study.rows.iter().all(|row| row.segments == 12 && row.mesh_error == 0.0));
     assert!(study.rows[0].error.unwrap() > 10.0 * study.reference_error, "{study}");

@@ -113,7 +113,7 @@ fn every_support() {
         let mut scene = rich_scene();
         scene.supports.start = start;
         scene.supports.end = end;
-        scene.loads.point[0].node = rodfit::scene::Node::Index(9);
+        scene.loads.point[0].node = rodfit::Point::Node(9);
         let error = mismatch(&scene, Parameter::YoungsModulus, Derivatives::Hand);
         assert!(error < LARGEST, "{start:?} {end:?}: {error:e}");
     }
@@ -264,11 +264,8 @@ fn damped_and_twisted_in_space() {
         scene.loads.damping.mass = 0.7;
         scene.loads.damping.stiffness = 3e-3;
         let force = [0.1, -0.05, 0.02];
-        scene.loads.point = vec![PointForce {
-            node: rodfit::scene::Node::Index(20),
-            force,
-            ..PointForce::default()
-        }];
+        scene.loads.point =
+            vec![PointForce { node: rodfit::Point::Node(20), force, ..PointForce::default() }];
         for parameter in [
             Parameter::YoungsModulus,
             Parameter::PoissonRatio,

@@ -117,8 +117,11 @@ fn scene(seed: u64, planar: bool) -> Scene {
     }
     let force = c.vector(0.02, planar);
     let moment = if planar { [0.0, 0.0, 1e-3] } else { [0.0; 3] };
-    scene.loads.point =
-        vec![PointForce { node: c.of(&[Node::TIP, Node::Index(3)]), force, moment }];
+    scene.loads.point = vec![PointForce {
+        node: c.of(&[Point::Tip, Point::Node(3), Point::ArcLength(0.11)]),
+        force,
+        moment,
+    }];
     let held = supports_hold(&scene.supports);
     if held && c.yes() && scheme != Scheme::Verlet {
         scene.initial.state = InitialState::Equilibrium;

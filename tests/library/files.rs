@@ -1,7 +1,7 @@
 //! Reports and the documents' files can be read.
 
 use rodfit::fit::{Experiment, FitReport, RestShape, Sighting};
-use rodfit::scene::{Node, PointForce, Time};
+use rodfit::scene::{PointForce, Time};
 use rodfit::{Fit, Parameter, Point, Trajectory};
 
 use crate::calls::short;
@@ -71,7 +71,7 @@ fn reports_are_read_back() {
     assert!(back.evidence.is_some_and(|e| e.profiles.len() == 1) && back.predictions.len() == 1);
 
     scene.time = Some(Time::new(0.02, 4e-3));
-    scene.loads.point = vec![PointForce { node: Node::Index(9), ..PointForce::default() }];
+    scene.loads.point = vec![PointForce { node: Point::Node(9), ..PointForce::default() }];
     let study = rodfit::study::Study::new(&scene, |_, _| {}).unwrap();
     assert_eq!(round_trip(&study).rows.len(), study.rows.len());
 }

@@ -4,6 +4,7 @@
 mod common;
 
 mod calls;
+mod direction;
 mod energies;
 mod files;
 mod measurements;

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 use rodfit::scene::{
-    Dimension, Discretization, Handedness, Material, Node, PointForce, Scene, Section, Shape,
+    Dimension, Discretization, Handedness, Material, Point, PointForce, Scene, Section, Shape,
     Support,
 };
 use std::f64::consts::{PI, TAU};
@@ -46,7 +46,7 @@ fn stretching_next_to_walls() {
             let force = force * unit * length;
             if force != 0.0 {
                 let force = [0.0, 0.0, -force];
-                scene.loads.point = vec![PointForce { node: Node::TIP, force, moment: [0.0; 3] }];
+                scene.loads.point = vec![PointForce { node: Point::Tip, force, moment: [0.0; 3] }];
             }
             let problem = scene.problem().unwrap();
             let found = problem.equilibrium().unwrap();
@@ -99,7 +99,7 @@ fn small_deflections_of_cantilevers() {
                     _ => {
                         let force = [0.0, 3e-4 * bending / length.powi(2), 0.0];
                         scene.loads.point =
-                            vec![PointForce { node: Node::TIP, force, moment: [0.0; 3] }];
+                            vec![PointForce { node: Point::Tip, force, moment: [0.0; 3] }];
                         1e-4 * length
                     }
                 };

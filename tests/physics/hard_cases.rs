@@ -1,7 +1,7 @@
 //! Hard cases, each with the outcome it must have.
 
 use rodfit::scene::{
-    End, Initial, InitialState, Material, Motion, Node, PointForce, Scene, Scheme, Section, Shape,
+    End, Initial, InitialState, Material, Motion, Point, PointForce, Scene, Scheme, Section, Shape,
     Support, Time,
 };
 use rodfit::{Error, Trajectory};
@@ -151,7 +151,7 @@ fn a_shallow_arch_snaps_through() {
         let (sin, cos) = (0.4 + 1e-6_f64).sin_cos();
         let up = [-sin, cos, 0.0].map(|c| c * load);
         scene.loads.point = vec![PointForce {
-            node: Node::Index(segments / 2),
+            node: Point::Node(segments / 2),
             force: up,
             ..PointForce::default()
         }];

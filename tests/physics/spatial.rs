@@ -5,7 +5,7 @@ use rodfit::energy::frame::Frames;
 use rodfit::rod::Rod;
 use rodfit::scene::section::{circle, rectangle};
 use rodfit::scene::{
-    Clamp, Dimension, Material, Node, PointForce, Scene, Section, Shape, Support, Time,
+    Clamp, Dimension, Material, Point, PointForce, Scene, Section, Shape, Support, Time,
 };
 
 use crate::common::differences::assembled;
@@ -46,7 +46,7 @@ fn planar_and_spatial_models_agree_on_planar_scenes() {
         scene.loads.damping.stiffness = 1e-3;
         scene.supports.end = Support::Pinned;
         scene.loads.point = vec![PointForce {
-            node: Node::Index(20),
+            node: Point::Node(20),
             force: [0.1, -0.3, 0.0],
             ..PointForce::default()
         }];

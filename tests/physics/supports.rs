@@ -1,8 +1,7 @@
 //! Rollers, moments, moved ends and other starts, against theory.
 
 use rodfit::scene::{
-    End, Initial, InitialState, Material, Motion, Node, PointForce, Scene, Section, Shape, Support,
-    Time,
+    End, Initial, InitialState, Material, Motion, PointForce, Scene, Section, Shape, Support, Time,
 };
 use rodfit::{Equilibrium, Parameter, Point};
 use std::f64::consts::PI;
@@ -41,7 +40,7 @@ fn moments_act_where_they_stand() {
     let mut scene = unit_rod(40, 1e-3);
     scene.supports.clamp = rodfit::scene::Clamp::Nodes;
     let at =
-        |node, m| PointForce { node: Node::Index(node), force: [0.0; 3], moment: [0.0, 0.0, m] };
+        |node, m| PointForce { node: Point::Node(node), force: [0.0; 3], moment: [0.0, 0.0, m] };
     scene.loads.point = vec![at(10, -1.0), at(30, 1.0)];
     let found = rest(&scene);
     let angle = |j: usize| {
@@ -87,13 +86,13 @@ fn post_buckled_between_hinges() {
                     End::Start => (Support::Roller, Support::Pinned),
                 };
                 let push = 4.0 * k * k * if rolling == End::End { -1.0 } else { 1.0 };
-                let node = if rolling == End::End { Node::TIP } else { Node::Index(0) };
+                let node = if rolling == End::End { Point::Tip } else { Point::Node(0) };
                 let [x, y, _] = direction;
                 let side = [-y, x].map(|c| 1e-6 * c);
                 scene.loads.point = vec![
                     PointForce { node, force: direction.map(|c| c * push), ..Default::default() },
                     PointForce {
-                        node: Node::Index(segments / 2),
+                        node: Point::Node(segments / 2),
                         force: [side[0], side[1], 0.0],
                         ..Default::default()
                     },

@@ -3,7 +3,7 @@
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{
-    Clamp, Dimension, Discretization, Material, Node, PointForce, Scene, Section, Shape, Support,
+    Clamp, Dimension, Discretization, Material, Point, PointForce, Scene, Section, Shape, Support,
 };
 use rodfit::{Derivatives, Equilibrium};
 use std::f64::consts::PI;
@@ -127,7 +127,7 @@ fn tangents_by_edges() {
     let mut plane = cantilever();
     plane.rod.segments = Some(7);
     plane.loads.point =
-        vec![PointForce { node: Node::TIP, force: [0.0; 3], moment: [0.0, 0.0, 0.1] }];
+        vec![PointForce { node: Point::Tip, force: [0.0; 3], moment: [0.0, 0.0, 0.1] }];
     let problem = plane.problem().unwrap();
     let posed = problem.planar().unwrap();
     edges_are_congruent(&posed.rod(), &(), &posed.rest(), 2);
@@ -429,7 +429,7 @@ fn free_rods() {
     let mut scene = unit_rod(40, 1e-2);
     scene.supports.start = Support::Free;
     let pull = |node, force| PointForce { node, force: [force, 0.0, 0.0], ..PointForce::default() };
-    scene.loads.point = vec![pull(Node::TIP, 1.0), pull(Node::Index(0), -1.0)];
+    scene.loads.point = vec![pull(Point::Tip, 1.0), pull(Point::Node(0), -1.0)];
     let found = rest(&scene);
     assert_eq!(found.stable_in_plane, Some(true), "{found}");
     // EA = 4/slenderness^2.

@@ -1,7 +1,7 @@
 //! Frequencies of small vibrations against beam theory.
 
 use rodfit::scene::{
-    Dimension, Handedness, InitialState, Material, Node, PointForce, Scene, Section, Shape,
+    Dimension, Handedness, InitialState, Material, Point, PointForce, Scene, Section, Shape,
     Support, Time,
 };
 use rodfit::vibration::{About, Kind, Modes, Plane};
@@ -245,7 +245,7 @@ fn free_motions() {
     let mut pulled = rod(40, Support::Free, Support::Free);
     let on = |node, force| PointForce { node, force, ..PointForce::default() };
     pulled.loads.point =
-        vec![on(Node::TIP, [6e-4, 8e-4, 0.0]), on(Node::Index(0), [-6e-4, -8e-4, 0.0])];
+        vec![on(Point::Tip, [6e-4, 8e-4, 0.0]), on(Point::Node(0), [-6e-4, -8e-4, 0.0])];
     let mut hanging = rod(40, Support::Pinned, Support::Free);
     hanging.loads.gravity = [0.06, 0.08, 0.0];
     // In plane and across: what is free, and what only loads resist.

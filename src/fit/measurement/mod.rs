@@ -8,7 +8,6 @@ pub(crate) mod motion;
 pub(crate) mod recording;
 pub(crate) mod shape;
 
-use crate::error::Error;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::gauge::Gauge;
 use crate::fit::measurement::loss::Loss;
@@ -16,7 +15,6 @@ use crate::fit::measurement::motion::{Dropped, Observation};
 use crate::fit::measurement::recording::Recording;
 use crate::fit::measurement::shape::RestShape;
 use crate::problem::Problem;
-use crate::scene::Point;
 use std::path::PathBuf;
 
 /// A set of values with a common noise.
@@ -243,34 +241,6 @@ impl Measurement {
             Self::Frequencies(_) | Self::Gauge(_) => self.size(problem),
             _ => problem.length().max(self.size(problem)),
         }
-    }
-
-    /// The same points of the rod on another mesh.
-    pub(crate) fn on_another_mesh(&self, problem: &Problem) -> Result<Self, Error> {
-        let moved = |point: Point| match point {
-            Point::Node(i) if i + 1 == problem.nodes() => Ok(Point::Tip),
-            Point::Node(_) => {
-                let s = problem.arc_length(point)?;
-                Ok::<_, Error>(Point::ArcLength(s.clamp(0.0, problem.length())))
-            }
-            point => Ok(point),
-        };
-        let mut measurement = self.clone();
-        match &mut measurement {
-            Self::Motion(o) => o.point = moved(o.point)?,
-            Self::RestShape(shape) => {
-                for sighting in &mut shape.sightings {
-                    sighting.point = moved(sighting.point)?;
-                }
-            }
-            Self::Gauge(g) => {
-                for point in &mut g.points {
-                    *point = moved(*point)?;
-                }
-            }
-            Self::Frequencies(_) => {}
-        }
-        Ok(measurement)
     }
 
     /// The file, or what it is, for messages.

@@ -15,8 +15,8 @@ use crate::fit::unknown::Unknown;
 use crate::numerics::hermite::Lifted;
 use crate::problem::Problem;
 use crate::scene::Parameter;
+use crate::scene::Point;
 use crate::scene::Scene;
-use crate::scene::{Point, Stencil};
 use crate::vibration::ModeName;
 use crate::vibration::Tone;
 use num_dual::Dual64;
@@ -287,7 +287,7 @@ impl Part {
             match seen {
                 Seen::Motion(point, samples) => {
                     let Some(moving) = moving else { continue };
-                    let stencil = point.stencil(&mesh)?;
+                    let stencil = point.fixed().stencil(&mesh)?;
                     for sample in samples {
                         let time = view.time(sample.time);
                         compare(moving.sample_over(&stencil, time, tracks)?, &sample.position);
@@ -296,13 +296,13 @@ impl Part {
                 Seen::RestShape(points) => {
                     let Some(resting) = resting else { continue };
                     for (point, position) in points {
-                        let (stencil, start) = (point.stencil(&mesh)?, D::from(0.0));
+                        let (stencil, start) = (point.fixed().stencil(&mesh)?, D::from(0.0));
                         compare(resting.sample_over(&stencil, start, tracks)?, position);
                     }
                 }
                 Seen::Gauge { shows, points, readings } => {
                     let mut seen = Vec::with_capacity(points.len());
-                    let stencils = points.iter().map(|point| point.stencil(&mesh));
+                    let stencils = points.iter().map(|point| point.fixed().stencil(&mesh));
                     let stencils = stencils.collect::<Result<Vec<_>, _>>()?;
                     for Reading { time, value } in readings {
                         let (record, time) = match time {
@@ -334,13 +334,8 @@ impl Part {
 fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut nodes = Vec::new();
     for point in points {
-        let stencil = problem.stencil(*point)?;
         // A point at a node slides to its neighbours when the rod gets longer.
-        let near = match point {
-            Point::ArcLength(s) => Stencil::around(problem.arc_lengths(), *s),
-            _ => 0..0,
-        };
-        nodes.extend(stencil.nodes.iter().map(|(i, _)| *i).chain(near));
+        nodes.extend(problem.nodes_around(*point)?);
     }
     nodes.sort_unstable();
     nodes.dedup();

@@ -28,7 +28,7 @@ impl Coarse {
         let coarse = |(experiment, first): (&Experiment, &f64)| {
             let unknowns: Vec<&Unknown> =
                 search.unknowns.iter().filter(|u| u.is_of(experiment)).collect();
-            experiment.posed_as(coarse(experiment, &unknowns, *first)?)
+            Ok::<_, Error>(experiment.posed_as(coarse(experiment, &unknowns, *first)?))
         };
         let experiments = search.experiments.iter().zip(first).map(coarse);
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
@@ -69,13 +69,11 @@ fn free(problem: &Problem) -> f64 {
 fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<Problem, Error> {
     let problem = &experiment.problem;
     let mut scene = problem.scene().clone();
-    if !scene.mesh_is_given() {
-        let turns = problem.turning() / COARSE_TURN;
-        let modes = COARSE_PER_MODE * experiment.highest_mode();
-        let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
-        if coarse < problem.segments() {
-            scene = problem.remeshed(coarse)?;
-        }
+    let turns = problem.turning() / COARSE_TURN;
+    let modes = COARSE_PER_MODE * experiment.highest_mode();
+    let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
+    if coarse < problem.segments() {
+        scene = problem.remeshed(coarse);
     }
     let good = scene.supports.largest_good_step();
     let beta_is_known = unknowns.iter().all(|u| u.parameter != Parameter::Beta);

@@ -31,7 +31,7 @@ pub struct DiscretizationError {
     pub experiments: Vec<String>,
     /// Error over the value; none where the parameter is not identifiable.
     pub relative: Option<f64>,
-    /// The part of the mesh; none where the scene fixes its mesh.
+    /// The part of the mesh; none where the parameter is not identifiable.
     pub mesh: Option<f64>,
     /// The part of the step; none where the fit identifies beta, whose meaning goes with the step.
     pub step: Option<f64>,
@@ -45,15 +45,12 @@ fn to_zero(ratio: f64) -> f64 {
     1.0 / (1.0 - 1.0 / ratio)
 }
 
-/// The experiment with more edges, if its mesh is its own choice.
-fn finer_mesh(experiment: &Experiment) -> Result<Option<Finer>, Error> {
+/// The experiment with more edges.
+fn finer_mesh(experiment: &Experiment) -> Result<Finer, Error> {
     let problem = &experiment.problem;
-    if problem.scene().mesh_is_given() {
-        return Ok(None);
-    }
     let segments = (problem.segments() as f64 * FINER).round();
-    let finer = problem.remeshed(segments as usize)?.problem()?.computed_as(problem);
-    Ok(Some((experiment.posed_as(finer)?, to_zero(segments / problem.segments() as f64))))
+    let finer = problem.remeshed(segments as usize).problem()?.computed_as(problem);
+    Ok((experiment.posed_as(finer), to_zero(segments / problem.segments() as f64)))
 }
 
 /// The experiment with a smaller step, unless nothing moves or its beta is to be found.
@@ -67,7 +64,7 @@ fn finer_step(experiment: &Experiment, unknowns: &[Unknown]) -> Result<Option<Fi
         time.step /= FINER;
     }
     let finer: Problem = scene.problem()?.computed_as(&experiment.problem);
-    Ok(Some((experiment.posed_as(finer)?, to_zero(FINER))))
+    Ok(Some((experiment.posed_as(finer), to_zero(FINER))))
 }
 
 /// How far the unknowns, on their scales, are from those of the limit that the models `finer` than
@@ -144,7 +141,8 @@ pub(crate) fn errors(
     local: (&Local, &[f64]),
     how: Refinement,
 ) -> Result<(Vec<DiscretizationError>, f64), Error> {
-    let mesh = search.experiments.iter().map(finer_mesh).collect::<Result<Vec<_>, Error>>()?;
+    let mesh = search.experiments.iter().map(|e| finer_mesh(e).map(Some));
+    let mesh = mesh.collect::<Result<Vec<_>, Error>>()?;
     let step = search.experiments.iter().map(|e| finer_step(e, search.unknowns));
     let step = step.collect::<Result<Vec<_>, Error>>()?;
     let task = search.task();

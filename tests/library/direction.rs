@@ -1,0 +1,91 @@
+//! The rooms of `src` import names in one direction, and no two files import each other in a circle.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// Every room may import from those before it.
+const ROOMS: [&str; 14] = [
+    "error",
+    "numerics",
+    "input",
+    "scene",
+    "energy",
+    "rod",
+    "problem",
+    "statics",
+    "vibration",
+    "dynamics",
+    "fit",
+    "check",
+    "study",
+    "page",
+];
+
+/// Files by their modules, without the command, comments and unit tests.
+fn sources(folder: &Path, module: &str, found: &mut BTreeMap<String, String>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let own = match (module, name) {
+            (_, "mod") => module.to_string(),
+            ("", _) => name.to_string(),
+            _ => format!("{module}::{name}"),
+        };
+        if path.is_dir() {
+            sources(&path, &own, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let code = text.split("#[cfg(test)]").next().unwrap();
+            let lines = code.lines().map(|line| line.split("//").next().unwrap());
+            found.insert(own, lines.collect::<Vec<_>>().join("\n"));
+        }
+    }
+}
+
+/// The modules that each module imports names from, as files.
+fn imports() -> BTreeMap<String, BTreeSet<String>> {
+    let mut files = BTreeMap::new();
+    sources(Path::new("src"), "", &mut files);
+    files.retain(|module, _| {
+        !["lib", "main"].contains(&&**module) && !module.starts_with("command")
+    });
+    let of = |(module, code): (&String, &String)| {
+        assert!(!code.contains("super::"), "{module}: names are imported from their owner");
+        let uses = code.split("crate::").skip(1).filter_map(|after| {
+            let end = after.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'));
+            let path: Vec<&str> = after[..end.unwrap_or(after.len())].split("::").collect();
+            (1..=path.len()).rev().map(|n| path[..n].join("::")).find(|m| files.contains_key(m))
+        });
+        (module.clone(), uses.filter(|other| other != module).collect())
+    };
+    files.iter().map(of).collect()
+}
+
+fn room(module: &str) -> usize {
+    let name = module.split("::").next().unwrap();
+    ROOMS.iter().position(|room| *room == name).unwrap_or_else(|| panic!("{name}: which room?"))
+}
+
+#[test]
+fn rooms_import_in_one_direction() {
+    let imports = imports();
+    assert!(imports.len() > 100 && imports["dynamics::trajectory"].contains("problem"));
+    for (module, others) in &imports {
+        for other in others {
+            assert!(room(other) <= room(module), "{module} imports from {other}");
+        }
+    }
+}
+
+#[test]
+fn no_circle_of_imports() {
+    let mut left = imports();
+    // Files that import nothing of what is left go, until only circles and what needs them is left.
+    while let Some(module) =
+        left.iter().find(|(_, others)| others.is_empty()).map(|(module, _)| module.clone())
+    {
+        left.remove(&module);
+        left.values_mut().for_each(|others| drop(others.remove(&module)));
+    }
+    assert!(left.is_empty(), "in a circle, or importing from one: {left:#?}");
+}
