@@ -60,7 +60,7 @@
 //! A [`scene`] (a file, validated) becomes a [`problem`]: mesh, supports, loads and a
 //! [model](problem::model), the smallest that holds the scene, which makes a [`rod`] of elements with an
 //! [`energy`] each. It comes to rest ([`statics`]), rings there ([`vibration`]) and moves
-//! ([`dynamics`]). [`fit`] compares all three with what was measured, [`page`] shows what came of it;
+//! ([`dynamics`]). [`fit`] compares all three with what was measured, `page` shows what came of it;
 //! [`check`] proves derivatives and [`study`] weighs schemes, steps and meshes. [`numerics`] knows no
 //! rods. Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.
 //!
@@ -73,6 +73,7 @@ mod error;
 pub mod fit;
 mod input;
 pub mod numerics;
+#[cfg(feature = "page")]
 pub mod page;
 pub mod problem;
 pub mod rod;
