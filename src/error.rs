@@ -82,6 +82,19 @@ pub enum Error {
         /// What helps with this scheme.
         remedy: &'static str,
     },
+    /// An energy of one's own became NaN or infinite.
+    #[error(
+        "at t = {time} s energy.{name}, {arc_length} m along the rod, has a value or a slope that is no finite \
+         number; a smaller time.step may help, if it is one in the motion itself"
+    )]
+    NotFinite {
+        /// End of the step that failed, s.
+        time: f64,
+        /// What the energy was called when it was attached.
+        name: String,
+        /// Where it is, m from the wall.
+        arc_length: f64,
+    },
     /// An explicit scheme has left its region of stability.
     #[error("the motion has become unstable at t = {time} s; take a smaller time.step")]
     Unstable {
@@ -252,6 +265,7 @@ impl Error {
                 | Self::EnergyGrowth { .. }
                 | Self::Fold { .. }
                 | Self::Unstable { .. }
+                | Self::NotFinite { .. }
                 | Self::SingularTangent { .. }
                 | Self::Equilibrium { .. }
                 | Self::Interrupted

@@ -7,13 +7,14 @@
 //! from elsewhere, and [`check_problem`] all elements of a scene.
 
 mod finite_difference;
+mod own;
 mod scaled;
 mod scene;
-mod terms;
 
+pub use crate::numerics::terms::Terms;
+pub use own::{Configuration, check_own};
 pub use scaled::Scaled;
 pub use scene::check_problem;
-pub use terms::Terms;
 
 use crate::check::finite_difference::{Difference, STEPS, difference, scale};
 use crate::energy::{Analytic, Energy};
@@ -174,10 +175,26 @@ impl CheckReport {
         element: &str,
         dof: impl Fn(usize) -> String,
     ) {
-        let size = Terms::unknowns(q);
-        let terms = energy.energy(&size);
-        let (hand_gradient, hand_hessian) = (energy.gradient(q), energy.hessian(q));
-        let (gradient, hessian) = dual(energy, q);
+        let routes = Routes {
+            energy: &|q| energy.energy(q),
+            gradient: &|q| energy.gradient(q),
+            hand: (energy.gradient(q), energy.hessian(q)),
+            dual: dual(energy, q),
+            terms: energy.energy(&Terms::unknowns(q)),
+        };
+        self.compare_routes(routes, q, element, dof);
+    }
+
+    /// The same of what is known of an energy at `q`.
+    fn compare_routes<const N: usize>(
+        &mut self,
+        routes: Routes<'_, N>,
+        q: &[f64; N],
+        element: &str,
+        dof: impl Fn(usize) -> String,
+    ) {
+        let Routes { energy, gradient: by_hand, hand, dual, terms } = routes;
+        let ((hand_gradient, hand_hessian), (gradient, hessian)) = (hand, dual);
         for i in 0..N {
             let name = || dof(i);
             let pair = [hand_gradient[i], gradient[i]];
@@ -191,19 +208,16 @@ impl CheckReport {
         // A difference sees the values around the state too, so where a derivative vanishes its
         // error is measured by what it grows to within a step.
         let stiffest = (0..N).map(|i| terms.second[i][i]).fold(0.0, f64::max);
-        let scale = scale(q, |q| energy.gradient(q), stiffest);
+        let scale = scale(q, by_hand, stiffest);
         let (by_energy, gradients) = difference(
             q,
             scale,
-            |q| [energy.energy(q)],
+            |q| [energy(q)],
             |[j, _], h| (hand_gradient[j], terms.first[j] + h * stiffest),
         );
-        let (by_gradient, hessians) = difference(
-            q,
-            scale,
-            |q| energy.gradient(q),
-            |[j, i], h| (hand_hessian[i][j], terms.second[i][j] + h / scale * stiffest),
-        );
+        let (by_gradient, hessians) = difference(q, scale, by_hand, |[j, i], h| {
+            (hand_hessian[i][j], terms.second[i][j] + h / scale * stiffest)
+        });
         for (k, point) in self.valley.iter_mut().enumerate() {
             point.gradient = point.gradient.max(by_energy[k]);
             point.hessian = point.hessian.max(by_gradient[k]);
@@ -278,6 +292,18 @@ impl CheckReport {
             self.above.push(above);
         }
     }
+}
+
+/// Gradient and Hessian.
+type Both<const N: usize> = ([f64; N], [[f64; N]; N]);
+
+/// An energy by all routes at a state.
+struct Routes<'a, const N: usize> {
+    energy: &'a dyn Fn(&[f64; N]) -> f64,
+    gradient: &'a dyn Fn(&[f64; N]) -> [f64; N],
+    hand: Both<N>,
+    dual: Both<N>,
+    terms: Terms<N>,
 }
 
 /// An error over its scale; infinite where it should be zero, and for NaN.

@@ -1,16 +1,16 @@
 //! The check of a whole scene: every element, at the scene's own states and at random ones.
 
 use crate::check::scaled::Scaled;
-use crate::check::{CheckReport, Tolerance};
+use crate::check::{CheckReport, Tolerance, own};
 use crate::energy::bend_twist::UNKNOWNS;
-use crate::energy::frame::Frames;
-use crate::energy::{AsEnergy, Element};
+use crate::energy::frame::{EdgeFrame, Frames};
+use crate::energy::{AsEnergy, Element, Stretch};
 use crate::error::Error;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
 use crate::problem::Model;
 use crate::problem::{AnyProblem, Posed, Problem};
 use crate::rod::State;
-use crate::rod::{PlanarRod, Rod, SpatialRod};
+use crate::rod::{Extra, PlanarRod, Rod, SpatialRod};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -31,6 +31,7 @@ const LARGEST_ROTATION: f64 = 120.0;
 /// motion when it has a `[time]` (without one, or when a step fails, as far as it goes), and in
 /// seeded random states with turning angles up to 150 degrees and strains up to 30 %; in space also
 /// with the edges rotated by up to 120 degrees since the reference of their frames.
+/// [Energies of one's own](crate::energy::own) are elements like all others, under their names.
 pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckReport, Error> {
     let mut report = CheckReport::new(tolerance);
     let mut random = ChaCha8Rng::seed_from_u64(1);
@@ -165,6 +166,35 @@ fn compare_planar(report: &mut CheckReport, rod: &PlanarRod<f64>, q: &[f64]) {
     for (i, moment) in &rod.moment {
         compare(report, &[*moment], &q[2 * i..], [*i, *i]);
     }
+    compare_own(report, &rod.own, (q, &[]), |i| of_edge(&rod.stretch, i));
+}
+
+/// The energies of one's own at some of their places, near which edges are `length` long, m.
+fn compare_own(
+    report: &mut CheckReport,
+    own: &Extra<f64>,
+    (q, frames): (&[f64], &[EdgeFrame<f64>]),
+    length: impl Fn(usize) -> f64,
+) {
+    for placed in own.placed() {
+        for spot in some(placed.spots.len()).map(|i| &placed.spots[i]) {
+            let (unknowns, edges) = placed.span(spot);
+            let site = placed.site(spot, &frames[edges]);
+            let name = format!("{} at {:.4} m", placed.name, spot.numbers[0]);
+            own::compare(
+                report,
+                (&*placed.energy, &site),
+                &q[unknowns],
+                (&name, spot.first),
+                length(spot.first),
+            );
+        }
+    }
+}
+
+/// The rest length of the edge behind a node, or of the last, m.
+fn of_edge<const M: usize>(edges: &[Stretch<f64, M>], node: usize) -> f64 {
+    edges[node.min(edges.len() - 1)].rest_length
 }
 
 /// In units of the edge's length, so that differences treat lengths and angles alike.
@@ -192,4 +222,5 @@ fn compare_spatial(
         let name = format!("bend and twist {}", i + 1);
         report.compare(&scaled, &scaled.scaled(&local), &name, |k| dof(i, k));
     }
+    compare_own(report, &rod.own, (q, &frames.edges), |i| of_edge(&rod.stretch, i));
 }

@@ -78,7 +78,8 @@ pub struct SimulationReport {
     pub wall_seconds: f64,
     /// `[t, x, y, z]` of the tip, s and m in world axes, from t = 0 on.
     pub tip: Vec<[f64; 4]>,
-    /// `[t, kinetic, stretch, bend, twist, potential]`, s and J.
+    /// `[t, kinetic, stretch, bend, twist, potential]`, s and J; energies of one's own count as
+    /// potential.
     pub energy: Vec<[f64; 6]>,
     /// Largest change of the total energy since the start, J.
     pub largest_energy_change: f64,
@@ -157,7 +158,7 @@ impl SimulationReport {
         self.largest_kinetic_energy = self.largest_kinetic_energy.max(e.kinetic);
         if self.keeps_series {
             self.tip.push([t, x, y, z]);
-            self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential]);
+            self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential + e.own]);
         }
     }
 

@@ -171,9 +171,19 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
                 self.stepper.finish(&step, before, state, work);
                 state.time = time;
             }
-            Err(_) => state.restore(before),
+            Err(_) => {
+                let named = self.not_finite(time);
+                self.state.restore(&self.previous);
+                return named.map_or(solved, Err);
+            }
         }
         solved
+    }
+
+    /// What to say of an energy of one's own that is no finite number where the rod is at `time`.
+    pub(crate) fn not_finite(&self, time: f64) -> Option<Error> {
+        let (name, arc_length) = self.system.rod.not_finite(&self.state.q, &self.state.frames)?;
+        Some(Error::NotFinite { time, name, arc_length })
     }
 
     /// Takes back the last step.

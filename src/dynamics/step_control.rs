@@ -68,7 +68,9 @@ impl Limits {
         let damping = scene.loads.damping;
         let damped = damping.mass > 0.0 || damping.stiffness > 0.0;
         let traits = time.scheme.traits();
-        if traits.energy == EnergyKept::Exactly && !damped {
+        // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
+        let exactly = traits.energy == EnergyKept::Exactly && scene.energies.is_empty();
+        if exactly && !damped {
             return Some(Self {
                 per_step: 1e-10,
                 at_last: 1e-8,
@@ -181,8 +183,14 @@ impl StepControl {
         }
         let e = simulation.energies();
         let now = e.total();
-        let floor =
-            limits.rounding * (e.stretch + e.bend + e.twist + e.potential.abs()) + self.still;
+        if !now.is_finite()
+            && let Some(error) = simulation.not_finite(simulation.state().time)
+        {
+            return Err(error);
+        }
+        let floor = limits.rounding
+            * (e.stretch + e.bend + e.twist + e.potential.abs() + e.own.abs())
+            + self.still;
         let steps = (self.unseen + 1) as f64;
         let change = |from: f64| if limits.losses { (now - from).abs() } else { now - from };
         let per_step = if at_last { limits.at_last } else { limits.per_step };

@@ -7,17 +7,24 @@
 //!
 //! Read [`stretch`] first: it is the simplest complete element.
 
+pub(crate) mod adapter;
+pub(crate) mod attach;
 pub mod bend_twist;
 pub mod dead_load;
 pub mod dead_moment;
 pub mod frame;
 mod joint;
+pub mod own;
+pub mod place;
 pub mod planar_bend;
 pub mod stretch;
 
+pub use crate::scene::At;
 pub use bend_twist::BendTwist;
 pub use dead_load::DeadLoad;
 pub use dead_moment::DeadMoment;
+pub use own::{By, Curvatures, OwnEnergy, Slopes};
+pub use place::{Directors, Place};
 pub use planar_bend::PlanarBend;
 pub use stretch::Stretch;
 

@@ -63,6 +63,17 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
+    /// Adds the first `size` rows of the lower triangle of `block` from row and column `start` on.
+    #[inline]
+    pub fn add_corner<const N: usize>(&mut self, start: usize, size: usize, block: &[[D; N]; N]) {
+        for c in 0..size {
+            self.diagonal[start + c] += block[c][c];
+            for r in c + 1..size {
+                self.below[start + c][r - c - 1] += block[r][c];
+            }
+        }
+    }
+
     /// Sets the columns `start .. start + C` from the lower triangle of `window`, whose first row
     /// and column are `start`; `N = W + 1`.
     #[inline]

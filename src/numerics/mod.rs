@@ -6,6 +6,7 @@ pub(crate) mod hermite;
 pub mod levenberg_marquardt;
 mod linearized;
 pub mod scalar;
+pub mod terms;
 pub mod vector;
 
 pub(crate) use linearized::half_square;

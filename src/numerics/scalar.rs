@@ -4,7 +4,7 @@
 //! [`num_dual`] it is a number and its exact derivatives; with [`Terms`](crate::check::Terms) it
 //! tells how large the terms are that cancel in each derivative.
 
-use num_dual::DualNum;
+use num_dual::{Dual64, DualNum, DualSVec64, HyperDual64};
 use std::fmt::Debug;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -150,6 +150,38 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
     }
 }
 
-/// A [`Scalar`] that num-dual can differentiate once more, by nesting it in its own dual numbers.
-pub trait Nestable: Scalar + DualNum<Primitive = f64> {}
-impl<T: Scalar + DualNum<Primitive = f64>> Nestable for T {}
+/// A [`Scalar`] that rods run in, and that num-dual can differentiate once more by nesting it in its
+/// own dual numbers. There are few: what is chosen at run time, such as an [energy of one's
+/// own](crate::energy::own), must be made for each of them beforehand.
+pub trait Nestable: Scalar + DualNum<Primitive = f64> {
+    /// The part for this scalar.
+    #[doc(hidden)]
+    fn part<T: ForEachScalar + ?Sized>(all: &T) -> &T::Part<Self>;
+}
+
+/// Something that has a part for each scalar that rods run in.
+#[doc(hidden)]
+pub trait ForEachScalar {
+    type Part<D: Scalar>: ?Sized;
+    fn plain(&self) -> &Self::Part<f64>;
+    fn dual(&self) -> &Self::Part<Dual64>;
+    fn hyper_dual(&self) -> &Self::Part<HyperDual64>;
+    fn pair(&self) -> &Self::Part<DualSVec64<2>>;
+}
+
+macro_rules! nestable {
+    ($($scalar:ty: $part:ident;)*) => {
+        $(impl Nestable for $scalar {
+            fn part<T: ForEachScalar + ?Sized>(all: &T) -> &T::Part<Self> {
+                all.$part()
+            }
+        })*
+    };
+}
+
+nestable! {
+    f64: plain;
+    Dual64: dual;
+    HyperDual64: hyper_dual;
+    DualSVec64<2>: pair;
+}

@@ -72,6 +72,9 @@ pub(super) fn correction(scene: &Scene, mesh: &Mesh) -> Correction {
 pub(super) fn choose(scene: &Scene, mesh: &Mesh) -> Result<(AnyModel, String), Error> {
     let correction = correction(scene, mesh);
     scene.rod.section.check_up(&mesh.nodes)?;
+    for energy in &scene.energies {
+        energy.at().check(&energy.key(), mesh.length)?;
+    }
     let start = setup::start_shape(scene, mesh)?;
     if let Some(start) = &start {
         check_edges("initial.shape", start)?;

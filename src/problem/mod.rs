@@ -4,6 +4,7 @@ pub(crate) mod boundary;
 mod curved_joints;
 mod layout;
 pub mod model;
+mod own;
 mod parameters;
 mod planar;
 mod remesh;
@@ -128,6 +129,7 @@ impl Problem {
             stop: None,
         };
         problem.check_sizes()?;
+        problem.check_own()?;
         Ok(problem)
     }
 
@@ -168,6 +170,22 @@ impl Problem {
             )),
             None => Ok(()),
         }
+    }
+
+    /// Refuses energies of one's own that are no finite numbers where the rod begins.
+    fn check_own(&self) -> Result<(), Error> {
+        if self.scene.energies.is_empty() {
+            return Ok(());
+        }
+        let found = match self.posed() {
+            AnyProblem::Planar(posed) => posed.not_finite(),
+            AnyProblem::Spatial(posed) => posed.not_finite(),
+        };
+        found.map_or(Ok(()), |(name, place)| {
+            let found =
+                format!("a value or a slope that is no finite number, {place} m along the rod");
+            Err(Error::invalid(format!("energy.{name}"), found, "finite ones where the rod begins"))
+        })
     }
 
     /// The scene.
@@ -509,6 +527,12 @@ impl<'a, M: Model<W>, const W: usize> Posed<'a, M, W> {
         }
         let found = format!("{parameter}, which turns the end that rolls along the rod");
         Err(Error::invalid("parameter", found, "with supports.roller, a direction that stays"))
+    }
+
+    /// The energy of one's own that is no finite number where the rod begins, and where, m.
+    fn not_finite(&self) -> Option<(String, f64)> {
+        let (q, frames) = self.begin(self.setup);
+        self.rod().not_finite(&q, &frames)
     }
 
     /// The rod with plain numbers.

@@ -63,7 +63,7 @@
 //! them all.
 
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, sub, turned};
+use crate::numerics::vector::{Vector, add, dot, scale, sub, turned, unit};
 use crate::problem::tributary::Arcs;
 use crate::rod::Rod;
 use crate::scene::shape::Mesh;
@@ -126,6 +126,15 @@ pub trait Model<const W: usize> {
         loads: &[NodalLoad<D>],
     );
 
+    /// Gives a rod the scene's energies of one's own.
+    fn attach<D: Nestable>(
+        &self,
+        rod: &mut Self::Rod<D>,
+        scene: &Scene<D>,
+        mesh: &Mesh<D>,
+        rest: &Self::Rest<D>,
+    );
+
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;
 
@@ -177,6 +186,17 @@ pub(super) fn tilted<D: Scalar>(
     }
     let rotation = [0, 1, 2].map(|c| angle * normal[c]);
     nodes.iter().map(|x| add(nodes[0], turned(rotation, sub(*x, nodes[0])))).collect()
+}
+
+/// The first material director of the first edge at rest, in the world: along `up` of the section, or
+/// of a circle along the axis that is least along the edge.
+pub(super) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
+    scene.rod.section.up_across(nodes).unwrap_or_else(|| {
+        let tangent = unit(sub(nodes[1], nodes[0]));
+        let least = Vector3::from(tangent.map(|c| c.value().abs())).imin();
+        let axis: Vector<D> = std::array::from_fn(|c| D::from(f64::from(c == least)));
+        unit(sub(axis, scale(tangent, dot(tangent, axis))))
+    })
 }
 
 /// Where an end rolls: as the scene says, or along the rod.

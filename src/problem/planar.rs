@@ -1,12 +1,14 @@
 //! The model of a scene that lies in a plane.
 
+use crate::energy::adapter::Chart;
 use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, sub};
-use crate::problem::model::{Correction, Model, NodalLoad, rolling, tilted};
+use crate::problem::model::{Correction, Model, NodalLoad, first_director, rolling, tilted};
+use crate::problem::own;
 use crate::problem::tributary::Line;
-use crate::rod::PlanarRod;
 use crate::rod::planar::HALF_BANDWIDTH;
+use crate::rod::{Extra, PlanarRod};
 use crate::scene::shape::Mesh;
 use crate::scene::{End, Plane, Scene, Support};
 use nalgebra::Vector3;
@@ -66,6 +68,10 @@ impl PlanarModel {
         if let Some((key, _)) = turns_of_the_rod(scene).into_iter().find(|(_, t)| *t != 0.0) {
             return Err(leaves(&key));
         }
+        let normal = plane.x.cross(&plane.y);
+        if let Some(energy) = own::leaving(&scene.energies, normal, plane.origin) {
+            return Err(leaves(&energy));
+        }
         let mut model = Self { plane: plane.clone(), correction, second_moment: 0, nodes: 0 };
         let tilted = tilted(scene, nodes, &model.normal());
         // A roller at the end holds the last coordinate of its node, one at the start the first, so
@@ -115,6 +121,9 @@ impl PlanarModel {
             let rate = rate(*v);
             size(&rate[..2]) > TOLERANCE * size(&rate)
         };
+        if let Some(energy) = own::left_by(&scene.energies, self.normal(), self.plane.origin) {
+            return Some(energy);
+        }
         let named = within.into_iter().find(out).or(across.into_iter().find(off));
         let turned = turns_of_the_rod(scene).into_iter().find(|(_, turn)| turn.eps != 0.0);
         named.map(|(key, _)| key).or(turned.map(|(key, _)| key))
@@ -193,6 +202,7 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             load,
             moment: Vec::new(),
             heading: rest.direction(0),
+            own: Extra::default(),
         }
     }
 
@@ -216,6 +226,29 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
                 }
             }
         }
+    }
+
+    fn attach<D: Nestable>(
+        &self,
+        rod: &mut PlanarRod<D>,
+        scene: &Scene<D>,
+        mesh: &Mesh<D>,
+        rest: &PlanarRest<D>,
+    ) {
+        if scene.energies.is_empty() {
+            return;
+        }
+        let tilted = tilted(scene, &mesh.nodes, &self.normal());
+        let [along, aside, out] = self.components(first_director(scene, &tilted));
+        let [x, y] = rest.direction(0);
+        let length = (x * x + y * y).sqrt();
+        let Plane { origin, x: right, y: up } = &self.plane;
+        let chart = Chart::Plane {
+            origin: (*origin).into(),
+            axes: [(*right).into(), (*up).into()],
+            across: [(x * aside - y * along) / length, out],
+        };
+        rod.own = own::extra(&chart, scene, mesh, (&self.unknowns(rest), &[]));
     }
 
     fn dof(&self) -> usize {

@@ -29,6 +29,7 @@ impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
         model.add_loads(&mut rod, &self.rest, &self.loads());
+        model.attach(&mut rod, &self.scene, &self.mesh, &self.rest);
         rod
     }
 

@@ -1,16 +1,18 @@
 //! The model of a scene in space.
 
+use crate::energy::adapter::Chart;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames};
 use crate::energy::{DeadLoad, Stretch};
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, dot, scale, sub, unit};
+use crate::numerics::vector::{Vector, dot, sub, unit};
 use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
-use crate::problem::model::{Correction, Model, NodalLoad, rolling, tilted};
+use crate::problem::model::{Correction, Model, NodalLoad, first_director, rolling, tilted};
+use crate::problem::own;
 use crate::problem::tributary::Line;
-use crate::rod::SpatialRod;
 use crate::rod::spatial::HALF_BANDWIDTH;
+use crate::rod::{Extra, SpatialRod};
 use crate::scene::shape::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
@@ -22,8 +24,6 @@ pub struct SpatialModel {
     nodes: usize,
     /// The model's axes in the world: the world's own, unless an end rolls.
     axes: [Vector3<f64>; 3],
-    /// For a circle, which has no direction `up`: the axis least along the first edge.
-    across: Vector3<f64>,
     /// Of the plane of a planar scene, about which the rod as a whole may be turned.
     normal: Option<Vector3<f64>>,
 }
@@ -75,10 +75,7 @@ impl SpatialModel {
                 }
             }
         };
-        let first = Vector3::from(unit(sub(nodes[1], nodes[0])));
-        let first = Vector3::from(axes.map(|axis| axis.dot(&first)));
-        let across = Vector3::ith(first.map(f64::abs).imin(), 1.0);
-        Ok(Self { correction, nodes: nodes.len(), axes, across, normal })
+        Ok(Self { correction, nodes: nodes.len(), axes, normal })
     }
 }
 
@@ -90,16 +87,10 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> SpatialRest<D> {
         let turned = self.normal.map(|normal| tilted(scene, &mesh.nodes, &normal));
         let nodes = turned.as_deref().unwrap_or(&mesh.nodes);
-        let up = scene.rod.section.up_across(nodes).map(|up| self.components(up));
+        let director = self.components(first_director(scene, nodes));
         let nodes: Vec<Vector<D>> = nodes.iter().map(|x| self.components(*x)).collect();
         let edges: Vec<Vector<D>> = nodes.windows(2).map(|p| sub(p[1], p[0])).collect();
         let tangents: Vec<Vector<D>> = edges.iter().map(|e| unit(*e)).collect();
-        // m1 along `up`; a circle takes any direction across, the one most across.
-        let director = up.unwrap_or_else(|| {
-            let axis: [f64; 3] = self.across.into();
-            let axis = axis.map(D::from);
-            unit(sub(axis, scale(tangents[0], dot(tangents[0], axis))))
-        });
         let frames = Frames::bishop(&tangents, director);
         let zero = D::from(0.0);
         let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };
@@ -170,7 +161,8 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             mass.extend(rest.line.spin.get(i).map(|l| line_inertia * *l));
             load.push(DeadLoad { force: gravity.map(|g| node_mass * g) });
         }
-        SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load }
+        let own = Extra::default();
+        SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load, own }
     }
 
     fn add_loads<D: Nestable>(
@@ -185,6 +177,19 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
                 rod.load[load.node].force[c] += force[c];
             }
         }
+    }
+
+    fn attach<D: Nestable>(
+        &self,
+        rod: &mut SpatialRod<D>,
+        scene: &Scene<D>,
+        mesh: &Mesh<D>,
+        rest: &SpatialRest<D>,
+    ) {
+        let axes = self.axes.map(Into::into);
+        let world = [0, 1, 2].map(|k| [0, 1, 2].map(|c| f64::from(c == k)));
+        let chart = Chart::Space { axes: (axes != world).then_some(axes) };
+        rod.own = own::extra(&chart, scene, mesh, (&self.unknowns(rest), &rest.frames.edges));
     }
 
     fn dof(&self) -> usize {

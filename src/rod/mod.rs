@@ -3,10 +3,13 @@
 //! A rod is a list of [elements](crate::energy), a diagonal mass and dead loads. The stepper sees
 //! only this trait; [`PlanarRod`] is a rod of the plane, [`SpatialRod`] one of space.
 
+mod extra;
 pub mod planar;
 pub mod spatial;
 mod state;
 
+pub use extra::Extra;
+pub(crate) use extra::Placed;
 pub use planar::PlanarRod;
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
@@ -30,12 +33,19 @@ pub struct Energies {
     pub twist: f64,
     /// Of the dead loads: weight and point forces.
     pub potential: f64,
+    /// Of [energies of one's own](crate::energy::own).
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub own: f64,
+}
+
+fn is_zero(energy: &f64) -> bool {
+    *energy == 0.0
 }
 
 impl Energies {
     /// The sum of all terms, J.
     pub fn total(&self) -> f64 {
-        self.kinetic + self.stretch + self.bend + self.twist + self.potential
+        self.kinetic + self.stretch + self.bend + self.twist + self.potential + self.own
     }
 }
 
@@ -143,6 +153,12 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// in which an angle it counts has started over.
     fn wound(&self, _before: &[D], _now: &[D]) -> f64 {
         0.0
+    }
+
+    /// The first energy of one's own that is no finite number at `q`, nor its slopes; and where along
+    /// the rod, m.
+    fn not_finite(&self, _q: &[D], _frames: &Self::Frames) -> Option<(String, f64)> {
+        None
     }
 
     /// Elastic energies and the potential of the loads; kinetic energy zero.

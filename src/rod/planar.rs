@@ -8,7 +8,7 @@ use crate::energy::{
 };
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::rod::{Energies, Rod, half_a_turn_apart};
+use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use crate::statics::edge_coordinates::add_edges;
 use num_dual::Dual64;
 use std::f64::consts::TAU;
@@ -31,6 +31,8 @@ pub struct PlanarRod<D> {
     pub moment: Vec<(usize, DeadMoment<D>)>,
     /// The first edge's direction at rest: angles of the moments' potential count from it.
     pub heading: [D; 2],
+    /// Energies of one's own.
+    pub own: Extra<D>,
 }
 
 /// The unknowns of element `i`: `N` of them from node `i` on.
@@ -214,6 +216,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         for (i, moment) in &self.moment {
             scatter(&moment.gradient(unknowns(q, *i)), gradient, *i);
         }
+        self.own.add_gradient(q, &[], derivatives, gradient);
     }
 
     fn tangent(
@@ -230,6 +233,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             }
             Derivatives::Dual => self.sweep(q, gradient, tangent, dual_tangent, dual_tangent),
         }
+        self.own.add_tangent(q, &[], derivatives, gradient, tangent);
     }
 
     fn edge_tangent(
@@ -293,6 +297,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
                 add!(seeded.bend, dual_gradient_rate);
             }
         }
+        seeded.own.add_gradient_rate(q, &[], derivatives, rate);
     }
 
     fn frame_rate(
@@ -330,6 +335,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         -TAU * turns * moments
     }
 
+    fn not_finite(&self, q: &[D], (): &()) -> Option<(String, f64)> {
+        self.own.not_finite(q, &[])
+    }
+
     fn energies(&self, q: &[D], (): &()) -> Energies {
         fn sum<D: Scalar, E: Element<D, N>, const N: usize>(elements: &[E], q: &[D]) -> f64 {
             elements.iter().enumerate().map(|(i, e)| e.energy(unknowns(q, i)).value()).sum()
@@ -338,6 +347,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             stretch: sum(&self.stretch, q),
             bend: sum(&self.bend, q),
             potential: sum(&self.load, q) + self.moment_potential(q),
+            own: self.own.energy(q, &[]),
             ..Energies::default()
         }
     }
@@ -358,6 +368,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         rod.bend.iter_mut().for_each(|e| e.natural_curvature = zero);
         rod.load.iter_mut().for_each(|load| load.force = [zero; 2]);
         rod.moment.clear();
+        rod.own = Extra::default();
         rod
     }
 

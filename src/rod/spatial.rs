@@ -12,7 +12,7 @@ use crate::energy::{
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
-use crate::rod::{Energies, Rod, half_a_turn_apart};
+use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use crate::statics::edge_coordinates::add_edges;
 use num_dual::Dual64;
 use std::f64::consts::TAU;
@@ -37,6 +37,8 @@ pub struct SpatialRod<D> {
     pub mass: Vec<D>,
     /// Weight and point forces, one per node.
     pub load: Vec<DeadLoad<D, 3>>,
+    /// Energies of one's own.
+    pub own: Extra<D>,
 }
 
 /// The unknowns of bend and twist `i`.
@@ -215,6 +217,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 *to += *from;
             }
         }
+        self.own.add_gradient(q, &frames.edges, derivatives, gradient);
     }
 
     fn tangent(
@@ -237,6 +240,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 bend_twist::dual_tangent(&self.bend_twist(i, frames), around(q, i))
             }),
         }
+        self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
 
     fn edge_tangent(
@@ -305,6 +309,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 *to += *from;
             }
         }
+        seeded.own.add_gradient_rate(q, &frames.edges, derivatives, rate);
     }
 
     /// A change of an edge's reference turns its material directors about the tangent, by `psi`, as
@@ -382,6 +387,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             gradient[STRIDE * end - 1] = torque;
             self.complete(end, force, gradient);
         }
+        self.own.add_gradient(q, &frames.edges, derivatives, gradient);
     }
 
     fn refer(q: &mut [D], from: &Frames<D>, to: &Frames<D>) {
@@ -442,6 +448,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         (0..self.joint.len()).find(|i| struck(*i)).map(|i| i + 1)
     }
 
+    fn not_finite(&self, q: &[D], frames: &Frames<D>) -> Option<(String, f64)> {
+        self.own.not_finite(q, &frames.edges)
+    }
+
     fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
         let mut sum = Energies::default();
         for (i, element) in self.stretch.iter().enumerate() {
@@ -455,6 +465,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         for (i, load) in self.load.iter().enumerate() {
             sum.potential += load.energy(&position(q, i)).value();
         }
+        sum.own = self.own.energy(q, &frames.edges);
         sum
     }
 
@@ -472,6 +483,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         rod.stretch.iter_mut().for_each(|e| e.natural_strain = zero);
         rod.joint.iter_mut().for_each(|joint| joint.natural = [zero; 3]);
         rod.load.iter_mut().for_each(|load| load.force = [zero; 3]);
+        rod.own = Extra::default();
         rod
     }
 

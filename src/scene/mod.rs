@@ -5,6 +5,7 @@ pub mod camera;
 pub mod initial;
 pub mod loads;
 pub mod number;
+pub mod own;
 pub mod parameter;
 pub mod plane;
 pub mod point;
@@ -18,6 +19,7 @@ pub use along::Along;
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Loads, PointForce};
+pub use own::{At, Attached};
 pub use parameter::Parameter;
 pub use plane::Plane;
 pub use point::{Point, Stencil};
@@ -71,6 +73,9 @@ pub struct Scene<D = f64> {
     /// How what was recorded relates to the scene.
     #[serde(default, skip_serializing_if = "Camera::is_default")]
     pub camera: Camera<D>,
+    /// [Energies of one's own](crate::energy::own).
+    #[serde(rename = "energy", default, skip_serializing_if = "Vec::is_empty", with = "own")]
+    pub energies: Vec<Attached<D>>,
     /// The file the scene was read from; other paths are relative to it.
     #[serde(skip)]
     pub path: Option<PathBuf>,
@@ -306,6 +311,7 @@ impl Scene {
             supports,
             loads,
             initial,
+            energies: Vec::new(),
             time: None,
             camera,
             path: None,
@@ -325,6 +331,7 @@ impl Scene {
             initial: n.table("initial", |n| self.initial.over(self.time.is_some(), n)),
             time: self.time.as_ref().map(|time| n.table("time", |n| time.over(n))),
             camera: n.table("camera", |n| self.camera.over(n)),
+            energies: n.table("energy", |n| self.energies.iter().map(|e| e.over(n)).collect()),
             path: self.path.clone(),
             remeshed: self.remeshed,
         }
@@ -339,10 +346,20 @@ impl Scene {
 
     /// Reads and validates a scene file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::load_with(path, |_| Ok(()))
+    }
+
+    /// Reads and validates a scene file with [energies of one's own](crate::energy::own), which
+    /// `give` [gives](Self::give_energy) their code.
+    pub fn load_with(
+        path: impl AsRef<Path>,
+        give: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
         let path = path.as_ref();
         let text = crate::input::file::text(path)?;
         let mut scene: Self = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
+        give(&mut scene).map_err(|error| error.in_file(Some(path)))?;
         scene.validate()?;
         scene.read_shapes()?;
         Ok(scene)
@@ -444,6 +461,7 @@ impl Scene {
         self.loads.check()?;
         self.initial.check()?;
         self.camera.check()?;
+        own::check(&self.energies)?;
         if self.supports.angle != 0.0 && self.initial.shape.is_some() {
             let allowed = "no such key beside initial.shape, which says where the rod is";
             return Err(Error::invalid("supports.angle", self.supports.angle, allowed));

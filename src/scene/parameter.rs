@@ -105,8 +105,15 @@ impl Parameter {
         Self { path: kept(path) }
     }
 
+    /// Says what kind of number stands at a place that only code knows. What was said first stays: a
+    /// scene that has it otherwise is refused.
+    pub(crate) fn declare(path: &str, quantity: Quantity) {
+        let mut own = own_quantities().lock().unwrap_or_else(PoisonError::into_inner);
+        own.entry(path.into()).or_insert(quantity);
+    }
+
     /// The parameter of a name: a place in the scene's file, or a short name of one.
-    fn named(name: &str) -> Option<Self> {
+    pub fn named(name: &str) -> Option<Self> {
         if let Some((_, parameter)) = SHORT_NAMES.iter().find(|(short, _)| *short == name) {
             return Some(*parameter);
         }
@@ -117,8 +124,8 @@ impl Parameter {
                 return Some(Self::at(&format!("rod.{list}.{part}")));
             }
         }
-        let known = name.len() <= LONGEST_NAME && quantities().contains_key(&pattern(name));
-        known.then(|| Self::at(name))
+        let known = |name: &str| quantities().contains_key(&pattern(name)) || is_of_own(name);
+        (name.len() <= LONGEST_NAME && known(name)).then(|| Self::at(name))
     }
 
     /// The numbers that a scene has.
@@ -155,7 +162,12 @@ impl Parameter {
 
     /// What kind of number it is.
     pub fn quantity(self) -> Quantity {
-        quantities().get(&pattern(self.path)).copied().unwrap_or(Quantity::signed(""))
+        let own = || {
+            let own = own_quantities().lock().unwrap_or_else(PoisonError::into_inner);
+            own.get(self.path).copied()
+        };
+        let known = quantities().get(&pattern(self.path)).copied();
+        known.or_else(own).unwrap_or(Quantity::signed(""))
     }
 
     /// The unit, empty for pure numbers.
@@ -222,6 +234,9 @@ impl Parameter {
             Self::Beta => "with [time] and the scheme newmark-beta",
             Self::NaturalCurvature | Self::NaturalTwist => {
                 "with one number there, not a list, whose parts are counted, .1, .2, .."
+            }
+            _ if is_of_own(self.path) => {
+                "with an energy of one's own of that name and parameter, which is attached in code"
             }
             _ => match place {
                 "material" => "with its key in [material]",
@@ -331,6 +346,20 @@ fn pattern(path: &str) -> String {
         false => part.to_string(),
     };
     path.split('.').map(general).collect::<Vec<_>>().join(".")
+}
+
+/// Whether a name is that of a parameter of an energy of one's own, `energy.magnet.moment`.
+fn is_of_own(name: &str) -> bool {
+    let mut parts = name.split('.');
+    parts.next() == Some("energy")
+        && parts.clone().count() == 2
+        && parts.all(|part| part.starts_with(|c: char| c.is_ascii_alphabetic()))
+}
+
+/// What kinds of numbers the parameters of energies of one's own are.
+fn own_quantities() -> &'static Mutex<BTreeMap<String, Quantity>> {
+    static QUANTITIES: Mutex<BTreeMap<String, Quantity>> = Mutex::new(BTreeMap::new());
+    &QUANTITIES
 }
 
 /// What kinds of numbers stand where, in scenes of all kinds.

@@ -104,7 +104,9 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// The rod as a chain, where it is one and long.
     pub(crate) fn chain(&self) -> Option<Chain> {
-        Chain::of(M::STRIDE, &self.free(), self.model.dof())
+        // Energies of one's own may depend on where nodes are.
+        let alone = self.scene().energies.is_empty();
+        Chain::of(M::STRIDE, &self.free(), self.model.dof()).filter(|_| alone)
     }
 
     /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending

@@ -1,0 +1,471 @@
+//! Between an [energy of one's own](super::own), which is written over any scalar, and the rods,
+//! which call it by a pointer: its derivatives by a rod's unknowns, for every scalar that rods run
+//! in.
+//!
+//! With derivatives by hand, `g` and `H` by nodes and directors `y`, the chain rule gives those by
+//! the unknowns `q`: `J' g` and `J' H J + d2(g.y)/dq2`. Nodes are linear in the unknowns; `J` of the
+//! directors, and the second derivatives of `g.y` at a `g` that is held, are found in dual numbers.
+
+use crate::energy::Derivatives;
+use crate::energy::frame::EdgeFrame;
+use crate::energy::own::{By, MOST_NODES, OwnEnergy};
+use crate::energy::place::{Directors, Place};
+use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar};
+use crate::numerics::terms::Terms;
+use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::scene::number::Quantity;
+use nalgebra::SVector;
+use num_dual::{Dual2SVec, Dual64, DualSVec, DualSVec64, HyperDual64};
+
+/// Most unknowns of an element.
+pub const MOST: usize = 11;
+/// Gradient and lower triangle of the Hessian of an element, as far as it has unknowns.
+pub type Local<D> = ([D; MOST], [[D; MOST]; MOST]);
+/// Components of the directors of the two edges there may be.
+const OF_EDGES: usize = 18;
+/// Most numbers an energy is given.
+const INPUTS: usize = 3 * MOST_NODES + OF_EDGES;
+
+/// How a rod's unknowns are places and directors of the world.
+#[derive(Clone, Debug)]
+pub enum Chart<D> {
+    /// Two unknowns a node.
+    Plane {
+        /// A point of the plane, m.
+        origin: [f64; 3],
+        /// The plane's axes.
+        axes: [[f64; 3]; 2],
+        /// The first director's part across the tangent in the plane, and along the normal: no
+        /// motion in the plane changes it.
+        across: [D; 2],
+    },
+    /// Three unknowns a node and the angle of the edge behind it.
+    Space {
+        /// The model's axes, if they are not the world's.
+        axes: Option<[[f64; 3]; 3]>,
+    },
+}
+
+/// A vector with these components along some axes.
+#[inline]
+fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], components: [D; M]) -> Vector<D> {
+    std::array::from_fn(|c| {
+        let mut sum = components[0] * axes[0][c];
+        for k in 1..M {
+            sum += components[k] * axes[k][c];
+        }
+        sum
+    })
+}
+
+impl<B: Scalar> Chart<B> {
+    /// Unknowns from one node to the next.
+    pub fn stride(&self) -> usize {
+        match self {
+            Self::Plane { .. } => 2,
+            Self::Space { .. } => 4,
+        }
+    }
+
+    /// The unknowns of `nodes` nodes and the edges between them.
+    pub fn unknowns(&self, nodes: usize) -> usize {
+        match self {
+            Self::Plane { .. } => 2 * nodes,
+            Self::Space { .. } => 4 * nodes - 1,
+        }
+    }
+
+    /// What a component of a node's place does in the world.
+    fn axis(&self, component: usize) -> [f64; 3] {
+        match self {
+            Self::Plane { axes, .. } => axes[component],
+            Self::Space { axes: Some(axes) } => axes[component],
+            Self::Space { axes: None } => std::array::from_fn(|c| f64::from(c == component)),
+        }
+    }
+
+    /// Places of the nodes and directors of the edges of an element with unknowns `q`; `lift` makes
+    /// the scalar of `q` of the chart's own.
+    #[inline]
+    pub fn world<D: Scalar, const N: usize>(
+        &self,
+        lift: impl Fn(B) -> D,
+        q: &[D],
+        frames: &[EdgeFrame<B>],
+    ) -> ([Vector<D>; N], [Directors<D>; 2]) {
+        let none = [[D::from(0.0); 3]; 3];
+        match self {
+            Self::Plane { origin, axes: [x, y], across } => {
+                let nodes = std::array::from_fn(|i| {
+                    let place = along(&[*x, *y], [q[2 * i], q[2 * i + 1]]);
+                    std::array::from_fn(|c| place[c] + origin[c])
+                });
+                let edges = std::array::from_fn(|j| {
+                    if j + 1 >= N {
+                        return none;
+                    }
+                    let e = [q[2 * j + 2] - q[2 * j], q[2 * j + 3] - q[2 * j + 1]];
+                    let inverse = (e[0] * e[0] + e[1] * e[1]).sqrt().recip();
+                    let [a, b] = e.map(|c| c * inverse);
+                    let normal = cross(*x, *y);
+                    let [in_plane, out] = across.map(&lift);
+                    let aside = along(&[*x, *y], [-b, a]);
+                    let normal = normal.map(D::from);
+                    [
+                        along(&[*x, *y], [a, b]),
+                        add(scale(aside, in_plane), scale(normal, out)),
+                        sub(scale(normal, in_plane), scale(aside, out)),
+                    ]
+                });
+                (nodes, edges)
+            }
+            Self::Space { axes } => {
+                let to_world = |v: Vector<D>| match axes {
+                    Some(axes) => along(axes, v),
+                    None => v,
+                };
+                let node = |i: usize| [q[4 * i], q[4 * i + 1], q[4 * i + 2]];
+                let nodes = std::array::from_fn(|i| to_world(node(i)));
+                let edges = std::array::from_fn(|j| match frames.get(j) {
+                    Some(frame) if j + 1 < N => {
+                        let tangent = unit(sub(node(j + 1), node(j)));
+                        let reference = EdgeFrame {
+                            tangent: frame.tangent.map(&lift),
+                            director: frame.director.map(&lift),
+                        };
+                        let [first, second] = reference.material(tangent, q[4 * j + 3]);
+                        [tangent, first, second].map(to_world)
+                    }
+                    _ => none,
+                });
+                (nodes, edges)
+            }
+        }
+    }
+}
+
+/// Where an energy is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<'a, D> {
+    pub chart: &'a Chart<D>,
+    /// The references of the element's edges; none in a plane.
+    pub frames: &'a [EdgeFrame<D>],
+    /// Values of the parameters.
+    pub values: &'a [D],
+    /// The numbers of its [`Place`].
+    pub place: &'a [D],
+    /// A factor on the energy.
+    pub weight: Option<D>,
+}
+
+/// An energy of one's own over the unknowns `q` of an element, in one scalar.
+pub trait Over<D> {
+    fn energy(&self, site: &Site<D>, q: &[D]) -> D;
+    fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, gradient: &mut [D; MOST]);
+    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut Local<D>);
+}
+
+/// An energy of one's own behind a pointer.
+pub trait AnyEnergy:
+    Over<f64> + Over<Dual64> + Over<HyperDual64> + Over<DualSVec64<2>> + Send + Sync
+{
+    /// How many nodes it is over.
+    fn nodes(&self) -> usize;
+    /// Its parameters.
+    fn parameters(&self) -> &'static [(&'static str, Quantity)];
+    /// See [`OwnEnergy::keeps_plane`].
+    fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool;
+    /// How large the terms are that make up its derivatives: see [`Terms`].
+    fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64>;
+}
+
+impl ForEachScalar for dyn AnyEnergy {
+    type Part<D: Scalar> = dyn Over<D>;
+    fn plain(&self) -> &Self::Part<f64> {
+        self
+    }
+    fn dual(&self) -> &Self::Part<Dual64> {
+        self
+    }
+    fn hyper_dual(&self) -> &Self::Part<HyperDual64> {
+        self
+    }
+    fn pair(&self) -> &Self::Part<DualSVec64<2>> {
+        self
+    }
+}
+
+/// An energy over `N` nodes with `P` parameters.
+pub struct Adapter<E, const N: usize, const P: usize>(pub E);
+
+/// Calls a method with the number of an element's unknowns as a constant.
+macro_rules! by_size {
+    ($q:expr, |$own:ident| $call:expr) => {{
+        macro_rules! sized {
+            ($n:literal) => {{
+                let $own: &[_; $n] = $q.first_chunk().expect("so many unknowns");
+                $call
+            }};
+        }
+        // A constant of the energy and one of the chart: what cannot be is not compiled.
+        match (N, $q.len()) {
+            (1, 2) => sized!(2),
+            (1, _) => sized!(3),
+            (2, 4) => sized!(4),
+            (2, _) => sized!(7),
+            (_, 6) => sized!(6),
+            (_, _) => sized!(11),
+        }
+    }};
+}
+
+impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
+    /// The energy in a scalar that `lift` makes of the site's.
+    #[inline]
+    fn value<B: Scalar, D: Scalar>(
+        &self,
+        site: &Site<B>,
+        lift: impl Fn(B) -> D + Copy,
+        q: &[D],
+    ) -> D {
+        let (nodes, edges) = site.chart.world::<D, N>(lift, q, site.frames);
+        let energy =
+            self.at(site, lift, |place, p| self.0.energy(place, p, &nodes, &edges[..N - 1]));
+        match site.weight {
+            Some(weight) => energy * lift(weight),
+            None => energy,
+        }
+    }
+
+    /// Something of the energy, with its place and its parameters.
+    #[inline]
+    fn at<B: Scalar, D: Scalar, T>(
+        &self,
+        site: &Site<B>,
+        lift: impl Fn(B) -> D,
+        of: impl FnOnce(&Place<D>, &[D; P]) -> T,
+    ) -> T {
+        let parameters = std::array::from_fn(|i| lift(site.values[i]));
+        of(&Place::new(N, &|i| lift(site.place[i])), &parameters)
+    }
+
+    fn dual_gradient<B: Nestable, const Q: usize>(&self, site: &Site<B>, q: &[B; Q]) -> [B; Q] {
+        let energy =
+            |q: SVector<DualSVec<B, Q>, Q>| self.value(site, DualSVec::from_re, &q.data.0[0]);
+        num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
+    }
+
+    fn dual_tangent<B: Nestable, const Q: usize>(
+        &self,
+        site: &Site<B>,
+        q: &[B; Q],
+    ) -> ([B; Q], [[B; Q]; Q]) {
+        let energy =
+            |q: SVector<Dual2SVec<B, Q>, Q>| self.value(site, Dual2SVec::from_re, &q.data.0[0]);
+        let (_, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
+        (gradient.data.0[0], hessian.data.0)
+    }
+
+    /// By hand, where there are derivatives by hand.
+    fn hand_gradient<B: Nestable, const Q: usize>(
+        &self,
+        site: &Site<B>,
+        q: &[B; Q],
+    ) -> Option<[B; Q]> {
+        let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
+        let slopes =
+            self.at(site, |b| b, |place, p| self.0.gradient(place, p, &nodes, &edges[..N - 1]))?;
+        let mut gradient = [B::from(0.0); Q];
+        self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
+        if slopes.of_edges {
+            let pull = |q: SVector<DualSVec<B, Q>, Q>| {
+                self.pull(site, DualSVec::from_re, &q.data.0[0], |by| slopes.by(by))
+            };
+            let (_, of_edges) = num_dual::gradient(pull, &SVector::from(*q));
+            for (sum, slope) in gradient.iter_mut().zip(&of_edges.data.0[0]) {
+                *sum += *slope;
+            }
+        }
+        if let Some(weight) = site.weight {
+            gradient.iter_mut().for_each(|g| *g *= weight);
+        }
+        Some(gradient)
+    }
+
+    fn hand_tangent<B: Nestable, const Q: usize>(
+        &self,
+        site: &Site<B>,
+        q: &[B; Q],
+    ) -> Option<([B; Q], [[B; Q]; Q])> {
+        let (nodes, edges) = site.chart.world::<B, N>(|b| b, q, site.frames);
+        let edges = &edges[..N - 1];
+        let slopes = self.at(site, |b| b, |place, p| self.0.gradient(place, p, &nodes, edges))?;
+        let curvatures =
+            self.at(site, |b| b, |place, p| self.0.hessian(place, p, &nodes, edges))?;
+        let zero = B::from(0.0);
+        let (mut gradient, mut hessian) = ([zero; Q], [[zero; Q]; Q]);
+        self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
+        // Rows of J for the directors; those of the nodes are constants.
+        let mut of_edges = [[zero; Q]; OF_EDGES];
+        if slopes.of_edges || curvatures.of_edges {
+            let pull = |q: SVector<Dual2SVec<B, Q>, Q>| {
+                self.pull(site, Dual2SVec::from_re, &q.data.0[0], |by| slopes.by(by))
+            };
+            let (_, first, second) = num_dual::hessian(pull, &SVector::from(*q));
+            for r in 0..Q {
+                gradient[r] += first.data.0[0][r];
+                for c in 0..=r {
+                    hessian[r][c] += second.data.0[c][r];
+                }
+            }
+        }
+        let inputs = if curvatures.of_edges { By::all(N).count() } else { N };
+        if curvatures.of_edges {
+            let flat = |q: SVector<DualSVec<B, Q>, Q>| {
+                let (_, edges) =
+                    site.chart.world::<_, N>(DualSVec::from_re, &q.data.0[0], site.frames);
+                SVector::<_, OF_EDGES>::from_iterator(edges.into_iter().flatten().flatten())
+            };
+            let (_, slope) = num_dual::jacobian(flat, &SVector::from(*q));
+            for (r, row) in of_edges.iter_mut().enumerate() {
+                *row = std::array::from_fn(|c| slope[(r, c)]);
+            }
+        }
+        let row = |input: usize, component: usize| -> [B; Q] {
+            if input < N {
+                let mut row = [zero; Q];
+                let axes = site.chart.stride().min(3);
+                for k in 0..axes {
+                    row[site.chart.stride() * input + k] = B::from(site.chart.axis(k)[component]);
+                }
+                row
+            } else {
+                of_edges[3 * (input - N) + component]
+            }
+        };
+        // J' (H J).
+        let mut jacobian = [[zero; Q]; INPUTS];
+        for (k, row_of) in jacobian.iter_mut().take(3 * inputs).enumerate() {
+            *row_of = row(k / 3, k % 3);
+        }
+        for (i, a) in By::all(N).take(inputs).enumerate() {
+            let mut product = [[zero; Q]; 3];
+            for (j, b) in By::all(N).take(inputs).enumerate() {
+                let block = curvatures.by(a, b);
+                for r in 0..3 {
+                    for c in 0..3 {
+                        for k in 0..Q {
+                            product[r][k] += block[r][c] * jacobian[3 * j + c][k];
+                        }
+                    }
+                }
+            }
+            for r in 0..3 {
+                for k in 0..Q {
+                    let left = jacobian[3 * i + r][k];
+                    for l in 0..=k {
+                        hessian[k][l] += left * product[r][l];
+                    }
+                }
+            }
+        }
+        if let Some(weight) = site.weight {
+            gradient.iter_mut().chain(hessian.iter_mut().flatten()).for_each(|x| *x *= weight);
+        }
+        Some((gradient, hessian))
+    }
+
+    /// Adds slopes by nodes to a gradient by unknowns.
+    fn add_by_nodes<B: Scalar>(
+        &self,
+        chart: &Chart<B>,
+        slope: impl Fn(usize) -> Vector<B>,
+        gradient: &mut [B],
+    ) {
+        let stride = chart.stride();
+        for i in 0..N {
+            let slope = slope(i);
+            for k in 0..stride.min(3) {
+                gradient[stride * i + k] += dot(chart.axis(k).map(B::from), slope);
+            }
+        }
+    }
+
+    /// The sum of all directors times their slopes, which are held.
+    fn pull<B: Scalar, D: Scalar>(
+        &self,
+        site: &Site<B>,
+        lift: impl Fn(B) -> D + Copy,
+        q: &[D],
+        slope: impl Fn(By) -> Vector<B>,
+    ) -> D {
+        let (_, edges) = site.chart.world::<D, N>(lift, q, site.frames);
+        let mut sum = D::from(0.0);
+        for (j, [tangent, first, second]) in edges[..N - 1].iter().enumerate() {
+            for (by, director) in
+                [(By::Tangent(j), tangent), (By::First(j), first), (By::Second(j), second)]
+            {
+                sum += dot(slope(by).map(lift), *director);
+            }
+        }
+        sum
+    }
+}
+
+impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> for Adapter<E, N, P> {
+    fn energy(&self, site: &Site<D>, q: &[D]) -> D {
+        self.value(site, |x| x, q)
+    }
+
+    fn gradient(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut [D; MOST]) {
+        by_size!(q, |q| {
+            let by_hand = match derivatives {
+                Derivatives::Hand => self.hand_gradient(site, q),
+                Derivatives::Dual => None,
+            };
+            let gradient = by_hand.unwrap_or_else(|| self.dual_gradient(site, q));
+            to[..gradient.len()].copy_from_slice(&gradient);
+        })
+    }
+
+    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, to: &mut Local<D>) {
+        by_size!(q, |q| {
+            let by_hand = match derivatives {
+                Derivatives::Hand => self.hand_tangent(site, q),
+                Derivatives::Dual => None,
+            };
+            let (gradient, hessian) = by_hand.unwrap_or_else(|| self.dual_tangent(site, q));
+            to.0[..gradient.len()].copy_from_slice(&gradient);
+            for (to, row) in to.1.iter_mut().zip(&hessian) {
+                to[..row.len()].copy_from_slice(row);
+            }
+        })
+    }
+}
+
+impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E, N, P> {
+    fn nodes(&self) -> usize {
+        N
+    }
+
+    fn parameters(&self) -> &'static [(&'static str, Quantity)] {
+        const { &E::PARAMETERS }
+    }
+
+    fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool {
+        let parameters = std::array::from_fn(|i| values[i]);
+        self.0.keeps_plane(&parameters, normal, point)
+    }
+
+    fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64> {
+        let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
+        by_size!(q, |q| {
+            let Terms { first, second, .. } = self.value(site, Terms::from, &Terms::unknowns(q));
+            local.0[..q.len()].copy_from_slice(&first);
+            for (to, row) in local.1.iter_mut().zip(&second) {
+                to[..q.len()].copy_from_slice(row);
+            }
+        });
+        local
+    }
+}

@@ -1,0 +1,216 @@
+//! Energies of one's own.
+//!
+//! What acts on a rod and has a potential, but is not built in, is written once, over any
+//! [`Scalar`], and attached to a scene by its place: [`Scene::with_energy`]. From then on it is a
+//! part of the rod: in every scheme, at rest, in modes, in derivatives and fits, where its
+//! parameters are `energy.<name>.<parameter>`, and in [`crate::check`].
+//!
+//! An energy is a function of one to three neighbouring nodes and of the material directors of the
+//! edges between them, all in the world. It never sees the angles that the rod counts its directors
+//! with, as what those are counted from moves along with the rod.
+//!
+//! ```
+//! use rodfit::energy::{Directors, OwnEnergy, Place};
+//! use rodfit::scene::number::Quantity;
+//! use rodfit::scene::*;
+//! use rodfit::{Parameter, Scalar};
+//!
+//! /// A magnet along the rod in a uniform field, T: `E = -moment t.B`.
+//! struct Magnet {
+//!     field: [f64; 3],
+//! }
+//!
+//! impl OwnEnergy<2, 1> for Magnet {
+//!     const PARAMETERS: [(&'static str, Quantity); 1] = [("moment", Quantity::signed("A m^2"))];
+//!
+//!     fn energy<D: Scalar>(
+//!         &self,
+//!         _: &Place<D>,
+//!         [moment]: &[D; 1],
+//!         _: &[[D; 3]; 2],
+//!         edges: &[Directors<D>],
+//!     ) -> D {
+//!         let [tangent, ..] = edges[0];
+//!         let along = |c: usize| tangent[c] * self.field[c];
+//!         -(*moment * (along(0) + along(1) + along(2)))
+//!     }
+//!
+//!     fn keeps_plane(&self, _: &[f64; 1], normal: [f64; 3], _: [f64; 3]) -> bool {
+//!         (0..3).map(|c| normal[c] * self.field[c]).sum::<f64>() == 0.0
+//!     }
+//! }
+//!
+//! let shape = Shape::Straight { length: 0.1, direction: [1.0, 0.0, 0.0] };
+//! let section = Section::Circle { radius: 5e-4 };
+//! let scene = Scene::new(20, shape, section, Material::new(1100.0, 1e6))
+//!     .with_energy("magnet", At::End, Magnet { field: [0.0, 0.05, 0.0] }, [1e-3]);
+//! let problem = scene.problem()?;
+//! assert!(problem.equilibrium()?.tip[1] > 0.0);
+//! let moment: Parameter = "energy.magnet.moment".parse()?;
+//! assert_eq!(moment.unit(), "A m^2");
+//! let stronger = problem.with([(moment, 2e-3)])?;
+//! assert!(stronger.equilibrium()?.tip[1] > problem.equilibrium()?.tip[1]);
+//! # Ok::<(), rodfit::Error>(())
+//! ```
+//!
+//! [`Scene::with_energy`]: crate::Scene::with_energy
+
+use crate::energy::place::{Directors, Place};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, add};
+use crate::scene::number::Quantity;
+
+/// Three by three second derivatives.
+pub type Block<D> = [[D; 3]; 3];
+
+/// Most nodes that an energy may be over.
+pub(crate) const MOST_NODES: usize = 3;
+
+/// An energy of one's own over `N` neighbouring nodes, one to three, with `P` parameters. See the
+/// [module](self).
+///
+/// What it does not depend on but these, such as a field, are fields of the type. It must be smooth
+/// enough for two derivatives, and may be attached to any rod. A value that is no finite number
+/// ends a run.
+pub trait OwnEnergy<const N: usize, const P: usize>: Send + Sync + 'static {
+    /// Names of the parameters, with unit, limits and scale.
+    const PARAMETERS: [(&'static str, Quantity); P];
+
+    /// The energy, J, of one [place](Place) of the rod, from the positions of its nodes in the world,
+    /// m, and the directors of the `N - 1` edges between them. What is spread along the rod is
+    /// multiplied by [`Place::length`].
+    fn energy<D: Scalar>(
+        &self,
+        place: &Place<D>,
+        parameters: &[D; P],
+        nodes: &[Vector<D>; N],
+        edges: &[Directors<D>],
+    ) -> D;
+
+    /// First derivatives by nodes and directors, each taken for independent of all others; without
+    /// them they are found in dual numbers.
+    fn gradient<D: Scalar>(
+        &self,
+        _place: &Place<D>,
+        _parameters: &[D; P],
+        _nodes: &[Vector<D>; N],
+        _edges: &[Directors<D>],
+    ) -> Option<Slopes<D, N>> {
+        None
+    }
+
+    /// Second derivatives likewise, beside the [gradient](Self::gradient).
+    fn hessian<D: Scalar>(
+        &self,
+        _place: &Place<D>,
+        _parameters: &[D; P],
+        _nodes: &[Vector<D>; N],
+        _edges: &[Directors<D>],
+    ) -> Option<Curvatures<D, N>> {
+        None
+    }
+
+    /// Whether a rod that lies in the plane with this normal through this point, m, stays there: no
+    /// force along the normal and no moment about the tangents. By default not, so that the scene is
+    /// one in space.
+    fn keeps_plane(&self, _parameters: &[f64; P], _normal: [f64; 3], _point: [f64; 3]) -> bool {
+        false
+    }
+}
+
+/// What an energy is differentiated by: three numbers each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// The position of a node.
+    Node(usize),
+    /// The tangent of an edge.
+    Tangent(usize),
+    /// The first director of an edge.
+    First(usize),
+    /// The second director of an edge.
+    Second(usize),
+}
+
+impl By {
+    /// Whose it is, and which of that.
+    fn place(self) -> [usize; 2] {
+        match self {
+            Self::Node(i) => [i, 0],
+            Self::Tangent(j) => [j, 1],
+            Self::First(j) => [j, 2],
+            Self::Second(j) => [j, 3],
+        }
+    }
+
+    /// All of an energy over `nodes` nodes, those of nodes first.
+    pub(crate) fn all(nodes: usize) -> impl Iterator<Item = Self> {
+        let of_edge = |j| [Self::Tangent(j), Self::First(j), Self::Second(j)];
+        (0..nodes).map(Self::Node).chain((1..nodes).flat_map(move |j| of_edge(j - 1)))
+    }
+}
+
+/// First derivatives of an energy over `N` nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Slopes<D, const N: usize> {
+    by: [[Vector<D>; 4]; N],
+    pub(crate) of_edges: bool,
+}
+
+impl<D: Scalar, const N: usize> Default for Slopes<D, N> {
+    fn default() -> Self {
+        Self { by: [[[D::from(0.0); 3]; 4]; N], of_edges: false }
+    }
+}
+
+impl<D: Scalar, const N: usize> Slopes<D, N> {
+    /// With `slope` added to the derivative by `by`.
+    pub fn with(mut self, by: By, slope: Vector<D>) -> Self {
+        let [i, k] = by.place();
+        self.of_edges |= k > 0;
+        self.by[i][k] = add(self.by[i][k], slope);
+        self
+    }
+
+    /// The derivative by `by`.
+    pub fn by(&self, by: By) -> Vector<D> {
+        let [i, k] = by.place();
+        self.by[i][k]
+    }
+}
+
+/// Second derivatives of an energy over `N` nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Curvatures<D, const N: usize> {
+    by: [[[[Block<D>; 4]; 4]; N]; N],
+    pub(crate) of_edges: bool,
+}
+
+impl<D: Scalar, const N: usize> Default for Curvatures<D, N> {
+    fn default() -> Self {
+        Self { by: [[[[[[D::from(0.0); 3]; 3]; 4]; 4]; N]; N], of_edges: false }
+    }
+}
+
+impl<D: Scalar, const N: usize> Curvatures<D, N> {
+    /// With `block` added to the derivatives by `row` and `column`; its transpose, by `column` and
+    /// `row`, goes without saying.
+    pub fn with(mut self, row: By, column: By, block: Block<D>) -> Self {
+        let ([i, k], [j, l]) = (row.place(), column.place());
+        self.of_edges |= k > 0 || l > 0;
+        for r in 0..3 {
+            for c in 0..3 {
+                self.by[i][j][k][l][r][c] += block[r][c];
+                if row != column {
+                    self.by[j][i][l][k][c][r] += block[r][c];
+                }
+            }
+        }
+        self
+    }
+
+    /// The derivatives by `row` and `column`.
+    pub fn by(&self, row: By, column: By) -> Block<D> {
+        let ([i, k], [j, l]) = (row.place(), column.place());
+        self.by[i][j][k][l]
+    }
+}

@@ -1,0 +1,181 @@
+//! Where on the rod an energy of one's own acts.
+
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::Vector;
+use crate::scene::At;
+use crate::scene::shape::Mesh;
+
+/// An edge's unit tangent and its two material directors, orthonormal, in the world. At rest the
+/// first director of the first edge lies along `up` of the section, or of a circle along that axis
+/// of the world which is least along the edge, as far as those are across it; the second is tangent
+/// x first.
+pub type Directors<D> = [Vector<D>; 3];
+
+/// One element of an energy on a mesh.
+#[derive(Clone, Debug)]
+pub struct Spot<D> {
+    /// Its first node.
+    pub first: usize,
+    /// Its part of a point between two elements.
+    pub weight: Option<D>,
+    /// What [`Place`] hands out.
+    pub numbers: Vec<D>,
+}
+
+/// What an energy may know of the rest shape where it acts; all in the world.
+pub struct Place<'a, D> {
+    numbers: &'a dyn Fn(usize) -> D,
+    nodes: usize,
+}
+
+impl<'a, D> Place<'a, D> {
+    /// Of `nodes` nodes, from the numbers of a [`Spot`].
+    pub(crate) fn new(nodes: usize, numbers: &'a dyn Fn(usize) -> D) -> Self {
+        Self { numbers, nodes }
+    }
+
+    /// Arc length from the wall, m: of a single node, the middle of an edge, or the inner node.
+    pub fn arc_length(&self) -> D {
+        (self.numbers)(0)
+    }
+
+    /// How much of the rod's length the element stands for, m: halves of the edges next to a node, or
+    /// the edge, as far as they lie on the rod, beyond its walls, and in the interval. Over an
+    /// interval these add up to its length.
+    pub fn length(&self) -> D {
+        (self.numbers)(1)
+    }
+
+    /// The position of node `i` of the element at rest, m.
+    ///
+    /// # Panics
+    /// If the element has no such node.
+    pub fn node(&self, i: usize) -> Vector<D> {
+        assert!(i < self.nodes, "an element of {} nodes has no node {i}", self.nodes);
+        std::array::from_fn(|c| (self.numbers)(2 + 3 * i + c))
+    }
+
+    /// The directors of edge `j` of the element at rest.
+    ///
+    /// # Panics
+    /// If the element has no such edge.
+    pub fn edge(&self, j: usize) -> Directors<D> {
+        assert!(j + 1 < self.nodes, "an element of {} nodes has no edge {j}", self.nodes);
+        let first = 2 + 3 * self.nodes + 9 * j;
+        std::array::from_fn(|k| std::array::from_fn(|c| (self.numbers)(first + 3 * k + c)))
+    }
+}
+
+/// The numbers of a [`Place`] from its lengths, nodes and edges.
+pub(crate) fn numbers<D: Copy>(
+    lengths: [D; 2],
+    nodes: &[Vector<D>],
+    edges: &[Directors<D>],
+) -> Vec<D> {
+    let edges = edges.iter().flatten();
+    lengths.into_iter().chain(nodes.iter().chain(edges).flatten().copied()).collect()
+}
+
+/// The elements of a place over `nodes` nodes each; `rest` gives the nodes and edges at rest of the element
+/// that begins at a node.
+pub(crate) fn spots<D: Scalar>(
+    at: At,
+    nodes: usize,
+    mesh: &Mesh<D>,
+    rest: impl Fn(usize) -> (Vec<Vector<D>>, Vec<Directors<D>>),
+) -> Vec<Spot<D>> {
+    let (arcs, zero) = (&mesh.arc_length, D::from(0.0));
+    let count = (arcs.len() + 1).saturating_sub(nodes);
+    let middle = |i: usize| (arcs[i] + arcs[i + 1]) * 0.5;
+    let centre = |i: usize| match nodes {
+        1 => arcs[i],
+        2 => middle(i),
+        _ => arcs[i + 1],
+    };
+    let ends = match at {
+        At::Interval(from, to) => [D::from(from), D::from(to)],
+        _ => [zero, mesh.length],
+    };
+    // What an element stands for, cut at the ends.
+    let length = |i: usize| {
+        let last = arcs.len() - 1;
+        let cell = match nodes {
+            1 => [
+                i.checked_sub(1).map_or(arcs[0], middle),
+                if i < last { middle(i) } else { arcs[last] },
+            ],
+            2 => [arcs[i], arcs[i + 1]],
+            _ => [middle(i), middle(i + 1)],
+        };
+        cell[1].min(ends[1]) - cell[0].max(ends[0])
+    };
+    let spot = |i: usize, weight: Option<D>| {
+        let (nodes, edges) = rest(i);
+        Spot { first: i, weight, numbers: numbers([centre(i), length(i)], &nodes, &edges) }
+    };
+    match at {
+        _ if count == 0 => Vec::new(),
+        At::Start => vec![spot(0, None)],
+        At::End => vec![spot(count - 1, None)],
+        At::ArcLength(s) => {
+            let after = (0..count).position(|i| centre(i).value() > s).unwrap_or(count);
+            if after == 0 || after == count {
+                return vec![spot(after.saturating_sub(1), None)];
+            }
+            let [a, b] = [centre(after - 1), centre(after)];
+            let part = (-a + s) / (b - a);
+            vec![spot(after - 1, Some(-part + 1.0)), spot(after, Some(part))]
+        }
+        At::Interval(..) | At::Whole => {
+            let covered = (0..count).filter(|i| length(*i).value() > 0.0);
+            covered.map(|i| spot(i, None)).collect()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Shape;
+
+    fn spots(at: At, nodes: usize) -> Vec<Spot<f64>> {
+        let shape = Shape::Straight { length: 0.95, direction: [1.0, 0.0, 0.0] };
+        let mesh = shape.mesh(Some(10), [true, false]).unwrap();
+        let rest = |i: usize| (mesh.nodes[i..i + nodes].to_vec(), vec![[[0.0; 3]; 3]; nodes - 1]);
+        super::spots(at, nodes, &mesh, rest)
+    }
+
+    fn sum(spots: &[Spot<f64>], f: impl Fn(f64) -> f64) -> f64 {
+        spots.iter().map(|s| s.weight.unwrap_or(1.0) * s.numbers[1] * f(s.numbers[0])).sum()
+    }
+
+    /// Edges of 0.1 m, the wall in the middle of the first.
+    #[test]
+    fn lengths_add_up_to_the_interval() {
+        for nodes in [1, 2] {
+            assert!((sum(&spots(At::Whole, nodes), |_| 1.0) - 0.95).abs() < 1e-15);
+            for (from, to) in [(0.0, 0.95), (0.03, 0.04), (0.2, 0.77), (0.0, 0.5)] {
+                let found = sum(&spots(At::Interval(from, to), nodes), |_| 1.0);
+                assert!((found - (to - from)).abs() < 1e-15, "{from} {to}: {found}");
+            }
+        }
+        // The half of the last edge belongs to no inner node.
+        assert!((sum(&spots(At::Whole, 3), |_| 1.0) - 0.90).abs() < 1e-15);
+    }
+
+    /// A point between two elements is where it is: its shares have it as their centre of mass.
+    #[test]
+    fn a_point_is_shared() {
+        for nodes in [1, 2, 3] {
+            for s in [0.2, 0.31, 0.449] {
+                let shares = spots(At::ArcLength(s), nodes);
+                let part = |s: &Spot<f64>| s.weight.unwrap_or(1.0);
+                let centre: f64 = shares.iter().map(|s| part(s) * s.numbers[0]).sum();
+                assert!((centre - s).abs() < 1e-15, "{nodes} {s}: {centre}");
+                assert!((shares.iter().map(part).sum::<f64>() - 1.0).abs() < 1e-15);
+            }
+            assert_eq!(spots(At::ArcLength(0.95), nodes)[0].first, spots(At::End, nodes)[0].first);
+        }
+        assert_eq!(spots(At::End, 2)[0].first, 9);
+    }
+}

@@ -1,0 +1,86 @@
+//! A scene's energies of one's own on the rod of a model.
+
+use crate::energy::adapter::Chart;
+use crate::energy::attach;
+use crate::energy::frame::EdgeFrame;
+use crate::energy::place::spots;
+use crate::numerics::scalar::Nestable;
+use crate::rod::{Extra, Placed};
+use crate::scene::shape::Mesh;
+use crate::scene::{Attached, Scene};
+use nalgebra::Vector3;
+use num_dual::Dual64;
+
+/// What acts on a rod whose unknowns at rest these are, with the frames of its edges; none in a plane.
+pub(super) fn extra<D: Nestable>(
+    chart: &Chart<D>,
+    scene: &Scene<D>,
+    mesh: &Mesh<D>,
+    (q, frames): (&[D], &[EdgeFrame<D>]),
+) -> Extra<D> {
+    let placed = |attached: &Attached<D>| {
+        let energy = attach::energy(attached)?.clone();
+        let nodes = energy.nodes();
+        let rest = |i: usize| {
+            let own = &q[chart.stride() * i..];
+            let frames = frames.get(i..i + nodes - 1).unwrap_or(&[]);
+            macro_rules! of {
+                ($n:literal) => {{
+                    let (nodes, edges) = chart.world::<D, $n>(|x| x, own, frames);
+                    (nodes.to_vec(), edges[..$n - 1].to_vec())
+                }};
+            }
+            match nodes {
+                1 => of!(1),
+                2 => of!(2),
+                _ => of!(3),
+            }
+        };
+        Some(Placed {
+            name: attached.shared_name(),
+            energy,
+            chart: chart.clone(),
+            values: attached.values().map(|(_, value)| *value).collect(),
+            spots: spots(attached.at(), nodes, mesh, rest),
+        })
+    };
+    Extra::new(scene.energies.iter().filter_map(placed).collect())
+}
+
+/// The key of an energy that does not keep a plane.
+pub(super) fn leaving(
+    energies: &[Attached],
+    normal: Vector3<f64>,
+    point: Vector3<f64>,
+) -> Option<String> {
+    let values = |attached: &Attached| attached.values().map(|(_, value)| *value).collect();
+    first_leaving(energies, values, normal, point)
+}
+
+/// The same of one that does not once its numbers change as their derivatives say.
+pub(super) fn left_by(
+    energies: &[Attached<Dual64>],
+    normal: Vector3<f64>,
+    point: Vector3<f64>,
+) -> Option<String> {
+    let values = |attached: &Attached<Dual64>| {
+        attached.values().map(|(_, v)| v.re + v.eps * (1.0 + v.re.abs())).collect()
+    };
+    first_leaving(energies, values, normal, point)
+}
+
+fn first_leaving<D>(
+    energies: &[Attached<D>],
+    values: impl Fn(&Attached<D>) -> Vec<f64>,
+    normal: Vector3<f64>,
+    point: Vector3<f64>,
+) -> Option<String> {
+    let leaves = |attached: &&Attached<D>| {
+        let keeps = |values: &[f64]| {
+            let energy = attach::energy(attached);
+            energy.is_none_or(|e| e.keeps_plane(values, normal.into(), point.into()))
+        };
+        !keeps(&values(attached))
+    };
+    energies.iter().find(leaves).map(Attached::key)
+}

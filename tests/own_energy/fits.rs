@@ -1,0 +1,75 @@
+//! Identification.
+
+use crate::energies::{Foundation, Magnet};
+use crate::scenes::{helix, named, straight};
+use rodfit::energy::At;
+use rodfit::fit::{Analysis, Refinement, Sample};
+use rodfit::scene::{Scene, Time};
+use rodfit::{Fit, Observation, Parameter, Point, Unknown};
+
+/// The tip's places in a scene's own run, without noise.
+fn seen(scene: &Scene) -> Observation {
+    let run = scene.problem().unwrap().simulate().unwrap();
+    let end = *run.times().last().unwrap();
+    let samples = (1..=25).map(|k| {
+        let time = end * f64::from(k) / 25.0;
+        let ([x, y, z], _) = run.at(Point::Tip, time).unwrap();
+        Sample { time, position: [Some(x), Some(y), Some(z)] }
+    });
+    Observation::new(samples.collect())
+}
+
+#[test]
+fn moments_come_back() {
+    for (name, scene, field) in
+        [("plane", straight(12), [0.0, 0.05, 0.0]), ("space", helix(14), [0.03, 0.05, 0.02])]
+    {
+        for beside in [None, Some(Parameter::YoungsModulus)] {
+            let magnet = Magnet { field, by_hand: false };
+            let mut scene = scene.clone();
+            scene.time = Some(Time::new(0.2, 1e-3));
+            let scene = scene.with_energy("magnet", At::End, magnet, [2e-3]);
+            let moment = named("energy.magnet.moment");
+            let data = seen(&scene);
+            let problem = scene.problem().unwrap().with([(moment, 5e-4)]).unwrap();
+            let fit = Fit::new(&problem).observe(data).identify(moment);
+            let fit = match beside {
+                Some(other) => fit.identify(Unknown::new(other).start(4e7)),
+                None => fit,
+            };
+            let report = fit.solve().unwrap();
+            for (parameter, truth) in [(moment, 2e-3), (Parameter::YoungsModulus, 2e7)] {
+                let Some(estimate) = report.estimate(parameter) else { continue };
+                let error = estimate.value.unwrap() / truth - 1.0;
+                println!("{name}, {parameter}: {error:.1e}");
+                assert!(error.abs() < 1e-7, "{name}: {report}");
+            }
+            assert!(report.is_success(), "{report}");
+        }
+    }
+}
+
+/// Other meshes have the springs where they were: the error they leave is about what it is.
+#[test]
+fn the_error_of_mesh_and_step_is_known() {
+    let springs = |segments: usize| {
+        let mut scene = straight(segments);
+        scene.time = Some(Time::new(0.1, 1e-3));
+        let springs = Foundation { by_hand: true };
+        scene.with_energy("springs", At::Interval(0.1, 0.27), springs, [20.0, 0.0])
+    };
+    let data = seen(&springs(64)).sigma(1e-4);
+    let k = named("energy.springs.k");
+    let analysis = Analysis { discretization_error: Refinement::Refitted, ..Analysis::default() };
+    let report = Fit::new(&springs(16).problem().unwrap())
+        .observe(data)
+        .identify(k)
+        .analyse(analysis)
+        .solve()
+        .unwrap();
+    let error = report.discretization_error[0].clone();
+    let value = report.estimate(k).unwrap().value.unwrap();
+    println!("{value} {error:?}");
+    let (relative, off) = (error.mesh.unwrap(), (value / 20.0 - 1.0).abs());
+    assert!(off < 2.0 * relative && relative < 0.2, "{value} {error:?}");
+}

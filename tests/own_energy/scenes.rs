@@ -1,0 +1,55 @@
+//! Scenes to attach them to.
+
+use crate::energies::{Foundation, Magnet};
+use rodfit::Parameter;
+use rodfit::energy::At;
+use rodfit::scene::*;
+
+pub const RADIUS: f64 = 2e-3;
+
+pub fn scene(shape: Shape, segments: usize) -> Scene {
+    let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 2e7) };
+    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    scene.loads.gravity = [0.0, -9.8, 0.0];
+    scene.time = Some(Time::new(0.05, 1e-3));
+    scene
+}
+
+pub fn straight(segments: usize) -> Scene {
+    scene(Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] }, segments)
+}
+
+pub fn helix(segments: usize) -> Scene {
+    let axis = [0.0, 0.0, -1.0];
+    let (radius, pitch, handedness) = (0.02, 0.05, Handedness::Left);
+    let mut scene = scene(Shape::Helix { length: 0.3, radius, pitch, axis, handedness }, segments);
+    scene.loads.gravity = [0.0, 0.0, -9.8];
+    scene
+}
+
+/// With a magnet at the end and springs along a part of the rod.
+pub fn with_both(scene: Scene, by_hand: bool, field: [f64; 3]) -> Scene {
+    scene.with_energy("magnet", At::End, Magnet { field, by_hand }, [2e-3]).with_energy(
+        "springs",
+        At::Interval(0.1, 0.22),
+        Foundation { by_hand },
+        [3.0, 3e4],
+    )
+}
+
+pub fn schemes() -> [Scheme; 5] {
+    use Scheme::*;
+    [NewmarkBeta, AverageVectorField, Rodas4, Verlet, Pefrl]
+}
+
+/// In a scheme, with a step that it takes.
+pub fn in_scheme(mut scene: Scene, scheme: Scheme) -> Scene {
+    let explicit = matches!(scheme, Scheme::Verlet | Scheme::Pefrl);
+    let step = if explicit { 2e-5 } else { 1e-3 };
+    scene.time = Some(Time { scheme, ..Time::new(0.05, step) });
+    scene
+}
+
+pub fn named(name: &str) -> Parameter {
+    name.parse().unwrap()
+}
