@@ -10,7 +10,8 @@ use crate::fit::measurement::motion::Sample;
 use crate::fit::unknown::Prior;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
-use crate::scene::{Support, positive};
+use crate::scene::Support;
+use crate::scene::validate::positive;
 
 /// Fewer values do not show their own noise beside other measurements.
 const FEW: usize = 8;

@@ -1,5 +1,6 @@
 //! Keys that a file must have and does not, all at once: the reader stops at the first.
 
+use crate::error::Error;
 use toml::{Table, Value};
 
 /// Names of keys.
@@ -68,4 +69,26 @@ fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
         found = inner;
     }
     found
+}
+
+/// Parses TOML; the message says line, key and what was expected, or all the keys that are missing.
+pub(crate) fn parse<T: serde::de::DeserializeOwned>(
+    text: &str,
+    required: &[Rule],
+) -> Result<T, Error> {
+    toml::from_str(text).map_err(|error: toml::de::Error| {
+        let missing = match (error.message().starts_with("missing field"), text.parse()) {
+            (true, Ok(table)) => missing(&table, required),
+            _ => Vec::new(),
+        };
+        let message = match &missing[..] {
+            [] => error.to_string().trim_end().to_string(),
+            [key] => {
+                let before = error.span().map_or("", |span| &text[..span.start]);
+                format!("line {}: missing key: {key}", before.matches('\n').count() + 1)
+            }
+            keys => format!("missing keys: {}", keys.join(", ")),
+        };
+        Error::Parse { file: None, message }
+    })
 }

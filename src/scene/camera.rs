@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::number::{Numbers, Quantity, Written};
-use crate::scene::{finite, positive};
+use crate::scene::validate::{finite, positive};
 use serde::{Deserialize, Serialize};
 
 /// `[camera]`: a point at `x` is recorded at `wall + shift + pixel_scale R (x - wall)`, with `R`

@@ -1,10 +1,10 @@
 //! Where the rod is at t = 0, and how it moves.
 
 use crate::error::Error;
-use crate::scene::finite;
 use crate::scene::loads::{PointForce, is_zero};
 use crate::scene::number::{Numbers, Quantity, Written};
 use crate::scene::shape::Shape;
+use crate::scene::validate::finite;
 use serde::{Deserialize, Serialize};
 
 /// `[initial]`: in the rest shape, in a given shape, or in equilibrium under the loads and forces

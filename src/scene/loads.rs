@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::point::Point;
-use crate::scene::{finite, not_negative};
+use crate::scene::validate::{finite, not_negative};
 use serde::{Deserialize, Serialize};
 
 /// `[loads]`

@@ -2,13 +2,16 @@
 //! [numbers](crate::scene::number) of a scene, named by their place in the file.
 
 use crate::error::Error;
+use crate::scene::Scene;
 use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Loads, PointForce};
+use crate::scene::material::Material;
 use crate::scene::number::Quantity;
+use crate::scene::rod::RodSpec;
 use crate::scene::section::Section;
 use crate::scene::shape::{Handedness, Shape};
 use crate::scene::supports::{Motion, Supports};
-use crate::scene::{Material, RodSpec, Scene, Time};
+use crate::scene::time::Time;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;

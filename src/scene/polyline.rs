@@ -197,11 +197,13 @@ fn arcs(points: &[Vector3<f64>]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Scene;
     use crate::scene::initial::{Initial, InitialState};
+    use crate::scene::material::Material;
     use crate::scene::section::Section;
     use crate::scene::shape::{Handedness, Shape};
     use crate::scene::supports::Support;
-    use crate::scene::{Material, Scene, Time};
+    use crate::scene::time::Time;
     use std::fmt::Write;
 
     /// Points of a shape at parts of its length, as a file of the folder.

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, cross, dot, scale, sub, unit};
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
-use crate::scene::{direction, positive};
+use crate::scene::validate::{direction, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 

@@ -5,7 +5,7 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
 use crate::scene::number::{Numbers, Quantity, Written};
 use crate::scene::polyline::Polyline;
-use crate::scene::{direction, positive};
+use crate::scene::validate::{direction, positive};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;

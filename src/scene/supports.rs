@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::number::{Numbers, Quantity, Written};
-use crate::scene::{direction, finite, positive};
+use crate::scene::validate::{direction, finite, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 

@@ -1,0 +1,42 @@
+//! What a scene file must have.
+
+use crate::input::missing_keys::{Keys, Rule, always, if_there};
+
+/// What a scene file must have.
+pub(super) const REQUIRED: [Rule; 9] = [
+    always("rod", rod_keys),
+    always("material", |_| &["density", "youngs_modulus"]),
+    if_there("rod.shape", shape_keys),
+    if_there("rod.section", section_keys),
+    if_there("initial.shape", shape_keys),
+    if_there("time", |_| &["end", "step"]),
+    if_there("loads.point[]", |_| &["node"]),
+    if_there("initial.point[]", |_| &["node"]),
+    if_there("supports.motion[]", |_| &["end"]),
+];
+
+fn rod_keys(rod: &toml::Table) -> Keys {
+    match rod.get("shape").and_then(|shape| shape.get("kind")?.as_str()) {
+        Some("polyline") => &["shape", "section"],
+        _ => &["segments", "shape", "section"],
+    }
+}
+
+fn shape_keys(shape: &toml::Table) -> Keys {
+    match shape.get("kind").and_then(toml::Value::as_str) {
+        Some("straight") => &["length", "direction"],
+        Some("helix") => &["length", "radius", "pitch", "axis", "handedness"],
+        Some("arc") => &["length", "angle"],
+        Some("polyline") => &["file"],
+        _ => &["kind"],
+    }
+}
+
+fn section_keys(section: &toml::Table) -> Keys {
+    match section.get("kind").and_then(toml::Value::as_str) {
+        Some("circle") => &["radius"],
+        Some("rectangle") => &["width", "height", "up"],
+        Some("custom") => &["area", "i1", "i2", "j", "up"],
+        _ => &["kind"],
+    }
+}

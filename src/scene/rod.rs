@@ -1,0 +1,135 @@
+//! `[rod]`: shape, section and mesh.
+
+use crate::error::Error;
+use crate::scene::along::Along;
+use crate::scene::number::{Candidates, Numbers, Quantity, Written};
+use crate::scene::section::Section;
+use crate::scene::shape::{Shape, no_segments};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Fewest and most edges of a rod.
+const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
+
+/// `[rod]`
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct RodSpec<D = f64> {
+    /// Number of edges, 2 to 1e7; by default as many as a polyline has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub segments: Option<usize>,
+    /// Rest shape.
+    pub shape: Shape<D>,
+    /// Cross-section.
+    pub section: Section<D>,
+    /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
+    /// so many times as curved. A list gives one for each of as many equal parts of its length; a
+    /// rest shape that is straight has no curvature to be multiplied.
+    #[serde(default = "one")]
+    pub natural_curvature: Along<D>,
+    /// Twist per length that the rod has when nothing acts on it, rad/m; or a list likewise.
+    #[serde(default = "zero", skip_serializing_if = "is_zero")]
+    pub natural_twist: Along<D>,
+    /// Which model to use.
+    #[serde(default)]
+    pub dimension: Dimension,
+    /// Which constants the elements get; by default the corrected ones, and the paper's with the
+    /// paper's walls at the nodes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub discretization: Option<Discretization>,
+}
+
+fn one<D: From<f64>>() -> Along<D> {
+    Along::Whole(D::from(1.0))
+}
+
+fn zero<D: From<f64>>() -> Along<D> {
+    Along::Whole(D::from(0.0))
+}
+
+fn is_zero<D: From<f64> + PartialEq>(along: &Along<D>) -> bool {
+    *along == zero()
+}
+
+/// Which model to use.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Dimension {
+    /// The smallest model that can hold the scene.
+    #[default]
+    Auto,
+    /// Stretch and bend in one plane.
+    Planar,
+    /// Stretch, bend and twist in space.
+    Spatial,
+}
+
+/// Which constants the elements get.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Discretization {
+    /// The paper's: chords and plain stiffnesses. A curved rod comes out too stiff.
+    Paper,
+    /// Arc lengths, stiffnesses that make up for the polygon, and sums that end at walls in the
+    /// middle of an edge: see [`crate::problem::model`].
+    Corrected,
+    /// The same, and joints at the walls of straight rods corrected too: sags and swings of
+    /// cantilevers come out better, frequencies of small vibrations worse.
+    CorrectedStatics,
+}
+
+impl RodSpec {
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> RodSpec<D> {
+        let factor = Quantity::signed("").within(-1e3, 1e3);
+        let twist = Quantity::signed("rad/m").within(-1e6, 1e6);
+        let factors = [factor.searched(Candidates::Values(&[0.5, 1.0, 1.5])), factor];
+        let twists = [twist.searched(Candidates::PerLength(&[-2.0, 0.0, 2.0])), twist];
+        RodSpec {
+            segments: self.segments,
+            shape: n.table("shape", |n| self.shape.over(n)),
+            section: n.table("section", |n| self.section.over(n)),
+            natural_curvature: self.natural_curvature.over("natural_curvature", factors, n),
+            natural_twist: self.natural_twist.over("natural_twist", twists, n),
+            dimension: self.dimension,
+            discretization: self.discretization,
+        }
+    }
+
+    /// A rod of so many edges, free of stress in its shape.
+    pub(super) fn new(segments: usize, shape: Shape, section: Section) -> Self {
+        Self {
+            segments: Some(segments),
+            shape,
+            section,
+            natural_curvature: one(),
+            natural_twist: zero(),
+            dimension: Dimension::Auto,
+            discretization: None,
+        }
+    }
+
+    /// Refuses what makes no sense.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        self.shape.check("rod.shape")?;
+        self.section.check()?;
+        match (&self.shape, self.segments) {
+            (Shape::Polyline { .. }, None) => {}
+            (_, None) => return Err(no_segments()),
+            (_, Some(n)) if !SEGMENTS.contains(&n) => {
+                return Err(Error::invalid("rod.segments", n, "2 .. 1e7"));
+            }
+            (shape, Some(n)) if shape.turning().is_some_and(|turn| turn >= PI * n as f64) => {
+                let turning = shape.turning().unwrap_or_default();
+                let allowed = format!(
+                    "more than {:.3e}: the shape turns by {turning:.3e} rad, and an edge by less than half a turn",
+                    turning / PI
+                );
+                return Err(Error::invalid("rod.segments", n, allowed));
+            }
+            _ => {}
+        }
+        self.natural_curvature.check("rod.natural_curvature")?;
+        self.natural_twist.check("rod.natural_twist")?;
+        Ok(())
+    }
+}
