@@ -231,6 +231,8 @@ fn any_number_is_identified() {
     rod.material.poisson_ratio = Some(0.4);
     let mut loaded = rod.clone();
     loaded.loads.point = at_tip([0.0, -0.05, 0.0]);
+    let mut between = loaded.clone();
+    between.loads.point[0].node = Point::ArcLength(0.333);
     let mut helix = rod.clone();
     helix.rod.shape = Shape::Helix {
         length: 0.5,
@@ -264,6 +266,7 @@ fn any_number_is_identified() {
             vec![("supports.motion.0.displacement.y", 0.7), ("supports.motion.0.frequency", 1.1)],
         ),
         ("load", &loaded, vec![("loads.point.0.force.y", 0.3), ("loads.point.0.force.x", 1.0)]),
+        ("place", &between, vec![("loads.point.0.node.arc_length", 0.8), ("youngs_modulus", 2.0)]),
     ] {
         let mut other = scene.clone();
         let mut truths = Vec::new();

@@ -443,3 +443,34 @@ fn free_rods() {
     scene.loads.point.truncate(1);
     assert!(scene.problem().unwrap().equilibrium().is_err());
 }
+
+/// A force `P` at arc length `a` of a cantilever bends its tip by `P a^2 (3 L - a)/(6 EI)`, wherever
+/// the nodes are; it stands where it is when the mesh is another.
+#[test]
+fn forces_between_nodes() {
+    let (length, radius, modulus): (f64, f64, f64) = (0.5, 5e-3, 1e9);
+    let bending = modulus * PI * radius.powi(4) / 4.0;
+    let tip = |at: f64, segments: usize| {
+        let mut scene = cantilever();
+        scene.rod.segments = Some(segments);
+        scene.material.youngs_modulus = modulus;
+        scene.loads.gravity = [0.0; 3];
+        let force = [0.0, 1e-4, 0.0];
+        let node = Point::ArcLength(at);
+        scene.loads.point = vec![PointForce { node, force, moment: [0.0; 3] }];
+        rest(&scene).tip[1]
+    };
+    for at in [0.03, 0.111, 0.25, 0.377, 0.49, 0.5] {
+        let theory = 1e-4 * at * at * (3.0 * length - at) / (6.0 * bending);
+        let off = [25, 50, 100].map(|segments| tip(at, segments) / theory - 1.0);
+        println!("force at {at} m: {:.1e} {:.1e} {:.1e} off", off[0], off[1], off[2]);
+        // Of second order, wherever between two nodes the force is.
+        assert!(off[0].abs() < 0.3 * (0.02 / at).powi(2), "{at}: {off:?}");
+        assert!((3.7..4.3).contains(&(off[1] / off[2])), "{at}: {off:?}");
+    }
+    let mut scene = cantilever();
+    let node = Point::ArcLength(0.51);
+    scene.loads.point = vec![PointForce { node, ..PointForce::default() }];
+    let error = scene.problem().unwrap_err().to_string();
+    assert!(error.contains("loads.point[0].node.arc_length: found 0.51"), "{error}");
+}
