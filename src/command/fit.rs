@@ -20,7 +20,7 @@ pub struct Options {
     /// experiments, with their names added to this one.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
-    /// Write a page with data, model and doubts, `fit.html`, and `fit.json` into this folder.
+    /// Write a page with data, model and warnings, `fit.html`, and `fit.json` into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Which derivatives to step with.
@@ -70,12 +70,12 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     Ok(conclude(code, written))
 }
 
-fn solve(file: &FitFile, evidence: bool, manner: Manner) -> Result<FitReport, Error> {
+fn solve(file: &FitFile, plots: bool, manner: Manner) -> Result<FitReport, Error> {
     let bar = terminal::spinner(manner);
     let shown = bar.clone();
     let mut fit = file.fit().stop_when(terminal::stop_on_ctrl_c(manner));
-    if evidence {
-        fit = fit.keep_evidence();
+    if plots {
+        fit = fit.keep_plot_data();
     }
     let report = fit
         .on_progress(move |stage, simulations| {

@@ -11,6 +11,7 @@ use crate::fit::measurement::recording::{Recording, Vertical};
 use crate::fit::measurement::shape::RestShape;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
+use crate::fit::validate::check;
 use crate::input::missing_keys::parse;
 use crate::input::missing_keys::{Rule, always, if_there};
 use crate::scene::Parameter;
@@ -179,7 +180,7 @@ impl ObservationForm {
     fn read(self, folder: &Path) -> Result<Measurement, Error> {
         let Self { fps, scale, origin, y, time_zero, .. } = self;
         let recording = Recording { fps, scale, origin, y, time_zero };
-        let read = recording.read(folder.join(self.file))?.at(self.point);
+        let read = Observation::read_as(folder.join(self.file), &recording)?.at(self.point);
         let Self { sigma, loss, held_out, .. } = self;
         Ok(Measurement::Motion(Observation { sigma, loss, held_out, ..read }))
     }
@@ -265,7 +266,8 @@ impl FitFile {
         for (i, parameter) in form.parameter.into_iter().enumerate() {
             file.take(i, parameter).map_err(|error| error.in_file(Some(path)))?;
         }
-        file.fit().check().map_err(|error| error.in_file(Some(path)))?;
+        check(&file.experiments, &file.unknowns, &file.analysis)
+            .map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
     }
 

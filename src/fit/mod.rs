@@ -34,35 +34,38 @@ pub use measurement::loss::Loss;
 pub use measurement::motion::{Dropped, Observation, Sample};
 pub use measurement::recording::{Recording, Vertical};
 pub use measurement::shape::{RestShape, Sighting};
+pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
-pub use report::plot_data::{
-    Asked, Basin, Basins, Evidence, Iterate, Landscape, Measured, Over, Profile, Seen, Series,
-    Setup, Shape,
-};
-pub use report::{DroppedRows, Estimate, FitReport, LossEffect};
+pub use report::plot_data::{Abscissa, Asked, Measured, PlotData, RodShape, Series, Setup};
+pub use report::{DroppedRows, FitReport};
 pub use search::Progress;
+pub use search::basins::{Basin, Basins, SeenBy};
+pub use search::grid::Landscape;
+pub use search::journal::Iterate;
 pub use uncertainty::analysis::{Analysis, Refinement};
 pub use uncertainty::bootstrap::Bootstrap;
 pub use uncertainty::discretization::DiscretizationError;
+pub use uncertainty::estimate::Estimate;
 pub use uncertainty::identifiability::{Finding, Kind};
+pub use uncertainty::noise::LossEffect;
 pub use uncertainty::prediction::Prediction;
-pub use uncertainty::residual_tests::ResidualTests;
+pub use uncertainty::profile::Profile;
 pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
 
 use crate::error::Error;
+use crate::fit::measurement::experiment::{fitted, full_work};
+use crate::fit::misfit::noise::first_sigmas;
+use crate::fit::report::ending::Ending;
 use crate::fit::search::Search;
-use crate::fit::search::journal::Journal;
+use crate::fit::search::first_look::FirstLook;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::noise::first_sigmas;
+use crate::fit::uncertainty::assessment::assess;
+use crate::fit::validate::check;
 use crate::problem::Problem;
-use std::cell::Cell;
-use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-/// How often weights are estimated from the residuals.
-const MOST_WEIGHTINGS: usize = 20;
+use std::time::Instant;
 
 /// An identification in the making.
 ///
@@ -98,7 +101,7 @@ pub struct Fit {
     unknowns: Vec<Unknown>,
     analysis: Analysis,
     progress: Option<Progress>,
-    keep_evidence: bool,
+    keep_plot_data: bool,
 }
 
 impl Fit {
@@ -114,7 +117,7 @@ impl Fit {
             unknowns: Vec::new(),
             analysis: Analysis::default(),
             progress: None,
-            keep_evidence: false,
+            keep_plot_data: false,
         }
     }
 
@@ -138,14 +141,14 @@ impl Fit {
     }
 
     /// Calls `progress` with the stage and the work done so far, in full simulations.
-    pub fn on_progress(mut self, progress: impl Fn(&str, f64) + 'static) -> Self {
-        self.progress = Some(Rc::new(progress));
+    pub fn on_progress(mut self, progress: impl Fn(&str, f64) + Send + Sync + 'static) -> Self {
+        self.progress = Some(Arc::new(progress));
         self
     }
 
-    /// Keeps what the numbers rest on in [`FitReport::evidence`]; costs one more simulation.
-    pub fn keep_evidence(self) -> Self {
-        Self { keep_evidence: true, ..self }
+    /// Keeps what the numbers rest on in [`FitReport::plot_data`]; costs one more simulation.
+    pub fn keep_plot_data(self) -> Self {
+        Self { keep_plot_data: true, ..self }
     }
 
     /// Stops once `flag` is set, at the next time step of whatever runs then. The report has the
@@ -158,6 +161,10 @@ impl Fit {
     }
 
     /// The residuals and their derivatives, for any solver of argmin.
+    ///
+    /// # Errors
+    ///
+    /// A fit that cannot be solved, or not in the way it is asked for.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
         let fitted = self.fitted();
@@ -166,88 +173,52 @@ impl Fit {
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
     }
 
-    /// Finds the parameters. An error means that there is nothing to report; a report may still
-    /// say that the fit did not converge, was interrupted, or that a parameter is not identifiable.
+    /// Finds the parameters. A report may still say that the fit did not converge, was interrupted, or
+    /// that a parameter is not identifiable.
+    ///
+    /// # Errors
+    ///
+    /// There is nothing to report: a fit that cannot be solved, recordings that cannot be of this rod,
+    /// or no start from which anything could be simulated.
     pub fn solve(&self) -> Result<FitReport, Error> {
-        let clock = std::time::Instant::now();
+        let since = Instant::now();
         self.check()?;
-        let fitted = self.fitted();
-        let setup = self.look(&fitted)?;
-        let full_work = full_work(&fitted)?;
-        let work = Rc::new(Cell::new(0.0));
-        let journal = Rc::new(Journal::default());
-        let mut sigmas = first_sigmas(&fitted);
-        let search = |sigmas: &[f64]| Search {
-            experiments: &fitted,
-            sigmas: sigmas.to_vec(),
-            unknowns: &self.unknowns,
-            full_work,
-            work: work.clone(),
-            progress: self.progress.clone(),
-            journal: journal.clone(),
-            suspicious: !setup.suspicions.is_empty(),
-        };
-        if let Some(words) = &setup.hopeless {
-            return Ok(FitReport {
-                dropped: self.dropped(),
-                ..self.unsearched(&search(&sigmas), words)
-            });
-        }
-        let optimum = self.optimum(&search, &mut sigmas);
-        let search = search(&sigmas);
-        let mut report = match optimum.and_then(|optimum| self.assess(&search, &optimum, &setup)) {
-            Err(Error::Interrupted) => self.unfinished(&search)?,
-            Err(error @ Error::Fit(_)) => return Err(setup.beside(error)),
-            report => report?,
-        };
-        report.dropped = self.dropped();
-        report.simulations = work.get() / full_work;
-        report.wall_seconds = clock.elapsed().as_secs_f64();
-        Ok(report)
-    }
-
-    /// The best of all starts, with the weights that belong to it.
-    fn optimum<'a>(
-        &self,
-        search: &impl Fn(&[f64]) -> Search<'a>,
-        sigmas: &mut [f64],
-    ) -> Result<Optimum, Error> {
-        let first = search(sigmas);
-        first.journal.reweight(sigmas);
-        let mut optimum = first.globally()?;
-        if self.weights_depend_on_the_fit(first.experiments) {
-            for _ in 0..MOST_WEIGHTINGS {
-                let before = sigmas.to_vec();
-                search(&before).estimate_sigmas(&optimum, sigmas);
-                let search = search(sigmas);
-                search.journal.reweight(sigmas);
-                optimum = search.polish(&optimum.x)?;
-                let settled = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-3;
-                if sigmas.iter().zip(&before).all(settled) {
-                    break;
+        let measured = self.fitted();
+        let look = FirstLook::at(&measured, &self.unknowns)?;
+        let mut search = Search::new(&measured, &self.unknowns, self.progress.clone())?;
+        search.suspicious = !look.suspicions.is_empty();
+        let ending = match &look.hopeless {
+            Some(words) => Ending::unsearched(&search, words, self.keep_plot_data),
+            None => {
+                match search.best().and_then(|optimum| self.weighed(&search, &optimum, &look)) {
+                    Err(Error::Interrupted) => Ending::unfinished(&search, self.keep_plot_data)?,
+                    Err(error @ Error::Fit(_)) => return Err(look.beside(error)),
+                    ending => ending?,
                 }
             }
-        }
-        Ok(optimum)
+        };
+        Ok(FitReport::new(ending, &search, &self.experiments, since))
     }
 
-    /// Rows of the files that are not looked at.
-    fn dropped(&self) -> Vec<DroppedRows> {
-        let all = self.experiments.iter().flat_map(|e| e.measurements.iter().map(move |m| (e, m)));
-        all.filter_map(|(e, m)| {
-            let rows = m.dropped();
-            let observation = e.label(m);
-            (rows != Dropped::default()).then_some(DroppedRows { observation, rows })
-        })
-        .collect()
+    /// What an optimum is worth.
+    fn weighed(
+        &self,
+        search: &Search,
+        optimum: &Optimum,
+        look: &FirstLook,
+    ) -> Result<Ending, Error> {
+        let found = (search, optimum);
+        let assessment = assess(found, &self.analysis, &self.experiments, &look.suspicions)?;
+        Ok(Ending::assessed(search, optimum, assessment, self.keep_plot_data))
+    }
+
+    /// Refuses a fit that cannot be solved, or not in the way it is asked for.
+    fn check(&self) -> Result<(), Error> {
+        check(&self.experiments, &self.unknowns, &self.analysis)
     }
 
     /// The experiments with the measurements that are fitted.
     fn fitted(&self) -> Vec<Experiment> {
-        self.experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()
+        fitted(&self.experiments)
     }
-}
-
-fn full_work(experiments: &[Experiment]) -> Result<f64, Error> {
-    experiments.iter().map(Experiment::full_work).sum()
 }

@@ -74,7 +74,7 @@ impl Unknown {
     }
 
     /// Whether an experiment's scene takes its value from it.
-    pub(super) fn is_of(&self, experiment: &Experiment) -> bool {
+    pub(crate) fn is_of(&self, experiment: &Experiment) -> bool {
         match self.experiments.is_empty() {
             true => self.parameter.of(experiment.problem.scene()).is_some(),
             false => self.experiments.contains(&experiment.name),
@@ -83,7 +83,7 @@ impl Unknown {
 
     /// How far `x`, on the scale of the fit, is from what is known, in standard deviations; none
     /// when nothing is. `x` may carry derivatives.
-    pub(super) fn surprise<D: Scalar>(&self, x: D) -> Option<D> {
+    pub(crate) fn prior_residual<D: Scalar>(&self, x: D) -> Option<D> {
         let Prior { mean, sigma } = self.prior?;
         let value = if self.parameter.is_positive() { x.exp() } else { x };
         Some((value - mean) * sigma.recip())

@@ -2,13 +2,11 @@
 //! stands in.
 
 use crate::error::Error;
-use crate::fit::Fit;
 use crate::fit::measurement::Measurement;
-use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::experiment::all;
+use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::Sample;
-use crate::fit::unknown::Prior;
-use crate::fit::unknown::Unknown;
+use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use crate::scene::Support;
 use crate::scene::validate::positive;
@@ -22,90 +20,96 @@ const MOST_REPLICATES: usize = 1_000_000;
 /// Points this many lengths from the wall of a held rod are not points of it.
 const FARTHEST: f64 = 2.5;
 
-impl Fit {
-    /// Refuses a fit that cannot be solved, or not in the way it is asked for.
-    pub(super) fn check(&self) -> Result<(), Error> {
-        let fitted = self.fitted();
-        if all(&fitted).next().is_none() {
-            return Err(Error::invalid("observation", "none", "at least one that is not held out"));
-        }
-        if self.unknowns.is_empty() {
-            return Err(Error::invalid("parameter", "none", "at least one"));
-        }
-        self.check_experiments()?;
-        self.check_unknowns()?;
-        if self.analysis.bootstrap == 1 || self.analysis.bootstrap > MOST_REPLICATES {
-            let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
-            return Err(Error::invalid("analysis.bootstrap", self.analysis.bootstrap, allowed));
-        }
-        let several = all(&fitted).count() > 1;
-        for experiment in &self.experiments {
-            self.check_measurements(experiment, several)?;
-        }
-        let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
-        let priors = self.unknowns.iter().filter(|u| u.prior.is_some()).count();
-        // One more shows the noise, where that is not given.
-        let known = all(&fitted).all(|(_, m)| m.sigma().is_some());
-        let needed = self.unknowns.len() + usize::from(!known);
-        if values + priors < needed {
-            let allowed = match known {
-                true => format!("at least {needed}, as many as parameters"),
-                false => format!("at least {needed}, one more than parameters without a sigma"),
-            };
-            return Err(Error::invalid("observation", format!("{values} values"), allowed));
-        }
-        Ok(())
+/// Refuses a fit that cannot be solved, or not in the way it is asked for.
+pub(crate) fn check(
+    experiments: &[Experiment],
+    unknowns: &[Unknown],
+    analysis: &Analysis,
+) -> Result<(), Error> {
+    let fitted = fitted(experiments);
+    if all(&fitted).next().is_none() {
+        return Err(Error::invalid("observation", "none", "at least one that is not held out"));
     }
+    if unknowns.is_empty() {
+        return Err(Error::invalid("parameter", "none", "at least one"));
+    }
+    check_experiments(experiments)?;
+    check_unknowns(experiments, unknowns)?;
+    if analysis.bootstrap == 1 || analysis.bootstrap > MOST_REPLICATES {
+        let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+        return Err(Error::invalid("analysis.bootstrap", analysis.bootstrap, allowed));
+    }
+    let several = all(&fitted).count() > 1;
+    for experiment in experiments {
+        check_measurements(experiment, unknowns, several)?;
+    }
+    let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
+    let priors = unknowns.iter().filter(|u| u.prior.is_some()).count();
+    // One more shows the noise, where that is not given.
+    let known = all(&fitted).all(|(_, m)| m.sigma().is_some());
+    let needed = unknowns.len() + usize::from(!known);
+    if values + priors < needed {
+        let allowed = match known {
+            true => format!("at least {needed}, as many as parameters"),
+            false => format!("at least {needed}, one more than parameters without a sigma"),
+        };
+        return Err(Error::invalid("observation", format!("{values} values"), allowed));
+    }
+    Ok(())
+}
 
-    fn check_experiments(&self) -> Result<(), Error> {
-        for (i, experiment) in self.experiments.iter().enumerate() {
-            let name = &experiment.name;
-            if self.experiments[..i].iter().any(|e| e.name == *name) {
-                let key = format!("experiment[{i}].name");
-                return Err(Error::invalid(key, format!("{name:?}"), "each name once"));
-            }
-            if experiment.measurements.is_empty() {
-                let found = format!("no measurement in {name}");
-                let allowed = "at least one observation, shape or frequencies";
-                return Err(Error::invalid(format!("experiment[{i}]"), found, allowed));
-            }
+fn check_experiments(experiments: &[Experiment]) -> Result<(), Error> {
+    for (i, experiment) in experiments.iter().enumerate() {
+        let name = &experiment.name;
+        if experiments[..i].iter().any(|e| e.name == *name) {
+            let key = format!("experiment[{i}].name");
+            return Err(Error::invalid(key, format!("{name:?}"), "each name once"));
         }
-        Ok(())
+        if experiment.measurements.is_empty() {
+            let found = format!("no measurement in {name}");
+            let allowed = "at least one observation, shape or frequencies";
+            return Err(Error::invalid(format!("experiment[{i}]"), found, allowed));
+        }
     }
+    Ok(())
+}
 
-    fn check_unknowns(&self) -> Result<(), Error> {
-        for (i, unknown) in self.unknowns.iter().enumerate() {
-            let key = format!("parameter[{i}]");
-            unknown.check(&self.experiments, &key)?;
-            let shared = |e: &Experiment, u: &Unknown| u.is_of(e) && unknown.is_of(e);
-            let twice = self.unknowns[..i].iter().any(|u| {
-                u.parameter == unknown.parameter && self.experiments.iter().any(|e| shared(e, u))
-            });
-            if twice {
-                let allowed = "each name once in an experiment";
-                return Err(Error::invalid(format!("{key}.name"), unknown.parameter, allowed));
-            }
+fn check_unknowns(experiments: &[Experiment], unknowns: &[Unknown]) -> Result<(), Error> {
+    for (i, unknown) in unknowns.iter().enumerate() {
+        let key = format!("parameter[{i}]");
+        unknown.check(experiments, &key)?;
+        let shared = |e: &Experiment, u: &Unknown| u.is_of(e) && unknown.is_of(e);
+        let twice = unknowns[..i]
+            .iter()
+            .any(|u| u.parameter == unknown.parameter && experiments.iter().any(|e| shared(e, u)));
+        if twice {
+            let allowed = "each name once in an experiment";
+            return Err(Error::invalid(format!("{key}.name"), unknown.parameter, allowed));
         }
-        Ok(())
     }
+    Ok(())
+}
 
-    /// Those of one experiment, which may be one of `several` that are weighed against each other.
-    fn check_measurements(&self, experiment: &Experiment, several: bool) -> Result<(), Error> {
-        // With a clock of its own a recording may show later times than the motion lasts.
-        let clock = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
-        let other_clock =
-            experiment.problem.scene().camera.time_offset != 0.0 || self.unknowns.iter().any(clock);
-        for (i, measurement) in experiment.measurements.iter().enumerate() {
-            let key = key(experiment, i);
-            measurement.check(experiment, &key, other_clock)?;
-            if several && measurement.sigma().is_none() && measurement.values() < FEW {
-                let found = format!("none, with {} values", measurement.values());
-                let allowed = format!("a number; only {FEW} values or more show their noise");
-                return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
-            }
+/// Those of one experiment, which may be one of `several` that are weighed against each other.
+fn check_measurements(
+    experiment: &Experiment,
+    unknowns: &[Unknown],
+    several: bool,
+) -> Result<(), Error> {
+    // With a clock of its own a recording may show later times than the motion lasts.
+    let clock = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
+    let other_clock =
+        experiment.problem.scene().camera.time_offset != 0.0 || unknowns.iter().any(clock);
+    for (i, measurement) in experiment.measurements.iter().enumerate() {
+        let key = key(experiment, i);
+        measurement.check(experiment, &key, other_clock)?;
+        if several && measurement.sigma().is_none() && measurement.values() < FEW {
+            let found = format!("none, with {} values", measurement.values());
+            let allowed = format!("a number; only {FEW} values or more show their noise");
+            return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
         }
-        Ok(())
     }
+    Ok(())
 }
 
 /// Where measurement `i` of an experiment stands in the fit file.
@@ -134,7 +138,7 @@ fn of_parameter(error: Error, key: &str, experiment: &str) -> Error {
 
 impl Unknown {
     /// Checks names, start, bounds and prior; `key` names them in messages.
-    pub(super) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
+    pub(crate) fn check(&self, experiments: &[Experiment], key: &str) -> Result<(), Error> {
         let parameter = self.parameter;
         let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
         if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {
@@ -202,7 +206,7 @@ impl Unknown {
 
 impl Measurement {
     /// Refuses positions that no point of a held rod can have: most likely in other units.
-    pub(super) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
+    pub(crate) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
         let problem = &experiment.problem;
         let supports = &problem.scene().supports;
         if (supports.start, supports.end) == (Support::Free, Support::Free) {

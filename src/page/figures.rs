@@ -1,8 +1,8 @@
 //! The figures of a fit's page.
 
 use crate::fit::ResidualTests;
+use crate::fit::{Abscissa, Landscape, PlotData, Profile, RodShape, Series};
 use crate::fit::{Estimate, FitReport};
-use crate::fit::{Evidence, Landscape, Over, Profile, Series, Shape};
 use crate::page::chart::Chart;
 use crate::page::escaped;
 use crate::page::number::{Scale, short};
@@ -27,13 +27,13 @@ pub(super) fn figure(title: &str, name: &str, svg: &str, caption: &str) -> Strin
 /// Data, model, residuals and their correlation of one coordinate.
 pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
     let (place, per) = match series.over {
-        Over::Time => ("s", "time"),
-        Over::ArcLength => ("m", "arc length"),
-        Over::Mode => ("", "mode"),
-        Over::Reading => ("", "reading"),
+        Abscissa::Time => ("s", "time"),
+        Abscissa::ArcLength => ("m", "arc length"),
+        Abscissa::Mode => ("", "mode"),
+        Abscissa::Reading => ("", "reading"),
     };
     let across = match series.over {
-        Over::Mode | Over::Reading => Scale::of(1.0, place),
+        Abscissa::Mode | Abscissa::Reading => Scale::of(1.0, place),
         _ => Scale::fitting(series.at.iter().copied(), place),
     };
     let up = Scale::fitting(series.observed.iter().copied(), &series.unit);
@@ -47,7 +47,7 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
         true => points(&series.simulated),
         false => series.curve.iter().map(|[x, y]| (at(*x), y / up.factor)).collect(),
     };
-    let modes = matches!(series.over, Over::Mode | Over::Reading);
+    let modes = matches!(series.over, Abscissa::Mode | Abscissa::Reading);
     let axis = |y: String| match modes {
         true => Chart::new(x_label.clone(), y).whole(),
         false => Chart::new(x_label.clone(), y),
@@ -185,15 +185,15 @@ pub(super) fn profile(profile: &Profile, estimate: Option<&Estimate>) -> String 
 }
 
 /// How the search came down.
-pub(super) fn history(evidence: &Evidence) -> String {
-    let Some(last) = evidence.history.last().map(|last| last.rms()) else { return String::new() };
-    let mut stages: Vec<&str> = evidence.history.iter().map(|i| i.stage.as_str()).collect();
+pub(super) fn history(plots: &PlotData) -> String {
+    let Some(last) = plots.history.last().map(|last| last.rms()) else { return String::new() };
+    let mut stages: Vec<&str> = plots.history.iter().map(|i| i.stage.as_str()).collect();
     stages.dedup();
     stages.sort_unstable();
     stages.dedup();
     let order = ["scan", "coarse model", "growing horizon", "full model"];
     stages.sort_by_key(|stage| order.iter().position(|name| name == stage).unwrap_or(order.len()));
-    let all = evidence.history.iter().map(|i| (i.simulations, i.rms() / last));
+    let all = plots.history.iter().map(|i| (i.simulations, i.rms() / last));
     let mut chart = Chart::new("work, simulations", "rms residual / last")
         .log(false, true)
         .size(520.0, 280.0)
@@ -201,7 +201,7 @@ pub(super) fn history(evidence: &Evidence) -> String {
     let mut legend = String::new();
     for (k, stage) in stages.iter().enumerate() {
         let color = format!("var(--stage{})", k % 4);
-        let own = evidence.history.iter().filter(|i| i.stage == **stage);
+        let own = plots.history.iter().filter(|i| i.stage == **stage);
         chart = chart.dots(own.map(|i| (i.simulations, i.rms() / last)), &color, 3.5);
         legend += &format!("<i class=\"dot\" style=\"background:{color}\"></i>{} ", escaped(stage));
     }
@@ -244,14 +244,13 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
 }
 
 /// The rod over time, with the points seen, in one plane or two.
-pub(super) fn shapes(report: &FitReport, evidence: &Evidence) -> String {
-    let mut experiments: Vec<&str> =
-        evidence.shapes.iter().map(|s| s.experiment.as_str()).collect();
+pub(super) fn shapes(report: &FitReport, plots: &PlotData) -> String {
+    let mut experiments: Vec<&str> = plots.shapes.iter().map(|s| s.experiment.as_str()).collect();
     experiments.dedup();
     let one = |experiment: &str| {
-        let shapes: Vec<&Shape> =
-            evidence.shapes.iter().filter(|s| s.experiment == experiment).collect();
-        let seen = sightings(&evidence.series, experiment);
+        let shapes: Vec<&RodShape> =
+            plots.shapes.iter().filter(|s| s.experiment == experiment).collect();
+        let seen = sightings(&plots.series, experiment);
         let nodes = || shapes.iter().flat_map(|shape| &shape.nodes);
         let extent = |c: usize| {
             let (low, high) = nodes().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
@@ -297,7 +296,7 @@ pub(super) fn shapes(report: &FitReport, evidence: &Evidence) -> String {
 
 /// Shapes and sightings of an experiment in one plane.
 fn projection(
-    (shapes, seen, experiment): (&[&Shape], &[[Option<f64>; 3]], &str),
+    (shapes, seen, experiment): (&[&RodShape], &[[Option<f64>; 3]], &str),
     [a, b]: [usize; 2],
     narrow: bool,
 ) -> String {
@@ -326,7 +325,7 @@ fn color(k: usize, n: usize) -> String {
     format!("hsl({:.0} 65% 55%)", 215.0 + 170.0 * part)
 }
 
-fn time_key(shapes: &[&Shape]) -> String {
+fn time_key(shapes: &[&RodShape]) -> String {
     let times: Vec<f64> = shapes.iter().filter_map(|shape| shape.time).collect();
     let [Some(first), Some(last)] = [times.first(), times.last()] else { return String::new() };
     let scale = Scale::of(*last, "s");

@@ -2,7 +2,7 @@
 
 use crate::fit::Grade;
 use crate::fit::ResidualTests;
-use crate::fit::{Basin, Evidence, Measured, Profile, Seen};
+use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy};
 use crate::fit::{Estimate, FitReport};
 use crate::fit::{Recording, Vertical};
 use crate::page::number::{Scale, quantity, short};
@@ -11,25 +11,25 @@ use crate::page::{escaped, figures, page, section};
 const NONE: &str = "\u{2013}";
 
 /// A self-contained HTML page of a fit. `title` says which, such as the fit file's name. Data,
-/// model and the search are shown if the fit [kept its evidence](crate::Fit::keep_evidence).
+/// model and the search are shown if the fit [kept its plots](crate::Fit::keep_plot_data).
 pub fn fit_page(report: &FitReport, title: &str) -> String {
     let mut body = verdict(report);
     body += &section("Parameters", &parameters(report));
-    let evidence = report.evidence.as_ref();
-    if let Some(evidence) = evidence {
-        body += &section("Data and model", &data(report, evidence));
+    let plots = report.plot_data.as_ref();
+    if let Some(plots) = plots {
+        body += &section("Data and model", &data(report, plots));
     }
     body += &section("How the parameters hang together", &correlation(report));
-    if let Some(evidence) = evidence.filter(|e| !e.profiles.is_empty()) {
+    if let Some(plots) = plots.filter(|e| !e.profiles.is_empty()) {
         let one = |p: &Profile| figures::profile(p, estimate(report, &p.label));
-        let all: String = evidence.profiles.iter().map(one).collect();
+        let all: String = plots.profiles.iter().map(one).collect();
         body += &section("Likelihood profiles", &format!("<div class=\"row\">{all}</div>"));
     }
-    body += &section("The search", &search(report, evidence));
-    if let Some(evidence) = evidence {
-        body += &section("The rod at the optimum", &figures::shapes(report, evidence));
+    body += &section("The search", &search(report, plots));
+    if let Some(plots) = plots {
+        body += &section("The rod at the optimum", &figures::shapes(report, plots));
     }
-    body += &section("What was run", &run(report, evidence));
+    body += &section("What was run", &run(report, plots));
     page("Fit", &escaped(title), &body)
 }
 
@@ -69,7 +69,7 @@ fn verdict(report: &FitReport) -> String {
 type Column<'a> = (&'static str, Box<dyn Fn(usize, &Estimate, &Scale) -> Option<String> + 'a>);
 
 fn parameters(report: &FitReport) -> String {
-    let asked = |i: usize| report.evidence.as_ref().and_then(|e| e.asked.get(i));
+    let asked = |i: usize| report.plot_data.as_ref().and_then(|e| e.asked.get(i));
     let ends = |[low, high]: [Option<f64>; 2], e: &Estimate, scale: &Scale| {
         let end = |x: Option<f64>| x.map_or("none".into(), |x| scale.show(x, e.std_error));
         format!("{} \u{2026} {}", end(low), end(high))
@@ -172,7 +172,7 @@ fn parameters(report: &FitReport) -> String {
 
 /// What is left of the data, what robust losses did, and how what was held out is predicted.
 fn left_over(report: &FitReport) -> String {
-    let series = report.evidence.as_ref().map_or(&[][..], |e| &e.series);
+    let series = report.plot_data.as_ref().map_or(&[][..], |e| &e.series);
     let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
         true => "m",
         false => &series[0].unit,
@@ -201,14 +201,14 @@ fn left_over(report: &FitReport) -> String {
 }
 
 /// Every observation with its coordinates.
-fn data(report: &FitReport, evidence: &Evidence) -> String {
-    if evidence.series.is_empty() {
+fn data(report: &FitReport, plots: &PlotData) -> String {
+    if plots.series.is_empty() {
         return "<p class=\"none\">not compared over the whole record: the fit was interrupted</p>"
             .into();
     }
     let mut html = String::new();
     let mut before = None;
-    for series in &evidence.series {
+    for series in &plots.series {
         let this = (&series.experiment, &series.label);
         let parts = [series.experiment.as_str(), series.label.as_str()];
         let named: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
@@ -256,15 +256,15 @@ fn correlation(report: &FitReport) -> String {
     )
 }
 
-fn search(report: &FitReport, evidence: Option<&Evidence>) -> String {
+fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     let basins = &report.basins;
     let mut html = String::new();
     if !basins.words.is_empty() {
         html += &format!("<p>{}.</p>\n", escaped(&capitalised(&basins.words)));
     }
-    if let Some(evidence) = evidence {
-        html += &format!("<div class=\"row\">{}", figures::history(evidence));
-        for landscape in &evidence.landscape {
+    if let Some(plots) = plots {
+        html += &format!("<div class=\"row\">{}", figures::history(plots));
+        for landscape in &plots.landscape {
             let value = estimate(report, &landscape.label).and_then(|e| e.value);
             html += &figures::landscape(landscape, value);
         }
@@ -283,9 +283,9 @@ fn search(report: &FitReport, evidence: Option<&Evidence>) -> String {
             .map(|(i, value)| format!("<td>{}</td>", scale(i, *value)))
             .collect();
         let seen = match basin.seen {
-            Seen::Fit if basin.converged => "fit of the whole record",
-            Seen::Fit => "fit of the whole record, not converged",
-            Seen::Scan => "scan of the first period",
+            SeenBy::Fit if basin.converged => "fit of the whole record",
+            SeenBy::Fit => "fit of the whole record, not converged",
+            SeenBy::Scan => "scan of the first period",
         };
         format!(
             "<tr{}><td>{}</td>{values}<td>{}</td><td>{seen}</td></tr>\n",
@@ -327,10 +327,10 @@ fn measured(measured: &Measured) -> String {
     words.join("; ")
 }
 
-fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
+fn run(report: &FitReport, plots: Option<&PlotData>) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     let mut row = |key: &str, value: String| rows.push((key.into(), escaped(&value)));
-    for setup in evidence.map_or(&[][..], |e| &e.setups) {
+    for setup in plots.map_or(&[][..], |e| &e.setups) {
         if !setup.experiment.is_empty() {
             row("experiment", setup.experiment.clone());
         }
@@ -363,8 +363,8 @@ fn run(report: &FitReport, evidence: Option<&Evidence>) -> String {
     }
     row("work", format!("{:.1} simulations", report.simulations));
     row("time", format!("{} s", short(report.wall_seconds)));
-    if let Some(evidence) = evidence {
-        row("rodfit", evidence.version.clone());
+    if let Some(plots) = plots {
+        row("rodfit", plots.version.clone());
     }
     let rows: String = rows
         .iter()

@@ -240,13 +240,13 @@ fn a_report_is_a_page_and_its_numbers() {
     }
     let (fit, same) = (folder.json("fit.json"), folder.json("pages/new/fit.json"));
     assert_eq!(fit, same);
-    assert_eq!(fit["evidence"]["series"].as_array().unwrap().len(), 2);
-    assert_eq!(fit["evidence"]["series"][0]["observed"].as_array().unwrap().len(), 30);
+    assert_eq!(fit["plot_data"]["series"].as_array().unwrap().len(), 2);
+    assert_eq!(fit["plot_data"]["series"][0]["observed"].as_array().unwrap().len(), 30);
     assert!(fit["basins"]["count"].as_u64().unwrap() >= 1);
-    // Without a page no evidence is kept.
+    // Without a page no plot data are kept.
     folder.run(&["fit", "fit.toml", "--json", "plain.json"]);
     let plain = folder.json("plain.json");
-    assert!(plain.get("evidence").is_none() && plain["basins"]["count"].is_u64());
+    assert!(plain.get("plot_data").is_none() && plain["basins"]["count"].is_u64());
 }
 
 /// The scan and the coarse fits run on all cores; neither numbers nor their order know how many.
@@ -263,7 +263,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
         (status.code(), fit)
     };
     let (code, alone) = run("1");
-    assert!(alone["evidence"]["history"].as_array().unwrap().len() > 10, "{alone}");
+    assert!(alone["plot_data"]["history"].as_array().unwrap().len() > 10, "{alone}");
     for threads in ["2", "5"] {
         assert_eq!(run(threads), (code, alone.clone()), "{threads} threads");
     }

@@ -28,7 +28,7 @@ fn stopped_with(word: &'static str, bootstrap: usize) -> Result<FitReport, Error
         .observe(disturbed(&run, Point::Tip, 20, 1e-3))
         .identify(Parameter::YoungsModulus)
         .analyse(Analysis { profile: true, bootstrap, ..Analysis::default() })
-        .keep_evidence()
+        .keep_plot_data()
         .stop_when(flag)
         .on_progress(move |stage, _| {
             if stage.contains(word) {

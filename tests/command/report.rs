@@ -1,6 +1,6 @@
-//! The page of a fit, and the evidence it is drawn from.
+//! The page of a fit, and the plot data it is drawn from.
 
-use rodfit::fit::{Analysis, Recording, Sample, Seen, Vertical};
+use rodfit::fit::{Analysis, Recording, Sample, SeenBy, Vertical};
 use rodfit::page::fit_page;
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Trajectory};
 use std::sync::LazyLock;
@@ -19,7 +19,7 @@ pub fn disturbed(run: &Trajectory, point: Point, count: u32, most: f64) -> Obser
     Observation::new((1..=count).map(sample).collect()).at(point)
 }
 
-/// A problem, and a fit of its modulus with all evidence, to its own motion with 1 mm of a known
+/// A problem, and a fit of its modulus with all plot data, to its own motion with 1 mm of a known
 /// disturbance.
 static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
     let problem = coarse(8, 4e-3, 0.4).problem().unwrap();
@@ -30,7 +30,7 @@ static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
         .observe(observation)
         .identify(Parameter::YoungsModulus)
         .analyse(Analysis { profile: true, ..Analysis::default() })
-        .keep_evidence()
+        .keep_plot_data()
         .solve()
         .unwrap();
     (problem, report)
@@ -100,13 +100,13 @@ fn the_page_has_everything_in_order() {
         }
     }
     // Every warning stands before the table.
-    let mut doubtful = report.clone();
-    doubtful.warnings = vec!["first <doubt>".into(), "second".into()];
-    in_order(&fit_page(&doubtful, ""), &["first &lt;doubt&gt;", "second", "id=\"parameters\""]);
+    let mut warned = report.clone();
+    warned.warnings = vec!["first <doubt>".into(), "second".into()];
+    in_order(&fit_page(&warned, ""), &["first &lt;doubt&gt;", "second", "id=\"parameters\""]);
 }
 
 #[test]
-fn odd_data_and_no_evidence_make_a_page_too() {
+fn odd_data_and_no_plot_data_make_a_page_too() {
     let (_, report) = &*FITTED;
     let change = |change: &dyn Fn(&mut FitReport)| {
         let mut odd = report.clone();
@@ -116,31 +116,31 @@ fn odd_data_and_no_evidence_make_a_page_too() {
         in_order(&page, &["id=\"verdict\"", "id=\"parameters\"", "What was run"]);
         page
     };
-    let page = change(&|odd| odd.evidence = None);
+    let page = change(&|odd| odd.plot_data = None);
     assert!(!page.contains("<svg"));
     change(&|odd| {
-        for series in &mut odd.evidence.as_mut().unwrap().series {
+        for series in &mut odd.plot_data.as_mut().unwrap().series {
             series.simulated.iter_mut().for_each(|x| *x = f64::NAN);
             series.curve.iter_mut().for_each(|x| x[1] = f64::INFINITY);
         }
     });
     for keep in [0, 1] {
         change(&|odd| {
-            let evidence = odd.evidence.as_mut().unwrap();
-            for series in &mut evidence.series {
+            let plots = odd.plot_data.as_mut().unwrap();
+            for series in &mut plots.series {
                 for values in [&mut series.at, &mut series.observed, &mut series.simulated] {
                     values.truncate(keep);
                 }
                 series.curve.clear();
                 series.sigma = 0.0;
             }
-            evidence.shapes.truncate(keep);
-            evidence.history.truncate(keep);
-            evidence.landscape.iter_mut().for_each(|l| {
+            plots.shapes.truncate(keep);
+            plots.history.truncate(keep);
+            plots.landscape.iter_mut().for_each(|l| {
                 l.values.truncate(keep);
                 l.misfit.truncate(keep);
             });
-            evidence.profiles.iter_mut().for_each(|p| {
+            plots.profiles.iter_mut().for_each(|p| {
                 p.values.truncate(keep);
                 p.rise.truncate(keep);
             });
@@ -157,15 +157,15 @@ fn odd_data_and_no_evidence_make_a_page_too() {
     assert!(page.contains("not identifiable") && page.contains("too few values"));
 }
 
-/// What the evidence says is what a simulation at the reported values gives.
+/// What the plot data say is what a simulation at the reported values gives.
 #[test]
-fn the_evidence_is_the_fitted_model() {
+fn the_plot_data_are_the_fitted_model() {
     let (problem, report) = &*FITTED;
-    let evidence = report.evidence.as_ref().unwrap();
+    let plots = report.plot_data.as_ref().unwrap();
     let best = problem.with(report.parameters()).unwrap();
     let run = best.simulate().unwrap();
     let (mut squares, mut count) = (0.0, 0.0);
-    for (c, series) in evidence.series.iter().enumerate() {
+    for (c, series) in plots.series.iter().enumerate() {
         assert_eq!((series.axis.as_str(), series.at.len()), (["x", "y"][c], 20));
         for ((time, seen), simulated) in
             series.at.iter().zip(&series.observed).zip(&series.simulated)
@@ -182,41 +182,41 @@ fn the_evidence_is_the_fitted_model() {
         assert_eq!(series.sigma, report.sigma[0]);
     }
     assert!((f64::sqrt(squares / count) / report.residual_rms - 1.0).abs() < 1e-9);
-    assert_eq!((evidence.shapes.len(), evidence.shapes[0].time), (12, Some(0.0)));
-    for shape in &evidence.shapes {
+    assert_eq!((plots.shapes.len(), plots.shapes[0].time), (12, Some(0.0)));
+    for shape in &plots.shapes {
         let (x, _) = run.at(Point::Tip, shape.time.unwrap()).unwrap();
         let tip = shape.nodes.last().unwrap();
         assert!((0..3).all(|c| (x[c] - tip[c]).abs() < 1e-12));
     }
-    assert!((evidence.shapes[11].time.unwrap() - 0.4).abs() < 1e-12);
+    assert!((plots.shapes[11].time.unwrap() - 0.4).abs() < 1e-12);
 
     // The way: work grows, and ends at the optimum.
-    let history = &evidence.history;
+    let history = &plots.history;
     assert!(history.windows(2).all(|w| w[0].simulations <= w[1].simulations));
     let (first, last) = (&history[0], &history[history.len() - 1]);
     assert_eq!((first.stage.as_str(), last.stage.as_str()), ("scan", "full model"));
     let value = report.parameters[0].value.unwrap();
     assert!((last.values[0] / value - 1.0).abs() < 1e-12 && last.residuals == 40);
     let chosen = &report.basins.list[0];
-    assert!(chosen.chosen && chosen.converged && chosen.seen == Seen::Fit);
+    assert!(chosen.chosen && chosen.converged && chosen.seen == SeenBy::Fit);
     assert_eq!((chosen.values[0], chosen.misfit), (last.values[0], last.misfit));
     assert!(report.to_string().contains(&report.basins.words) && report.basins.count >= 1);
     // The scan's lowest point is next to the truth.
-    let landscape = &evidence.landscape[0];
+    let landscape = &plots.landscape[0];
     let lowest = (0..landscape.values.len())
         .min_by(|a, b| landscape.misfit[*a].total_cmp(&landscape.misfit[*b]))
         .unwrap();
     assert!((landscape.values[lowest] / value).ln().abs() < 0.8, "{landscape:?}");
     // The profile crosses its level at its ends.
-    let profile = &evidence.profiles[0];
+    let profile = &plots.profiles[0];
     for end in report.parameters[0].profile95.unwrap() {
         let end = end.unwrap();
         let at = profile.values.iter().position(|x| (x / end - 1.0).abs() < 1e-12).unwrap();
         assert!((profile.rise[at] / profile.level - 1.0).abs() < 5e-3, "{profile:?}");
     }
     let json = serde_json::to_value(report).unwrap();
-    assert_eq!(json["evidence"]["series"][1]["over"], "time");
-    assert_eq!(json["evidence"]["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(json["plot_data"]["series"][1]["over"], "time");
+    assert_eq!(json["plot_data"]["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(json["basins"]["list"][0]["seen"], "fit");
 }
 
@@ -242,9 +242,9 @@ fn the_page_says_how_files_were_read() {
         time_zero: Some(12.0),
     };
     let fit = Fit::new(problem)
-        .observe(recording.read(&path).unwrap())
+        .observe(Observation::read_as(&path, &recording).unwrap())
         .identify(Parameter::YoungsModulus)
-        .keep_evidence()
+        .keep_plot_data()
         .solve()
         .unwrap();
     let page = fit_page(&fit, "pixels");
@@ -275,7 +275,7 @@ fn every_red_test_has_its_warning() {
     let report = Fit::new(problem)
         .observe(Observation::new((1..=200).map(&mut sample).collect()))
         .identify(Parameter::YoungsModulus)
-        .keep_evidence()
+        .keep_plot_data()
         .solve()
         .unwrap();
     let red: Vec<_> = report.residual_tests.iter().filter(|t| !t.passed).collect();
@@ -297,10 +297,10 @@ fn the_search_comes_down_in_one_weighting() {
         .observe(disturbed(&run, Point::Tip, 40, 1e-4))
         .observe(disturbed(&run, Point::Node(4), 40, 3e-3))
         .identify(Parameter::YoungsModulus)
-        .keep_evidence()
+        .keep_plot_data()
         .solve()
         .unwrap();
-    let history = &report.evidence.as_ref().unwrap().history;
+    let history = &report.plot_data.as_ref().unwrap().history;
     let full: Vec<_> = history.iter().filter(|i| i.stage == "full model").collect();
     let mut same = 0;
     for pair in full.windows(2) {

@@ -24,6 +24,23 @@ pub fn refused<T>(result: Result<T, Error>) -> [String; 3] {
     }
 }
 
+/// What a graphical program or a server hands to another thread.
+#[test]
+fn fits_and_their_results_go_to_other_threads() {
+    fn is_send<T: Send>() {}
+    fn is_shared<T: Send + Sync>() {}
+    is_shared::<Fit>();
+    is_shared::<rodfit::Problem>();
+    is_shared::<rodfit::FitReport>();
+    is_send::<rodfit::fit::Residuals>();
+    let problem = short().problem().unwrap();
+    let data = crate::common::fits::record(&problem.simulate().unwrap(), 10);
+    let fit = Fit::new(&problem).observe(data).identify(Parameter::YoungsModulus);
+    let fit = fit.on_progress(|_, _| ());
+    let report = std::thread::spawn(move || fit.solve()).join().unwrap().unwrap();
+    assert!(report.converged, "{report}");
+}
+
 #[test]
 fn vectors_of_another_length_are_refused() {
     let problem = short().problem().unwrap();

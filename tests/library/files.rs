@@ -63,12 +63,12 @@ fn reports_are_read_back() {
     let report = Fit::of([Experiment::new("one", &problem).observe(motion).observe(droop)])
         .identify(Parameter::YoungsModulus)
         .analyse(rodfit::fit::Analysis { profile: true, ..Default::default() })
-        .keep_evidence()
+        .keep_plot_data()
         .solve()
         .unwrap();
     let back: FitReport = round_trip(&report);
     assert_eq!(back.to_string(), report.to_string());
-    assert!(back.evidence.is_some_and(|e| e.profiles.len() == 1) && back.predictions.len() == 1);
+    assert!(back.plot_data.is_some_and(|e| e.profiles.len() == 1) && back.predictions.len() == 1);
 
     scene.time = Some(Time::new(0.02, 4e-3));
     scene.loads.point = vec![PointForce { node: Point::Node(9), ..PointForce::default() }];

@@ -127,7 +127,7 @@ fn a_measurement_of_ones_own_joins_a_fit() {
         .observe(moment)
         .observe(rest.held_out())
         .identify(Parameter::YoungsModulus)
-        .keep_evidence()
+        .keep_plot_data()
         .solve()
         .unwrap();
     let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
@@ -139,7 +139,7 @@ fn a_measurement_of_ones_own_joins_a_fit() {
         ("angle at rest", "rad")
     );
     assert!(prediction.rms < 1e-6);
-    let series = &report.evidence.as_ref().unwrap().series;
+    let series = &report.plot_data.as_ref().unwrap().series;
     assert_eq!(
         series.iter().map(|s| s.label.as_str()).collect::<Vec<_>>(),
         ["angle of the tip", "moment of the clamp"]

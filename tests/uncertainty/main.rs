@@ -3,6 +3,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod doubts;
 mod intervals;
 mod outliers;
+mod warnings;

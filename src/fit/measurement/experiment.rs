@@ -106,6 +106,16 @@ impl Experiment {
     }
 }
 
+/// The experiments with the measurements that are fitted.
+pub(crate) fn fitted(experiments: &[Experiment]) -> Vec<Experiment> {
+    experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()
+}
+
+/// Work of one full simulation of all experiments, steps times segments.
+pub(crate) fn full_work(experiments: &[Experiment]) -> Result<f64, Error> {
+    experiments.iter().map(Experiment::full_work).sum()
+}
+
 /// All measurements of all experiments, in the order of the residuals.
 pub(crate) fn all(
     experiments: &[Experiment],

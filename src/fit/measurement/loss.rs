@@ -1,7 +1,7 @@
 //! Robust losses: outliers that count less than their squares.
 //!
 //! A loss `rho` replaces the square of a residual `r` in units of the noise. Least squares on the
-//! bent residuals `sign(r) sqrt(rho(r))` minimises their sum, so that any least-squares solver does.
+//! robust residuals `sign(r) sqrt(rho(r))` minimises their sum, so that any least-squares solver does.
 //! Clean normal data pay for that with standard errors 2.6 % larger (95 % efficiency, the usual
 //! choice of the scales).
 
@@ -67,28 +67,28 @@ impl Loss {
     }
 
     /// The residual whose square is the loss, and its derivative.
-    pub fn bent(self, r: f64) -> [f64; 2] {
+    pub fn robust(self, r: f64) -> [f64; 2] {
         if !self.is_robust() || r == 0.0 {
             return [r, 1.0];
         }
-        let bent = self.rho(r).sqrt().copysign(r);
-        [bent, self.influence(r)[0] / bent]
+        let robust = self.rho(r).sqrt().copysign(r);
+        [robust, self.influence(r)[0] / robust]
     }
 
-    /// The residual that [`bent`](Self::bent) bends into this one.
-    pub fn straight(self, bent: f64) -> f64 {
+    /// The residual that [`robust`](Self::robust) makes this one of.
+    pub fn plain(self, robust: f64) -> f64 {
         let c = self.scale();
         let size = match self {
-            Self::Squares => return bent,
-            Self::Huber if bent.abs() <= c => return bent,
-            Self::Huber => (bent * bent + c * c) / (2.0 * c),
+            Self::Squares => return robust,
+            Self::Huber if robust.abs() <= c => return robust,
+            Self::Huber => (robust * robust + c * c) / (2.0 * c),
             Self::SoftL1 => {
-                let half = bent * bent / (2.0 * c * c);
+                let half = robust * robust / (2.0 * c * c);
                 c * (half * (half + 2.0)).sqrt()
             }
-            Self::Cauchy => c * (bent / c).powi(2).exp_m1().sqrt(),
+            Self::Cauchy => c * (robust / c).powi(2).exp_m1().sqrt(),
         };
-        size.copysign(bent)
+        size.copysign(robust)
     }
 
     /// The size of the noise in these residuals: their root mean square, or with a robust loss,
@@ -149,10 +149,10 @@ mod tests {
                 assert_relative_eq!(psi, 0.5 * central(&|r| loss.rho(r)), max_relative = 1e-9);
                 let second = central(&|r| loss.influence(r)[0]);
                 assert_relative_eq!(slope, second, max_relative = 1e-9, epsilon = 1e-12);
-                let [bent, by_r] = loss.bent(r);
-                assert_relative_eq!(bent * bent, loss.rho(r), max_relative = 1e-14);
-                assert_relative_eq!(bent * by_r, psi, max_relative = 1e-14);
-                assert_relative_eq!(loss.straight(bent), r, max_relative = 1e-9);
+                let [robust, by_r] = loss.robust(r);
+                assert_relative_eq!(robust * robust, loss.rho(r), max_relative = 1e-14);
+                assert_relative_eq!(robust * by_r, psi, max_relative = 1e-14);
+                assert_relative_eq!(loss.plain(robust), r, max_relative = 1e-9);
             }
         }
     }

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::recording::Recording;
+use crate::input::table::Table;
 use crate::scene::Point;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -71,9 +72,75 @@ impl Observation {
         }
     }
 
-    /// Reads a CSV file as [`Recording::read`] does, in SI units or those of its header.
+    /// Reads a CSV file as [`read_as`](Self::read_as) does, in SI units or those of its header.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
-        Recording::default().read(path)
+        Self::read_as(path, &Recording::default())
+    }
+
+    /// Reads a CSV file with a column t (or time, or frame) and at least one of x, y, z, in any
+    /// order, separated by commas, semicolons (then with decimal commas or points) or tabs. Units
+    /// stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m. Blank or NaN is
+    /// missing; lines that start with `#` are comments. `recording` says how its numbers become seconds
+    /// and metres.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or a line of it that makes no sense, with its number.
+    pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let table = Table::read(path)?;
+        let columns = recording.columns(&table)?;
+        let (clock, unit) = columns.time;
+        let start = recording.time_zero.unwrap_or(0.0);
+        if !start.is_finite() {
+            return Err(table.error(1, &format!("time_zero = {start}, allowed: a finite number")));
+        }
+        let mut samples: Vec<Sample> = Vec::with_capacity(table.rows.len());
+        let mut dropped = Dropped::default();
+        let mut last = f64::NEG_INFINITY;
+        for row in &table.rows {
+            let read = row.values[clock]
+                .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
+            let time = (read - start) * unit;
+            if time < 0.0 {
+                if recording.time_zero.is_some() {
+                    dropped.before_time_zero += 1;
+                    continue;
+                }
+                let message = format!(
+                    "t = {time} s, allowed: 0 or later; time_zero says when the motion starts"
+                );
+                return Err(table.error(row.line, &message));
+            }
+            if last >= time {
+                let message = format!("t = {time} s after {last} s, allowed: increasing times");
+                return Err(table.error(row.line, &message));
+            }
+            last = time;
+            let position = recording.position(&columns.axes, &row.values);
+            match position.iter().any(Option::is_some) {
+                true => samples.push(Sample { time, position }),
+                false => dropped.empty += 1,
+            }
+        }
+        let observation = Self {
+            source: Some(path.into()),
+            recording: Some(*recording),
+            dropped,
+            ..Self::new(samples)
+        };
+        if observation.values() == 0 {
+            let message = match dropped == Dropped::default() {
+                true => "no value below the header".into(),
+                false => format!("no value is left of {} rows: {dropped}", table.rows.len()),
+            };
+            return Err(table.error(1, &message));
+        }
+        Ok(observation)
     }
 
     /// Of another point than the tip.

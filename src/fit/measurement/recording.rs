@@ -1,15 +1,14 @@
 //! Recordings as laboratories write them: their columns, units, clocks and image axes.
 
 use crate::error::Error;
-use crate::fit::measurement::motion::{Dropped, Observation, Sample};
 use crate::input::table::{LENGTHS, TIMES, Table};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// How the numbers of a CSV file become seconds and metres. The default reads files in SI units, or
 /// in the units of their header.
 ///
 /// ```
+/// use rodfit::Observation;
 /// use rodfit::fit::{Recording, Vertical};
 /// // A 240 Hz camera that sees 0.4 mm a pixel, the clamp at pixel (112, 305), release at frame 37.
 /// let recording = Recording {
@@ -22,7 +21,7 @@ use std::path::Path;
 /// # let folder = tempfile::tempdir()?;
 /// # let path = folder.path().join("tip.csv");
 /// std::fs::write(&path, "frame,x[px],y[px]\n36,1362,305\n38,1361,310\n39,1358,\n")?;
-/// let observation = recording.read(&path)?;
+/// let observation = Observation::read_as(&path, &recording)?;
 /// assert_eq!(observation.samples.len(), 2);
 /// assert_eq!(observation.samples[0].position[1], Some(-5.0 * 0.4e-3));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -40,7 +39,7 @@ pub struct Recording {
     /// Which way the y axis points; needed for pixels, up for lengths.
     pub y: Option<Vertical>,
     /// When the motion starts on the file's own clock, in its unit; what was seen before is left
-    /// out, and counted in [`Observation::dropped`].
+    /// out, and counted in [`Observation::dropped`](crate::Observation::dropped).
     pub time_zero: Option<f64>,
 }
 
@@ -58,69 +57,13 @@ pub enum Vertical {
 pub(crate) type Axes = [Option<(usize, f64)>; 3];
 
 /// The columns of a recording.
-struct Columns {
-    time: (usize, f64),
-    axes: Axes,
+pub(crate) struct Columns {
+    /// The clock's column, and its unit in s.
+    pub time: (usize, f64),
+    pub axes: Axes,
 }
 
 impl Recording {
-    /// Reads a CSV file with a column t (or time, or frame) and at least one of x, y, z, in any
-    /// order, separated by commas, semicolons (then with decimal commas or points) or tabs. Units
-    /// stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m. Blank or NaN is
-    /// missing; lines that start with `#` are comments.
-    pub fn read(&self, path: impl AsRef<Path>) -> Result<Observation, Error> {
-        let path = path.as_ref();
-        let table = Table::read(path)?;
-        let columns = self.columns(&table)?;
-        let (clock, unit) = columns.time;
-        let start = self.time_zero.unwrap_or(0.0);
-        if !start.is_finite() {
-            return Err(table.error(1, &format!("time_zero = {start}, allowed: a finite number")));
-        }
-        let mut samples: Vec<Sample> = Vec::with_capacity(table.rows.len());
-        let mut dropped = Dropped::default();
-        let mut last = f64::NEG_INFINITY;
-        for row in &table.rows {
-            let read = row.values[clock]
-                .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
-            let time = (read - start) * unit;
-            if time < 0.0 {
-                if self.time_zero.is_some() {
-                    dropped.before_time_zero += 1;
-                    continue;
-                }
-                let message = format!(
-                    "t = {time} s, allowed: 0 or later; time_zero says when the motion starts"
-                );
-                return Err(table.error(row.line, &message));
-            }
-            if last >= time {
-                let message = format!("t = {time} s after {last} s, allowed: increasing times");
-                return Err(table.error(row.line, &message));
-            }
-            last = time;
-            let position = self.position(&columns.axes, &row.values);
-            match position.iter().any(Option::is_some) {
-                true => samples.push(Sample { time, position }),
-                false => dropped.empty += 1,
-            }
-        }
-        let observation = Observation {
-            source: Some(path.into()),
-            recording: Some(*self),
-            dropped,
-            ..Observation::new(samples)
-        };
-        if observation.values() == 0 {
-            let message = match dropped == Dropped::default() {
-                true => "no value below the header".into(),
-                false => format!("no value is left of {} rows: {dropped}", table.rows.len()),
-            };
-            return Err(table.error(1, &message));
-        }
-        Ok(observation)
-    }
-
     /// Where a row saw the point, m.
     pub(crate) fn position(&self, axes: &Axes, row: &[Option<f64>]) -> [Option<f64>; 3] {
         let origin = self.origin.unwrap_or_default();
@@ -144,7 +87,7 @@ impl Recording {
         Ok(())
     }
 
-    fn columns(&self, table: &Table) -> Result<Columns, Error> {
+    pub(crate) fn columns(&self, table: &Table) -> Result<Columns, Error> {
         Self::check_columns(table, &["t", "time", "frame", "x", "y", "z"])?;
         let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
         let clocks: Vec<usize> = clocks.collect();

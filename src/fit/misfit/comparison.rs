@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 /// An experiment, cut to its horizon.
 #[derive(Debug)]
-pub(crate) struct Part {
+pub(crate) struct Comparison {
     problem: Problem,
     /// Places of the unknowns that it depends on.
     unknowns: Vec<usize>,
@@ -43,13 +43,13 @@ pub(crate) struct Part {
 /// A measurement.
 #[derive(Debug)]
 struct Series {
-    seen: Seen,
+    values: Values,
     weight: f64,
     loss: Loss,
 }
 
 #[derive(Debug)]
-enum Seen {
+enum Values {
     Motion(Point, Vec<Sample>),
     RestShape(Vec<(Point, [Option<f64>; 3])>),
     /// Places among the modes, and rad/s.
@@ -68,8 +68,9 @@ pub(crate) struct Run {
     pub resting: Option<Trajectory>,
 }
 
-/// The same with numbers that may carry derivatives, which the records have on some tracks.
-pub(crate) struct Seeing<'a, D, const P: usize> {
+/// What an experiment is simulated to do, in numbers that may carry derivatives, which the records have
+/// on some tracks.
+pub(crate) struct Simulated<'a, D, const P: usize> {
     pub moving: Option<&'a Trajectory>,
     pub resting: Option<&'a Trajectory>,
     pub frequencies: &'a [D],
@@ -78,7 +79,7 @@ pub(crate) struct Seeing<'a, D, const P: usize> {
     pub tracks: [Option<usize>; P],
 }
 
-impl Part {
+impl Comparison {
     /// `experiment` up to `horizon`, s, with one of `sigmas` for each of its measurements.
     pub fn new<'s>(
         experiment: &Experiment,
@@ -87,7 +88,7 @@ impl Part {
         horizon: f64,
     ) -> Result<Self, Error> {
         let own = (0..unknowns.len()).filter(|i| unknowns[*i].is_of(experiment));
-        let mut part = Self {
+        let mut comparison = Self {
             problem: experiment.problem.clone(),
             unknowns: own.collect(),
             series: Vec::new(),
@@ -99,31 +100,31 @@ impl Part {
             rest_work: experiment.rest_work(),
         };
         for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
-            part.add(measurement, sigma.recip(), horizon)?;
+            comparison.add(measurement, sigma.recip(), horizon)?;
         }
-        nodes(&part.moving, &part.problem)?;
-        nodes(&part.resting, &part.problem)?;
-        Ok(part)
+        nodes(&comparison.moving, &comparison.problem)?;
+        nodes(&comparison.resting, &comparison.problem)?;
+        Ok(comparison)
     }
 
     fn add(&mut self, measurement: &Measurement, weight: f64, horizon: f64) -> Result<(), Error> {
-        let seen = match measurement {
+        let values = match measurement {
             Measurement::Motion(observation) => {
                 self.moving.push(observation.point);
                 let samples: Vec<Sample> =
                     observation.samples.iter().copied().filter(|s| s.time <= horizon).collect();
                 self.end = samples.last().map_or(self.end, |s| self.end.max(s.time));
-                Seen::Motion(observation.point, samples)
+                Values::Motion(observation.point, samples)
             }
             Measurement::RestShape(shape) => {
                 self.resting.extend(shape.sightings.iter().map(|s| s.point));
-                Seen::RestShape(shape.sightings.iter().map(|s| (s.point, s.position)).collect())
+                Values::RestShape(shape.sightings.iter().map(|s| (s.point, s.position)).collect())
             }
             Measurement::Frequencies(frequencies) => {
                 let first = self.modes.len();
                 self.modes.extend(frequencies.names());
                 let place = |(k, f): (usize, &Frequency)| (first + k, f.rad_s);
-                Seen::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
+                Values::Frequencies(frequencies.values.iter().enumerate().map(place).collect())
             }
             Measurement::Gauge(gauge) => {
                 let points = gauge.points.clone();
@@ -136,10 +137,10 @@ impl Part {
                 if readings.iter().any(|r| r.time.is_none()) {
                     self.resting.extend(&points);
                 }
-                Seen::Gauge { shows: gauge.shows(), points, readings }
+                Values::Gauge { shows: gauge.shows(), points, readings }
             }
         };
-        self.series.push(Series { seen, weight, loss: measurement.loss() });
+        self.series.push(Series { values, weight, loss: measurement.loss() });
         Ok(())
     }
 
@@ -213,7 +214,7 @@ impl Part {
         Ok(Run { problem, moving, resting })
     }
 
-    /// What it does to every residual, not bent, and to their derivatives by all unknowns if
+    /// What it does to every plain residual and to their derivatives by all unknowns if
     /// `derived`.
     pub fn compare(
         &self,
@@ -227,7 +228,7 @@ impl Part {
             false => run.problem.tones(&self.modes, &wanted)?,
         };
         let frequencies: Vec<f64> = tones.iter().map(|t| t.frequency_rad_s).collect();
-        let seeing = Seeing {
+        let simulated = Simulated {
             moving: run.moving.as_ref(),
             resting: run.resting.as_ref(),
             frequencies: &frequencies,
@@ -236,7 +237,7 @@ impl Part {
             tracks: [],
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
-        self.each_residual(&seeing, |r: f64, _| residuals.push(r))?;
+        self.each_residual(&simulated, |r: f64, _| residuals.push(r))?;
         if !derived {
             return Ok((residuals, Vec::new()));
         }
@@ -249,7 +250,7 @@ impl Part {
             let rate = |t: &Tone| track.map_or(0.0, |track| t.derivatives[track]);
             let frequencies: Vec<Dual64> =
                 tones.iter().map(|t| Dual64::new(t.frequency_rad_s, rate(t))).collect();
-            let seeing = Seeing {
+            let simulated = Simulated {
                 moving: run.moving.as_ref(),
                 resting: run.resting.as_ref(),
                 frequencies: &frequencies,
@@ -258,7 +259,7 @@ impl Part {
                 tracks: [track],
             };
             let mut row = rows.iter_mut();
-            self.each_residual(&seeing, |r: Dual64, _| {
+            self.each_residual(&simulated, |r: Dual64, _| {
                 if let Some(row) = row.next() {
                     row[*i] = r.eps * slope;
                 }
@@ -267,15 +268,15 @@ impl Part {
         Ok((residuals, rows))
     }
 
-    /// Calls `each` with every residual, not bent, and its loss.
+    /// Calls `each` with every plain residual and its loss.
     pub fn each_residual<D: Lifted<P> + Shown, const P: usize>(
         &self,
-        seeing: &Seeing<D, P>,
+        simulated: &Simulated<D, P>,
         mut each: impl FnMut(D, Loss),
     ) -> Result<(), Error> {
-        let &Seeing { moving, resting, frequencies, view, scene, tracks } = seeing;
+        let &Simulated { moving, resting, frequencies, view, scene, tracks } = simulated;
         let mesh = scene.made_mesh();
-        for Series { seen, weight, loss } in &self.series {
+        for Series { values, weight, loss } in &self.series {
             let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
                 let recorded = view.recorded(position);
                 for c in 0..3 {
@@ -284,8 +285,8 @@ impl Part {
                     }
                 }
             };
-            match seen {
-                Seen::Motion(point, samples) => {
+            match values {
+                Values::Motion(point, samples) => {
                     let Some(moving) = moving else { continue };
                     let stencil = point.fixed().stencil(&mesh)?;
                     for sample in samples {
@@ -293,14 +294,14 @@ impl Part {
                         compare(moving.sample_over(&stencil, time, tracks)?, &sample.position);
                     }
                 }
-                Seen::RestShape(points) => {
+                Values::RestShape(points) => {
                     let Some(resting) = resting else { continue };
                     for (point, position) in points {
                         let (stencil, start) = (point.fixed().stencil(&mesh)?, D::from(0.0));
                         compare(resting.sample_over(&stencil, start, tracks)?, position);
                     }
                 }
-                Seen::Gauge { shows, points, readings } => {
+                Values::Gauge { shows, points, readings } => {
                     let mut seen = Vec::with_capacity(points.len());
                     let stencils = points.iter().map(|point| point.fixed().stencil(&mesh));
                     let stencils = stencils.collect::<Result<Vec<_>, _>>()?;
@@ -319,7 +320,7 @@ impl Part {
                         each((D::shown(&**shows, &sight) - *value) * *weight, *loss);
                     }
                 }
-                Seen::Frequencies(values) => {
+                Values::Frequencies(values) => {
                     for (place, seen) in values {
                         each((frequencies[*place] - D::from(*seen)) * *weight, *loss);
                     }
@@ -345,11 +346,11 @@ fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
 impl Series {
     fn len(&self) -> usize {
         let seen = |position: &[Option<f64>; 3]| position.iter().flatten().count();
-        match &self.seen {
-            Seen::Motion(_, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
-            Seen::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
-            Seen::Frequencies(values) => values.len(),
-            Seen::Gauge { readings, .. } => readings.len(),
+        match &self.values {
+            Values::Motion(_, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
+            Values::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
+            Values::Frequencies(values) => values.len(),
+            Values::Gauge { readings, .. } => readings.len(),
         }
     }
 }

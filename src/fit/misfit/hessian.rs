@@ -9,7 +9,7 @@ use crate::dynamics::second_order;
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::comparison::{Part, Run, Seeing};
+use crate::fit::misfit::comparison::{Comparison, Run, Simulated};
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
@@ -33,13 +33,13 @@ impl Residuals {
         for i in 0..n {
             for j in 0..=i {
                 let mut sum = 0.0;
-                for (part, run) in self.parts().iter().zip(&runs) {
-                    if part.has(i) && part.has(j) {
-                        sum += self.second(x, (part, run), [i, j])?;
+                for (comparison, run) in self.comparisons().iter().zip(&runs) {
+                    if comparison.has(i) && comparison.has(j) {
+                        sum += self.second(x, (comparison, run), [i, j])?;
                     }
                 }
                 let known = HyperDual64::new(x[i], 1.0, 1.0, 0.0);
-                if let Some(r) = self.unknowns()[i].surprise(known).filter(|_| i == j) {
+                if let Some(r) = self.unknowns()[i].prior_residual(known).filter(|_| i == j) {
                     sum += r.eps1 * r.eps2 + r.re * r.eps1eps2;
                 }
                 (hessian[i][j], hessian[j][i]) = (sum, sum);
@@ -52,12 +52,12 @@ impl Residuals {
     fn second(
         &self,
         x: &[f64],
-        (part, run): (&Part, &Run),
+        (comparison, run): (&Comparison, &Run),
         [i, j]: [usize; 2],
     ) -> Result<f64, Error> {
         let pair = [i, j].map(|k| self.unknowns()[k].parameter);
         let seed = |parameter: Parameter, value: f64| {
-            let own = |u: usize| part.has(u) && self.unknowns()[u].parameter == parameter;
+            let own = |u: usize| comparison.has(u) && self.unknowns()[u].parameter == parameter;
             let Some(u) = (0..x.len()).find(|u| own(*u)) else { return HyperDual64::from(value) };
             let along = |direction: usize| f64::from(u8::from(u == direction));
             self.unknowns()[u].lifted(HyperDual64::new(x[u], along(i), along(j), 0.0))
@@ -71,11 +71,11 @@ impl Residuals {
             .as_ref()
             .map(|plain| second_order::rest(problem, plain, pair, seed))
             .transpose()?;
-        let frequencies = match part.modes() {
+        let frequencies = match comparison.modes() {
             [] => Vec::new(),
             modes => problem.tones_over(modes, seed)?,
         };
-        let seeing = Seeing {
+        let simulated = Simulated {
             moving: moving.as_ref(),
             resting: resting.as_ref(),
             frequencies: &frequencies,
@@ -84,7 +84,7 @@ impl Residuals {
             tracks: [0, 1, 2].map(Some),
         };
         let mut sum = 0.0;
-        part.each_residual(&seeing, |r: HyperDual64, loss: Loss| {
+        comparison.each_residual(&simulated, |r: HyperDual64, loss: Loss| {
             let [psi, slope] = loss.influence(r.re);
             sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
         })?;

@@ -4,7 +4,8 @@ use crate::dynamics::Snapshot;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::misfit::comparison::{Part, Run};
+use crate::fit::misfit::comparison::{Comparison, Run};
+use crate::fit::misfit::work::Work;
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_square;
 use crate::numerics::scalar::Scalar;
@@ -12,11 +13,10 @@ use crate::problem::Problem;
 use crate::scene::Parameter;
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
 use num_dual::Dual64;
-use std::cell::{Cell, RefCell};
-use std::rc::Rc;
+use std::sync::{Mutex, PoisonError};
 
 /// Residuals as a function of the unknowns on their [scales](Unknown::to_scale), logarithms of
-/// positive parameters: `(simulated - measured)/sigma` of all values, [bent](Loss::bent) where the
+/// positive parameters: `(simulated - measured)/sigma` of all values, [robust](Loss::robust) where the
 /// loss is robust, and `(value - mean)/sigma` of what is known of the unknowns.
 ///
 /// Implements argmin's `Operator` (the residuals), `Jacobian`, `CostFunction` (half the sum of
@@ -25,13 +25,13 @@ use std::rc::Rc;
 #[derive(Debug)]
 pub struct Residuals {
     unknowns: Vec<Unknown>,
-    parts: Vec<Part>,
+    comparisons: Vec<Comparison>,
     full_work: f64,
-    last: RefCell<Option<Evaluation>>,
-    work: Rc<Cell<f64>>,
+    last: Mutex<Option<Evaluation>>,
+    work: Work,
 }
 
-/// Residuals, not bent, and their Jacobian if it was asked for, at one point.
+/// Residuals, plain, and their Jacobian if it was asked for, at one point.
 #[derive(Clone, Debug)]
 struct Evaluation {
     x: Vec<f64>,
@@ -54,19 +54,20 @@ impl Residuals {
     ) -> Result<Self, Error> {
         let mut sigmas = sigmas.iter();
         let pairs = experiments.iter().zip(horizons);
-        let parts = pairs.map(|(e, horizon)| Part::new(e, unknowns, &mut sigmas, *horizon));
-        let parts = parts.collect::<Result<_, Error>>()?;
+        let compared =
+            pairs.map(|(e, horizon)| Comparison::new(e, unknowns, &mut sigmas, *horizon));
+        let comparisons = compared.collect::<Result<_, Error>>()?;
         Ok(Self {
             unknowns: unknowns.to_vec(),
-            parts,
+            comparisons,
             full_work,
-            last: RefCell::new(None),
-            work: Rc::default(),
+            last: Mutex::default(),
+            work: Work::default(),
         })
     }
 
     /// Counts its work, steps times segments, in a shared counter.
-    pub(crate) fn counting(self, work: Rc<Cell<f64>>) -> Self {
+    pub(crate) fn counting(self, work: Work) -> Self {
         Self { work, ..self }
     }
 
@@ -84,7 +85,7 @@ impl Residuals {
     /// Work so far in full simulations: steps times segments over those of one full run. A run
     /// with derivatives counts once.
     pub fn simulations(&self) -> f64 {
-        self.work.get() / self.full_work
+        self.work.total() / self.full_work
     }
 
     /// Number of residuals.
@@ -99,7 +100,7 @@ impl Residuals {
 
     /// Number of residuals of each measurement; those of the priors come after them.
     pub(crate) fn counts(&self) -> Vec<usize> {
-        self.parts.iter().flat_map(Part::counts).collect()
+        self.comparisons.iter().flat_map(Comparison::counts).collect()
     }
 
     fn priors(&self) -> usize {
@@ -108,7 +109,7 @@ impl Residuals {
 
     /// The loss of every residual.
     pub(crate) fn losses(&self) -> Vec<Loss> {
-        let mut losses: Vec<Loss> = self.parts.iter().flat_map(Part::losses).collect();
+        let mut losses: Vec<Loss> = self.comparisons.iter().flat_map(Comparison::losses).collect();
         losses.resize(self.len(), Loss::Squares);
         losses
     }
@@ -126,15 +127,15 @@ impl Residuals {
 
     /// Residuals at `x`, which has a number per unknown.
     pub fn residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
-        self.evaluate(x, false, |e| self.bend(&e.residuals))
+        self.evaluate(x, false, |e| self.made_robust(&e.residuals))
     }
 
     /// Rows of the Jacobian at `x`.
     pub fn jacobian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
-        let mut rows = self.straight_jacobian(x)?;
-        for ((row, r), loss) in rows.iter_mut().zip(self.straight(x)?).zip(self.losses()) {
+        let mut rows = self.plain_jacobian(x)?;
+        for ((row, r), loss) in rows.iter_mut().zip(self.plain(x)?).zip(self.losses()) {
             if loss.is_robust() {
-                let [_, slope] = loss.bent(r);
+                let [_, slope] = loss.robust(r);
                 row.iter_mut().for_each(|d| *d *= slope);
             }
         }
@@ -142,23 +143,24 @@ impl Residuals {
     }
 
     /// Residuals at `x` as they are without a robust loss.
-    pub(crate) fn straight(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
+    pub(crate) fn plain(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
         self.evaluate(x, false, |e| e.residuals.clone())
     }
 
     /// Rows of the Jacobian at `x` as they are without a robust loss.
-    pub(crate) fn straight_jacobian(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
+    pub(crate) fn plain_jacobian(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.evaluate(x, true, |e| e.jacobian.clone().unwrap_or_default())
     }
 
     /// Whether the last simulation took steps in halves: which ones jumps with the unknowns, and the
     /// misfit with it.
     pub(crate) fn halved(&self) -> bool {
-        self.last.borrow().as_ref().is_some_and(|e| e.halved)
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        last.as_ref().is_some_and(|e| e.halved)
     }
 
-    fn bend(&self, residuals: &[f64]) -> Vec<f64> {
-        residuals.iter().zip(self.losses()).map(|(r, loss)| loss.bent(*r)[0]).collect()
+    fn made_robust(&self, residuals: &[f64]) -> Vec<f64> {
+        residuals.iter().zip(self.losses()).map(|(r, loss)| loss.robust(*r)[0]).collect()
     }
 
     /// Evaluates unless the last evaluation was at the same point and has what is needed.
@@ -169,26 +171,23 @@ impl Residuals {
         read: impl FnOnce(&Evaluation) -> T,
     ) -> Result<T, Error> {
         self.check_length(x)?;
-        let mut last = self.last.borrow_mut();
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let usable = |e: &Evaluation| e.x == x && (e.jacobian.is_some() || !with_jacobian);
-        if !last.as_ref().is_some_and(usable) {
-            *last = None;
-            *last = Some(self.simulate(x, with_jacobian)?);
-        }
-        match &*last {
-            Some(evaluation) => Ok(read(evaluation)),
-            None => unreachable!("just set"),
-        }
+        let evaluation = match last.take().filter(usable) {
+            Some(evaluation) => evaluation,
+            None => self.simulate(x, with_jacobian)?,
+        };
+        Ok(read(last.insert(evaluation)))
     }
 
     /// The experiments.
-    pub(crate) fn parts(&self) -> &[Part] {
-        &self.parts
+    pub(crate) fn comparisons(&self) -> &[Comparison] {
+        &self.comparisons
     }
 
     /// What every experiment does at `x`.
     pub(crate) fn runs(&self, x: &[f64]) -> Result<Vec<Run>, Error> {
-        self.parts.iter().map(|part| self.run(part, x, false, &mut |_, _| {})).collect()
+        self.comparisons.iter().map(|own| self.run(own, x, false, &mut |_, _| {})).collect()
     }
 
     /// What experiment `k` does at `x`; `after` sees its motion at the start and after every step.
@@ -198,37 +197,38 @@ impl Residuals {
         x: &[f64],
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
     ) -> Result<Run, Error> {
-        self.run(&self.parts[k], x, false, after)
+        self.run(&self.comparisons[k], x, false, after)
     }
 
     fn run(
         &self,
-        part: &Part,
+        comparison: &Comparison,
         x: &[f64],
         derived: bool,
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
     ) -> Result<Run, Error> {
-        let count = |work: f64| self.work.set(self.work.get() + work);
-        part.run((&self.unknowns, x), derived, count, after)
+        comparison.run((&self.unknowns, x), derived, |work| self.work.add(work), after)
     }
 
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
         let mut residuals = Vec::with_capacity(self.len());
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let mut halved = false;
-        for part in &self.parts {
-            let run = self.run(part, x, with_jacobian, &mut |_, _| {})?;
+        for comparison in &self.comparisons {
+            let run = self.run(comparison, x, with_jacobian, &mut |_, _| {})?;
             halved |= run.moving.as_ref().is_some_and(|run| run.taken().len() >= run.times().len());
-            let (own, by) = part.compare(&run, (&self.unknowns, x), with_jacobian)?;
+            let (own, by) = comparison.compare(&run, (&self.unknowns, x), with_jacobian)?;
             residuals.extend(own);
             rows.extend(by);
         }
         for (i, unknown) in self.unknowns.iter().enumerate() {
-            let Some(surprise) = unknown.surprise(Dual64::new(x[i], 1.0)) else { continue };
-            residuals.push(surprise.value());
+            let Some(prior_residual) = unknown.prior_residual(Dual64::new(x[i], 1.0)) else {
+                continue;
+            };
+            residuals.push(prior_residual.value());
             if with_jacobian {
                 let mut row = vec![0.0; self.unknowns.len()];
-                row[i] = surprise.eps;
+                row[i] = prior_residual.eps;
                 rows.push(row);
             }
         }

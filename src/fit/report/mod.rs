@@ -1,90 +1,30 @@
 //! The result of a fit, as it is shown and written.
 
-pub(crate) mod assessment;
+pub(crate) mod ending;
 pub(crate) mod plot_data;
 pub(crate) mod replay;
-pub(crate) mod setup;
 
-use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::measurement::motion::Dropped;
-use crate::fit::report::plot_data::{Basins, Evidence};
+use crate::fit::misfit::residual_tests::ResidualTests;
+use crate::fit::report::ending::Ending;
+use crate::fit::report::plot_data::PlotData;
+use crate::fit::search::Search;
+use crate::fit::search::basins::Basins;
 use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::discretization::DiscretizationError;
+use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::identifiability::Finding;
+use crate::fit::uncertainty::noise::LossEffect;
 use crate::fit::uncertainty::prediction::Prediction;
-use crate::fit::uncertainty::residual_tests::ResidualTests;
 use crate::fit::uncertainty::verdict::Grade;
-use crate::fit::unknown::Prior;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-
-/// An identified parameter.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Estimate {
-    /// Which.
-    pub name: Parameter,
-    /// Of which experiments; of all that have it when empty.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub experiments: Vec<String>,
-    /// In the parameter's SI unit; none when not identifiable.
-    pub value: Option<f64>,
-    /// Standard error in the same unit; none without convergence.
-    pub std_error: Option<f64>,
-    /// 95 % interval in the same unit; none without convergence.
-    pub interval95: Option<[f64; 2]>,
-    /// One-sided 95 % upper end of a damping that cannot be told from zero, in the same unit: the
-    /// interval is then `[0, upper95]`, and there is no standard error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub upper95: Option<f64>,
-    /// Whether the data determine it.
-    pub identifiable: bool,
-    /// What was known before the data.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub prior: Option<Prior>,
-    /// Standard error from the exact Hessian of the misfit, if asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub observed_std_error: Option<f64>,
-    /// 95 % interval from the likelihood's profile, if asked for; an end is none where the data
-    /// set none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub profile95: Option<[Option<f64>; 2]>,
-    /// Spread over a parametric bootstrap, if asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bootstrap: Option<Bootstrap>,
-}
-
-impl Estimate {
-    /// The name, with the experiments if it is of some only.
-    pub fn label(&self) -> String {
-        match self.experiments.is_empty() {
-            true => self.name.to_string(),
-            false => format!("{} ({})", self.name, self.experiments.join(", ")),
-        }
-    }
-}
-
-/// What a robust loss did with a measurement.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct LossEffect {
-    /// The file, or what was measured.
-    pub observation: String,
-    /// Which loss.
-    pub loss: Loss,
-    /// Values farther off than the loss's scale, which count less than their squares.
-    pub beyond_scale: usize,
-    /// Values farther off than five sigma: no noise.
-    pub beyond_5_sigma: usize,
-    /// All values.
-    pub values: usize,
-    /// Standard errors over those of least squares on normal noise of the same sigma: about 1.03
-    /// for clean data.
-    pub error_factor: f64,
-}
+use std::time::Instant;
 
 /// Rows of a file that the fit does not use.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DroppedRows {
     /// The file.
     pub observation: String,
@@ -94,7 +34,7 @@ pub struct DroppedRows {
 }
 
 /// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitReport {
     /// Whether a minimum of the misfit was reached.
     pub converged: bool,
@@ -142,12 +82,51 @@ pub struct FitReport {
     pub warnings: Vec<String>,
     /// Whether the fit was told to stop before it was done.
     pub interrupted: bool,
-    /// What the numbers rest on, if it was to be [kept](super::Fit::keep_evidence).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub evidence: Option<Evidence>,
+    /// What the numbers rest on, if it was to be [kept](super::Fit::keep_plot_data).
+    #[serde(skip_serializing_if = "Option::is_none", alias = "evidence")]
+    pub plot_data: Option<PlotData>,
 }
 
 impl FitReport {
+    /// The report of a fit to `experiments`, what they hold out included, that began at `since`.
+    pub(crate) fn new(
+        ending: Ending,
+        search: &Search,
+        experiments: &[Experiment],
+        since: Instant,
+    ) -> Self {
+        let Ending { converged, interrupted, assessment, conclusion, basins, plot_data } = ending;
+        let n = search.unknowns.len();
+        let (correlation, singular_values, findings) = match assessment.covariance {
+            Some(c) => (c.correlation, c.singular_values, c.findings),
+            None => (vec![vec![None; n]; n], Vec::new(), Vec::new()),
+        };
+        Self {
+            converged,
+            parameters: assessment.estimates,
+            correlation,
+            residual_rms: assessment.residual_rms,
+            sigma: assessment.sigma,
+            units: all(search.experiments).map(|(_, m)| m.unit().into()).collect(),
+            singular_values,
+            not_identifiable: findings,
+            discretization_error: assessment.discretization,
+            residual_tests: assessment.residual_tests,
+            dropped: dropped(experiments),
+            losses: assessment.losses,
+            predictions: assessment.predictions,
+            basins,
+            simulations: search.simulations(),
+            wall_seconds: since.elapsed().as_secs_f64(),
+            status: conclusion.status,
+            grade: conclusion.grade,
+            verdict: conclusion.verdict,
+            warnings: conclusion.warnings,
+            interrupted,
+            plot_data,
+        }
+    }
+
     /// The identified values, as [`Problem::with`](crate::Problem::with) takes them.
     pub fn parameters(&self) -> Vec<(Parameter, f64)> {
         self.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
@@ -173,6 +152,12 @@ impl FitReport {
     pub fn is_success(&self) -> bool {
         self.grade.is_usable()
     }
+}
+
+/// Rows of the files that are not looked at.
+fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
+    let all = all(experiments).filter(|(_, m)| m.dropped() != Dropped::default());
+    all.map(|(e, m)| DroppedRows { observation: e.label(m), rows: m.dropped() }).collect()
 }
 
 impl fmt::Display for FitReport {

@@ -1,21 +1,24 @@
 //! What the numbers of a fit rest on, for a page or for plots of one's own.
 //!
-//! [`Fit::keep_evidence`](super::Fit::keep_evidence) asks for it; it costs one simulation and is
+//! [`Fit::keep_plot_data`](super::Fit::keep_plot_data) asks for it; it costs one simulation and is
 //! what `rodfit fit --report` draws.
 
 use crate::fit::measurement::recording::Recording;
+use crate::fit::search::grid::Landscape;
+use crate::fit::search::journal::Iterate;
+use crate::fit::uncertainty::profile::Profile;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
 /// Data against model, how the optimum was found, and what the rod does there.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Evidence {
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlotData {
     /// What was asked for, in the order of the report's parameters.
     pub asked: Vec<Asked>,
     /// Data and model, one per observation and coordinate.
     pub series: Vec<Series>,
     /// The rod at about a dozen moments.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<RodShape>,
     /// The way to the optimum.
     pub history: Vec<Iterate>,
     /// The misfit in the scan over each unknown, all others at their best; none without a scan.
@@ -29,7 +32,7 @@ pub struct Evidence {
 }
 
 /// What was known of a parameter before.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
     /// Which.
     pub name: Parameter,
@@ -42,7 +45,7 @@ pub struct Asked {
 /// What an observation is given over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Over {
+pub enum Abscissa {
     /// Time, s.
     Time,
     /// Arc length from the wall, m.
@@ -54,7 +57,7 @@ pub enum Over {
 }
 
 /// One coordinate of one observation, and what the model makes of it.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// The experiment; empty where there is only one.
     pub experiment: String,
@@ -65,7 +68,7 @@ pub struct Series {
     /// Of the observed, the simulated and sigma.
     pub unit: String,
     /// What `at` is.
-    pub over: Over,
+    pub over: Abscissa,
     /// Where or when each value was seen.
     pub at: Vec<f64>,
     /// Seen.
@@ -87,8 +90,8 @@ impl Series {
 }
 
 /// The rod at a moment, as it would have been recorded.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Shape {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RodShape {
     /// The experiment; empty where there is only one.
     pub experiment: String,
     /// s; none at rest.
@@ -97,60 +100,8 @@ pub struct Shape {
     pub nodes: Vec<[f64; 3]>,
 }
 
-/// A point on the way to the optimum.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Iterate {
-    /// `scan`, `coarse model`, `growing horizon` or `full model`.
-    pub stage: String,
-    /// Work so far, in full simulations.
-    pub simulations: f64,
-    /// Half the sum of squared residuals (or their losses), over the part of the record that the stage
-    /// looks at, in units of the sigmas that the fit ended with.
-    pub misfit: f64,
-    /// Number of residuals in it.
-    pub residuals: usize,
-    /// The parameters, in their units.
-    pub values: Vec<f64>,
-}
-
-impl Iterate {
-    /// Root mean square residual, in units of the sigmas that the fit ended with.
-    pub fn rms(&self) -> f64 {
-        (2.0 * self.misfit / self.residuals as f64).sqrt()
-    }
-}
-
-/// The misfit of the coarse model over the first period, against one unknown.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Landscape {
-    /// The unknown.
-    pub name: Parameter,
-    /// Its name with the experiments it is of, if it is not of all.
-    pub label: String,
-    /// Its values, ascending.
-    pub values: Vec<f64>,
-    /// The least misfit over all values of the others.
-    pub misfit: Vec<f64>,
-}
-
-/// The profile of the likelihood over one unknown.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Profile {
-    /// The unknown.
-    pub name: Parameter,
-    /// Its name with the experiments it is of, if it is not of all.
-    pub label: String,
-    /// Its values, ascending.
-    pub values: Vec<f64>,
-    /// Rise of twice the misfit over the optimum, all others fitted, in units of the noise's
-    /// variance.
-    pub rise: Vec<f64>,
-    /// The rise at the ends of the 95 % interval.
-    pub level: f64,
-}
-
 /// What an experiment was simulated with.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setup {
     /// The experiment; empty where there is only one.
     pub experiment: String,
@@ -176,7 +127,7 @@ pub struct Setup {
 }
 
 /// How much was measured, and how its file was read.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The measurement, as warnings name it.
     pub label: String,
@@ -187,42 +138,4 @@ pub struct Measured {
     /// How the file was read, if it was read from one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<Recording>,
-}
-
-/// A minimum of the misfit.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Basin {
-    /// Where it was seen.
-    pub seen: Seen,
-    /// The parameters, in the report's order and their units.
-    pub values: Vec<f64>,
-    /// Half the sum of squared residuals there.
-    pub misfit: f64,
-    /// The misfit over the best that was seen in the same way.
-    pub relative: f64,
-    /// Whether the optimiser reached the minimum.
-    pub converged: bool,
-    /// Whether it is the one reported.
-    pub chosen: bool,
-}
-
-/// How a minimum was seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Seen {
-    /// By fitting the whole record with the full model.
-    Fit,
-    /// In the scan of the coarse model over the first period, and not followed to the end.
-    Scan,
-}
-
-/// The minima of the misfit that the search came across.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Basins {
-    /// How many.
-    pub count: usize,
-    /// The chosen one first, then those of the full model, then those of the scan, best first.
-    pub list: Vec<Basin>,
-    /// Why the chosen one.
-    pub words: String,
 }

@@ -1,4 +1,4 @@
-//! The fitted model once more, for the [evidence](super::Evidence).
+//! The fitted model once more, for [plots](super::PlotData).
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
@@ -6,7 +6,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::comparison::Run;
-use crate::fit::report::plot_data::{Asked, Evidence, Measured, Over, Series, Setup, Shape};
+use crate::fit::report::plot_data::{Abscissa, Asked, Measured, PlotData, RodShape, Series, Setup};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
@@ -19,20 +19,20 @@ const CURVE: usize = 400;
 
 /// What was asked for, and what was seen and simulated at the `optimum`, if there is one. `sigma`
 /// is the noise that is reported.
-pub(crate) fn evidence(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> Evidence {
+pub(crate) fn still(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> PlotData {
     let asked = |unknown: &Unknown| Asked {
         name: unknown.parameter,
         start: unknown.start,
         bounds: unknown.bounds,
     };
-    Evidence {
+    PlotData {
         asked: search.unknowns.iter().map(asked).collect(),
         series: optimum.map_or(Vec::new(), |optimum| series(search, optimum, sigma)),
         history: search.journal.history(search.unknowns, &search.sigmas),
         landscape: search.journal.landscape(search.unknowns),
         setups: search.experiments.iter().map(setup).collect(),
         version: env!("CARGO_PKG_VERSION").into(),
-        ..Evidence::default()
+        ..PlotData::default()
     }
 }
 
@@ -79,11 +79,11 @@ fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
                 axis: coordinate.axis.into(),
                 unit: measurement.unit().into(),
                 over: match measurement {
-                    Measurement::Motion(_) => Over::Time,
-                    Measurement::RestShape(_) => Over::ArcLength,
-                    Measurement::Frequencies(_) => Over::Mode,
-                    Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Over::Time,
-                    Measurement::Gauge(_) => Over::Reading,
+                    Measurement::Motion(_) => Abscissa::Time,
+                    Measurement::RestShape(_) => Abscissa::ArcLength,
+                    Measurement::Frequencies(_) => Abscissa::Mode,
+                    Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Abscissa::Time,
+                    Measurement::Gauge(_) => Abscissa::Reading,
                 },
                 at: own().map(|(_, at)| *at).collect(),
                 observed: own().map(|(k, _)| seen[*k]).collect(),
@@ -96,18 +96,29 @@ fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
     all
 }
 
-/// Simulates once more at `x`, and adds the model's lines and the rod's shapes at moments evenly
-/// spaced in time, or at rest.
-pub(crate) fn add_motion(search: &Search, x: &[f64], evidence: &mut Evidence) -> Result<(), Error> {
+/// The same with what one more simulation at `x` shows: the model's lines, and the rod's shapes at
+/// moments evenly spaced in time, or at rest. What failed comes back as it is, with the error.
+pub(crate) fn moving(
+    search: &Search,
+    x: &[f64],
+    mut plots: PlotData,
+) -> Result<PlotData, (PlotData, Error)> {
+    match add_motion(search, x, &mut plots) {
+        Ok(()) => Ok(plots),
+        Err(error) => Err((plots, error)),
+    }
+}
+
+fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Result<(), Error> {
     let residuals = search.all_residuals()?;
-    let mut all = evidence.series.iter_mut();
+    let mut all = plots.series.iter_mut();
     for (k, experiment) in search.experiments.iter().enumerate() {
-        let mut moments: Vec<Shape> = Vec::new();
+        let mut moments: Vec<RodShape> = Vec::new();
         let run = residuals.run_seen(k, x, &mut |problem, simulation| {
             let end = experiment.duration() - problem.scene().camera.time_offset;
             let next = end * moments.len() as f64 / (SHAPES - 1) as f64;
             if simulation.time() >= next * (1.0 - 1e-9) {
-                moments.push(Shape {
+                moments.push(RodShape {
                     experiment: experiment.name.clone(),
                     time: Some(simulation.time()),
                     nodes: (0..problem.nodes()).map(|i| simulation.position(i)).collect(),
@@ -118,7 +129,7 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], evidence: &mut Evidence) ->
         for shape in &mut moments {
             shape.nodes.iter_mut().for_each(|x| *x = view.recorded(*x));
         }
-        evidence.shapes.extend(moments);
+        plots.shapes.extend(moments);
         let resting = at_rest(experiment, &run, &view)?;
         for measurement in &experiment.measurements {
             let lines = match measurement {
@@ -136,7 +147,7 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], evidence: &mut Evidence) ->
                 }
             }
         }
-        evidence.shapes.extend(resting.map(|(_, shape)| shape));
+        plots.shapes.extend(resting.map(|(_, shape)| shape));
     }
     Ok(())
 }
@@ -167,14 +178,14 @@ fn at_rest(
     experiment: &Experiment,
     run: &Run,
     view: &View<f64>,
-) -> Result<Option<(Vec<f64>, Shape)>, Error> {
+) -> Result<Option<(Vec<f64>, RodShape)>, Error> {
     if run.resting.is_none() {
         return Ok(None);
     }
     let nodes: Vec<usize> = (0..run.problem.nodes()).collect();
     let rest = Trajectory::at_rest(&run.problem, &nodes, &[])?;
     let places = nodes.iter().map(|i| run.problem.arc_length(Point::Node(*i)));
-    let shape = Shape {
+    let shape = RodShape {
         experiment: experiment.name.clone(),
         time: None,
         nodes: nodes.iter().map(|i| view.recorded(rest.node(*i, 0))).collect(),

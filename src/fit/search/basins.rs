@@ -1,14 +1,52 @@
 //! The minima of the misfit that a search saw, told in words: the number found is worth no more than
 //! what it was preferred to.
 
-use crate::fit::report::plot_data::{Basin, Basins, Seen};
 use crate::fit::search::grid::Grid;
 use crate::fit::unknown::Unknown;
+use serde::{Deserialize, Serialize};
 
 /// Minima of the scan that are listed; all are counted.
 const LISTED: usize = 20;
 /// Optima nearer than this on the unknowns' scales are one.
 const SAME: f64 = 1e-2;
+
+/// The minima of the misfit that the search came across.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Basins {
+    /// How many.
+    pub count: usize,
+    /// The chosen one first, then those of the full model, then those of the scan, best first.
+    pub list: Vec<Basin>,
+    /// Why the chosen one.
+    pub words: String,
+}
+
+/// A minimum of the misfit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Basin {
+    /// Where it was seen.
+    pub seen: SeenBy,
+    /// The parameters, in the report's order and their units.
+    pub values: Vec<f64>,
+    /// Half the sum of squared residuals there.
+    pub misfit: f64,
+    /// The misfit over the best that was seen in the same way.
+    pub relative: f64,
+    /// Whether the optimiser reached the minimum.
+    pub converged: bool,
+    /// Whether it is the one reported.
+    pub chosen: bool,
+}
+
+/// How a minimum was seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SeenBy {
+    /// By fitting the whole record with the full model.
+    Fit,
+    /// In the scan of the coarse model over the first period, and not followed to the end.
+    Scan,
+}
 
 /// Where a fit ended on the unknowns' scales, with which misfit, and whether at a minimum.
 pub(crate) type Reached = (Vec<f64>, f64, bool);
@@ -32,7 +70,7 @@ pub(crate) fn basins(
     let mut list: Vec<Basin> = reached
         .iter()
         .map(|(x, cost, converged)| Basin {
-            seen: Seen::Fit,
+            seen: SeenBy::Fit,
             values: values(unknowns, x),
             misfit: *cost,
             relative: ratio(*cost, least),
@@ -61,7 +99,7 @@ pub(crate) fn basins(
     });
     let unfollowed: Vec<Basin> = unfollowed
         .map(|(x, cost, _)| Basin {
-            seen: Seen::Scan,
+            seen: SeenBy::Scan,
             values: values(unknowns, x),
             misfit: *cost,
             relative: ratio(*cost, least),
@@ -146,7 +184,6 @@ fn ratio(cost: f64, least: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::search::grid::tests::two_wells;
     use crate::scene::Parameter;
 
     #[test]
@@ -154,13 +191,13 @@ mod tests {
         let unknowns = [Parameter::YoungsModulus, Parameter::Beta].map(Unknown::new);
         let reached = [([1.2, 0.71], 4.0), ([1.2005, 0.71], 4.1), ([2.9, 0.71], 8.0)]
             .map(|(x, cost)| (x.to_vec(), cost, true));
-        let grid = two_wells();
+        let grid = Grid::two_wells();
         let basins = basins(&unknowns, &reached, Some(&grid), Some((&[1.2, 0.71], 4.0)));
         assert_eq!((basins.count, basins.list.len()), (3, 3), "{basins:?}");
         let seen: Vec<_> = basins.list.iter().map(|b| (b.seen, b.chosen, b.relative)).collect();
         assert_eq!(
             seen,
-            [(Seen::Fit, true, 1.0), (Seen::Fit, false, 2.0), (Seen::Scan, false, 3.0)]
+            [(SeenBy::Fit, true, 1.0), (SeenBy::Fit, false, 2.0), (SeenBy::Scan, false, 3.0)]
         );
         assert!(basins.words.contains("3 minima") && basins.words.contains("2.00 times"));
         let landscape = grid.landscape(&unknowns);

@@ -1,7 +1,21 @@
 //! The misfit over a grid of starts: its minima are where fits may end.
 
-use crate::fit::report::plot_data::Landscape;
 use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+use serde::{Deserialize, Serialize};
+
+/// The misfit of the coarse model over the first period, against one unknown.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Landscape {
+    /// The unknown.
+    pub name: Parameter,
+    /// Its name with the experiments it is of, if it is not of all.
+    pub label: String,
+    /// Its values, ascending.
+    pub values: Vec<f64>,
+    /// The least misfit over all values of the others.
+    pub misfit: Vec<f64>,
+}
 
 /// Misfits of a grid of starts; infinite where the simulation failed.
 #[derive(Clone, Debug)]
@@ -85,11 +99,9 @@ fn neighbours(here: &[usize], lengths: &[usize]) -> Vec<Vec<usize>> {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-
+impl Grid {
     /// Two wells, at (1, 0.7) and (5, 0.7) of a grid with flat ground between.
-    pub fn two_wells() -> Grid {
+    pub fn two_wells() -> Self {
         let axes = vec![(0..8).map(f64::from).collect(), vec![0.5, 0.6, 0.7, 0.8, 0.9]];
         let well = |x: f64, y: f64, a: f64| (x - a).powi(2) + 25.0 * (y - 0.7).powi(2);
         let points = axes[0].iter().flat_map(|x| {
@@ -99,16 +111,21 @@ pub(crate) mod tests {
                 (vec![*x, *y], deep.min(shallow).min(5.0))
             })
         });
-        Grid { points: points.collect(), axes: axes.clone() }
+        Self { points: points.collect(), axes: axes.clone() }
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
 
     #[test]
     fn minima_of_a_grid_are_its_wells() {
-        let minima = two_wells().minima();
+        let minima = Grid::two_wells().minima();
         let places: Vec<&[f64]> = minima.iter().map(|(x, ..)| &x[..]).collect();
         assert_eq!(places, [&[1.0, 0.7][..], &[5.0, 0.7]]);
         // Edges and flat ground are none.
-        let mut slope = two_wells();
+        let mut slope = Grid::two_wells();
         slope.points.iter_mut().for_each(|(x, cost)| *cost = x[0] + x[1]);
         assert!(slope.minima().is_empty());
         slope.points.iter_mut().for_each(|(_, cost)| *cost = 1.0);

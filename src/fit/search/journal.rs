@@ -1,10 +1,33 @@
 //! What a search came across on its way to the optimum.
 
-use crate::fit::report::plot_data::{Basins, Iterate, Landscape};
-use crate::fit::search::basins::{Reached, basins, values};
-use crate::fit::search::grid::Grid;
+use crate::fit::search::basins::{Basins, Reached, basins, values};
+use crate::fit::search::grid::{Grid, Landscape};
 use crate::fit::unknown::Unknown;
-use std::cell::RefCell;
+use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// A point on the way to the optimum.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Iterate {
+    /// `scan`, `coarse model`, `growing horizon` or `full model`.
+    pub stage: String,
+    /// Work so far, in full simulations.
+    pub simulations: f64,
+    /// Half the sum of squared residuals (or their losses), over the part of the record that the stage
+    /// looks at, in units of the sigmas that the fit ended with.
+    pub misfit: f64,
+    /// Number of residuals in it.
+    pub residuals: usize,
+    /// The parameters, in their units.
+    pub values: Vec<f64>,
+}
+
+impl Iterate {
+    /// Root mean square residual, in units of the sigmas that the fit ended with.
+    pub fn rms(&self) -> f64 {
+        (2.0 * self.misfit / self.residuals as f64).sqrt()
+    }
+}
 
 /// Parts of a search, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
@@ -32,7 +55,7 @@ pub(crate) struct Visit {
     pub stage: Stage,
     pub x: Vec<f64>,
     pub cost: f64,
-    /// The residuals there, not bent by a robust loss: more of them the more of the record was
+    /// The residuals there, plain, without a robust loss: more of them the more of the record was
     /// looked at.
     pub residuals: Vec<f64>,
     /// How many each measurement has.
@@ -50,7 +73,7 @@ struct Noted {
     squares: Vec<f64>,
     priors: f64,
     /// What robust losses make of the sum of squares, as a part of it.
-    bent: f64,
+    robust: f64,
 }
 
 impl Noted {
@@ -73,7 +96,7 @@ impl Noted {
             residuals: visit.residuals.len(),
             squares,
             priors: square(rest),
-            bent: if whole > 0.0 { 2.0 * visit.cost / whole } else { 1.0 },
+            robust: if whole > 0.0 { 2.0 * visit.cost / whole } else { 1.0 },
         }
     }
 
@@ -82,56 +105,64 @@ impl Noted {
     fn misfit(&self, sigmas: &[f64]) -> f64 {
         let pairs = self.squares.iter().zip(sigmas);
         let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();
-        0.5 * self.bent * (squares + self.priors)
+        0.5 * self.robust * (squares + self.priors)
     }
 }
 
 /// The record of a search.
 #[derive(Debug, Default)]
-pub(crate) struct Journal {
-    history: RefCell<Vec<Noted>>,
+pub(crate) struct Journal(Mutex<Records>);
+
+#[derive(Debug, Default)]
+struct Records {
+    history: Vec<Noted>,
     /// Sigmas of the measurements that residuals are in units of now.
-    sigmas: RefCell<Vec<f64>>,
-    best: RefCell<Option<Visit>>,
-    grid: RefCell<Option<Grid>>,
-    reached: RefCell<Vec<Reached>>,
+    sigmas: Vec<f64>,
+    best: Option<Visit>,
+    grid: Option<Grid>,
+    reached: Vec<Reached>,
 }
 
 impl Journal {
+    fn records(&self) -> MutexGuard<'_, Records> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Notes a point, after the work of this many simulations.
     pub fn visit(&self, visit: Visit, simulations: f64) {
-        let noted = Noted::of(&visit, &self.sigmas.borrow(), simulations);
-        self.history.borrow_mut().push(noted);
-        let mut best = self.best.borrow_mut();
+        let mut records = self.records();
+        let noted = Noted::of(&visit, &records.sigmas, simulations);
+        records.history.push(noted);
         let rank = |v: &Visit| (v.stage, v.residuals.len());
-        let better = best.as_ref().is_none_or(|b| {
+        let better = records.best.as_ref().is_none_or(|b| {
             rank(&visit) > rank(b) || rank(&visit) == rank(b) && visit.cost <= b.cost
         });
         if better {
-            *best = Some(visit);
+            records.best = Some(visit);
         }
     }
 
     /// Notes a scan; only the last is kept.
     pub fn scan(&self, grid: Grid) {
-        *self.grid.borrow_mut() = Some(grid);
+        self.records().grid = Some(grid);
     }
 
     /// Notes where the full model ended.
     pub fn reach(&self, end: Reached) {
-        self.reached.borrow_mut().push(end);
+        self.records().reached.push(end);
     }
 
     /// Residuals are in units of these sigmas from now on: costs before and after this cannot be
     /// compared.
     pub fn reweight(&self, sigmas: &[f64]) {
-        *self.best.borrow_mut() = None;
-        *self.sigmas.borrow_mut() = sigmas.to_vec();
+        let mut records = self.records();
+        records.best = None;
+        records.sigmas = sigmas.to_vec();
     }
 
     /// The best point of the farthest stage.
     pub fn best(&self) -> Option<Visit> {
-        self.best.borrow().clone()
+        self.records().best.clone()
     }
 
     /// The way, in the parameters' units, all of it in the weighting of these `sigmas`.
@@ -143,17 +174,18 @@ impl Journal {
             residuals: noted.residuals,
             values: values(unknowns, &noted.x),
         };
-        self.history.borrow().iter().map(iterate).collect()
+        self.records().history.iter().map(iterate).collect()
     }
 
     /// The scan over each unknown that it had several values of.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
-        self.grid.borrow().as_ref().map_or(Vec::new(), |grid| grid.landscape(unknowns))
+        self.records().grid.as_ref().map_or(Vec::new(), |grid| grid.landscape(unknowns))
     }
 
     /// The minima that were seen, of which the one at `chosen` was taken.
     pub fn basins(&self, unknowns: &[Unknown], chosen: Option<(&[f64], f64)>) -> Basins {
-        basins(unknowns, &self.reached.borrow(), self.grid.borrow().as_ref(), chosen)
+        let records = self.records();
+        basins(unknowns, &records.reached, records.grid.as_ref(), chosen)
     }
 }
 

@@ -3,23 +3,28 @@
 
 pub(crate) mod basins;
 pub(crate) mod coarse;
+pub(crate) mod damping;
+pub(crate) mod explained;
+pub(crate) mod first_look;
 pub(crate) mod grid;
 pub(crate) mod journal;
 pub(crate) mod optimum;
 pub(crate) mod scan;
 pub(crate) mod starts;
+pub(crate) mod weights;
 
 use crate::error::Error;
-use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::measurement::motion::Observation;
+use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
+use crate::fit::misfit::work::Work;
 use crate::fit::search::journal::{Journal, Visit};
 use crate::fit::unknown::Unknown;
-use std::cell::Cell;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// Told what the search does: stage, and how many simulations' worth of work is done.
-pub type Progress = Rc<dyn Fn(&str, f64)>;
+pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
 /// What every stage needs.
 pub(crate) struct Search<'a> {
@@ -29,11 +34,10 @@ pub(crate) struct Search<'a> {
     pub unknowns: &'a [Unknown],
     /// Work of one full simulation, steps times segments.
     pub full_work: f64,
-    /// Work so far, steps times segments.
-    pub work: Rc<Cell<f64>>,
+    pub work: Work,
     pub progress: Option<Progress>,
     /// What it comes across.
-    pub journal: Rc<Journal>,
+    pub journal: Arc<Journal>,
     /// Whether the set-up looks wrong: where nothing fits at first, nothing else will.
     pub suspicious: bool,
 }
@@ -55,15 +59,34 @@ impl<'a> Task<'a> {
             sigmas: self.sigmas.to_vec(),
             unknowns: self.unknowns,
             full_work: self.full_work,
-            work: Rc::default(),
+            work: Work::default(),
             progress: None,
-            journal: Rc::default(),
+            journal: Arc::default(),
             suspicious: false,
         }
     }
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// A search that begins.
+    pub fn new(
+        experiments: &'a [Experiment],
+        unknowns: &'a [Unknown],
+        progress: Option<Progress>,
+    ) -> Result<Self, Error> {
+        let (sigmas, full_work) = (first_sigmas(experiments), full_work(experiments)?);
+        Ok(Self {
+            experiments,
+            sigmas,
+            unknowns,
+            full_work,
+            work: Work::default(),
+            progress,
+            journal: Arc::default(),
+            suspicious: false,
+        })
+    }
+
     /// What other searches of the same problem need.
     pub fn task(&self) -> Task<'_> {
         Task {
@@ -74,9 +97,9 @@ impl Search<'_> {
         }
     }
 
-    /// Counts the work of another search.
-    pub fn count(&self, work: f64) {
-        self.work.set(self.work.get() + work);
+    /// Work so far, in full simulations.
+    pub fn simulations(&self) -> f64 {
+        self.work.total() / self.full_work
     }
 
     /// Ends of the records, s.
@@ -102,7 +125,7 @@ impl Search<'_> {
     /// Tells the progress.
     pub fn report(&self, stage: &str) {
         if let Some(progress) = &self.progress {
-            progress(stage, self.work.get() / self.full_work);
+            progress(stage, self.simulations());
         }
     }
 
@@ -113,7 +136,7 @@ impl Search<'_> {
 
     /// Notes a point.
     pub fn note(&self, visit: Visit) {
-        self.journal.visit(visit, self.work.get() / self.full_work);
+        self.journal.visit(visit, self.simulations());
     }
 
     /// The residuals of the whole records.

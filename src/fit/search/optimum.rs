@@ -6,14 +6,15 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::residuals::Residuals;
+use crate::fit::misfit::work::Work;
+use crate::fit::search::basins::Basins;
 use crate::fit::search::journal::{Journal, Stage, Visit};
 use crate::fit::search::{Progress, Search};
 use crate::fit::unknown::Unknown;
 use crate::numerics::levenberg_marquardt::{LeastSquaresState, LevenbergMarquardt};
 use argmin::core::observers::{Observe, ObserverMode};
 use argmin::core::{Executor, KV, State, TerminationReason};
-use std::cell::Cell;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// A factor of a hundred is as far as the data at one value tell about another.
 const LONGEST_LOG_STEP: f64 = 4.6;
@@ -24,7 +25,7 @@ pub(crate) struct Optimum {
     pub x: Vec<f64>,
     /// Half the sum of the losses.
     pub cost: f64,
-    /// Of all measurements and then of the priors, not bent by a robust loss.
+    /// Of all measurements and then of the priors, plain, without a robust loss.
     pub residuals: Vec<f64>,
     /// Of the same.
     pub jacobian: Vec<Vec<f64>>,
@@ -91,8 +92,8 @@ impl Search<'_> {
         let mut jacobian = state.take_jacobian().ok_or_else(lost)?;
         for ((r, row), loss) in residuals.iter_mut().zip(&mut jacobian).zip(losses) {
             if loss.is_robust() {
-                *r = loss.straight(*r);
-                let [_, slope] = loss.bent(*r);
+                *r = loss.plain(*r);
+                let [_, slope] = loss.robust(*r);
                 row.iter_mut().for_each(|d| *d /= slope);
             }
         }
@@ -106,6 +107,11 @@ impl Search<'_> {
             status: reason.map_or("not terminated".into(), |reason| reason.text().to_string()),
             halved,
         })
+    }
+
+    /// The minima of the misfit that were seen, of which `chosen` was taken.
+    pub fn basins(&self, chosen: Option<&Optimum>) -> Basins {
+        self.journal.basins(self.unknowns, chosen.map(|optimum| (&optimum.x[..], optimum.cost)))
     }
 
     /// Every measurement with its sigma and its residuals at an optimum.
@@ -126,9 +132,9 @@ impl Search<'_> {
 /// Passes the optimiser's iterations on.
 struct Observer {
     progress: Option<Progress>,
-    work: Rc<Cell<f64>>,
+    work: Work,
     full_work: f64,
-    journal: Rc<Journal>,
+    journal: Arc<Journal>,
     /// None: not worth noting.
     stage: Option<Stage>,
     counts: Vec<usize>,
@@ -137,10 +143,10 @@ struct Observer {
 
 impl Observer {
     fn note(&self, state: &LeastSquaresState) {
-        if let (Some(stage), Some(x), Some(bent)) =
+        if let (Some(stage), Some(x), Some(robust)) =
             (self.stage, state.get_param(), state.get_residuals())
         {
-            let residuals = bent.iter().zip(&self.losses).map(|(r, loss)| loss.straight(*r));
+            let residuals = robust.iter().zip(&self.losses).map(|(r, loss)| loss.plain(*r));
             let visit = Visit {
                 stage,
                 x: x.clone(),
@@ -148,7 +154,7 @@ impl Observer {
                 residuals: residuals.collect(),
                 counts: self.counts.clone(),
             };
-            self.journal.visit(visit, self.work.get() / self.full_work);
+            self.journal.visit(visit, self.work.total() / self.full_work);
         }
     }
 }
@@ -173,7 +179,7 @@ impl Observe<LeastSquaresState> for Observer {
         if let Some(progress) = &self.progress {
             let (iteration, misfit) = (state.get_iter() + 1, state.get_cost());
             let stage = format!("iteration {iteration}, misfit {misfit:.6e}");
-            progress(&stage, self.work.get() / self.full_work);
+            progress(&stage, self.work.total() / self.full_work);
         }
         Ok(())
     }

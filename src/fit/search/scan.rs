@@ -35,9 +35,9 @@ fn look(task: Task, first: &[f64], points: &[Vec<f64>]) -> Result<Vec<Look>, Err
     let search = task.search();
     let residuals = search.residuals(first)?;
     let look = |x: &Vec<f64>| {
-        let bent = residuals.residuals(x);
-        let found = bent.and_then(|bent| Ok((half_square(&bent), residuals.straight(x)?)));
-        Look { found, work: search.work.replace(0.0) }
+        let robust = residuals.residuals(x);
+        let found = robust.and_then(|robust| Ok((half_square(&robust), residuals.plain(x)?)));
+        Look { found, work: search.work.take() }
     };
     Ok(points.iter().map(look).collect())
 }
@@ -62,7 +62,7 @@ impl Search<'_> {
             let looks = looks.into_iter().collect::<Result<Vec<_>, Error>>()?;
             let mut stopped = false;
             for (x, Look { found, work }) in batch.iter().zip(looks.into_iter().flatten()) {
-                self.count(work);
+                self.work.add(work);
                 let mut misfit = f64::INFINITY;
                 match found {
                     Ok((cost, residuals)) => {

@@ -34,7 +34,7 @@ struct Effort {
 }
 
 /// In order, until the motion is explained. The coarse model identifies the modulus of a
-/// moderately bent rod to a few per cent, which is inside the basin of a record of 16 periods. A
+/// moderately robust rod to a few per cent, which is inside the basin of a record of 16 periods. A
 /// rod so soft that it whips about needs the full model from the first period on.
 const EFFORTS: [Effort; 4] = [
     Effort { stretch: 1.0, grid: 1, trusted_periods: 16.0, growth: 4.0 },
@@ -67,7 +67,7 @@ impl Search<'_> {
                     break;
                 }
             }
-            let hopeless = self.suspicious || self.work.get() > MOST_WORK * self.full_work;
+            let hopeless = self.suspicious || self.simulations() > MOST_WORK;
             if best.as_ref().is_some_and(|b| self.explained(b) || hopeless) {
                 break;
             }
@@ -115,12 +115,12 @@ impl Search<'_> {
             let search = task.search();
             let residuals = search.residuals(horizons);
             let end = residuals.and_then(|r| search.optimize(r, x, (1e-4, 1e-2, 12), None));
-            (end, search.work.get())
+            (end, search.work.total())
         };
         let ends: Vec<_> = candidates.par_iter().map(fit).collect();
         let mut stopped = false;
         for ((x, cost), (end, work)) in candidates.iter_mut().zip(ends) {
-            self.count(work);
+            self.work.add(work);
             match end {
                 Ok(Optimum { x: there, cost: least, residuals, counts, .. }) => {
                     (*x, *cost) = (there, least);

@@ -4,6 +4,7 @@
 use crate::error::Error;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 const BATCH: usize = 16;
 
 /// The spread of an estimate over the replicates.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bootstrap {
     /// Standard deviation, in the parameter's unit.
     pub std_error: f64,
@@ -61,12 +62,32 @@ impl Shared<'_> {
             true => Ok(optimum.x),
             false => Err(Error::Fit(optimum.status)),
         });
-        (found, search.work.get())
+        (found, search.work.total())
     }
 }
 
+/// The spread of every estimate over `count` replicates; none where there was no time for them.
+pub(crate) fn spreads(
+    search: &Search,
+    optimum: &Optimum,
+    noise: &[f64],
+    (count, seed): (usize, u64),
+    warnings: &mut Warnings,
+) -> Vec<Option<Bootstrap>> {
+    let (spreads, failed) = spread(search, optimum, noise, (count, seed));
+    if search.is_stopped() {
+        // Those that were done in time are no fair sample.
+        return vec![None; search.unknowns.len()];
+    }
+    if failed > 0 {
+        let words = format!("{failed} of {count} bootstrap replicates did not converge");
+        warnings.add(Weight::Note, words);
+    }
+    spreads
+}
+
 /// Runs `count` replicates; one spread per unknown, and how many replicates failed.
-pub(crate) fn spread(
+fn spread(
     search: &Search,
     optimum: &Optimum,
     noise: &[f64],
@@ -87,7 +108,7 @@ pub(crate) fn spread(
         let batch = first..(first + BATCH).min(count);
         let results: Vec<_> = batch.into_par_iter().map(|k| shared.replicate(seed, k)).collect();
         for (result, work) in results {
-            search.count(work);
+            search.work.add(work);
             found.extend(result.ok());
         }
         search.report(&format!("bootstrap, {} of {count}", (first + BATCH).min(count)));

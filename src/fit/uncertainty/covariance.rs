@@ -1,12 +1,13 @@
 //! What the data can tell locally, and how well: singular values, covariance, intervals.
 
 use crate::error::Error;
-use crate::fit::uncertainty::identifiability::{Finding, Kind, findings, sparsest, without_effect};
+use crate::fit::uncertainty::identifiability::{
+    Finding, Kind, SUSPICIOUS, findings, sparsest, without_effect,
+};
 use crate::fit::uncertainty::vanishing::Vanishing;
 use crate::fit::unknown::Unknown;
 use faer::Mat;
 use nalgebra::{DMatrix, SymmetricEigen};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// A singular value of the column-scaled Jacobian below this part of the largest says that some
 /// combination of the unknowns has no effect. Sensitivities are accurate to about 1e-9.
@@ -17,13 +18,9 @@ const PRACTICAL_LOG: f64 = 1.0;
 /// The same for unknowns that are not logarithms: a quarter of beta's or Poisson's range.
 const PRACTICAL_LINEAR: f64 = 0.25;
 
-/// A direction whose standard deviation is more than this part of what is still an identification
-/// is also looked at as far as that: a long way off, the model may be flatter than it is here.
-pub(crate) const SUSPICIOUS: f64 = 0.1;
-
 /// The local analysis of a fit.
 #[derive(Clone, Debug)]
-pub(crate) struct Local {
+pub(crate) struct Covariance {
     /// Standard deviation of each unknown on its scale; `None` when not identifiable.
     pub deviation: Vec<Option<f64>>,
     /// Correlation of the identifiable ones.
@@ -39,7 +36,7 @@ pub(crate) struct Local {
     variance: f64,
 }
 
-impl Local {
+impl Covariance {
     /// From the rows of the Jacobian on the unknowns' scales, residuals in units of the noise, and
     /// the variance of that noise (1 when sigma is known). `effect` is the size of the observed
     /// motion in the same units: an unknown, unless it is known to be `vanishing`, needs a billionth of it to have an effect.
@@ -64,7 +61,7 @@ impl Local {
         let mut local = Self {
             deviation: vec![None; n],
             correlation: vec![vec![None; n]; n],
-            findings: out.map(|j| without_effect(&unknowns[j], j, active.is_empty())).collect(),
+            findings: out.map(|j| without_effect(&unknowns[j], active.is_empty())).collect(),
             singular_values: Vec::new(),
             inverse: vec![vec![0.0; n]; n],
             variance,
@@ -121,10 +118,10 @@ impl Local {
         }
         let deviation = |j: usize| (variance * local.inverse[j][j]).sqrt();
         let (unseen, hidden) = sparsest(unseen, hidden);
+        let named = |j: usize| unseen.iter().chain(&hidden).any(|along| along[j] != 0.0);
+        let mut refused: Vec<bool> = (0..n).map(named).collect();
         let structural = findings(unknowns, unseen, Kind::Structural, deviation);
         let mut practical = findings(unknowns, hidden, Kind::Practical, deviation);
-        let named = structural.iter().chain(&practical);
-        let mut refused: Vec<bool> = (0..n).map(|j| named.clone().any(|f| f.has(j))).collect();
         for j in active.iter().copied().filter(|j| deviation(*j) > limit(*j)) {
             // No single direction is to blame.
             if !refused[j] {
@@ -171,27 +168,6 @@ impl Local {
     }
 }
 
-/// How many standard deviations a 95 % interval reaches to each side: normal when the noise is
-/// known, Student's t when it was estimated with `freedom` degrees of freedom.
-pub(crate) fn quantile95(freedom: Option<f64>) -> f64 {
-    quantile(0.975, freedom)
-}
-
-/// The same of one that is open to one side.
-pub(crate) fn one_sided95(freedom: Option<f64>) -> f64 {
-    quantile(0.95, freedom)
-}
-
-fn quantile(part: f64, freedom: Option<f64>) -> f64 {
-    let normal = || Normal::standard().inverse_cdf(part);
-    match freedom {
-        None => normal(),
-        Some(freedom) => {
-            StudentsT::new(0.0, 1.0, freedom).map_or_else(|_| normal(), |t| t.inverse_cdf(part))
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,7 +185,7 @@ mod tests {
                 (0..3).map(|j| ((i * (j + 2)) as f64 + 0.3).sin() * [1.0, 3.0, 0.5][j]).collect()
             })
             .collect();
-        let found = Local::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
+        let found = Covariance::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
         let j = nalgebra::DMatrix::from_fn(20, 3, |i, k| rows[i][k]);
         let covariance = (j.transpose() * &j).try_inverse().unwrap() * 1e-4;
         for k in 0..3 {
@@ -229,7 +205,7 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..20)
             .map(|i| vec![(i as f64).sin(), -(i as f64).sin(), (2.0 * i as f64).cos()])
             .collect();
-        let found = Local::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
+        let found = Covariance::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
         assert_eq!(found.deviation[..2], [None, None]);
         assert!(found.deviation[2].is_some());
         assert!(found.findings[0].words.contains("youngs_modulus/density"), "{:?}", found.findings);
@@ -238,7 +214,7 @@ mod tests {
     #[test]
     fn no_effect_and_no_information_are_told_apart() {
         let rows: Vec<Vec<f64>> = (0..9).map(|i| vec![0.0, (i as f64).cos(), 1e-3]).collect();
-        let found = Local::new(&unknowns(), &[], &rows, 1.0, 1.0, |_| f64::MAX).unwrap();
+        let found = Covariance::new(&unknowns(), &[], &rows, 1.0, 1.0, |_| f64::MAX).unwrap();
         assert!(found.findings[0].words.contains("youngs_modulus has no effect"));
         assert!(found.findings[1].words.contains("beta is practically not identifiable"));
         assert!(found.deviation[1].is_some());
@@ -253,27 +229,13 @@ mod tests {
                 vec![s, 2.0 * s + 0.1 * c, (3.0 * i as f64).cos()]
             })
             .collect();
-        let steep = Local::new(&unknowns(), &[], &rows, 2e-3, 1.0, |_| 5.0).unwrap();
+        let steep = Covariance::new(&unknowns(), &[], &rows, 2e-3, 1.0, |_| 5.0).unwrap();
         assert!(steep.findings.is_empty() && steep.deviation.iter().all(Option::is_some));
-        let flat =
-            Local::new(
-                &unknowns(),
-                &[],
-                &rows,
-                2e-3,
-                1.0,
-                |step| {
-                    if step[0] > 0.0 { 0.5 } else { 50.0 }
-                },
-            );
+        let flat = Covariance::new(&unknowns(), &[], &rows, 2e-3, 1.0, |step| {
+            if step[0] > 0.0 { 0.5 } else { 50.0 }
+        });
         let flat = flat.unwrap();
         assert!(flat.findings[0].words.contains("practically not identifiable"), "{flat:?}");
         assert_eq!(flat.deviation[0], None);
-    }
-
-    #[test]
-    fn quantiles() {
-        assert_relative_eq!(quantile95(None), 1.959963984540054, max_relative = 1e-9);
-        assert_relative_eq!(quantile95(Some(10.0)), 2.228138851964939, max_relative = 1e-9);
     }
 }

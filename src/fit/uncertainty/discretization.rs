@@ -12,7 +12,10 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::analysis::Refinement;
-use crate::fit::uncertainty::covariance::Local;
+use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::Parameter;
@@ -20,9 +23,11 @@ use serde::{Deserialize, Serialize};
 
 /// How much finer.
 const FINER: f64 = 1.25;
+/// Part of the residuals that mesh and step must leave to be blamed for them before the model.
+const MESH_TO_BLAME: f64 = 0.5;
 
 /// The discretisation error of an identified parameter.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DiscretizationError {
     /// Which.
     pub name: Parameter,
@@ -74,7 +79,7 @@ fn change(
     task: Task,
     finer: Vec<Option<Finer>>,
     optimum: &Optimum,
-    (local, weights): (&Local, &[f64]),
+    (covariance, weights): (&Covariance, &[f64]),
     how: Refinement,
 ) -> Result<Option<Change>, Error> {
     if finer.iter().all(Option::is_none) {
@@ -91,12 +96,12 @@ fn change(
             let there = search.polish(&optimum.x)?;
             let most = to_zero.iter().copied().fold(0.0, f64::max);
             let moved = there.x.iter().zip(&optimum.x).map(|(a, b)| most * (a - b));
-            let moved = moved.zip(&local.deviation).map(|(d, sd)| sd.map(|_| d)).collect();
+            let moved = moved.zip(&covariance.deviation).map(|(d, sd)| sd.map(|_| d)).collect();
             let left = there.residuals.iter().zip(&optimum.residuals).map(|(a, b)| most * (a - b));
             (moved, norm(left))
         }
         _ => {
-            let there = search.all_residuals()?.straight(&optimum.x)?;
+            let there = search.all_residuals()?.plain(&optimum.x)?;
             let mut factors = Vec::with_capacity(there.len());
             let mut counts = optimum.counts.iter();
             for (experiment, to_zero) in experiments.iter().zip(&to_zero) {
@@ -108,7 +113,7 @@ fn change(
             let change: Vec<f64> = pairs.map(|((a, b), f)| f * (a - b)).collect();
             // Once for the change, once for the row it meets.
             let weighted: Vec<f64> = change.iter().zip(weights).map(|(c, w)| w * w * c).collect();
-            let moved = local.response(&optimum.jacobian, &weighted);
+            let moved = covariance.response(&optimum.jacobian, &weighted);
             let answer = |row: &Vec<f64>| -> f64 {
                 row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum()
             };
@@ -116,7 +121,7 @@ fn change(
             (moved, left)
         }
     };
-    Ok(Some(Change { moved, left, work: search.work.get() }))
+    Ok(Some(Change { moved, left, work: search.work.total() }))
 }
 
 fn norm(values: impl Iterator<Item = f64>) -> f64 {
@@ -133,12 +138,63 @@ struct Change {
     work: f64,
 }
 
+/// What mesh and step may leave in the `estimates`; empty where that is not asked for.
+pub(crate) fn errors_of(
+    estimates: &[Estimate],
+    (search, optimum): (&Search, &Optimum),
+    (covariance, noise): (&Covariance, &Noise),
+    how: Refinement,
+    warnings: &mut Warnings,
+) -> Vec<DiscretizationError> {
+    if how == Refinement::None || !optimum.converged {
+        return Vec::new();
+    }
+    let (errors, left) = match errors(search, optimum, (covariance, &noise.weights), how) {
+        Ok(found) => found,
+        Err(error) => {
+            let words =
+                format!("the discretisation error is unknown: a finer run failed ({error})");
+            warnings.add(Weight::Numerics, words);
+            return Vec::new();
+        }
+    };
+    let mut weight = Weight::Numerics;
+    if left > MESH_TO_BLAME && warnings.has_misfit() {
+        weight = Weight::Mesh;
+        warnings.add(
+            Weight::Mesh,
+            "a finer mesh or step changes the motion by as much as the model leaves of the data: \
+             refine segments or step before looking for what else is wrong",
+        );
+    }
+    for (estimate, error) in estimates.iter().zip(&errors) {
+        if let (Some(value), Some(sd), Some(relative)) =
+            (estimate.value, estimate.std_error, error.relative)
+            && relative * value.abs() > 2.0 * noise.reach * sd
+        {
+            let name = estimate.name;
+            let off = match name.is_positive() {
+                true => percent(relative),
+                false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
+            };
+            let words = format!(
+                "{}: mesh and step may be {} off, more than the 95 % interval is wide; refine \
+                 segments or step",
+                estimate.label(),
+                off.trim_end()
+            );
+            warnings.add(weight, words);
+        }
+    }
+    errors
+}
+
 /// The discretisation error of every unknown, and how large what mesh and step leave in the
 /// residuals is against the residuals.
-pub(crate) fn errors(
+fn errors(
     search: &Search,
     optimum: &Optimum,
-    local: (&Local, &[f64]),
+    (covariance, weights): (&Covariance, &[f64]),
     how: Refinement,
 ) -> Result<(Vec<DiscretizationError>, f64), Error> {
     let mesh = search.experiments.iter().map(|e| finer_mesh(e).map(Some));
@@ -146,12 +202,12 @@ pub(crate) fn errors(
     let step = search.experiments.iter().map(|e| finer_step(e, search.unknowns));
     let step = step.collect::<Result<Vec<_>, Error>>()?;
     let task = search.task();
-    let part = |finer| change(task, finer, optimum, local, how);
+    let part = |finer| change(task, finer, optimum, (covariance, weights), how);
     let (mesh, step) = rayon::join(|| part(mesh), || part(step));
     let mut left = 0.0_f64;
     let moved = [mesh?, step?].map(|part| {
         part.map(|change| {
-            search.count(change.work);
+            search.work.add(change.work);
             left = left.max(change.left);
             change.moved
         })

@@ -4,12 +4,17 @@
 //! unknowns that change nothing one could observe: structurally, when they would change nothing in
 //! data without noise either, or practically, when the noise hides what they change.
 
+use crate::fit::search::damping::is_damping;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
 /// Unknowns with less than this share in a combination are not part of it.
 const SHARE: f64 = 0.05;
+
+/// A direction whose standard deviation is more than this part of what is still an identification
+/// is also looked at as far as that: a long way off, the model may be flatter than it is here.
+pub(crate) const SUSPICIOUS: f64 = 0.1;
 
 /// Whether better data would help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,7 +27,7 @@ pub enum Kind {
 }
 
 /// A combination of parameters that the data do not determine.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// Whether better data would help.
     pub kind: Kind,
@@ -30,30 +35,18 @@ pub struct Finding {
     pub parameters: Vec<Parameter>,
     /// What is wrong.
     pub words: String,
-    /// The places of the parameters among the unknowns.
-    #[serde(skip)]
-    places: Vec<usize>,
-}
-
-impl Finding {
-    /// Whether it is about the unknown in this place.
-    pub(crate) fn has(&self, place: usize) -> bool {
-        self.places.contains(&place)
-    }
 }
 
 /// A parameter that nothing observed depends on; damping, beside unknowns that have an effect, has
 /// come out at zero.
-pub(crate) fn without_effect(unknown: &Unknown, place: usize, alone: bool) -> Finding {
-    let damping =
-        [Parameter::DampingMass, Parameter::DampingStiffness].contains(&unknown.parameter);
-    let (kind, words) = match damping && !alone {
+pub(crate) fn without_effect(unknown: &Unknown, alone: bool) -> Finding {
+    let (kind, words) = match is_damping(unknown) && !alone {
         true => {
             (Kind::Practical, format!("{unknown} came out at zero: these data show none of it"))
         }
         false => (Kind::Structural, no_effect(unknown)),
     };
-    Finding { kind, parameters: vec![unknown.parameter], words, places: vec![place] }
+    Finding { kind, parameters: vec![unknown.parameter], words }
 }
 
 fn no_effect(unknown: &Unknown) -> String {
@@ -77,7 +70,7 @@ pub(crate) fn findings(
             Kind::Practical => practical(&combination, &part, &deviation),
         };
         let parameters = combination.iter().map(|(u, _)| u.parameter).collect();
-        Finding { kind, parameters, words, places: part }
+        Finding { kind, parameters, words }
     };
     directions.into_iter().map(name).collect()
 }

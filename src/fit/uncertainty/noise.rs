@@ -1,20 +1,14 @@
 //! What the residuals say of the noise, and the noise of what is worth how much: weights of the
 //! measurements in the fit, and of the residuals in its errors.
 
-use crate::fit::Fit;
-use crate::fit::measurement::Measurement;
-use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::report::LossEffect;
+use crate::fit::misfit::noise::weights_depend_on_the_fit;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::covariance::{one_sided95, quantile95};
-use crate::fit::uncertainty::warnings::UNEXPLAINED;
+use crate::fit::uncertainty::quantile::{one_sided95, quantile95};
 use nalgebra::DMatrix;
-
-/// Noise below this part of the rod's length is none.
-const EXACT: f64 = 1e-12;
+use serde::{Deserialize, Serialize};
 
 /// What the noise at an optimum makes of misfits and derivatives.
 pub(crate) struct Noise {
@@ -30,29 +24,20 @@ pub(crate) struct Noise {
     pub weights: Vec<f64>,
 }
 
-impl Fit {
-    /// Whether noise that is estimated from the residuals changes what the residuals come out as:
-    /// not so where all have the same.
-    pub(crate) fn weights_depend_on_the_fit(&self, fitted: &[Experiment]) -> bool {
-        let mut unknown = all(fitted).filter(|(_, m)| m.sigma().is_none());
-        let robust = unknown.clone().any(|(_, m)| m.loss().is_robust());
-        let several = all(fitted).count() > 1 || self.unknowns.iter().any(|u| u.prior.is_some());
-        unknown.next().is_some() && (robust || several)
-    }
-
+impl Noise {
     /// What the residuals at an optimum say of the noise.
-    pub(crate) fn noise(&self, search: &Search, optimum: &Optimum) -> Noise {
+    pub fn at(search: &Search, optimum: &Optimum) -> Self {
         let total = optimum.residuals.len();
-        let freedom = (total - self.unknowns.len()) as f64;
+        let freedom = (total - search.unknowns.len()) as f64;
         let known = all(search.experiments).all(|(_, m)| m.sigma().is_some());
-        let settled = known || self.weights_depend_on_the_fit(search.experiments);
+        let settled = known || weights_depend_on_the_fit(search.experiments, search.unknowns);
         let variance = if settled { 1.0 } else { 2.0 * optimum.cost / freedom };
         let mut weights = Vec::with_capacity(total);
         // Sums of psi' and psi^2 (Huber 1981).
         let (mut slope, mut square) = (0.0, 0.0);
         for (_, measurement, _, own) in search.measured(optimum) {
             let loss = measurement.loss();
-            let part = self.unknowns.len() * own.len() / total;
+            let part = search.unknowns.len() * own.len() / total;
             let weight = loss.information(own, part).sqrt();
             weights.extend(std::iter::repeat_n(weight, own.len()));
             for r in own {
@@ -64,46 +49,7 @@ impl Fit {
         let robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
         let freedom = (!known).then_some(freedom);
         let (reach, up) = (quantile95(freedom), one_sided95(freedom));
-        Noise { variance, rise: if robust { square / slope } else { variance }, reach, up, weights }
-    }
-}
-
-/// Sigmas given, and for the others the size of the rod, a common scale; where outliers shall count
-/// less, what may be left of the motion at first.
-pub(crate) fn first_sigmas(experiments: &[Experiment]) -> Vec<f64> {
-    let first = |(experiment, measurement): (&Experiment, &Measurement)| {
-        let problem = &experiment.problem;
-        measurement.sigma().unwrap_or_else(|| match measurement.loss().is_robust() {
-            // What hardly moves leaves what the camera sees of it.
-            true => 0.5 * UNEXPLAINED * measurement.size(problem).max(1e-2 * problem.length()),
-            false => problem.length(),
-        })
-    };
-    all(experiments).map(first).collect()
-}
-
-impl Search<'_> {
-    /// Root mean square residual of each measurement, in its unit; whatever outliers do, where the
-    /// loss is robust.
-    pub fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
-        let spread = |(_, m, sigma, r): (_, &Measurement, f64, &[f64])| m.loss().spread(r) * sigma;
-        self.measured(optimum).map(spread).collect()
-    }
-
-    /// Replaces the sigmas that are not given by the spread of the residuals.
-    pub fn estimate_sigmas(&self, optimum: &Optimum, sigmas: &mut [f64]) {
-        let total = optimum.residuals.len() as f64;
-        let freedom = (1.0 - self.unknowns.len() as f64 / total).max(1.0 / total);
-        let spreads = self.spreads(optimum);
-        for ((sigma, (experiment, measurement)), spread) in
-            sigmas.iter_mut().zip(all(self.experiments)).zip(spreads)
-        {
-            if measurement.sigma().is_none() && spread > 0.0 {
-                // Perfect data have no noise to estimate.
-                let least = EXACT * measurement.scale(&experiment.problem);
-                *sigma = (spread / freedom.sqrt()).max(least);
-            }
-        }
+        Self { variance, rise: if robust { square / slope } else { variance }, reach, up, weights }
     }
 }
 
@@ -139,6 +85,24 @@ pub(crate) fn residual_rms(search: &Search, optimum: &Optimum) -> f64 {
     };
     let first = all(search.experiments).next().map_or("m", |(_, m)| m.unit());
     of_unit("m").or_else(|| of_unit("rad/s")).or_else(|| of_unit(first)).unwrap_or(0.0)
+}
+
+/// What a robust loss did with a measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LossEffect {
+    /// The file, or what was measured.
+    pub observation: String,
+    /// Which loss.
+    pub loss: Loss,
+    /// Values farther off than the loss's scale, which count less than their squares.
+    pub beyond_scale: usize,
+    /// Values farther off than five sigma: no noise.
+    pub beyond_5_sigma: usize,
+    /// All values.
+    pub values: usize,
+    /// Standard errors over those of least squares on normal noise of the same sigma: about 1.03
+    /// for clean data.
+    pub error_factor: f64,
 }
 
 /// What robust losses did.

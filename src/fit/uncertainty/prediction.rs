@@ -4,17 +4,16 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::experiment::all;
 use crate::fit::misfit::residuals::Residuals;
-use crate::fit::report::FitReport;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::covariance::Local;
-use crate::fit::uncertainty::verdict::{Doubts, Weight};
+use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{is_too_large, times};
 use crate::fit::unknown::Unknown;
 use serde::{Deserialize, Serialize};
 
 /// How well a measurement that was held out is predicted.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     /// The file, or what was measured.
     pub observation: String,
@@ -28,44 +27,42 @@ pub struct Prediction {
     pub values: usize,
 }
 
-/// Adds predictions of what `experiments` held out, and warnings where they fail.
-pub(crate) fn add(
+/// Predictions of what `experiments` held out, with warnings where they fail. `sigma` is the noise of what
+/// was fitted.
+pub(crate) fn predictions(
     experiments: &[Experiment],
     fitted: (&Search, &Optimum),
-    local: &Local,
-    report: &mut FitReport,
-    doubts: &mut Doubts,
-) {
+    (covariance, sigma): (&Covariance, &[f64]),
+    warnings: &mut Warnings,
+) -> Vec<Prediction> {
     let held_out: Vec<Experiment> = experiments.iter().map(|e| e.only(|m| m.held_out())).collect();
     if all(&held_out).next().is_none() {
-        return;
+        return Vec::new();
     }
-    match predictions(&held_out, fitted, local, &report.sigma) {
-        Ok(predictions) => {
-            for p in &predictions {
-                if is_too_large(p.rms / p.expected.max(f64::MIN_POSITIVE), p.values) {
-                    let words = format!(
-                        "{}, held out, is {} as far from its prediction as noise and the \
-                         parameters' errors explain",
-                        p.observation,
-                        times(p.rms / p.expected.max(f64::MIN_POSITIVE))
-                    );
-                    doubts.add(Weight::Contradiction, words);
-                }
-            }
-            report.predictions = predictions;
+    let predictions = predicted(&held_out, fitted, covariance, sigma).unwrap_or_else(|error| {
+        let words = format!("what was held out could not be predicted: its run failed ({error})");
+        warnings.add(Weight::Contradiction, words);
+        Vec::new()
+    });
+    for p in &predictions {
+        let ratio = p.rms / p.expected.max(f64::MIN_POSITIVE);
+        if is_too_large(ratio, p.values) {
+            let words = format!(
+                "{}, held out, is {} as far from its prediction as noise and the parameters' errors \
+                 explain",
+                p.observation,
+                times(ratio)
+            );
+            warnings.add(Weight::Contradiction, words);
         }
-        Err(error) => doubts.add(
-            Weight::Contradiction,
-            format!("what was held out could not be predicted: its run failed ({error})"),
-        ),
     }
+    predictions
 }
 
-fn predictions(
+fn predicted(
     held_out: &[Experiment],
     (search, optimum): (&Search, &Optimum),
-    local: &Local,
+    covariance: &Covariance,
     noise: &[f64],
 ) -> Result<Vec<Prediction>, Error> {
     // In plain units, and without priors.
@@ -75,8 +72,8 @@ fn predictions(
     let horizons = vec![f64::MAX; held_out.len()];
     let residuals = Residuals::new(held_out, &ones, &unknowns, &horizons, search.full_work)?
         .counting(search.work.clone());
-    let differences = residuals.straight(&optimum.x)?;
-    let rows = residuals.straight_jacobian(&optimum.x)?;
+    let differences = residuals.plain(&optimum.x)?;
+    let rows = residuals.plain_jacobian(&optimum.x)?;
     // Where nothing is said of the noise, that of what was fitted.
     let like = |unit: &str| {
         let fitted = all(search.experiments).zip(noise);
@@ -92,7 +89,7 @@ fn predictions(
         let sigma = measurement.sigma().unwrap_or_else(|| like(measurement.unit()));
         let n = count.max(1) as f64;
         let square = differences[own.clone()].iter().map(|d| d * d).sum::<f64>() / n;
-        let model = rows[own].iter().map(|row| local.variance_along(row)).sum::<f64>() / n;
+        let model = rows[own].iter().map(|row| covariance.variance_along(row)).sum::<f64>() / n;
         found.push(Prediction {
             observation: experiment.label(measurement),
             unit: measurement.unit().into(),

@@ -5,10 +5,14 @@
 //! error it does not take the model for linear.
 
 use crate::error::Error;
-use crate::fit::report::plot_data::Profile;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
+use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+use serde::{Deserialize, Serialize};
 
 /// The end of an interval is found to this part of a standard deviation.
 const TOLERANCE: f64 = 1e-3;
@@ -16,6 +20,22 @@ const TOLERANCE: f64 = 1e-3;
 const MOST_POINTS: usize = 40;
 /// An end farther than this on the unknown's scale (20 decades of a logarithm) is none.
 const FARTHEST: f64 = 46.0;
+
+/// The profile of the likelihood over one unknown.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// The unknown.
+    pub name: Parameter,
+    /// Its name with the experiments it is of, if it is not of all.
+    pub label: String,
+    /// Its values, ascending.
+    pub values: Vec<f64>,
+    /// Rise of twice the misfit over the optimum, all others fitted, in units of the noise's
+    /// variance.
+    pub rise: Vec<f64>,
+    /// The rise at the ends of the 95 % interval.
+    pub level: f64,
+}
 
 /// The profile interval of one unknown, on its scale.
 #[derive(Clone, Debug)]
@@ -38,10 +58,38 @@ struct Point {
     slope: f64,
 }
 
+/// The profile intervals of all unknowns with a standard deviation; those that were not looked at in
+/// time are none.
+pub(crate) fn intervals(
+    search: &Search,
+    optimum: &Optimum,
+    (covariance, noise): (&Covariance, &Noise),
+    warnings: &mut Warnings,
+) -> Vec<Option<Interval>> {
+    let mut intervals = vec![None; search.unknowns.len()];
+    for (i, unknown) in search.unknowns.iter().enumerate() {
+        let Some(sd) = covariance.deviation[i].filter(|sd| *sd > 0.0) else { continue };
+        let found = interval(search, optimum, i, (sd, noise.rise.sqrt(), noise.reach));
+        if search.is_stopped() {
+            // Half a profile says nothing about its ends.
+            break;
+        }
+        if let Some(x) = found.better {
+            let words = format!(
+                "{unknown} = {:e} fits better: this is not the best minimum",
+                unknown.from_scale(x)
+            );
+            warnings.add(Weight::Worthless, words);
+        }
+        intervals[i] = Some(found);
+    }
+    intervals
+}
+
 /// The interval of unknown `i` around `optimum`, where the profile has risen to `reach` times the
 /// standard deviation `noise` of the residuals (1 when sigma is known); `deviation` is the
 /// unknown's standard deviation.
-pub(crate) fn interval(
+fn interval(
     search: &Search,
     optimum: &Optimum,
     i: usize,
@@ -124,7 +172,7 @@ fn profile(
     start[i] = held;
     // With nothing left to fit this takes one run.
     let optimum = held_search.polish(&start);
-    search.count(held_search.work.get());
+    search.work.add(held_search.work.total());
     let Optimum { x, cost, residuals, jacobian, .. } = optimum?;
     let losses = held_search.all_residuals()?.losses();
     let gradient: f64 = losses

@@ -5,23 +5,18 @@
 //! it has risen, from the least it takes for damping that is not negative, by what ends a one-sided
 //! 95 % interval.
 
-use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::residuals::Residuals;
-use crate::fit::search::Search;
+use crate::fit::search::damping::is_damping;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::covariance::SUSPICIOUS;
+use crate::fit::uncertainty::identifiability::SUSPICIOUS;
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_square;
-use crate::scene::Parameter;
 use nalgebra::DMatrix;
 
 /// How much of the rise that the parabola predicts at the upper end must be there.
 const CONFIRMED: f64 = 0.3;
-
-/// A damping that wants to be this many times as large was left behind.
-const RAISED: f64 = 10.0;
 
 /// An unknown that may be zero, or is known too little for its logarithm to say how well.
 #[derive(Clone, Copy, Debug)]
@@ -34,48 +29,14 @@ pub(crate) struct Vanishing {
     pub log_deviation: f64,
 }
 
-impl Search<'_> {
-    /// A damping that a search left at next to nothing, where its logarithm has no effect, may have to
-    /// go up: tries where the parabola on the parameter's own scale has its minimum.
-    pub fn raised(&self, optimum: Optimum) -> Result<Optimum, Error> {
-        let losses = self.all_residuals()?.losses();
-        let mut start = optimum.x.clone();
-        for (j, _) in self.unknowns.iter().enumerate().filter(|(_, u)| is_damping(u)) {
-            let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&losses);
-            let (mut along, mut square) = (0.0, 0.0);
-            for ((row, r), loss) in rows {
-                along += row[j] * loss.influence(*r)[0];
-                square += row[j] * row[j];
-            }
-            let factor = 1.0 - along / square;
-            if factor.is_finite() && factor > RAISED {
-                start[j] += factor.ln();
-            }
-        }
-        if start == optimum.x {
-            return Ok(optimum);
-        }
-        match self.polish(&start) {
-            Ok(higher) if higher.cost < optimum.cost => Ok(higher),
-            Err(Error::Interrupted) => Err(Error::Interrupted),
-            _ => Ok(optimum),
-        }
-    }
-}
-
-fn is_damping(unknown: &Unknown) -> bool {
-    matches!(unknown.parameter, Parameter::DampingMass | Parameter::DampingStiffness)
-}
-
-/// Which of the unknowns may be zero. `rows` are those of the Jacobian in units of the noise, and
-/// `quantile` ends a one-sided 95 % interval, in standard deviations.
+/// Which of the unknowns may be zero. `rows` are those of the Jacobian in units of the noise.
 pub(crate) fn vanishing(
     unknowns: &[Unknown],
     (optimum, rows, losses): (&Optimum, &[Vec<f64>], &[Loss]),
-    (noise, quantile): (&Noise, f64),
+    noise: &Noise,
     residuals: &Residuals,
 ) -> Vec<Option<Vanishing>> {
-    let n = unknowns.len();
+    let (n, quantile) = (unknowns.len(), noise.up);
     let mut found = vec![None; n];
     if !optimum.converged || !unknowns.iter().any(is_damping) {
         return found;

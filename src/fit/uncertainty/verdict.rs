@@ -1,6 +1,6 @@
-//! How far a result can be believed: a grade, and the doubts it rests on.
+//! How far a result can be believed: a grade, and the warnings that it rests on.
 
-use crate::fit::report::FitReport;
+use crate::fit::uncertainty::identifiability::Finding;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -23,7 +23,7 @@ pub enum Grade {
 }
 
 impl Grade {
-    /// Whether the values can be used, with the doubts that are named beside them.
+    /// Whether the values can be used, with the warnings that are named beside them.
     pub fn is_usable(self) -> bool {
         matches!(self, Self::Trustworthy | Self::RefineNumerics | Self::ModelDoesNotExplain)
     }
@@ -65,9 +65,9 @@ pub(crate) enum Weight {
 
 /// What speaks against a result.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Doubts(Vec<(Weight, String)>);
+pub(crate) struct Warnings(Vec<(Weight, String)>);
 
-impl Doubts {
+impl Warnings {
     pub fn add(&mut self, weight: Weight, words: impl Into<String>) {
         self.0.push((weight, words.into()));
     }
@@ -101,60 +101,80 @@ impl Doubts {
     }
 }
 
-impl FitReport {
-    /// Grades a result that the `doubts` and its own findings speak against, says how it ended, and
-    /// puts its warnings in order. `exit` says how the optimiser ended.
-    pub(crate) fn conclude(&mut self, mut doubts: Doubts, exit: &str) {
-        let findings: Vec<&str> = self.not_identifiable.iter().map(|f| f.words.as_str()).collect();
-        let findings = findings.join("; ");
-        let identified = self.parameters.iter().all(|e| e.identifiable);
-        let cause = doubts.first(Weight::Setup);
-        let cause = cause.map_or(String::new(), |words| format!("; most likely as {words}"));
-        let worthless = doubts.first(Weight::Worthless);
-        let worthless = worthless.map_or(String::new(), |words| format!("{words}{cause}"));
-        let grade = match (self.converged, identified) {
-            (false, _) => Grade::NotUsable,
-            // Beside a misfit as large as the data nothing is identifiable.
-            (true, false) if worthless.is_empty() => Grade::NotIdentifiable,
-            (true, true) if self.interrupted => Grade::Interrupted,
-            (true, _) => doubts.grade(),
-        };
-        (self.status, self.verdict) = match grade {
-            Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
-            Grade::RefineNumerics => {
-                let words = "the model fits, but mesh and step may be off by more than the intervals \
-                             say: refine segments or step before relying on the last digits";
-                ("converged".into(), words.into())
-            }
-            Grade::ModelDoesNotExplain => ("converged".into(), doubts.of_the_model()),
-            Grade::NotIdentifiable => (
-                format!("not identifiable: {findings}"),
-                format!("the data do not determine all that was asked for{cause}"),
-            ),
-            Grade::Interrupted => (
-                "interrupted after convergence".into(),
-                "a minimum, but what was to be done beyond it is not complete".into(),
-            ),
-            Grade::NotUsable if self.converged => {
-                let mut status = format!("not to be used: {worthless}");
-                if !identified {
-                    status += &format!("; not identifiable: {findings}");
-                }
-                (status, worthless)
-            }
-            Grade::NotUsable => {
-                (format!("not converged: {exit}"), format!("the fit did not converge: {exit}"))
-            }
-        };
-        if grade == Grade::NotUsable {
-            self.not_identifiable.iter().for_each(|f| doubts.add(Weight::Note, f.words.clone()));
-        }
-        self.grade = grade;
-        self.warnings = doubts.into_words();
-    }
+/// How a fit ended that found an optimum.
+pub(crate) struct End<'a> {
+    /// Whether it is a minimum.
+    pub converged: bool,
+    /// Whether every parameter is identified.
+    pub identified: bool,
+    /// Whether it was told to stop before all was done.
+    pub interrupted: bool,
+    /// How the optimiser ended.
+    pub exit: &'a str,
 }
 
-impl Doubts {
+/// What a report says of its result as a whole.
+#[derive(Debug)]
+pub(crate) struct Conclusion {
+    pub grade: Grade,
+    /// In one line how the fit ended.
+    pub status: String,
+    /// Why this grade.
+    pub verdict: String,
+    /// The weightiest first.
+    pub warnings: Vec<String>,
+}
+
+/// Grades a result that `findings` and `warnings` speak against.
+pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -> Conclusion {
+    let words: Vec<&str> = findings.iter().map(|f| f.words.as_str()).collect();
+    let unknown = words.join("; ");
+    let cause = warnings.first(Weight::Setup);
+    let cause = cause.map_or(String::new(), |words| format!("; most likely as {words}"));
+    let worthless = warnings.first(Weight::Worthless);
+    let worthless = worthless.map_or(String::new(), |words| format!("{words}{cause}"));
+    let grade = match (end.converged, end.identified) {
+        (false, _) => Grade::NotUsable,
+        // Beside a misfit as large as the data nothing is identifiable.
+        (true, false) if worthless.is_empty() => Grade::NotIdentifiable,
+        (true, true) if end.interrupted => Grade::Interrupted,
+        (true, _) => warnings.grade(),
+    };
+    let (status, verdict) = match grade {
+        Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
+        Grade::RefineNumerics => {
+            let words = "the model fits, but mesh and step may be off by more than the intervals say: \
+                         refine segments or step before relying on the last digits";
+            ("converged".into(), words.into())
+        }
+        Grade::ModelDoesNotExplain => ("converged".into(), warnings.of_the_model()),
+        Grade::NotIdentifiable => (
+            format!("not identifiable: {unknown}"),
+            format!("the data do not determine all that was asked for{cause}"),
+        ),
+        Grade::Interrupted => (
+            "interrupted after convergence".into(),
+            "a minimum, but what was to be done beyond it is not complete".into(),
+        ),
+        Grade::NotUsable if end.converged => {
+            let mut status = format!("not to be used: {worthless}");
+            if !end.identified {
+                status += &format!("; not identifiable: {unknown}");
+            }
+            (status, worthless)
+        }
+        Grade::NotUsable => {
+            let exit = end.exit;
+            (format!("not converged: {exit}"), format!("the fit did not converge: {exit}"))
+        }
+    };
+    if grade == Grade::NotUsable {
+        words.iter().for_each(|words| warnings.add(Weight::Note, *words));
+    }
+    Conclusion { grade, status, verdict, warnings: warnings.into_words() }
+}
+
+impl Warnings {
     /// What is wrong with the model or its set-up.
     fn of_the_model(&self) -> String {
         if let Some(words) = self.first(Weight::Setup) {
@@ -208,9 +228,9 @@ mod tests {
     #[test]
     fn the_heaviest_comes_first_and_grades() {
         let graded = |weights: &[Weight]| {
-            let mut doubts = Doubts::default();
-            weights.iter().for_each(|w| doubts.add(*w, format!("{w:?}")));
-            (doubts.grade(), doubts.into_words())
+            let mut warnings = Warnings::default();
+            weights.iter().for_each(|w| warnings.add(*w, format!("{w:?}")));
+            (warnings.grade(), warnings.into_words())
         };
         use Weight::*;
         assert_eq!(graded(&[]), (Grade::Trustworthy, Vec::new()));

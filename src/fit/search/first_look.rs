@@ -7,13 +7,12 @@
 //! wrong scales change that number.
 
 use crate::error::Error;
-use crate::fit::Fit;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::camera::View;
-use crate::fit::uncertainty::residual_tests::ResidualTests;
+use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::unknown::Unknown;
 use crate::numerics::vector::{Vector, dot, scale, sub};
 use crate::scene::Parameter;
@@ -32,16 +31,16 @@ const HARDLY: f64 = 5e-3;
 
 /// What looks wrong before anything is computed.
 #[derive(Debug, Default)]
-pub(crate) struct Setup {
+pub(crate) struct FirstLook {
     /// Why the search is not worth its time.
     pub hopeless: Option<String>,
     /// What is likely wrong, should the fit leave much of the data.
     pub suspicions: Vec<String>,
 }
 
-impl Setup {
+impl FirstLook {
     /// The error with which a search ended, and what looked wrong before it.
-    pub(crate) fn beside(&self, error: Error) -> Error {
+    pub fn beside(&self, error: Error) -> Error {
         match self.suspicions.is_empty() {
             true => error,
             false => Error::Fit(format!("{}; {error}", self.suspicions.join("; "))),
@@ -49,16 +48,16 @@ impl Setup {
     }
 }
 
-impl Fit {
+impl FirstLook {
     /// Looks at `fitted` experiments; an error is a recording that cannot be of this rod.
-    pub(crate) fn look(&self, fitted: &[Experiment]) -> Result<Setup, Error> {
-        let mut setup = Setup::default();
+    pub fn at(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
+        let mut look = Self::default();
         for experiment in fitted {
             let of_it = |u: &&Unknown| u.is_of(experiment);
             let sought: Vec<Parameter> =
-                self.unknowns.iter().filter(of_it).map(|u| u.parameter).collect();
+                unknowns.iter().filter(of_it).map(|u| u.parameter).collect();
             if experiment.never_moves() {
-                setup.hopeless = Some(experiment.stillness());
+                look.hopeless = Some(experiment.stillness());
             }
             if sought.iter().any(|p| p.is_of_the_camera() || *p == Parameter::ClampAngle) {
                 // Where and when the recording starts is what is looked for.
@@ -67,12 +66,12 @@ impl Fit {
             for measurement in &experiment.measurements {
                 let Measurement::Motion(o) = measurement else { continue };
                 let label = experiment.label(measurement);
-                let Some(seen) = Seen::new(experiment, o)? else { continue };
-                setup.suspicions.extend(seen.far_start(&label)?);
-                setup.suspicions.extend(seen.pace(&label));
+                let Some(release) = Release::new(experiment, o)? else { continue };
+                look.suspicions.extend(release.far_start(&label)?);
+                look.suspicions.extend(release.pace(&label));
             }
         }
-        Ok(setup)
+        Ok(look)
     }
 }
 
@@ -147,7 +146,7 @@ fn norm(a: Vector<f64>) -> f64 {
 }
 
 /// A recording of a rod that starts at rest, and where the scene has its point.
-struct Seen<'a> {
+struct Release<'a> {
     experiment: &'a Experiment,
     observation: &'a Observation,
     view: View<f64>,
@@ -156,7 +155,7 @@ struct Seen<'a> {
     noise: f64,
 }
 
-impl<'a> Seen<'a> {
+impl<'a> Release<'a> {
     fn new(
         experiment: &'a Experiment,
         observation: &'a Observation,
@@ -364,11 +363,11 @@ mod tests {
                     Sample { time, position: run.at(point, time).unwrap().0.map(Some) }
                 };
                 let data = Observation::new((0..100).map(sample).collect()).at(point);
-                let fit = Fit::new(&problem).observe(data).identify(Parameter::YoungsModulus);
-                let setup = fit.look(&fit.fitted()).unwrap();
+                let fitted = [Experiment::new("", &problem).observe(data)];
+                let look = FirstLook::at(&fitted, &[Parameter::YoungsModulus.into()]).unwrap();
                 assert!(
-                    setup.hopeless.is_none() && setup.suspicions.is_empty(),
-                    "E = 1e{exponent}, {damping} 1/s, {end} s, {point:?}: {setup:?}"
+                    look.hopeless.is_none() && look.suspicions.is_empty(),
+                    "E = 1e{exponent}, {damping} 1/s, {end} s, {point:?}: {look:?}"
                 );
             }
         }

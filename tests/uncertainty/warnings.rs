@@ -1,4 +1,4 @@
-//! What is wrong with data, model or mesh does not look fine, and what is not is not doubted.
+//! What is wrong with data, model or mesh does not look fine, and what is not is not warned of.
 
 use rodfit::fit::{FitReport, Grade, Kind, Sample};
 use rodfit::scene::{Clamp, Time};
@@ -65,7 +65,7 @@ fn nothing_wrong_looks_fine() {
     let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
     let fine = fit_with(&scene, &data, &unknowns, same_mesh());
     assert!(fine.warnings.is_empty() && fine.grade == Grade::Trustworthy, "{fine}");
-    let doubtful = |report: &FitReport, word: &str| {
+    let warned = |report: &FitReport, word: &str| {
         assert!(report.grade != Grade::Trustworthy, "{report}");
         assert!(report.warnings.iter().any(|w| w.contains(word)), "{report}");
     };
@@ -78,22 +78,22 @@ fn nothing_wrong_looks_fine() {
             .analyse(same_mesh())
             .solve()
             .unwrap();
-        doubtful(&report, "resemble");
+        warned(&report, "resemble");
     }
     // Damped data, undamped model.
     let mut undamped = scene.clone();
     undamped.loads.damping.mass = 0.0;
-    doubtful(&fit(&undamped, &data, &[Parameter::YoungsModulus]), "resemble");
+    warned(&fit(&undamped, &data, &[Parameter::YoungsModulus]), "resemble");
     // A clock that runs a hundredth of a second late.
     let mut late = data.clone();
     late.samples.iter_mut().for_each(|s| s.time -= 0.008);
     late.samples.retain(|s: &Sample| s.time >= 0.0);
-    doubtful(&fit(&scene, &late, &unknowns), "resemble");
+    warned(&fit(&scene, &late, &unknowns), "resemble");
     // Ten edges and exact data: the mesh is what is wrong.
     let mut coarse = scene.clone();
     coarse.supports.clamp = Clamp::Nodes;
     let report = fit(&coarse, &data, &unknowns);
-    doubtful(&report, "mesh and step may be");
+    warned(&report, "mesh and step may be");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
 }
 

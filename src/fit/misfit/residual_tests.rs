@@ -17,7 +17,7 @@ const FEWEST: usize = 12;
 const LAGS: usize = 10;
 
 /// The tests of one coordinate of one observation.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResidualTests {
     /// The file, or the point.
     pub observation: String,

@@ -1,0 +1,126 @@
+//! The ways in which a fit ends.
+
+use crate::error::Error;
+use crate::fit::measurement::experiment::all;
+use crate::fit::report::plot_data::PlotData;
+use crate::fit::report::replay::{moving, still};
+use crate::fit::search::Search;
+use crate::fit::search::basins::Basins;
+use crate::fit::search::journal::Stage;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::assessment::Assessment;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::residual_rms;
+use crate::fit::uncertainty::verdict::{Conclusion, End, Grade, Weight, conclude};
+
+/// All that a report says of a result.
+pub(crate) struct Ending {
+    pub converged: bool,
+    pub interrupted: bool,
+    pub assessment: Assessment,
+    pub conclusion: Conclusion,
+    pub basins: Basins,
+    pub plot_data: Option<PlotData>,
+}
+
+impl Ending {
+    /// With an optimum and what it is worth; `kept` says whether plots are wanted.
+    pub fn assessed(
+        search: &Search,
+        optimum: &Optimum,
+        mut assessment: Assessment,
+        kept: bool,
+    ) -> Self {
+        let mut warnings = std::mem::take(&mut assessment.warnings);
+        let plot_data = kept.then(|| {
+            let still = still(search, Some(optimum), &assessment.sigma);
+            let profiles = std::mem::take(&mut assessment.profiles);
+            let plots = PlotData { profiles, ..still };
+            moving(search, &optimum.x, plots).unwrap_or_else(|(plots, error)| {
+                warnings.add(Weight::Note, format!("no shapes of the rod: {error}"));
+                plots
+            })
+        });
+        let interrupted = search.is_stopped();
+        let end = End {
+            converged: optimum.converged,
+            identified: assessment.estimates.iter().all(|e| e.identifiable),
+            interrupted,
+            exit: &optimum.status,
+        };
+        let findings = assessment.covariance.as_ref().map_or(&[][..], |c| &c.findings);
+        Self {
+            converged: optimum.converged,
+            interrupted,
+            conclusion: conclude(end, findings, warnings),
+            basins: search.basins(Some(optimum)),
+            plot_data,
+            assessment,
+        }
+    }
+
+    /// Told to stop on the way: the best values so far, without errors; an error where there are none.
+    pub fn unfinished(search: &Search, kept: bool) -> Result<Self, Error> {
+        let best = search.journal.best().ok_or(Error::Interrupted)?;
+        let (stage, whole) = (best.stage, best.stage == Stage::Full);
+        let optimum = Optimum {
+            x: best.x,
+            cost: best.cost,
+            residuals: best.residuals,
+            jacobian: Vec::new(),
+            counts: best.counts,
+            converged: false,
+            status: "interrupted".into(),
+            halved: false,
+        };
+        let sigma = search.estimated_sigmas(&optimum);
+        let known = search.unknowns.iter().zip(&optimum.x);
+        let estimates = known.map(|(u, x)| Estimate::without_error(u, Some(u.from_scale(*x))));
+        Ok(Self {
+            converged: false,
+            interrupted: true,
+            conclusion: Conclusion {
+                grade: Grade::Interrupted,
+                verdict: format!(
+                    "do not believe this: these are the best values when the search was stopped ({})",
+                    stage.name()
+                ),
+                status: optimum.status.clone(),
+                warnings: Vec::new(),
+            },
+            basins: search.basins(None),
+            plot_data: kept.then(|| still(search, whole.then_some(&optimum), &sigma)),
+            assessment: Assessment {
+                estimates: estimates.collect(),
+                residual_rms: residual_rms(search, &optimum),
+                sigma,
+                ..Assessment::default()
+            },
+        })
+    }
+
+    /// Of recordings that a search would be wasted on, as `words` say: what is left is all that moves in
+    /// them.
+    pub fn unsearched(search: &Search, words: &str, kept: bool) -> Self {
+        let left: Vec<f64> = all(search.experiments).map(|(e, m)| m.size(&e.problem)).collect();
+        let estimates = search.unknowns.iter().map(|u| Estimate::without_error(u, None));
+        Self {
+            converged: false,
+            interrupted: false,
+            conclusion: Conclusion {
+                grade: Grade::NotUsable,
+                status: format!("not to be used: {words}"),
+                verdict: words.into(),
+                warnings: vec![words.into()],
+            },
+            basins: search.basins(None),
+            plot_data: kept.then(|| still(search, None, &search.sigmas)),
+            assessment: Assessment {
+                estimates: estimates.collect(),
+                residual_rms: left.iter().copied().fold(0.0, f64::max),
+                sigma: left,
+                ..Assessment::default()
+            },
+        }
+    }
+}

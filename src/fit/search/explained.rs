@@ -1,0 +1,80 @@
+//! What an optimum leaves of the measurements: rounding errors, noise, or motion that the model does not
+//! explain.
+
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::misfit::noise::UNEXPLAINED;
+use crate::fit::misfit::residual_tests::ResidualTests;
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+
+/// Residuals below this part of the rod's length are rounding errors, not noise.
+const ROUNDING: f64 = 1e-8;
+/// Values per coordinate from which on tests are trusted to find what is not noise.
+const ENOUGH: usize = 30;
+
+impl Search<'_> {
+    /// Whether every measurement is explained but for a tenth of its motion, three sigma, or noise.
+    pub fn explained(&self, optimum: &Optimum) -> bool {
+        let spreads = self.spreads(optimum);
+        self.measured(optimum).zip(spreads).all(|((experiment, measurement, _, own), rms)| {
+            let size = measurement.size(&experiment.problem);
+            rms <= (UNEXPLAINED * size).max(3.0 * measurement.sigma().unwrap_or(0.0))
+                || size == 0.0
+                || is_noisy(experiment, measurement, rms, own)
+        })
+    }
+
+    /// Whether nothing but rounding errors is left of any measurement.
+    pub fn is_rounding(&self, optimum: &Optimum) -> bool {
+        let spreads = self.spreads(optimum);
+        self.measured(optimum)
+            .zip(spreads)
+            .all(|((e, m, ..), spread)| spread <= ROUNDING * m.scale(&e.problem))
+    }
+
+    /// Whether what is left looks like noise, or is rounding errors.
+    pub fn is_noise(&self, optimum: &Optimum) -> bool {
+        let tests = self.measured(optimum).flat_map(|(e, m, _, own)| residual_tests(e, m, own));
+        self.is_rounding(optimum) || tests.into_iter().all(|tests| tests.is_noise())
+    }
+
+    /// Root mean square residual of each measurement, in its unit; whatever outliers do, where the
+    /// loss is robust.
+    pub fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
+        let spread = |(_, m, sigma, r): (_, &Measurement, f64, &[f64])| m.loss().spread(r) * sigma;
+        self.measured(optimum).map(spread).collect()
+    }
+}
+
+/// Tests every coordinate of a measurement, whose residuals these are, for being noise.
+pub(crate) fn residual_tests(
+    experiment: &Experiment,
+    measurement: &Measurement,
+    residuals: &[f64],
+) -> Vec<ResidualTests> {
+    if let Measurement::Frequencies(_) = measurement {
+        return Vec::new();
+    }
+    let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
+        let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
+        let (times, values): (Vec<f64>, Vec<f64>) = seen.map(|(k, t)| (t, residuals[*k])).unzip();
+        let label = experiment.label(measurement);
+        ResidualTests::new(label, coordinate.axis, &times, &values, measurement.loss())
+    });
+    tests.collect()
+}
+
+/// Whether the record is noisy enough, and long enough to tell, that what is left of it is
+/// noise. At a wrong minimum more than half is left.
+pub(crate) fn is_noisy(
+    experiment: &Experiment,
+    measurement: &Measurement,
+    rms: f64,
+    residuals: &[f64],
+) -> bool {
+    let tests = residual_tests(experiment, measurement, residuals);
+    rms <= 0.5 * measurement.size(&experiment.problem)
+        && residuals.len() >= ENOUGH * tests.len().max(1)
+        && tests.iter().all(ResidualTests::is_noise)
+}

@@ -1,0 +1,161 @@
+//! What an optimum is worth: everything that is computed about it.
+
+use crate::error::Error;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::misfit::residual_tests::ResidualTests;
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::discretization::{self, DiscretizationError};
+use crate::fit::uncertainty::estimate::{Estimate, estimates};
+use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
+use crate::fit::uncertainty::prediction::{Prediction, predictions};
+use crate::fit::uncertainty::profile::{self, Profile};
+use crate::fit::uncertainty::vanishing::vanishing;
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
+use crate::fit::uncertainty::warnings::{
+    against_priors, bounds_reached, jumps, may_be_zero, steps_too_large, test_residuals,
+    unexplained,
+};
+use crate::fit::uncertainty::{bootstrap, observed};
+use crate::numerics::half_square;
+
+/// What is known of the parameters, and what speaks against it.
+#[derive(Default)]
+pub(crate) struct Assessment {
+    pub estimates: Vec<Estimate>,
+    /// None without an optimum.
+    pub covariance: Option<Covariance>,
+    pub residual_rms: f64,
+    /// The noise of each measurement, in its unit.
+    pub sigma: Vec<f64>,
+    pub losses: Vec<LossEffect>,
+    pub discretization: Vec<DiscretizationError>,
+    pub residual_tests: Vec<ResidualTests>,
+    pub predictions: Vec<Prediction>,
+    pub profiles: Vec<Profile>,
+    pub warnings: Warnings,
+}
+
+/// Assesses an optimum; `experiments` have what was held out too, and `suspicions` are what looked wrong
+/// before the search.
+pub(crate) fn assess(
+    (search, optimum): (&Search, &Optimum),
+    analysis: &Analysis,
+    experiments: &[Experiment],
+    suspicions: &[String],
+) -> Result<Assessment, Error> {
+    let unknowns = search.unknowns;
+    let noise = Noise::at(search, optimum);
+    let residuals = search.all_residuals()?;
+    let rows = weighted(&optimum.jacobian, &noise.weights);
+    let vanishing = vanishing(unknowns, (optimum, &rows, &residuals.losses()), &noise, &residuals);
+    let rise = |step: &[f64]| {
+        let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();
+        // What cannot be simulated does not fit.
+        residuals.residuals(&x).map_or(f64::INFINITY, |r| {
+            2.0 * (half_square(&r) - optimum.cost) / (noise.rise * noise.reach.powi(2))
+        })
+    };
+    let effect = size(search, optimum);
+    let covariance = Covariance::new(unknowns, &vanishing, &rows, noise.variance, effect, rise)?;
+    if search.is_stopped() {
+        // Half an analysis is none.
+        return Err(Error::Interrupted);
+    }
+    let estimates = estimates(unknowns, optimum, (&covariance, &vanishing), noise.reach);
+    let sigma = search.estimated_sigmas(optimum);
+
+    let mut warnings = Warnings::default();
+    may_be_zero(&estimates, &mut warnings);
+    bounds_reached(unknowns, optimum, &covariance, &mut warnings);
+    unexplained(search, optimum, &mut warnings);
+    against_priors(unknowns, optimum, &mut warnings);
+    steps_too_large(search.experiments, &mut warnings);
+    if !search.explained(optimum) {
+        suspicions.iter().for_each(|words| warnings.add(Weight::Setup, words));
+    }
+    let (mut residual_tests, mut discretization) = (Vec::new(), Vec::new());
+    // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
+    // nothing else.
+    if optimum.residuals.len() == unknowns.len() || !search.is_rounding(optimum) {
+        residual_tests = test_residuals(search, optimum, &mut warnings);
+        jumps(search, optimum, &mut warnings);
+        discretization = discretization::errors_of(
+            &estimates,
+            (search, optimum),
+            (&covariance, &noise),
+            analysis.discretization_error,
+            &mut warnings,
+        );
+    }
+    let (estimates, profiles) = match optimum.converged && covariance.findings.is_empty() {
+        true => {
+            let around = (&covariance, &noise);
+            analysed(estimates, (search, optimum), around, (analysis, &sigma), &mut warnings)
+        }
+        false => (estimates, Vec::new()),
+    };
+    let local = (&covariance, &sigma[..]);
+    let predictions = predictions(experiments, (search, optimum), local, &mut warnings);
+    Ok(Assessment {
+        estimates,
+        residual_rms: residual_rms(search, optimum),
+        losses: losses(search, optimum, &noise),
+        covariance: Some(covariance),
+        sigma,
+        discretization,
+        residual_tests,
+        predictions,
+        profiles,
+        warnings,
+    })
+}
+
+/// The size of what was measured, in units of the noise.
+fn size(search: &Search, optimum: &Optimum) -> f64 {
+    let sizes = search.measured(optimum).map(|(experiment, m, sigma, own)| {
+        (m.scale(&experiment.problem) / sigma).powi(2) * own.len() as f64
+    });
+    sizes.sum::<f64>().sqrt()
+}
+
+/// The estimates with what was asked for beyond them, and the profiles.
+fn analysed(
+    estimates: Vec<Estimate>,
+    (search, optimum): (&Search, &Optimum),
+    (covariance, noise): (&Covariance, &Noise),
+    (analysis, sigma): (&Analysis, &[f64]),
+    warnings: &mut Warnings,
+) -> (Vec<Estimate>, Vec<Profile>) {
+    let n = estimates.len();
+    let observed = match analysis.observed_information {
+        true => observed::std_errors(search, optimum, noise, &estimates, warnings),
+        false => vec![None; n],
+    };
+    let intervals = match analysis.profile {
+        true => profile::intervals(search, optimum, (covariance, noise), warnings),
+        false => vec![None; n],
+    };
+    let bootstrap = match analysis.bootstrap {
+        0 => vec![None; n],
+        count => bootstrap::spreads(search, optimum, sigma, (count, analysis.seed), warnings),
+    };
+    let unknowns = search.unknowns;
+    let profile = |(i, interval): (usize, &Option<profile::Interval>)| {
+        Some(interval.as_ref()?.profile(&unknowns[i], noise.reach))
+    };
+    let profiles = intervals.iter().enumerate().filter_map(profile).collect();
+    let all = estimates.into_iter().zip(observed).zip(intervals).zip(bootstrap).zip(unknowns);
+    let with = |((((estimate, observed_std_error), interval), bootstrap), unknown): (
+        (((Estimate, _), Option<profile::Interval>), _),
+        _,
+    )| Estimate {
+        observed_std_error,
+        profile95: interval.map(|interval| interval.values(unknown)),
+        bootstrap,
+        ..estimate
+    };
+    (all.map(with).collect(), profiles)
+}

@@ -1,0 +1,101 @@
+//! What a fit says of a parameter.
+
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::bootstrap::Bootstrap;
+use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::vanishing::Vanishing;
+use crate::fit::unknown::{Prior, Unknown};
+use crate::scene::Parameter;
+use serde::{Deserialize, Serialize};
+
+/// An identified parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Which.
+    pub name: Parameter,
+    /// Of which experiments; of all that have it when empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub experiments: Vec<String>,
+    /// In the parameter's SI unit; none when not identifiable.
+    pub value: Option<f64>,
+    /// Standard error in the same unit; none without convergence.
+    pub std_error: Option<f64>,
+    /// 95 % interval in the same unit; none without convergence.
+    pub interval95: Option<[f64; 2]>,
+    /// One-sided 95 % upper end of a damping that cannot be told from zero, in the same unit: the
+    /// interval is then `[0, upper95]`, and there is no standard error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper95: Option<f64>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+    /// What was known before the data.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior: Option<Prior>,
+    /// Standard error from the exact Hessian of the misfit, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observed_std_error: Option<f64>,
+    /// 95 % interval from the likelihood's profile, if asked for; an end is none where the data
+    /// set none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub profile95: Option<[Option<f64>; 2]>,
+    /// Spread over a parametric bootstrap, if asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bootstrap: Option<Bootstrap>,
+}
+
+impl Estimate {
+    /// The name, with the experiments if it is of some only.
+    pub fn label(&self) -> String {
+        match self.experiments.is_empty() {
+            true => self.name.to_string(),
+            false => format!("{} ({})", self.name, self.experiments.join(", ")),
+        }
+    }
+
+    /// Of an unknown of which nothing is known but this `value`.
+    pub(crate) fn without_error(unknown: &Unknown, value: Option<f64>) -> Self {
+        Self {
+            name: unknown.parameter,
+            experiments: unknown.experiments.clone(),
+            value,
+            std_error: None,
+            interval95: None,
+            upper95: None,
+            identifiable: false,
+            prior: unknown.prior,
+            observed_std_error: None,
+            profile95: None,
+            bootstrap: None,
+        }
+    }
+}
+
+/// What the covariance at an optimum says of every unknown; an interval reaches so many standard
+/// deviations to each side.
+pub(crate) fn estimates(
+    unknowns: &[Unknown],
+    optimum: &Optimum,
+    (covariance, vanishing): (&Covariance, &[Option<Vanishing>]),
+    reach: f64,
+) -> Vec<Estimate> {
+    let estimate = |(i, unknown): (usize, &Unknown)| {
+        let x = optimum.x[i];
+        let value = unknown.from_scale(x);
+        let deviation = covariance.deviation[i].filter(|_| optimum.converged);
+        let zero = vanishing[i].and_then(|v| Some((v.value, v.upper95?)));
+        let known = covariance.deviation[i].is_some() || zero.is_some();
+        let ends = |sd: f64| {
+            let [low, high] = unknown.parameter.limits();
+            [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high))
+        };
+        let value = known.then_some(zero.map_or(value, |(value, _)| value));
+        Estimate {
+            std_error: deviation.map(|sd| sd * unknown.slope(unknown.from_scale(x))),
+            interval95: zero.map(|(_, upper)| [0.0, upper]).or(deviation.map(ends)),
+            upper95: zero.map(|(_, upper)| upper),
+            identifiable: known,
+            ..Estimate::without_error(unknown, value)
+        }
+    };
+    unknowns.iter().enumerate().map(estimate).collect()
+}

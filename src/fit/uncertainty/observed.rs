@@ -1,0 +1,52 @@
+//! Observed information: standard errors from the exact Hessian of the misfit.
+
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::{Noise, scatter};
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
+use nalgebra::DMatrix;
+
+/// Standard errors of the `estimates` from the Hessian at the optimum; none where it gives none.
+pub(crate) fn std_errors(
+    search: &Search,
+    optimum: &Optimum,
+    noise: &Noise,
+    estimates: &[Estimate],
+    warnings: &mut Warnings,
+) -> Vec<Option<f64>> {
+    let mut errors = vec![None; estimates.len()];
+    let hessian = match search.all_residuals().and_then(|r| r.hessian_at(&optimum.x)) {
+        Ok(hessian) => hessian,
+        Err(error) => {
+            let words = format!("no observed information: its simulation failed ({error})");
+            warnings.add(Weight::Note, words);
+            return errors;
+        }
+    };
+    let n = estimates.len();
+    // Of what may be zero there is no logarithm to speak of.
+    let known: Vec<usize> = (0..n).filter(|i| estimates[*i].upper95.is_none()).collect();
+    let among = |m: &DMatrix<f64>| m.select_rows(&known).select_columns(&known);
+    let hessian = among(&DMatrix::from_fn(n, n, |i, j| hessian[i][j]));
+    let Some(factors) = hessian.cholesky() else {
+        let words = "the Hessian of the misfit is not positive: this is not a minimum of its own";
+        warnings.add(Weight::Worthless, words);
+        return errors;
+    };
+    let inverse = factors.inverse();
+    // The gradient scatters with psi^2; under squares that is the variance times the Hessian.
+    let robust = noise.weights.iter().any(|w| *w != 1.0);
+    let covariance = match robust {
+        false => noise.variance * inverse,
+        true => {
+            let scatter = among(&scatter(search, optimum));
+            &inverse * scatter * &inverse
+        }
+    };
+    for (place, i) in known.into_iter().enumerate() {
+        let sd = covariance[(place, place)].sqrt();
+        errors[i] = estimates[i].value.map(|value| sd * search.unknowns[i].slope(value));
+    }
+    errors
+}
