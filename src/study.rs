@@ -34,24 +34,25 @@ const SAMPLES: usize = 400;
 const SHORT: f64 = 0.05;
 
 /// One run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Row {
-    /// The scheme.
+    /// The time integrator.
     pub scheme: Scheme,
-    /// Its parameter; 0.5 beside schemes that have none.
+    /// Parameter of the Newmark-beta scheme; 0.5 beside schemes that have none.
     pub beta: f64,
-    /// s.
+    /// Time step, s.
     pub step: f64,
     /// Number of edges.
     pub segments: usize,
     /// Largest distance of the tip from the continuum's, over the rod's length; absent when the run
     /// failed.
     pub error: Option<f64>,
-    /// The part of it that the step makes: against the finest step on the same mesh.
+    /// The part of `error` that the step makes: against the finest step on the same mesh.
     pub step_error: Option<f64>,
-    /// The part that the mesh makes: of the finest step on this mesh.
+    /// The part of `error` that the mesh makes: of the finest step on this mesh.
     pub mesh_error: f64,
-    /// Of the stepping, the shortest of up to three runs.
+    /// Wall time of the stepping, s, the shortest of up to three runs.
     pub wall_seconds: f64,
     /// Newton iterations of all steps.
     pub newton_iterations: usize,
@@ -62,23 +63,25 @@ pub struct Row {
 }
 
 /// The cheapest row for an error.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Advice {
-    /// Tip error over length.
+    /// Error of the tip that is wanted, over the length.
     pub error: f64,
     /// Index of the row; absent when no row is that good.
     pub row: Option<usize>,
 }
 
 /// A work-precision study.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Study {
     /// All runs.
     pub rows: Vec<Row>,
     /// How far the reference is from the nearest other run, over the length: errors below are
     /// indistinguishable from its own.
     pub reference_error: f64,
-    /// For rounder and rounder errors, what to use.
+    /// What to use for smaller and smaller errors.
     pub advice: Vec<Advice>,
 }
 

@@ -24,13 +24,13 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Largest errors that pass.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
-    /// Of gradients, hand against dual.
+    /// Largest error of hand-derived gradients against dual numbers.
     pub gradient: f64,
-    /// Of Hessians, hand against dual.
+    /// Largest error of hand-derived Hessians against dual numbers.
     pub hessian: f64,
-    /// Of both, hand against finite differences, each at its best step.
+    /// Largest error of either against finite differences, each at its best step.
     pub finite_difference: f64,
 }
 
@@ -41,18 +41,20 @@ impl Default for Tolerance {
 }
 
 /// Largest relative errors found.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Errors {
-    /// Of gradients, hand against dual.
+    /// Largest error of hand-derived gradients against dual numbers.
     pub gradient: f64,
-    /// Of Hessians, hand against dual.
+    /// Largest error of hand-derived Hessians against dual numbers.
     pub hessian: f64,
-    /// Of both, hand against finite differences, each at its best step.
+    /// Largest error of either against finite differences, each at its best step.
     pub finite_difference: f64,
 }
 
 /// The entry where hand and dual differ most.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Worst {
     /// Name of the element.
     pub element: String,
@@ -60,16 +62,17 @@ pub struct Worst {
     pub quantity: String,
     /// Name of the unknown, or of the two of a Hessian's entry.
     pub dof: String,
-    /// By hand.
+    /// The hand-derived value.
     pub hand: f64,
-    /// By num-dual.
+    /// The value by num-dual.
     pub dual: f64,
     /// Difference over the sum of absolute terms.
     pub relative_error: f64,
 }
 
 /// A derivative whose error is above what passes.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Above {
     /// Name of the element.
     pub element: String,
@@ -77,11 +80,11 @@ pub struct Above {
     pub quantity: String,
     /// Name of the unknown, or of the two of a Hessian's entry.
     pub dof: String,
-    /// By hand.
+    /// The hand-derived value.
     pub hand: f64,
     /// What it is compared with: `dual` or `finite difference`.
     pub against: String,
-    /// By that.
+    /// The value by that.
     pub other: f64,
     /// Difference over the sum of absolute terms.
     pub relative_error: f64,
@@ -98,7 +101,8 @@ pub enum Verdict {
 }
 
 /// What the check says of the derivation, and what the third opinion is.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Verdicts {
     /// Hand-derived against automatic derivatives.
     pub hand_dual: Verdict,
@@ -110,7 +114,8 @@ pub struct Verdicts {
 const MOST_ABOVE: usize = 20;
 
 /// Errors of finite differences at one step size: large steps truncate, small ones round.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ValleyPoint {
     /// Step over the energy's own scale, the length over which it is smooth.
     pub step: f64,
@@ -121,13 +126,14 @@ pub struct ValleyPoint {
 }
 
 /// The result of a check.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CheckReport {
-    /// Over all states.
+    /// Largest errors over all states.
     pub max_relative_error: Errors,
     /// Absent when hand and dual agree to the last bit everywhere.
     pub worst: Option<Worst>,
-    /// What agrees.
+    /// Which ways to the derivatives agree.
     pub verdicts: Verdicts,
     /// The first twenty derivatives above the limits.
     pub above: Vec<Above>,

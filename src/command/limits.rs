@@ -195,6 +195,7 @@ fn recorded(experiment: &Experiment) -> (f64, f64) {
 /// A scene's nodes before there is a mesh; those of a polyline by the size of its file.
 fn nodes(scene: &Scene) -> f64 {
     match (&scene.rod.shape, scene.rod.segments) {
+        (Shape::Polyline { points, .. }, None) if !points.is_empty() => points.len() as f64,
         (Shape::Polyline { file, .. }, None) => {
             let size = std::fs::metadata(scene.folder().join(file)).map_or(0, |found| found.len());
             size as f64 / ROW

@@ -60,7 +60,8 @@ pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error>
 }
 
 /// The JSON of `rodfit simulate`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct SimulationReport {
     /// `planar` or `spatial`.
     pub model: String,
@@ -92,21 +93,29 @@ pub struct SimulationReport {
     pub warnings: Vec<String>,
     /// The scene with its defaults.
     pub scene: Scene,
-    /// Whether `tip` and `energy` grow.
-    #[serde(skip)]
-    keeps_series: bool,
-    /// States seen.
-    #[serde(skip)]
-    seen: usize,
-    #[serde(skip)]
+    /// Total energy at the start, J.
+    #[serde(default)]
+    pub start_energy: f64,
+    /// Total energy as it was seen last, J.
+    #[serde(default)]
+    pub end_energy: f64,
+    /// Kinetic energies up to this one are rounding errors, J.
+    #[serde(default)]
+    pub negligible_energy: f64,
+    /// `[t, x, y, z]` of the tip as it was seen last, s and m.
+    #[serde(default)]
     last_tip: Option<[f64; 4]>,
-    #[serde(skip)]
-    start_energy: f64,
-    #[serde(skip)]
-    end_energy: f64,
-    /// Kinetic energies below this one are none, J.
-    #[serde(skip)]
-    still: f64,
+    /// Whether `tip` and `energy` grow.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    keeps_series: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_yes(keeps_series: &bool) -> bool {
+    *keeps_series
 }
 
 impl SimulationReport {
@@ -128,12 +137,11 @@ impl SimulationReport {
             status: "started".into(),
             warnings: problem.warnings(),
             scene: problem.scene().clone(),
-            keeps_series: true,
-            seen: 0,
-            last_tip: None,
             start_energy: 0.0,
             end_energy: 0.0,
-            still: still(problem),
+            negligible_energy: negligible_energy(problem),
+            last_tip: None,
+            keeps_series: true,
         }
     }
 
@@ -147,10 +155,10 @@ impl SimulationReport {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.position(problem.nodes() - 1);
         let total = e.total();
-        if self.seen == 0 {
-            self.start_energy = total;
+        match self.last_tip {
+            None => self.start_energy = total,
+            Some(_) => self.steps += 1,
         }
-        self.seen += 1;
         self.end_energy = total;
         self.last_tip = Some([t, x, y, z]);
         self.largest_energy_change =
@@ -165,7 +173,6 @@ impl SimulationReport {
     /// Takes the totals of a run and how it ended.
     pub fn finish(&mut self, trajectory: &Trajectory, outcome: &Result<(), Error>) {
         self.work = trajectory.work();
-        self.steps = self.seen.saturating_sub(1);
         self.newton_iterations = self.work.newton_iterations;
         self.wall_seconds = trajectory.stepping().as_secs_f64();
         self.status = match outcome {
@@ -212,12 +219,12 @@ impl SimulationReport {
 
     /// Whether what kinetic energy there is are rounding errors.
     fn is_still(&self) -> bool {
-        self.largest_kinetic_energy <= self.still
+        self.largest_kinetic_energy <= self.negligible_energy
     }
 }
 
 /// The kinetic energy of a rod that goes a thousand-millionth of its length in the time of the scene, J.
-fn still(problem: &Problem) -> f64 {
+fn negligible_energy(problem: &Problem) -> f64 {
     let area = problem.scene().rod.section.moments().area;
     let (mass, end) = (
         problem.scene().material.density * area * problem.length(),

@@ -245,21 +245,44 @@ impl ExperimentForm {
 
 impl FitFile {
     /// Reads and validates a fit file, its scenes and its data.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read or is no fit file, scenes and data likewise, and fits that cannot be
+    /// solved.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_if(path, |_| Ok(()))
     }
 
     /// The same, and `admit` sees every scene before its mesh is made.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`load`](Self::load), and what `admit` refuses.
     pub fn load_if(
         path: impl AsRef<Path>,
         admit: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = crate::input::file::text(path)?;
-        let mut form: Form = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
+        Self::read(&crate::input::file::text(path)?, path, &admit)
+    }
+
+    /// Reads and validates the text of a fit file. Paths in it are relative to `folder`; messages name the
+    /// text as if it were a file `fit` there.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`load`](Self::load).
+    pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read(text, &folder.as_ref().join("fit"), &|_| Ok(()))
+    }
+
+    /// What stands in a fit file of this path.
+    fn read(text: &str, path: &Path, admit: &Admit) -> Result<Self, Error> {
+        let mut form: Form = parse(text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;
-        let read = |e: ExperimentForm| e.read(folder, &admit);
+        let read = |e: ExperimentForm| e.read(folder, admit);
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
         let mut file = Self { experiments, unknowns: Vec::new(), analysis: form.analysis };

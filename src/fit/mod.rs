@@ -61,6 +61,7 @@ use crate::fit::search::Search;
 use crate::fit::search::first_look::FirstLook;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::assess;
+use crate::fit::unknown::laid_out;
 use crate::fit::validate::check;
 use crate::problem::Problem;
 use std::sync::Arc;
@@ -167,7 +168,7 @@ impl Fit {
     /// A fit that cannot be solved, or not in the way it is asked for.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
-        let fitted = self.fitted();
+        let fitted = fitted(&laid_out(&self.experiments, &self.unknowns)?);
         let horizons = vec![f64::MAX; fitted.len()];
         let (sigmas, work) = (first_sigmas(&fitted), full_work(&fitted)?);
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
@@ -183,42 +184,41 @@ impl Fit {
     pub fn solve(&self) -> Result<FitReport, Error> {
         let since = Instant::now();
         self.check()?;
-        let measured = self.fitted();
+        let experiments = laid_out(&self.experiments, &self.unknowns)?;
+        let measured = fitted(&experiments);
         let look = FirstLook::at(&measured, &self.unknowns)?;
         let mut search = Search::new(&measured, &self.unknowns, self.progress.clone())?;
         search.suspicious = !look.suspicions.is_empty();
         let ending = match &look.hopeless {
             Some(words) => Ending::unsearched(&search, words, self.keep_plot_data),
             None => {
-                match search.best().and_then(|optimum| self.weighed(&search, &optimum, &look)) {
+                match search
+                    .best()
+                    .and_then(|optimum| self.weighed((&search, &optimum), &experiments, &look))
+                {
                     Err(Error::Interrupted) => Ending::unfinished(&search, self.keep_plot_data)?,
                     Err(error @ Error::Fit(_)) => return Err(look.beside(error)),
                     ending => ending?,
                 }
             }
         };
-        Ok(FitReport::new(ending, &search, &self.experiments, since))
+        Ok(FitReport::new(ending, &search, &experiments, since))
     }
 
     /// What an optimum is worth.
     fn weighed(
         &self,
-        search: &Search,
-        optimum: &Optimum,
+        (search, optimum): (&Search, &Optimum),
+        experiments: &[Experiment],
         look: &FirstLook,
     ) -> Result<Ending, Error> {
         let found = (search, optimum);
-        let assessment = assess(found, &self.analysis, &self.experiments, &look.suspicions)?;
+        let assessment = assess(found, &self.analysis, experiments, &look.suspicions)?;
         Ok(Ending::assessed(search, optimum, assessment, self.keep_plot_data))
     }
 
     /// Refuses a fit that cannot be solved, or not in the way it is asked for.
     fn check(&self) -> Result<(), Error> {
         check(&self.experiments, &self.unknowns, &self.analysis)
-    }
-
-    /// The experiments with the measurements that are fitted.
-    fn fitted(&self) -> Vec<Experiment> {
-        fitted(&self.experiments)
     }
 }

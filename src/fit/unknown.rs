@@ -1,5 +1,6 @@
 //! A parameter to be identified, and the scale it is identified on.
 
+use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::numerics::scalar::Scalar;
 use crate::scene::Parameter;
@@ -10,7 +11,7 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ mean = .., sigma = .. } in the parameter's unit")]
 pub struct Prior {
-    /// In the parameter's unit.
+    /// Mean, in the parameter's unit.
     pub mean: f64,
     /// Standard deviation, in the same unit.
     pub sigma: f64,
@@ -19,7 +20,7 @@ pub struct Prior {
 /// A parameter to be identified.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unknown {
-    /// Which.
+    /// The parameter.
     pub parameter: Parameter,
     /// Where to look first; the program finds a start without one.
     pub start: Option<f64>,
@@ -29,6 +30,20 @@ pub struct Unknown {
     pub prior: Option<Prior>,
     /// The experiments that share it; all that have it when empty.
     pub experiments: Vec<String>,
+}
+
+/// The experiments with the layouts of their problems decided for generic values of what is looked for,
+/// once for the whole fit: the misfit then follows the unknowns smoothly.
+pub(crate) fn laid_out(
+    experiments: &[Experiment],
+    unknowns: &[Unknown],
+) -> Result<Vec<Experiment>, Error> {
+    let of = |experiment: &Experiment| {
+        let own = unknowns.iter().filter(|u| u.is_of(experiment)).map(|u| u.parameter);
+        let problem = experiment.problem.laid_out_for(own.collect())?;
+        Ok(Experiment { problem, ..experiment.clone() })
+    };
+    experiments.iter().map(of).collect()
 }
 
 impl From<Parameter> for Unknown {

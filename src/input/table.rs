@@ -83,11 +83,6 @@ impl Table {
         })
     }
 
-    /// The file.
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
     /// An error at a line of this file.
     pub fn error(&self, line: u64, message: &str) -> Error {
         Error::Data { path: self.path.clone(), line, message: message.into() }

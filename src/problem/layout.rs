@@ -3,13 +3,13 @@
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{dot, sub};
-use crate::problem::model::Correction;
+use crate::numerics::vector::{Vector, dot, sub};
+use crate::problem::model::{Correction, NodalLoad};
 use crate::problem::planar::PlanarModel;
 use crate::problem::spatial::SpatialModel;
 use crate::problem::{AnyModel, Modelled, setup};
 use crate::scene::shape::Mesh;
-use crate::scene::{Clamp, Dimension, Discretization, Scene, Support, Supports};
+use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
 
 impl<D: Scalar> Scene<D> {
     /// The rest shape's mesh, cut by the walls.
@@ -52,15 +52,19 @@ pub(crate) fn cuts<D>(supports: &Supports<D>) -> [bool; 2] {
     [cut(supports.start), cut(supports.end)]
 }
 
-/// Which constants the elements get.
-pub(super) fn correction(scene: &Scene, mesh: &Mesh) -> Correction {
+/// Which constants the elements get, whatever the values of the parameters that are `varying`.
+pub(super) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> Correction {
+    let varies = |place: &str| varying.iter().any(|p| p.path().starts_with(place));
     let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
     // Turns of 5e-6 a joint and more, which rounding errors do not make.
     let mut longer = edges.map(|(p, arc)| {
         let edge = sub(p[1], p[0]);
         arc / dot(edge, edge).sqrt() - 1.0 > 1e-12
     });
-    let curved = !scene.rod.natural_curvature.is_zero() && longer.any(|longer| longer);
+    let bends = matches!(scene.rod.shape, Shape::Arc { .. }) && varies("rod.shape.angle");
+    let natural =
+        !scene.rod.natural_curvature.is_zero() || varies(Parameter::NaturalCurvature.path());
+    let curved = natural && (bends || longer.any(|longer| longer));
     Correction {
         arcs: scene.discretization() != Discretization::Paper,
         cut: cuts(&scene.supports),
@@ -68,9 +72,8 @@ pub(super) fn correction(scene: &Scene, mesh: &Mesh) -> Correction {
     }
 }
 
-/// The smallest model that can hold the scene, or the one asked for; and why.
-pub(super) fn choose(scene: &Scene, mesh: &Mesh) -> Result<(AnyModel, String), Error> {
-    let correction = correction(scene, mesh);
+/// What a model takes for granted of a scene: the shape it starts in and the loads on its nodes.
+pub(super) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
     for energy in &scene.energies {
         energy.at().check(&energy.key(), mesh.length)?;
@@ -81,6 +84,23 @@ pub(super) fn choose(scene: &Scene, mesh: &Mesh) -> Result<(AnyModel, String), E
     }
     let loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
     setup::nodal(&scene.initial.point, "initial", mesh)?;
+    Ok(Checked { start, loads })
+}
+
+/// See [`checked`].
+pub(super) struct Checked {
+    start: Option<Vec<Vector<f64>>>,
+    loads: Vec<NodalLoad>,
+}
+
+/// The smallest model that can hold the scene, or the one asked for; and why.
+pub(super) fn choose(
+    scene: &Scene,
+    mesh: &Mesh,
+    varying: &[Parameter],
+) -> Result<(AnyModel, String), Error> {
+    let correction = correction(scene, mesh, varying);
+    let Checked { start, loads } = checked(scene, mesh)?;
     let asked = scene.rod.dimension;
     let why = match asked {
         Dimension::Spatial => "asked for".to_string(),

@@ -26,7 +26,7 @@ use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, scale, sub, unit};
-use crate::problem::layout::{check_edges, choose, correction};
+use crate::problem::layout::{check_edges, checked, choose, correction};
 use crate::rod::Rod;
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
@@ -52,6 +52,8 @@ pub struct Problem {
     /// Why this model.
     reason: String,
     mesh: Mesh,
+    /// Parameters that may come to have any value: the layout is for generic ones.
+    varying: Vec<Parameter>,
     /// The unknowns of the equilibrium the rod starts from, angles measured from the frames it
     /// begins with, once they were asked for.
     pub(crate) start: OnceLock<Vec<f64>>,
@@ -99,12 +101,29 @@ impl Scene {
     /// Validates the scene and builds what a simulation needs.
     pub fn problem(&self) -> Result<Problem, Error> {
         self.validate()?;
-        Problem::new(self.clone()).map_err(|error| error.in_file(self.path.as_deref()))
+        Problem::of(self.clone(), Vec::new(), None)
+    }
+}
+
+impl AnyModel {
+    /// The model of another scene of the same layout.
+    fn of(&self, scene: &Scene) -> Self {
+        match self {
+            Self::Planar(own) => Self::Planar(Modelled::new(own.model.clone(), scene)),
+            Self::Spatial(own) => Self::Spatial(Modelled::new(own.model.clone(), scene)),
+        }
     }
 }
 
 impl Problem {
-    fn new(mut scene: Scene) -> Result<Self, Error> {
+    /// The problem of a valid scene, with a layout for generic values of the `varying` parameters, or that
+    /// of another problem.
+    fn of(scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
+        let path = scene.path.clone();
+        Self::new(scene, varying, like).map_err(|error| error.in_file(path.as_deref()))
+    }
+
+    fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
         scene.read_shapes()?;
         let mesh = scene.mesh()?;
@@ -118,13 +137,20 @@ impl Problem {
             let allowed = format!("1 {BESIDE_STRAIGHT}");
             return Err(Error::invalid("rod.natural_curvature", found, allowed));
         }
-        let (model, reason) = choose(&scene, &mesh)?;
+        let (model, reason) = match like {
+            Some(like) => {
+                checked(&scene, &mesh)?;
+                (like.model.of(&scene), like.reason.clone())
+            }
+            None => choose(&scene, &mesh, &varying)?,
+        };
         let problem = Self {
             start: OnceLock::new(),
             derivatives: Derivatives::default(),
             model,
             reason,
             mesh,
+            varying,
             scene,
             stop: None,
         };
@@ -218,7 +244,7 @@ impl Problem {
     pub(crate) fn spatial_model(&self) -> Result<Modelled<SpatialModel, SPATIAL_BAND>, Error> {
         let normal = self.planar().map(|posed| posed.model.normal());
         let loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
-        let correction = correction(&self.scene, &self.mesh);
+        let correction = correction(&self.scene, &self.mesh, &self.varying);
         let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
         Ok(Modelled::new(model, &self.scene))
     }
@@ -320,7 +346,7 @@ impl Problem {
         Self { stop: Some(flag), ..self }
     }
     /// With the choices of how to compute that `other` was given.
-    pub(crate) fn computed_as(self, other: &Self) -> Self {
+    fn computed_as(self, other: &Self) -> Self {
         Self { derivatives: other.derivatives, stop: other.stop.clone(), ..self }
     }
     /// Whether the flag is set.
@@ -333,12 +359,46 @@ impl Problem {
     }
 
     /// The problem with other values of some parameters.
+    ///
+    /// All that is decided once for a scene is decided anew: a square section may stop being one, a rod
+    /// leave its plane.
+    ///
+    /// # Errors
+    ///
+    /// A parameter that the scene does not have, or a value that it cannot take.
     pub fn with(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Self, Error> {
+        Ok(self.changed(values)?.problem()?.computed_as(self))
+    }
+
+    /// The problem with other values of some parameters, of which nothing is decided anew: what it does
+    /// follows them smoothly.
+    pub(crate) fn varied(
+        &self,
+        values: impl IntoIterator<Item = (Parameter, f64)>,
+    ) -> Result<Self, Error> {
+        let scene = self.changed(values)?;
+        scene.validate()?;
+        Ok(Self::of(scene, self.varying.clone(), Some(self))?.computed_as(self))
+    }
+
+    /// The problem with a layout for generic values of these parameters: joints count as those of a curve
+    /// where a curvature is among them.
+    pub(crate) fn laid_out_for(&self, varying: Vec<Parameter>) -> Result<Self, Error> {
+        Ok(Self::of(self.scene.clone(), varying, None)?.computed_as(self))
+    }
+
+    /// Another scene, on another mesh or with other steps, laid out and computed as this one.
+    pub(crate) fn like_it(&self, scene: Scene) -> Result<Self, Error> {
+        scene.validate()?;
+        Ok(Self::of(scene, self.varying.clone(), None)?.computed_as(self))
+    }
+
+    fn changed(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Scene, Error> {
         let mut scene = self.scene.clone();
         for (parameter, value) in values {
             parameter.set(&mut scene, value)?;
         }
-        Ok(scene.problem()?.computed_as(self))
+        Ok(scene)
     }
 
     /// Refuses parameters that the scene does not have, or that would lead out of the plane of its

@@ -7,6 +7,7 @@ use std::fmt;
 
 /// A number of a scene, for people.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ListedParameter {
     /// Its place in the file.
     pub name: String,

@@ -339,8 +339,10 @@ fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[Vector<f64>]) -> Opti
     let [i1, i2] = scene.rod.section.moments().second_moments;
     let (in_plane, out) = plane.components(up.into());
     match () {
-        () if i1 == i2 || out.abs() <= TOLERANCE => Some(0),
+        // Of a square's two equal ones, the one that it is when the square stops being one.
+        () if out.abs() <= TOLERANCE => Some(0),
         () if in_plane.norm() <= TOLERANCE => Some(1),
+        () if i1 == i2 => Some(0),
         () => None,
     }
 }

@@ -142,6 +142,10 @@ impl Scene {
     }
 
     /// Reads and validates a scene file.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read or is no scene, or a value that is not allowed.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_with(path, |_| Ok(()))
     }
@@ -153,8 +157,35 @@ impl Scene {
         give: impl FnOnce(&mut Self) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = crate::input::file::text(path)?;
-        let mut scene: Self = parse(&text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
+        Self::read(&crate::input::file::text(path)?, path, give)
+    }
+
+    /// Reads and validates the text of a scene file. Paths in it are relative to `folder`; messages name
+    /// the text as if it were a file `scene` there.
+    ///
+    /// # Errors
+    ///
+    /// Text that is no scene, a value that is not allowed, or a file of a shape that cannot be read.
+    ///
+    /// ```
+    /// use rodfit::Scene;
+    /// let text = std::fs::read_to_string("data/cantilever.toml")?;
+    /// assert_eq!(Scene::from_toml(&text, "data")?.rod, Scene::load("data/cantilever.toml")?.rod);
+    /// let error = Scene::from_toml("[rod]", "data").unwrap_err().to_string();
+    /// assert!(error.starts_with("data/scene: missing keys: rod.segments"), "{error}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read(text, &folder.as_ref().join("scene"), |_| Ok(()))
+    }
+
+    /// The scene that stands in a file of this path, with the code that `give` gives its energies.
+    fn read(
+        text: &str,
+        path: &Path,
+        give: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let mut scene: Self = parse(text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
         give(&mut scene).map_err(|error| error.in_file(Some(path)))?;
         scene.validate()?;
@@ -173,7 +204,9 @@ impl Scene {
         let folder = self.folder();
         for shape in [Some(&mut self.rod.shape), self.initial.shape.as_mut()].into_iter().flatten()
         {
-            if let Shape::Polyline { file, .. } = shape {
+            if let Shape::Polyline { file, points, .. } = shape
+                && points.is_empty()
+            {
                 let path = folder.join(&*file);
                 *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
             }
@@ -185,7 +218,9 @@ impl Scene {
     pub fn files(&self) -> Vec<PathBuf> {
         let shapes = [Some(&self.rod.shape), self.initial.shape.as_ref()].into_iter().flatten();
         let polylines = shapes.filter_map(|shape| match shape {
-            Shape::Polyline { file, .. } => Some(self.folder().join(file)),
+            Shape::Polyline { file, points, .. } if points.is_empty() => {
+                Some(self.folder().join(file))
+            }
             _ => None,
         });
         self.path.iter().cloned().chain(polylines).collect()

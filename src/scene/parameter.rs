@@ -15,6 +15,7 @@ use crate::scene::time::Time;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::hash::{Hash, Hasher};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// A physical number of a scene, by its place in the file: `rod.shape.length`,
@@ -29,10 +30,27 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 /// assert_eq!(modulus.path(), "material.youngs_modulus");
 /// # Ok::<(), rodfit::Error>(())
 /// ```
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+/// It is shown and written under the name that it was asked for by; two names of a place are the same
+/// parameter.
+#[derive(Clone, Copy)]
 pub struct Parameter {
     /// Where it stands.
     path: &'static str,
+    name: &'static str,
+}
+
+impl PartialEq for Parameter {
+    fn eq(&self, other: &Self) -> bool {
+        self.path == other.path
+    }
+}
+
+impl Eq for Parameter {}
+
+impl Hash for Parameter {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.path.hash(state);
+    }
 }
 
 /// Short names of places.
@@ -40,7 +58,7 @@ macro_rules! short_names {
     ($($(#[$doc:meta])* $constant:ident = $name:literal: $path:literal;)*) => {
         #[allow(non_upper_case_globals)]
         impl Parameter {
-            $($(#[$doc])* pub const $constant: Self = Self { path: $path };)*
+            $($(#[$doc])* pub const $constant: Self = Self { path: $path, name: $name };)*
         }
         const SHORT_NAMES: &[(&str, Parameter)] = &[$(($name, Parameter::$constant)),*];
     };
@@ -105,7 +123,8 @@ const LISTS: [&str; 2] = ["natural_curvature", "natural_twist"];
 impl Parameter {
     /// The parameter that stands at a place of a scene.
     pub(crate) fn at(path: &str) -> Self {
-        Self { path: kept(path) }
+        let path = kept(path);
+        Self { path, name: path }
     }
 
     /// Says what kind of number stands at a place that only code knows. What was said first stays: a
@@ -124,7 +143,8 @@ impl Parameter {
             let part =
                 name.strip_prefix(list).and_then(|rest| rest.strip_prefix('.')?.parse().ok());
             if let Some(part) = part.and_then(|part: usize| part.checked_sub(1)) {
-                return Some(Self::at(&format!("rod.{list}.{part}")));
+                let path = kept(&format!("rod.{list}.{part}"));
+                return Some(Self { path, name: kept(name) });
             }
         }
         let known = |name: &str| quantities().contains_key(&pattern(name)) || is_of_own(name);
@@ -141,21 +161,26 @@ impl Parameter {
         all
     }
 
-    /// Its other name, if it has one.
+    /// Its short names.
     pub fn aliases(self) -> Vec<&'static str> {
-        Vec::from_iter((self.name() != self.path).then(|| self.name()))
+        Vec::from_iter(self.short_name())
     }
 
-    /// What it is called in reports: its short name, if it has one, or else its place.
+    /// What it was asked for by: a place in the scene's file, or a short name of one.
     pub fn name(self) -> &'static str {
+        self.name
+    }
+
+    /// Its short name, if it has one.
+    fn short_name(self) -> Option<&'static str> {
         if let Some((short, _)) = SHORT_NAMES.iter().find(|(_, parameter)| *parameter == self) {
-            return short;
+            return Some(short);
         }
         let part = |list: &&str| {
             let part = self.path.strip_prefix("rod.")?.strip_prefix(*list)?.strip_prefix('.')?;
             Some(kept(&format!("{list}.{}", part.parse::<usize>().ok()? + 1)))
         };
-        LISTS.iter().find_map(part).unwrap_or(self.path)
+        LISTS.iter().find_map(part)
     }
 
     /// Its place in the scene's file.
@@ -229,13 +254,14 @@ impl Parameter {
 
     /// The error for a parameter that a scene does not have.
     pub fn absent(self, scene: &Scene) -> Error {
-        let names: Vec<&str> = Self::all(scene).into_iter().map(Self::name).collect();
+        let short = |p: Self| p.short_name().unwrap_or(p.path);
+        let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
         let place = self.path.rsplit_once('.').map_or("", |(table, _)| table);
-        let needs = match self {
-            Self::Radius => "with a circular section",
-            Self::Width | Self::Height => "with a rectangular section",
-            Self::Beta => "with [time] and the scheme newmark-beta",
-            Self::NaturalCurvature | Self::NaturalTwist => {
+        let needs = match self.path {
+            "rod.section.radius" => "with a circular section",
+            "rod.section.width" | "rod.section.height" => "with a rectangular section",
+            "time.beta" => "with [time] and the scheme newmark-beta",
+            "rod.natural_curvature" | "rod.natural_twist" => {
                 "with one number there, not a list, whose parts are counted, .1, .2, .."
             }
             _ if is_of_own(self.path) => {
@@ -424,7 +450,8 @@ mod tests {
         for (short, parameter) in SHORT_NAMES {
             assert!(quantities().contains_key(parameter.path), "{parameter}");
             assert_eq!(Parameter::named(short), Some(*parameter));
-            assert_eq!(Parameter::named(parameter.path), Some(*parameter));
+            let written = Parameter::named(parameter.path).unwrap();
+            assert_eq!((written, written.name()), (*parameter, parameter.path));
             assert_eq!(parameter.name(), *short);
         }
     }
@@ -446,6 +473,9 @@ mod tests {
         assert!(told("youngs_moduls").contains("youngs_modulus"), "{}", told("youngs_moduls"));
         assert!(told("lenght").contains("rod.shape.length"), "{}", told("lenght"));
         let second: Parameter = "natural_curvature.2".parse().unwrap();
-        assert_eq!(second.path(), "rod.natural_curvature.1");
+        assert_eq!(
+            (second.path(), second.name()),
+            ("rod.natural_curvature.1", "natural_curvature.2")
+        );
     }
 }

@@ -6,7 +6,7 @@ use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add};
 use crate::scene::shape::{Mesh, angle};
 use nalgebra::Vector3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A curve through points from the wall, or the rod's first end, to the last: cubic, by arc length,
 /// through the four points next to a place.
@@ -17,8 +17,30 @@ pub struct Polyline {
     arc_length: Vec<f64>,
     /// Whether the file says so, and not the line's own length.
     given: bool,
-    /// The file.
-    table: Table,
+    source: Source,
+}
+
+/// Where points come from.
+#[derive(Clone, Debug, PartialEq)]
+enum Source {
+    /// A file, and the line of every point.
+    File(PathBuf, Vec<u64>),
+    /// The scene itself, under this key.
+    Scene(&'static str),
+}
+
+impl Source {
+    /// An error at a point.
+    fn error(&self, i: usize, found: &str, allowed: &str) -> Error {
+        match self {
+            Self::File(path, lines) => Error::Data {
+                path: path.clone(),
+                line: lines.get(i).copied().unwrap_or(1),
+                message: format!("{found}, allowed: {allowed}"),
+            },
+            Self::Scene(key) => Error::invalid(format!("{key}[{i}]"), found, allowed),
+        }
+    }
 }
 
 /// Largest turn of a line at a point, degrees, that nodes between the points can follow.
@@ -50,10 +72,6 @@ impl Polyline {
             for (c, column) in columns.iter().enumerate() {
                 point[c] = value(*column).ok_or_else(blank)?;
             }
-            if points.last() == Some(&point) {
-                let message = "the same point as the line before; edges need a length";
-                return Err(table.error(row.line, message));
-            }
             points.push(point);
             if let Some(place) = place {
                 let s = value(place).ok_or_else(blank)?;
@@ -64,11 +82,39 @@ impl Polyline {
                 arc_length.push(s);
             }
         }
-        if points.len() < 3 {
-            let message = format!("{} points, where at least 3 are needed", points.len());
-            return Err(table.error(1, &message));
+        let lines = table.rows.iter().map(|row| row.line).collect();
+        Self::new(points, arc_length, Source::File(path.into(), lines))
+    }
+
+    /// Through points that stand in the scene itself, m.
+    pub fn through(points: &[[f64; 3]], on_a_rod: bool) -> Result<Self, Error> {
+        let source =
+            Source::Scene(if on_a_rod { "initial.shape.points" } else { "rod.shape.points" });
+        let finite = |point: &[f64; 3]| point.iter().all(|x| x.is_finite());
+        if let Some(i) = points.iter().position(|point| !finite(point)) {
+            return Err(source.error(i, &format!("{:?}", points[i]), "finite numbers, m"));
         }
-        let given = place.is_some();
+        Self::new(points.iter().map(|point| (*point).into()).collect(), Vec::new(), source)
+    }
+
+    /// Through `points`, at these arc lengths or at those of the line itself.
+    fn new(
+        points: Vec<Vector3<f64>>,
+        mut arc_length: Vec<f64>,
+        source: Source,
+    ) -> Result<Self, Error> {
+        if let Some(i) = points.windows(2).position(|pair| pair[0] == pair[1]) {
+            let found = "the same point as before";
+            return Err(source.error(i + 1, found, "another one: edges need a length"));
+        }
+        if points.len() < 3 {
+            let found = format!("{} points", points.len());
+            return Err(match &source {
+                Source::File(..) => source.error(usize::MAX, &found, "at least 3"),
+                Source::Scene(key) => Error::invalid(*key, found, "at least 3"),
+            });
+        }
+        let given = !arc_length.is_empty();
         if !given {
             arc_length.push(0.0);
             arc_length.extend(arcs(&points).iter().scan(0.0, |sum, arc| {
@@ -76,12 +122,21 @@ impl Polyline {
                 Some(*sum)
             }));
         }
-        Ok(Self { points, arc_length, given, table })
+        Ok(Self { points, arc_length, given, source })
     }
 
-    /// The file.
-    pub fn path(&self) -> &Path {
-        self.table.path()
+    /// The file, if it was read from one.
+    pub fn path(&self) -> Option<&Path> {
+        match &self.source {
+            Source::File(path, _) => Some(path),
+            Source::Scene(_) => None,
+        }
+    }
+
+    /// Whether it was made of these points of a scene.
+    pub fn is_through(&self, points: &[[f64; 3]]) -> bool {
+        let own = self.points.iter().map(|point| <[f64; 3]>::from(*point));
+        self.path().is_none() && own.eq(points.iter().copied())
     }
 
     /// From the first point to the last, m.
@@ -119,12 +174,12 @@ impl Polyline {
             let turn = |p: &[Vector3<f64>]| angle(&(p[1] - p[0]), &(p[2] - p[1])).to_degrees();
             let mut turns = self.points.windows(3).map(turn).enumerate();
             if let Some((i, turn)) = turns.find(|(_, turn)| *turn > SHARPEST) {
-                let message = format!(
-                    "the line turns by {turn:.0} degrees here, allowed: up to {SHARPEST}, where nodes \
-                     stand between its points, as walls at mid-edge need it; more points make a smooth \
-                     curve"
+                let found = format!("the line turns by {turn:.0} degrees here");
+                let allowed = format!(
+                    "up to {SHARPEST}, where nodes stand between its points, as walls at mid-edge need \
+                     it; more points make a smooth curve"
                 );
-                return Err(self.table.error(self.table.rows[i + 1].line, &message));
+                return Err(self.source.error(i + 1, &found, &allowed));
             }
         }
         Ok(places.iter().map(|s| self.at(*s)).collect())
@@ -172,7 +227,8 @@ impl Polyline {
         let length = rest.length.value();
         let (first, last, near) = (self.arc_length[0], self.length(), 1e-6 * length);
         if first > near || last < length - near {
-            let found = format!("{}: s from {first} to {last} m", self.table.path().display());
+            let file = self.path().unwrap_or(Path::new("")).display();
+            let found = format!("{file}: s from {first} to {last} m");
             let allowed = format!("from 0 (the wall) or before to {length} m or beyond");
             return Err(Error::invalid("initial.shape.file", found, allowed));
         }

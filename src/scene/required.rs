@@ -27,6 +27,7 @@ fn shape_keys(shape: &toml::Table) -> Keys {
         Some("straight") => &["length", "direction"],
         Some("helix") => &["length", "radius", "pitch", "axis", "handedness"],
         Some("arc") => &["length", "angle"],
+        Some("polyline") if shape.contains_key("points") => &[],
         Some("polyline") => &["file"],
         _ => &["kind"],
     }

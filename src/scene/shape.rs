@@ -58,13 +58,20 @@ pub enum Shape<D = f64> {
     /// part of the line's length as at rest. A column s, as `rodfit static --out` writes, says for
     /// every row which point of the rod it is instead: its arc length from the wall at rest,
     /// negative behind it.
+    ///
+    /// The points may stand in the scene itself instead, as `points = [[x, y, z], ..]`, m; those of
+    /// [`Shape::points`] are saved so.
     Polyline {
-        /// Relative to the scene file.
+        /// Relative to the scene file; empty beside `points`.
+        #[serde(default, skip_serializing_if = "is_empty")]
         file: PathBuf,
-        /// By how much the file's coordinates are multiplied.
+        /// The points themselves, m, instead of a file.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        points: Vec<[f64; 3]>,
+        /// By how much the coordinates are multiplied.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         scale: D,
-        /// The file's points, once they are read.
+        /// The curve, once the points are read.
         #[serde(skip)]
         line: Option<Arc<Polyline>>,
     },
@@ -72,6 +79,10 @@ pub enum Shape<D = f64> {
 
 fn one<D: From<f64>>() -> D {
     D::from(1.0)
+}
+
+fn is_empty(file: &Path) -> bool {
+    file.as_os_str().is_empty()
 }
 
 fn is_one<D: Written>(value: &D) -> bool {
@@ -160,8 +171,9 @@ impl Shape {
                 length: n.number("length", *l, length),
                 angle: n.number("angle", *angle, Quantity::signed("rad").within(-1e3, 1e3)),
             },
-            Self::Polyline { file, scale, line } => Shape::Polyline {
+            Self::Polyline { file, points, scale, line } => Shape::Polyline {
                 file: file.clone(),
+                points: points.clone(),
                 scale: n.number("scale", *scale, Quantity::positive("")),
                 line: line.clone(),
             },
@@ -170,16 +182,31 @@ impl Shape {
 
     /// A smooth curve through the points of a CSV file.
     pub fn polyline(file: impl Into<PathBuf>) -> Self {
-        Self::Polyline { file: file.into(), scale: 1.0, line: None }
+        Self::Polyline { file: file.into(), points: Vec::new(), scale: 1.0, line: None }
+    }
+
+    /// A smooth curve through points, m, from the wall or the rod's first end to the last. A scene that is
+    /// saved holds them.
+    pub fn points(points: impl IntoIterator<Item = [f64; 3]>) -> Self {
+        let points = points.into_iter().collect();
+        Self::Polyline { file: PathBuf::new(), points, scale: 1.0, line: None }
     }
 
     /// Reads the points of a polyline, once; `on_a_rod` if it is another shape of one.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
-        if let Self::Polyline { file, line, .. } = self {
-            let path = folder.join(file);
-            // Another file than was read is read anew.
-            if line.as_ref().is_none_or(|line| line.path() != path) {
-                *line = Some(Arc::new(Polyline::read(&path, on_a_rod)?));
+        if let Self::Polyline { file, points, line, .. } = self {
+            let path = folder.join(&*file);
+            let given = !points.is_empty();
+            // Others than were read are read anew.
+            let read = |line: &Arc<Polyline>| match given {
+                true => line.is_through(points),
+                false => line.path() == Some(path.as_path()),
+            };
+            if !line.as_ref().is_some_and(read) {
+                *line = Some(Arc::new(match given {
+                    true => Polyline::through(points, on_a_rod)?,
+                    false => Polyline::read(&path, on_a_rod)?,
+                }));
             }
         }
         Ok(())
@@ -206,7 +233,13 @@ impl Shape {
                 }
                 Err(Error::invalid(key("angle"), angle, "a finite number"))
             }
-            Self::Polyline { scale, .. } => positive(&key("scale"), *scale),
+            Self::Polyline { file, points, scale, .. } => {
+                if is_empty(file) == points.is_empty() {
+                    let found = if is_empty(file) { "neither file nor points" } else { "both" };
+                    return Err(Error::invalid(key("points"), found, "a file, or points"));
+                }
+                positive(&key("scale"), *scale)
+            }
         }
     }
 
@@ -281,7 +314,7 @@ impl<D: Scalar> Shape<D> {
                 };
                 Curve::Formula(length, Box::new(point))
             }
-            Self::Polyline { ref file, ref line, scale } => {
+            Self::Polyline { ref file, ref line, scale, .. } => {
                 let line = line.as_deref().ok_or_else(|| {
                     let found = format!("{}, which has not been read", file.display());
                     Error::invalid("shape.file", found, "a shape of a loaded scene or a problem")

@@ -19,7 +19,8 @@ use crate::statics::rest::Settled;
 use serde::{Deserialize, Serialize};
 
 /// A rod at rest.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Equilibrium {
     /// `planar` or `spatial`.
     pub model: String,

@@ -46,6 +46,7 @@ pub enum Plane {
 /// What resists a mode: where most of its elastic energy is, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Kind {
     /// Bending.
     Bending,
@@ -71,7 +72,8 @@ impl Kind {
 }
 
 /// A mode of vibration.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Mode {
     /// Angular frequency, rad/s; of an unstable direction minus its growth rate, 1/s. Zero where
     /// nothing resists, such as a free rod's motion as a rigid body.
@@ -90,7 +92,8 @@ pub struct Mode {
 }
 
 /// The lowest modes about a state.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Modes {
     /// Which state.
     pub about: About,

@@ -147,10 +147,9 @@ fn together_as_one_at_a_time() {
     let mut oracle = planar(&problem)
         .simulation_over(|p, value| {
             let seeded = DualSVec64::<2>::from_re(value);
-            match p {
-                Parameter::YoungsModulus => seeded.derivative(0),
-                Parameter::Beta => seeded.derivative(1),
-                _ => seeded,
+            match [Parameter::YoungsModulus, Parameter::Beta].iter().position(|own| *own == p) {
+                Some(i) => seeded.derivative(i),
+                None => seeded,
             }
         })
         .unwrap();

@@ -6,6 +6,7 @@ mod common;
 mod camera;
 mod experiments;
 mod helix;
+mod layout;
 mod nist;
 mod parts;
 mod planar;

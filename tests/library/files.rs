@@ -1,34 +1,20 @@
 //! Reports and the documents' files can be read.
 
-use rodfit::fit::{Experiment, FitReport, RestShape, Sighting};
-use rodfit::scene::{PointForce, Time};
-use rodfit::{Fit, Parameter, Point, Trajectory};
+use rodfit::fit::{Experiment, FitFile, FitReport, RestShape, Sighting};
+use rodfit::scene::{PointForce, Shape, Time};
+use rodfit::{Fit, Parameter, Point, Scene, Trajectory};
 
-use crate::calls::short;
+use crate::calls::{refused, short};
 use crate::common::fits::record;
 
-/// The same but for the last digit, which JSON may cost.
-fn same(a: &serde_json::Value, b: &serde_json::Value) -> bool {
-    use serde_json::Value::{Array, Number, Object};
-    match (a, b) {
-        (Number(a), Number(b)) => {
-            let [a, b] = [a, b].map(|x| x.as_f64().unwrap());
-            (a - b).abs() <= 1e-15 * a.abs()
-        }
-        (Array(a), Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b)),
-        (Object(a), Object(b)) => {
-            a.len() == b.len() && a.iter().all(|(key, a)| b.get(key).is_some_and(|b| same(a, b)))
-        }
-        (a, b) => a == b,
-    }
-}
-
-/// What is written is read again as what it was.
-fn round_trip<T: serde::Serialize + serde::de::DeserializeOwned>(report: &T) -> T {
+/// What is written is read again as what it was, to the last digit.
+fn round_trip<T>(report: &T) -> T
+where
+    T: serde::Serialize + serde::de::DeserializeOwned + PartialEq + std::fmt::Debug,
+{
     let json = serde_json::to_string(report).unwrap();
     let back: T = serde_json::from_str(&json).unwrap();
-    let [a, b] = [report, &back].map(|r| serde_json::to_value(r).unwrap());
-    assert!(same(&a, &b), "{json}");
+    assert_eq!(back, *report);
     back
 }
 
@@ -48,7 +34,13 @@ fn reports_are_read_back() {
     let mut run = Trajectory::new(&problem, &[12], &[]).unwrap();
     let outcome = run.run(&problem, 50, |state| report.push(&problem, state));
     report.finish(&run, &outcome);
-    assert_eq!(round_trip(&report).tip.len(), 51);
+    let back = round_trip(&report);
+    assert_eq!((back.tip.len(), back.energy_in_words()), (51, report.energy_in_words()));
+    let mut short = rodfit::dynamics::SimulationReport::new(&problem).without_series();
+    let outcome = Trajectory::new(&problem, &[12], &[])
+        .and_then(|mut run| run.run(&problem, 5, |state| short.push(&problem, state)));
+    outcome.unwrap();
+    assert_eq!(round_trip(&short).last_tip(), short.last_tip());
 
     let off = |k: usize| 1e-3 * (k as f64 * 2.4).sin();
     let mut motion = record(&run, 20);
@@ -68,12 +60,101 @@ fn reports_are_read_back() {
         .unwrap();
     let back: FitReport = round_trip(&report);
     assert_eq!(back.to_string(), report.to_string());
-    assert!(back.plot_data.is_some_and(|e| e.profiles.len() == 1) && back.predictions.len() == 1);
+    let plots = back.plot_data.as_ref();
+    assert!(plots.is_some_and(|e| e.profiles.len() == 1) && back.predictions.len() == 1);
 
     scene.time = Some(Time::new(0.02, 4e-3));
     scene.loads.point = vec![PointForce { node: Point::Node(9), ..PointForce::default() }];
     let study = rodfit::study::Study::new(&scene, |_, _| {}).unwrap();
     assert_eq!(round_trip(&study).rows.len(), study.rows.len());
+}
+
+/// What could not be simulated in a scan has an infinite misfit, which JSON calls null.
+#[test]
+fn what_is_infinite_is_read_back() {
+    let text = r#"{"name":"density","label":"density","values":[1.0,2.0],"misfit":[0.5,null]}"#;
+    let landscape: rodfit::fit::Landscape = serde_json::from_str(text).unwrap();
+    assert_eq!(landscape.misfit, [0.5, f64::INFINITY]);
+    round_trip(&landscape);
+}
+
+/// Scenes and fits that stand in memory, with their data in a folder.
+#[test]
+fn files_are_read_from_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = short().to_toml().unwrap();
+    std::fs::write(folder.path().join("rod.toml"), &scene).unwrap();
+    let mut read = Scene::from_toml(&scene, folder.path()).unwrap();
+    assert_eq!(read.folder(), folder.path());
+    read.path = None;
+    assert_eq!(read, short());
+    let error = Scene::from_toml(&scene.replace("segments", "segmnts"), "lab").unwrap_err();
+    assert!(error.to_string().starts_with("lab/scene: "), "{error}");
+
+    let mut table = String::from("t,x,y\n");
+    for sample in record(&short().problem().unwrap().simulate().unwrap(), 25).samples {
+        let [x, y, _] = sample.position.map(Option::unwrap_or_default);
+        table += &format!("{},{x},{y}\n", sample.time);
+    }
+    std::fs::write(folder.path().join("tip.csv"), table).unwrap();
+    let text = |name: &str| {
+        format!(
+            "scene = \"rod.toml\"\n[[observation]]\nfile = \"tip.csv\"\n\
+             [[parameter]]\nname = \"{name}\"\nstart = 0.004\n"
+        )
+    };
+    let error = FitFile::from_toml(&text("redius"), folder.path()).unwrap_err().to_string();
+    assert!(error.contains("fit: ") && error.contains("rod.section.radius"), "{error}");
+
+    // Results go by the name that was written.
+    for name in ["radius", "rod.section.radius"] {
+        let fit = FitFile::from_toml(&text(name), folder.path()).unwrap().fit();
+        let report = fit.keep_plot_data().solve().unwrap();
+        let json = serde_json::to_value(&report).unwrap();
+        assert_eq!(json["parameters"][0]["name"], name);
+        assert_eq!(json["plot_data"]["asked"][0]["name"], name);
+        assert_eq!(json["plot_data"]["landscape"][0]["label"], name);
+        assert!(report.to_string().contains(&format!("\n  {name} ")), "{report}");
+        assert!(rodfit::page::fit_page(&report, "").contains(&format!(">{name}<")));
+        let found = report.estimate(Parameter::Radius).unwrap().value.unwrap();
+        assert!((found / 0.005 - 1.0).abs() < 1e-6, "{report}");
+        round_trip(&report);
+    }
+}
+
+/// A shape from points in memory is saved with its points, and is the shape of a file of them.
+#[test]
+fn shapes_are_made_of_points() {
+    let points = (0..=20).map(|i| {
+        let s = f64::from(i) / 20.0;
+        [0.4 * s, 0.1 * s * s, 0.0]
+    });
+    let mut scene = short();
+    scene.rod.segments = None;
+    scene.rod.shape = Shape::points(points.clone());
+    let tip = |scene: &Scene| scene.problem().unwrap().equilibrium().unwrap().tip;
+    let saved = scene.to_toml().unwrap();
+    let back = Scene::from_toml(&saved, "nowhere").unwrap();
+    assert_eq!((tip(&back), back.files().len()), (tip(&scene), 1), "{saved}");
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("points.csv");
+    let rows: String = points.map(|[x, y, z]| format!("{x},{y},{z}\n")).collect();
+    std::fs::write(&file, format!("x,y,z\n{rows}")).unwrap();
+    let mut from_file = scene.clone();
+    from_file.rod.shape = Shape::polyline(&file);
+    assert_eq!(tip(&from_file), tip(&scene));
+
+    for (points, key) in [
+        (vec![[0.0; 3], [1.0, f64::NAN, 0.0], [2.0; 3]], "rod.shape.points[1]"),
+        (vec![[0.0; 3], [1.0; 3], [1.0; 3], [2.0; 3]], "rod.shape.points[2]"),
+        (vec![[0.0; 3], [1.0; 3]], "rod.shape.points"),
+        (vec![], "rod.shape.points"),
+    ] {
+        scene.rod.shape = Shape::points(points);
+        let [found, ..] = refused(scene.problem());
+        assert_eq!(found, key);
+    }
 }
 
 /// What the documents show of files can be read: their scenes are scenes.

@@ -12,11 +12,11 @@ const STEPS_OF_REST: f64 = 20.0;
 /// A scene with what was measured in it. Several of them may share parameters.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// Told apart by it; empty where there is only one.
+    /// Name by which experiments are told apart; empty where there is only one.
     pub name: String,
-    /// The scene.
+    /// The scene, made ready.
     pub problem: Problem,
-    /// What was measured.
+    /// What was measured of the rod.
     pub measurements: Vec<Measurement>,
 }
 

@@ -10,14 +10,14 @@ use crate::vibration::{Kind, Plane};
 pub struct Frequency {
     /// Which mode, from 1 on in the order of rising frequency, as `rodfit modes` numbers them.
     pub mode: usize,
-    /// rad/s.
+    /// Angular frequency, rad/s.
     pub rad_s: f64,
 }
 
 /// Frequencies of small vibrations about the equilibrium.
 #[derive(Clone, Debug)]
 pub struct Frequencies {
-    /// The frequencies.
+    /// The frequencies, each of its mode.
     pub values: Vec<Frequency>,
     /// Among which modes they count: without a word among those in the plane of a planar scene,
     /// among all of a spatial one.
@@ -26,7 +26,7 @@ pub struct Frequencies {
     pub sigma: f64,
     /// How residuals count.
     pub loss: Loss,
-    /// Not fitted, but predicted.
+    /// Whether they are kept out of the fit and only predicted.
     pub held_out: bool,
 }
 

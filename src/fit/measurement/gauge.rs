@@ -57,7 +57,7 @@ pub trait Quantity: Debug + Send + Sync + 'static {
 /// What a gauge sees of the rod at a moment, in world axes.
 #[derive(Clone, Debug)]
 pub struct Sight<'a, D> {
-    /// s; zero at rest.
+    /// Time of the motion, s; zero at rest.
     pub time: f64,
     /// The [points](Quantity::points) it looks at, in their order.
     pub points: &'a [Moving<D>],
@@ -68,18 +68,18 @@ pub struct Sight<'a, D> {
 /// A point that moves, in world axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Moving<D> {
-    /// m.
+    /// Where the point is, m.
     pub position: [D; 3],
-    /// m/s; zero at rest.
+    /// How fast it moves, m/s; zero at rest.
     pub velocity: [D; 3],
 }
 
 /// What a gauge showed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// s from the start of the motion; none of the rod at rest under the scene's loads.
+    /// Time from the start of the motion, s; none of the rod at rest under the scene's loads.
     pub time: Option<f64>,
-    /// In the gauge's unit.
+    /// What the gauge showed, in its unit.
     pub value: f64,
 }
 
@@ -87,17 +87,17 @@ pub struct Reading {
 /// them.
 #[derive(Clone, Debug)]
 pub struct Gauge {
-    /// For messages and reports.
+    /// Name of the gauge, for messages and reports.
     pub name: String,
-    /// Of the values; empty for pure numbers.
+    /// Unit of the values; empty for pure numbers.
     pub unit: String,
-    /// What it showed.
+    /// What the gauge showed.
     pub readings: Vec<Reading>,
     /// Standard deviation of each reading.
     pub sigma: f64,
     /// How residuals count.
     pub loss: Loss,
-    /// Not fitted, but predicted.
+    /// Whether the readings are kept out of the fit and only predicted.
     pub held_out: bool,
     /// Where it looks; on other meshes the same places.
     pub(crate) points: Vec<Point>,

@@ -19,6 +19,7 @@ use std::path::PathBuf;
 
 /// A set of values with a common noise.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Measurement {
     /// Where a point was at which times, m.
     Motion(Observation),

@@ -12,18 +12,18 @@ use std::path::{Path, PathBuf};
 /// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// s.
+    /// Time on the recording's clock, s.
     pub time: f64,
-    /// x, y, z in m.
+    /// Where the point was seen: x, y, z in m.
     pub position: [Option<f64>; 3],
 }
 
 /// Rows of a file that were left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Dropped {
-    /// Before the motion starts.
+    /// Number of rows from before the motion starts.
     pub before_time_zero: usize,
-    /// Without any position.
+    /// Number of rows without any position.
     pub empty: usize,
 }
 
@@ -41,19 +41,19 @@ impl fmt::Display for Dropped {
 pub struct Observation {
     /// Which point of the rod.
     pub point: Point,
-    /// Times increase.
+    /// Where the point was seen, at increasing times.
     pub samples: Vec<Sample>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
     /// How residuals count.
     pub loss: Loss,
-    /// Not fitted, but predicted.
+    /// Whether the observation is kept out of the fit and only predicted.
     pub held_out: bool,
-    /// The file, for messages.
+    /// The file it was read from, for messages.
     pub source: Option<PathBuf>,
-    /// How the file was read.
+    /// How that file was read.
     pub recording: Option<Recording>,
-    /// What was left out of it.
+    /// Rows of that file that were left out.
     pub dropped: Dropped,
 }
 

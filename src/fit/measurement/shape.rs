@@ -12,28 +12,28 @@ use std::path::{Path, PathBuf};
 /// is `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
-    /// Which point.
+    /// The point of the rod.
     pub point: Point,
-    /// x, y, z in m.
+    /// Where it was seen: x, y, z in m.
     pub position: [Option<f64>; 3],
 }
 
 /// A rod at rest under the scene's loads, as it was seen: its equilibrium, whatever its motion.
 #[derive(Clone, Debug)]
 pub struct RestShape {
-    /// The points.
+    /// Where points of the rod were seen.
     pub sightings: Vec<Sighting>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
     /// How residuals count.
     pub loss: Loss,
-    /// Not fitted, but predicted.
+    /// Whether the shape is kept out of the fit and only predicted.
     pub held_out: bool,
-    /// The file, for messages.
+    /// The file it was read from, for messages.
     pub source: Option<PathBuf>,
-    /// How the file was read.
+    /// How that file was read.
     pub recording: Option<Recording>,
-    /// What was left out of it.
+    /// Rows of that file that were left out.
     pub dropped: Dropped,
 }
 

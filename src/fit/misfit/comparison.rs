@@ -182,7 +182,7 @@ impl Comparison {
     ) -> Result<Run, Error> {
         let own =
             self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
-        let mut problem = self.problem.with(own)?;
+        let mut problem = self.problem.varied(own)?;
         let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
 
         let mut moving = None;

@@ -18,6 +18,7 @@ const LAGS: usize = 10;
 
 /// The tests of one coordinate of one observation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ResidualTests {
     /// The file, or the point.
     pub observation: String,
@@ -26,13 +27,15 @@ pub struct ResidualTests {
     /// How probable correlations between neighbours as large as these are for white noise
     /// (Ljung and Box 1978).
     pub whiteness: f64,
-    /// The same for the deviation from a normal distribution (Anderson and Darling).
+    /// How probable a deviation from a normal distribution as large as this is for normal noise
+    /// (Anderson and Darling).
     pub normality: f64,
-    /// The same for the trend over time of the residuals or of their size, whichever is clearer.
+    /// How probable a trend over time as large as this is for noise: of the residuals or of their
+    /// size, whichever is clearer.
     pub trend: f64,
     /// What is wrong, or that nothing is.
     pub verdict: String,
-    /// Whether nothing is.
+    /// Whether nothing is wrong.
     pub passed: bool,
 }
 

@@ -25,22 +25,24 @@ use std::time::Instant;
 
 /// Rows of a file that the fit does not use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DroppedRows {
     /// The file.
     pub observation: String,
-    /// How many, and why.
+    /// How many rows, and why.
     #[serde(flatten)]
     pub rows: Dropped,
 }
 
 /// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FitReport {
     /// Whether a minimum of the misfit was reached.
     pub converged: bool,
-    /// In the order they were asked for.
+    /// The estimates, in the order in which the parameters were asked for.
     pub parameters: Vec<Estimate>,
-    /// Between the parameters; none where one is not identifiable.
+    /// Correlations between the parameters; none where one is not identifiable.
     pub correlation: Vec<Vec<Option<f64>>>,
     /// Root mean square residual per coordinate, m; per frequency, rad/s, without positions.
     pub residual_rms: f64,
@@ -48,8 +50,8 @@ pub struct FitReport {
     pub sigma: Vec<f64>,
     /// Unit of each sigma: m or rad/s.
     pub units: Vec<String>,
-    /// Of the Jacobian with its columns scaled to length one, descending; near zero where the
-    /// parameters cannot be told apart.
+    /// Singular values of the Jacobian with its columns scaled to length one, descending; near zero
+    /// where the parameters cannot be told apart.
     pub singular_values: Vec<f64>,
     /// The combinations of parameters that the data do not determine.
     pub not_identifiable: Vec<Finding>,
@@ -60,7 +62,7 @@ pub struct FitReport {
     /// Rows of the files that were left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dropped: Vec<DroppedRows>,
-    /// What robust losses did.
+    /// What robust losses did with the measurements that have one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub losses: Vec<LossEffect>,
     /// How well what was held out is predicted.
@@ -68,15 +70,15 @@ pub struct FitReport {
     pub predictions: Vec<Prediction>,
     /// The minima of the misfit that were seen, and why this one was chosen.
     pub basins: Basins,
-    /// Work in full simulations.
+    /// Work of the fit, in full simulations.
     pub simulations: f64,
     /// Wall time of the fit, s.
     pub wall_seconds: f64,
     /// In one line how the fit ended.
     pub status: String,
-    /// How far it can be believed.
+    /// How far the result can be believed.
     pub grade: Grade,
-    /// Why, in a sentence, and what to do about it.
+    /// Why it has this grade, in a sentence, and what to do about it.
     pub verdict: String,
     /// What the user should know before believing the numbers, the weightiest first.
     pub warnings: Vec<String>,

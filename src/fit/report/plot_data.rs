@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 /// Data against model, how the optimum was found, and what the rod does there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PlotData {
     /// What was asked for, in the order of the report's parameters.
     pub asked: Vec<Asked>,
@@ -23,18 +24,19 @@ pub struct PlotData {
     pub history: Vec<Iterate>,
     /// The misfit in the scan over each unknown, all others at their best; none without a scan.
     pub landscape: Vec<Landscape>,
-    /// Of the likelihood, where it was asked for.
+    /// Profiles of the likelihood, where they were asked for.
     pub profiles: Vec<Profile>,
     /// What was simulated, one per experiment.
     pub setups: Vec<Setup>,
-    /// Of this crate.
+    /// Version of this crate.
     pub version: String,
 }
 
 /// What was known of a parameter before.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Asked {
-    /// Which.
+    /// The parameter.
     pub name: Parameter,
     /// The start, if one was given.
     pub start: Option<f64>,
@@ -45,6 +47,7 @@ pub struct Asked {
 /// What an observation is given over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Abscissa {
     /// Time, s.
     Time,
@@ -58,22 +61,23 @@ pub enum Abscissa {
 
 /// One coordinate of one observation, and what the model makes of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Series {
     /// The experiment; empty where there is only one.
     pub experiment: String,
     /// The measurement: its file, or what it is.
     pub label: String,
-    /// x, y or z; or what else was observed.
+    /// Coordinate: x, y or z; f of frequencies, g of gauges.
     pub axis: String,
-    /// Of the observed, the simulated and sigma.
+    /// Unit of `observed`, `simulated` and `sigma`.
     pub unit: String,
-    /// What `at` is.
+    /// What `at` counts.
     pub over: Abscissa,
     /// Where or when each value was seen.
     pub at: Vec<f64>,
-    /// Seen.
+    /// What was observed at each place.
     pub observed: Vec<f64>,
-    /// Simulated at the same places.
+    /// What the model does at the same places.
     pub simulated: Vec<f64>,
     /// Standard deviation of the noise, given or estimated.
     pub sigma: f64,
@@ -91,17 +95,19 @@ impl Series {
 
 /// The rod at a moment, as it would have been recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RodShape {
     /// The experiment; empty where there is only one.
     pub experiment: String,
-    /// s; none at rest.
+    /// Time of the motion, s; none at rest.
     pub time: Option<f64>,
-    /// World coordinates, m.
+    /// Positions of the nodes in world coordinates, m.
     pub nodes: Vec<[f64; 3]>,
 }
 
 /// What an experiment was simulated with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Setup {
     /// The experiment; empty where there is only one.
     pub experiment: String,
@@ -109,25 +115,26 @@ pub struct Setup {
     pub scene: Option<String>,
     /// `planar` or `spatial`, and why.
     pub model: String,
-    /// The scheme; none where nothing moves.
+    /// The time integrator; none where nothing moves.
     pub scheme: Option<String>,
     /// Time step, s.
     pub step: Option<f64>,
     /// End of the motion, s.
     pub end: Option<f64>,
-    /// Number of edges.
+    /// Number of edges of the rod.
     pub segments: usize,
     /// Length of the rod, m.
     pub length: f64,
-    /// What was observed.
+    /// What was observed, one per measurement.
     pub observations: Vec<String>,
-    /// How much of it, in the same order.
+    /// How much was measured, in the same order.
     #[serde(default)]
     pub measured: Vec<Measured>,
 }
 
 /// How much was measured, and how its file was read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Measured {
     /// The measurement, as warnings name it.
     pub label: String,

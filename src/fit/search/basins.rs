@@ -12,25 +12,29 @@ const SAME: f64 = 1e-2;
 
 /// The minima of the misfit that the search came across.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Basins {
-    /// How many.
+    /// How many minima were seen.
     pub count: usize,
-    /// The chosen one first, then those of the full model, then those of the scan, best first.
+    /// The minima: the chosen one first, then those of the full model, then those of the scan, best
+    /// first.
     pub list: Vec<Basin>,
-    /// Why the chosen one.
+    /// Why the chosen one was taken, in words.
     pub words: String,
 }
 
 /// A minimum of the misfit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Basin {
-    /// Where it was seen.
+    /// How the minimum was seen.
     pub seen: SeenBy,
     /// The parameters, in the report's order and their units.
     pub values: Vec<f64>,
     /// Half the sum of squared residuals there.
     pub misfit: f64,
     /// The misfit over the best that was seen in the same way.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub relative: f64,
     /// Whether the optimiser reached the minimum.
     pub converged: bool,
@@ -41,6 +45,7 @@ pub struct Basin {
 /// How a minimum was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SeenBy {
     /// By fitting the whole record with the full model.
     Fit,

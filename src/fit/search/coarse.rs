@@ -88,7 +88,7 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], first: f64) -> Result<
         }
         time.step = step;
     }
-    Ok(scene.problem()?.computed_as(problem))
+    problem.like_it(scene)
 }
 
 #[cfg(test)]

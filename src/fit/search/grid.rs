@@ -6,14 +6,17 @@ use serde::{Deserialize, Serialize};
 
 /// The misfit of the coarse model over the first period, against one unknown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Landscape {
     /// The unknown.
     pub name: Parameter,
     /// Its name with the experiments it is of, if it is not of all.
     pub label: String,
-    /// Its values, ascending.
+    /// Values of the unknown, ascending, in its unit.
     pub values: Vec<f64>,
-    /// The least misfit over all values of the others.
+    /// The least misfit over all values of the others; infinite, in JSON null, where nothing could be
+    /// simulated.
+    #[serde(deserialize_with = "crate::input::arrays::all_or_infinite")]
     pub misfit: Vec<f64>,
 }
 

@@ -8,6 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A point on the way to the optimum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Iterate {
     /// `scan`, `coarse model`, `growing horizon` or `full model`.
     pub stage: String,
@@ -16,7 +17,7 @@ pub struct Iterate {
     /// Half the sum of squared residuals (or their losses), over the part of the record that the stage
     /// looks at, in units of the sigmas that the fit ended with.
     pub misfit: f64,
-    /// Number of residuals in it.
+    /// Number of residuals that the misfit is made of.
     pub residuals: usize,
     /// The parameters, in their units.
     pub values: Vec<f64>,

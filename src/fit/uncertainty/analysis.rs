@@ -7,13 +7,14 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Analysis {
-    /// 95 % intervals from the profile of the likelihood: right for strongly nonlinear models too.
+    /// Whether 95 % intervals are computed from the profile of the likelihood too, which are right
+    /// for strongly nonlinear models.
     pub profile: bool,
     /// Number of replicates of a parametric bootstrap; none when 0.
     pub bootstrap: usize,
-    /// Of the bootstrap's random numbers.
+    /// Seed of the bootstrap's random numbers.
     pub seed: u64,
-    /// Standard errors from the exact Hessian of the misfit.
+    /// Whether standard errors are computed from the exact Hessian of the misfit too.
     pub observed_information: bool,
     /// How the discretisation error is found.
     pub discretization_error: Refinement,

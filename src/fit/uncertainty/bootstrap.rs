@@ -17,10 +17,11 @@ const BATCH: usize = 16;
 
 /// The spread of an estimate over the replicates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Bootstrap {
-    /// Standard deviation, in the parameter's unit.
+    /// Standard deviation of the estimates, in the parameter's unit.
     pub std_error: f64,
-    /// Between the percentiles 2.5 and 97.5.
+    /// Percentiles 2.5 and 97.5 of the estimates, in the same unit.
     pub interval95: [f64; 2],
 }
 

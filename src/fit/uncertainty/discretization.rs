@@ -28,17 +28,19 @@ const MESH_TO_BLAME: f64 = 0.5;
 
 /// The discretisation error of an identified parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DiscretizationError {
-    /// Which.
+    /// The parameter.
     pub name: Parameter,
-    /// Of which experiments; of all that have it when empty.
+    /// The experiments it is a parameter of; all that have it when empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub experiments: Vec<String>,
-    /// Error over the value; none where the parameter is not identifiable.
+    /// Error of mesh and step together over the value; none where the parameter is not identifiable.
     pub relative: Option<f64>,
-    /// The part of the mesh; none where the parameter is not identifiable.
+    /// Error of the mesh over the value; none where the parameter is not identifiable.
     pub mesh: Option<f64>,
-    /// The part of the step; none where the fit identifies beta, whose meaning goes with the step.
+    /// Error of the step over the value; none where the fit identifies beta, whose meaning goes with
+    /// the step.
     pub step: Option<f64>,
 }
 
@@ -54,7 +56,7 @@ fn to_zero(ratio: f64) -> f64 {
 fn finer_mesh(experiment: &Experiment) -> Result<Finer, Error> {
     let problem = &experiment.problem;
     let segments = (problem.segments() as f64 * FINER).round();
-    let finer = problem.remeshed(segments as usize).problem()?.computed_as(problem);
+    let finer = problem.like_it(problem.remeshed(segments as usize))?;
     Ok((experiment.posed_as(finer), to_zero(segments / problem.segments() as f64)))
 }
 
@@ -68,7 +70,7 @@ fn finer_step(experiment: &Experiment, unknowns: &[Unknown]) -> Result<Option<Fi
     if let Some(time) = &mut scene.time {
         time.step /= FINER;
     }
-    let finer: Problem = scene.problem()?.computed_as(&experiment.problem);
+    let finer: Problem = experiment.problem.like_it(scene)?;
     Ok(Some((experiment.posed_as(finer), to_zero(FINER))))
 }
 

@@ -10,10 +10,11 @@ use serde::{Deserialize, Serialize};
 
 /// An identified parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Estimate {
-    /// Which.
+    /// The parameter, under the name that it was asked for by.
     pub name: Parameter,
-    /// Of which experiments; of all that have it when empty.
+    /// The experiments it is a parameter of; all that have it when empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub experiments: Vec<String>,
     /// In the parameter's SI unit; none when not identifiable.
@@ -26,9 +27,9 @@ pub struct Estimate {
     /// interval is then `[0, upper95]`, and there is no standard error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub upper95: Option<f64>,
-    /// Whether the data determine it.
+    /// Whether the data determine the parameter.
     pub identifiable: bool,
-    /// What was known before the data.
+    /// What was known of the parameter before the data.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<Prior>,
     /// Standard error from the exact Hessian of the misfit, if asked for.

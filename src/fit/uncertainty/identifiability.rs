@@ -19,6 +19,7 @@ pub(crate) const SUSPICIOUS: f64 = 0.1;
 /// Whether better data would help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Kind {
     /// No record of these points determines the combination, however good.
     Structural,
@@ -28,12 +29,13 @@ pub enum Kind {
 
 /// A combination of parameters that the data do not determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Finding {
     /// Whether better data would help.
     pub kind: Kind,
-    /// The parameters in it.
+    /// The parameters in the combination.
     pub parameters: Vec<Parameter>,
-    /// What is wrong.
+    /// What is wrong, in a sentence.
     pub words: String,
 }
 

@@ -89,16 +89,17 @@ pub(crate) fn residual_rms(search: &Search, optimum: &Optimum) -> f64 {
 
 /// What a robust loss did with a measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LossEffect {
     /// The file, or what was measured.
     pub observation: String,
-    /// Which loss.
+    /// The loss of the measurement.
     pub loss: Loss,
     /// Values farther off than the loss's scale, which count less than their squares.
     pub beyond_scale: usize,
     /// Values farther off than five sigma: no noise.
     pub beyond_5_sigma: usize,
-    /// All values.
+    /// Number of values of the measurement.
     pub values: usize,
     /// Standard errors over those of least squares on normal noise of the same sigma: about 1.03
     /// for clean data.

@@ -14,16 +14,17 @@ use serde::{Deserialize, Serialize};
 
 /// How well a measurement that was held out is predicted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Prediction {
     /// The file, or what was measured.
     pub observation: String,
-    /// Unit of the following.
+    /// Unit of `rms` and `expected`.
     pub unit: String,
-    /// Root mean square difference between what was predicted and what was measured.
+    /// Root mean square difference between what was predicted and what was measured, in `unit`.
     pub rms: f64,
-    /// What the noise, where its sigma is given, and the parameters' errors let one expect.
+    /// What the noise, where its sigma is given, and the parameters' errors let one expect of `rms`.
     pub expected: f64,
-    /// Number of values.
+    /// Number of values that were predicted.
     pub values: usize,
 }
 

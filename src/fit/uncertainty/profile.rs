@@ -23,12 +23,13 @@ const FARTHEST: f64 = 46.0;
 
 /// The profile of the likelihood over one unknown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Profile {
     /// The unknown.
     pub name: Parameter,
     /// Its name with the experiments it is of, if it is not of all.
     pub label: String,
-    /// Its values, ascending.
+    /// Values of the unknown, ascending, in its unit.
     pub values: Vec<f64>,
     /// Rise of twice the misfit over the optimum, all others fitted, in units of the noise's
     /// variance.

@@ -1,0 +1,123 @@
+//! What is decided once for a scene is decided for generic values of what a fit identifies: the misfit
+//! never jumps.
+
+use rodfit::fit::{RestShape, Sighting};
+use rodfit::scene::{Material, Scene, Section, Shape};
+use rodfit::{Fit, Parameter, Point, Problem, Unknown};
+
+use crate::common::{at_tip, rest};
+
+/// A quarter of a circle that hangs under its weight.
+fn arc() -> Scene {
+    let shape = Shape::Arc { length: 0.5, angle: 1.5 };
+    let section = Section::Circle { radius: 0.005 };
+    let mut scene = Scene::new(20, shape, section, Material::new(1273.52, 1e8));
+    scene.loads.gravity = [0.0, -9.8, 0.0];
+    scene
+}
+
+/// Where the nodes of a rod are at rest, m.
+fn droop(scene: &Scene) -> RestShape {
+    let nodes = rest(scene).nodes;
+    let seen =
+        |(i, x): (usize, &[f64; 3])| Sighting { point: Point::Node(i), position: x.map(Some) };
+    RestShape::new(nodes.iter().enumerate().skip(2).map(seen).collect()).sigma(1.0)
+}
+
+fn curved(factor: f64) -> Scene {
+    let mut scene = arc();
+    scene.rod.natural_curvature = factor.into();
+    scene
+}
+
+fn fit(problem: &Problem, data: RestShape, unknown: impl Into<Unknown>) -> Fit {
+    Fit::new(problem).observe(data).identify(unknown)
+}
+
+/// A rod that is straight when nothing acts on it has plain joints, beside those of a curve for all others.
+#[test]
+fn the_misfit_goes_smoothly_through_a_straight_rod() {
+    let problem = curved(0.5).problem().unwrap();
+    let h = 1e-6;
+    let tip = |x: f64| {
+        let problem = problem.with([(Parameter::NaturalCurvature, x)]).unwrap();
+        problem.equilibrium().unwrap().tip[1]
+    };
+    let kink = |f: &dyn Fn(f64) -> f64| (f(h) - 2.0 * f(0.0) + f(-h)).abs();
+    println!("decided anew, the tip jumps by {:.1e} m", kink(&tip));
+    assert!(kink(&tip) > 1e-5, "the test would show nothing");
+
+    let fit = fit(&problem, droop(&curved(0.3)), Parameter::NaturalCurvature);
+    let residuals = fit.residuals().unwrap();
+    for i in 0..residuals.len() {
+        let jump = kink(&|x| residuals.residuals(&[x]).unwrap()[i]);
+        assert!(jump < 1e-11, "{i}: {jump:e}");
+    }
+    let slope = |x: f64| residuals.jacobian_at(&[x]).unwrap();
+    for (a, b) in slope(0.0).iter().zip(slope(h)) {
+        assert!((a[0] - b[0]).abs() < 1e-6, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_natural_curvature_is_found_from_none() {
+    for truth in [0.3, -0.2] {
+        let unknown = Unknown::new(Parameter::NaturalCurvature).start(0.0);
+        let problem = curved(0.0).problem().unwrap();
+        let report = fit(&problem, droop(&curved(truth)).sigma(1e-4), unknown).solve().unwrap();
+        let found = report.parameters()[0].1;
+        println!("{truth}: {found}");
+        assert!(report.converged && (found - truth).abs() < 1e-8, "{found}: {report}");
+    }
+}
+
+/// An arc that is straight at the start of the fit is one like all others.
+#[test]
+fn an_angle_is_found_from_a_straight_rod() {
+    let bent = |angle: f64| {
+        let mut scene = arc();
+        scene.rod.shape = Shape::Arc { length: 0.5, angle };
+        scene
+    };
+    let angle: Parameter = "rod.shape.angle".parse().unwrap();
+    let report =
+        fit(&bent(0.0).problem().unwrap(), droop(&bent(0.4)).sigma(1e-4), angle).solve().unwrap();
+    let found = report.parameters()[0].1;
+    assert!(report.converged && (found - 0.4).abs() < 1e-8, "{found}: {report}");
+}
+
+/// With `up` across the plane, the width of a square resists bending as that of a rectangle does.
+#[test]
+fn a_square_may_stop_being_one() {
+    let mut scene = arc();
+    let square = |width: f64| Section::Rectangle { width, height: 0.008, up: [0.0, 0.0, 1.0] };
+    scene.rod.section = square(0.008);
+    let problem = scene.problem().unwrap();
+    let residuals = fit(&problem, droop(&scene), Parameter::Width).residuals().unwrap();
+    let (x, h) = (0.008_f64.ln(), 1e-4);
+    let [above, below] = [x + h, x - h].map(|x| residuals.residuals(&[x]).unwrap());
+    let exact = residuals.jacobian_at(&[x]).unwrap();
+    let size = exact.iter().map(|row| row[0].abs()).fold(0.0, f64::max);
+    for ((a, b), row) in above.iter().zip(&below).zip(&exact) {
+        let difference = (a - b) / (2.0 * h);
+        assert!((difference - row[0]).abs() < 1e-6 * size, "{difference:e} {row:?}");
+    }
+}
+
+/// A scene in space stays there where a force out of its plane vanishes.
+#[test]
+fn a_rod_does_not_fall_into_a_plane() {
+    let mut scene = arc();
+    scene.material.poisson_ratio = Some(0.3);
+    scene.loads.point = at_tip([0.0, -0.01, 0.02]);
+    let problem = scene.problem().unwrap();
+    assert_eq!(problem.model().0, "spatial");
+    let force: Parameter = "loads.point.0.force.z".parse().unwrap();
+    let residuals = fit(&problem, droop(&scene), force).residuals().unwrap();
+    let [at, beside] = [0.0, 1e-7].map(|x| residuals.jacobian_at(&[x]).unwrap());
+    let size = at.iter().map(|row| row[0].abs()).fold(0.0, f64::max);
+    assert!(size > 0.1, "{size}");
+    for (a, b) in at.iter().zip(&beside) {
+        assert!((a[0] - b[0]).abs() < 1e-4 * size, "{a:?} {b:?}");
+    }
+}
