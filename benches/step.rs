@@ -12,7 +12,7 @@ use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
 use rodfit::scene::Scheme;
-use rodfit::{AnyProblem, Derivatives, Parameter, Posed, Problem, Scene, Trajectory};
+use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Problem, Scene, Trajectory};
 use std::hint::black_box;
 use std::time::Duration;
 
@@ -29,20 +29,24 @@ fn scene(name: &str, segments: usize, steps: usize) -> Problem {
 
 fn iterations(c: &mut Criterion) {
     for name in SCENES {
-        match scene(name, 50, 1000).posed() {
-            AnyProblem::Planar(posed) => iteration(c, name, &posed),
-            AnyProblem::Spatial(posed) => iteration(c, name, &posed),
+        match scene(name, 50, 1000).discretized() {
+            AnyProblem::Planar(discretized) => iteration(c, name, &discretized),
+            AnyProblem::Spatial(discretized) => iteration(c, name, &discretized),
         }
     }
 }
 
 /// The parts of an iteration on the rod in motion.
-fn iteration<M: Model<W>, const W: usize>(c: &mut Criterion, name: &str, posed: &Posed<'_, M, W>) {
-    let mut simulation = posed.simulation().unwrap();
+fn iteration<M: Model<W>, const W: usize>(
+    c: &mut Criterion,
+    name: &str,
+    discretized: &Discretized<'_, M, W>,
+) {
+    let mut simulation = discretized.simulation().unwrap();
     for k in 1..=200 {
         simulation.step_to(f64::from(k) * 1e-3).expect("a step");
     }
-    let (rod, free) = (posed.rod(), posed.free());
+    let (rod, free) = (discretized.rod(), discretized.free());
     // The frames of the step before, as in the middle of an iteration.
     let (q, frames) = (&simulation.state().q, &simulation.previous().frames);
     let (mut gradient, mut tangent) = (vec![0.0; q.len()], BandMatrix::zeros(q.len()));
@@ -214,9 +218,9 @@ fn with_scheme(problem: &Problem, scheme: Scheme, steps: usize) -> Problem {
     if let Some(time) = &mut scene.time {
         time.scheme = scheme;
     }
-    let largest = match scene.problem().expect("a valid scene").posed() {
-        AnyProblem::Planar(posed) => posed.largest_step().unwrap(),
-        AnyProblem::Spatial(posed) => posed.largest_step().unwrap(),
+    let largest = match scene.problem().expect("a valid scene").discretized() {
+        AnyProblem::Planar(discretized) => discretized.largest_step().unwrap(),
+        AnyProblem::Spatial(discretized) => discretized.largest_step().unwrap(),
     };
     if let (Some(time), Some(largest)) = (&mut scene.time, largest) {
         time.step = 0.9 * largest;

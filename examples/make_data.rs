@@ -69,8 +69,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     (scene.material.youngs_modulus, scene.material.density) = (1.2e8, 1100.0);
     droop(&scene, 4, 3e-4, &format!("{folder}/droop.csv"))?;
     scene.loads.point.clear();
-    let tones = scene.problem()?.modes(2, About::Equilibrium)?.frequencies_rad_s;
-    println!("droop-fit.toml: {:.2?} Hz", tones.iter().map(|w| w / TAU).collect::<Vec<_>>());
+    let natural_frequencies = scene.problem()?.modes(2, About::Equilibrium)?.frequencies_rad_s;
+    println!(
+        "droop-fit.toml: {:.2?} Hz",
+        natural_frequencies.iter().map(|w| w / TAU).collect::<Vec<_>>()
+    );
 
     // A camera that starts late, loses the tip now and then, and at times takes something else for
     // it.

@@ -29,9 +29,9 @@ fn largest_step(scene: &Scene, scheme: Scheme) -> Result<Option<f64>, Error> {
     let mut scene = scene.clone();
     scene.time = Some(Time { scheme, ..Time::new(1.0, 1e-3) });
     let problem: Problem = scene.problem()?;
-    Ok(match problem.posed() {
-        AnyProblem::Planar(posed) => posed.largest_step().unwrap(),
-        AnyProblem::Spatial(posed) => posed.largest_step().unwrap(),
+    Ok(match problem.discretized() {
+        AnyProblem::Planar(discretized) => discretized.largest_step().unwrap(),
+        AnyProblem::Spatial(discretized) => discretized.largest_step().unwrap(),
     })
 }
 

@@ -87,10 +87,10 @@ pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};
 pub use numerics::scalar::Scalar;
-pub use problem::{AnyProblem, PlanarProblem, Posed, Problem, SpatialProblem};
+pub use problem::{AnyProblem, Discretized, PlanarProblem, Problem, SpatialProblem};
 pub use scene::{Parameter, Point, Scene};
 pub use statics::{Equilibrium, Reaction, Reactions};
-pub use vibration::Tone;
+pub use vibration::NaturalFrequency;
 
 /// The README's code, compiled and run with the documentation's.
 #[cfg(doctest)]

@@ -100,9 +100,9 @@ fn continuum(coarse: &Tips, fine: &Tips, scene: &Scene) -> Tips {
 
 /// The largest step of a scene's scheme; none if every step is stable.
 fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
-    match problem.posed() {
-        AnyProblem::Planar(posed) => posed.largest_step(),
-        AnyProblem::Spatial(posed) => posed.largest_step(),
+    match problem.discretized() {
+        AnyProblem::Planar(discretized) => discretized.largest_step(),
+        AnyProblem::Spatial(discretized) => discretized.largest_step(),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::energy::{AsEnergy, Element, Stretch};
 use crate::error::Error;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
 use crate::problem::Model;
-use crate::problem::{AnyProblem, Posed, Problem};
+use crate::problem::{AnyProblem, Discretized, Problem};
 use crate::rod::State;
 use crate::rod::{Extra, PlanarRod, Rod, SpatialRod};
 use rand::{RngExt, SeedableRng};
@@ -35,17 +35,19 @@ const LARGEST_ROTATION: f64 = 120.0;
 pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckReport, Error> {
     let mut report = CheckReport::new(tolerance);
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    match problem.posed() {
-        AnyProblem::Planar(posed) => {
-            let rod = posed.rod();
-            own_states(problem, &posed, |state, _| compare_planar(&mut report, &rod, &state.q))?;
+    match problem.discretized() {
+        AnyProblem::Planar(discretized) => {
+            let rod = discretized.rod();
+            own_states(problem, &discretized, |state, _| {
+                compare_planar(&mut report, &rod, &state.q)
+            })?;
             for _ in 0..RANDOM_STATES {
                 compare_planar(&mut report, &rod, &random_planar(&rod, &mut random));
             }
         }
-        AnyProblem::Spatial(posed) => {
-            let rod = posed.rod();
-            own_states(problem, &posed, |state, before| {
+        AnyProblem::Spatial(discretized) => {
+            let rod = discretized.rod();
+            own_states(problem, &discretized, |state, before| {
                 compare_spatial(&mut report, &rod, &state.q, &state.frames);
                 compare_spatial(&mut report, &rod, &state.q, &before.frames);
             })?;
@@ -61,10 +63,10 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
 /// Shows the state at rest and some along the motion, each with the one a step before.
 fn own_states<M: Model<W>, const W: usize>(
     problem: &Problem,
-    posed: &Posed<'_, M, W>,
+    discretized: &Discretized<'_, M, W>,
     mut show: impl FnMut(&Frozen<M, W>, &Frozen<M, W>),
 ) -> Result<(), Error> {
-    let mut simulation = posed.simulation()?;
+    let mut simulation = discretized.simulation()?;
     show(simulation.state(), simulation.previous());
     let Ok(time) = problem.time() else { return Ok(()) };
     let steps = time.steps().min(OWN_STEPS);

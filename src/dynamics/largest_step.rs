@@ -3,8 +3,8 @@
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::problem::Discretized;
 use crate::problem::Model;
-use crate::problem::Posed;
 use crate::rod::Rod;
 use crate::scene::Scheme;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use std::ops::Range;
 /// To which part the highest frequency is found.
 const PART: f64 = 1e-4;
 
-impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The largest step of the scene's scheme about its start, s; none if every step is stable.
     pub fn largest_step(&self) -> Result<Option<f64>, Error> {
         let Some(limit) = self.scene().scheme().traits().stability_limit else { return Ok(None) };

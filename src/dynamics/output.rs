@@ -1,7 +1,8 @@
 //! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
 
+use crate::dynamics::run::Snapshot;
 use crate::dynamics::step::Work;
-use crate::dynamics::trajectory::{Snapshot, Trajectory};
+use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::Point;

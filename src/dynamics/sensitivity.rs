@@ -5,7 +5,7 @@
 //! residual formula evaluated in dual numbers with `q1` held: one scheme, written once.
 //!
 //! The oracle is the whole simulation run in dual numbers
-//! ([`Posed::simulation_over`](crate::Posed::simulation_over)).
+//! ([`Discretized::simulation_over`](crate::Discretized::simulation_over)).
 
 use crate::dynamics::coefficients::{END, StepCoefficients};
 use crate::dynamics::linearization::Linearization;
@@ -86,9 +86,9 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     /// dq0/dp, kept while q becomes dq1/dp.
     start: Vec<f64>,
     shift: Vec<Dual64>,
-    lifted: Vec<Dual64>,
-    lifted_strain: Vec<Dual64>,
-    lifted_forces: Vec<Dual64>,
+    dual_q: Vec<Dual64>,
+    dual_strain: Vec<Dual64>,
+    dual_forces: Vec<Dual64>,
 }
 
 impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
@@ -121,16 +121,16 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             direct: zero.clone(),
             start: zero,
             shift: vec![Dual64::from(0.0); strains],
-            lifted: Vec::new(),
-            lifted_strain: Vec::new(),
-            lifted_forces: if strains > 0 { vec![Dual64::from(0.0); n] } else { Vec::new() },
+            dual_q: Vec::new(),
+            dual_strain: Vec::new(),
+            dual_forces: if strains > 0 { vec![Dual64::from(0.0); n] } else { Vec::new() },
         }
     }
 
     /// The right-hand side `-dR|q1` of a step, left in `q`.
     fn prepare<R>(&mut self, step: &Linearization<'_, f64, R, W>)
     where
-        R: Rod<f64, W, Seeded = S>,
+        R: Rod<f64, W, Dual = S>,
     {
         let coefficients = step.coefficients(self.beta);
         let (before, now) = (step.before, step.after);
@@ -177,7 +177,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     /// end of the step; none where the parameter does not move them.
     fn held<R>(&mut self, step: &Linearization<'_, f64, R, W>) -> Vec<(usize, f64, f64)>
     where
-        R: Rod<f64, W, Seeded = S>,
+        R: Rod<f64, W, Dual = S>,
     {
         if !self.moves_supports {
             return Vec::new();
@@ -204,7 +204,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         coefficients: &StepCoefficients<Dual64>,
         step: &Linearization<'_, f64, R, W>,
     ) where
-        R: Rod<f64, W, Seeded = S>,
+        R: Rod<f64, W, Dual = S>,
     {
         let before = step.before;
         if let Some(viscous) = &mut self.viscous {
@@ -228,7 +228,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         step: &Linearization<'_, f64, R, W>,
         held: &[(usize, f64, f64)],
     ) where
-        R: Rod<f64, W, Seeded = S>,
+        R: Rod<f64, W, Dual = S>,
     {
         let mut sum = vec![0.0; self.direct.len()];
         self.set_viscous(coefficients, step);
@@ -256,7 +256,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     /// Takes the solution `dq1` and derives the rest of the state from it.
     fn finish<R>(&mut self, step: &Linearization<'_, f64, R, W>, solution: &[f64])
     where
-        R: Rod<f64, W, Seeded = S>,
+        R: Rod<f64, W, Dual = S>,
     {
         let coefficients = step.coefficients(self.beta);
         let (before, now) = (step.before, step.after);
@@ -276,13 +276,13 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             dq[i] = solution[i];
         }
         if self.viscous.is_some() || S::HAS_FRAMES {
-            self.lifted.clear();
-            self.lifted.extend(now.q.iter().zip(&self.q).map(|(q, dq)| Dual64::new(*q, *dq)));
+            self.dual_q.clear();
+            self.dual_q.extend(now.q.iter().zip(&self.q).map(|(q, dq)| Dual64::new(*q, *dq)));
         }
         if let Some(viscous) = &mut self.viscous {
-            self.rod.strains(&self.lifted, &self.frames, &mut self.lifted_strain);
+            self.rod.strains(&self.dual_q, &self.frames, &mut self.dual_strain);
             let eta = self.damping.stiffness;
-            for (i, strain) in self.lifted_strain.iter().enumerate() {
+            for (i, strain) in self.dual_strain.iter().enumerate() {
                 let slope = (strain.eps - self.internal.strain[i]) / coefficients.h;
                 let rate = Dual64::new(now.internal.strain_rate[i], slope);
                 self.shift[i] = coefficients.viscous_shift_at(eta, *strain, rate);
@@ -291,8 +291,8 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             }
             let base = self.dashpots.as_ref().unwrap_or(&self.rod);
             viscous.set_viscous(base, Dual64::from(1.0), &self.shift);
-            let forces = &mut self.lifted_forces;
-            viscous.gradient(&self.lifted, &self.frames, step.derivatives, forces);
+            let forces = &mut self.dual_forces;
+            viscous.gradient(&self.dual_q, &self.frames, step.derivatives, forces);
             let mass_damping =
                 if coefficients.averages() { Dual64::from(0.0) } else { self.damping.mass };
             for i in step.free.clone() {
@@ -302,7 +302,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         } else if coefficients.averages() {
             self.unbalanced.fill(0.0);
         }
-        S::rebase(&mut self.frames, &self.lifted);
+        S::rebase(&mut self.frames, &self.dual_q);
     }
 }
 
@@ -318,7 +318,7 @@ pub fn advance<R, S, const W: usize>(
     room: &mut Vec<f64>,
 ) -> Result<(), Error>
 where
-    R: Rod<f64, W, Seeded = S>,
+    R: Rod<f64, W, Dual = S>,
     S: Rod<Dual64, W>,
 {
     let step = simulation.linearization();
@@ -364,7 +364,7 @@ fn solve<R, S, const W: usize, const G: usize>(
     room: &mut Vec<f64>,
 ) -> Result<(), Error>
 where
-    R: Rod<f64, W, Seeded = S>,
+    R: Rod<f64, W, Dual = S>,
     S: Rod<Dual64, W>,
 {
     let n = step.after.q.len();

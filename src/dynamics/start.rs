@@ -5,9 +5,9 @@ use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
+use crate::problem::Discretized;
 use crate::problem::Model;
 use crate::problem::Placed;
-use crate::problem::Posed;
 use crate::problem::Setup;
 use crate::rod::Rod;
 use crate::scene::InitialState;
@@ -15,11 +15,11 @@ use crate::scene::Parameter;
 use crate::scene::supports::Moment;
 use num_dual::Dual64;
 
-impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// A simulation at the start, over plain numbers.
     ///
     /// # Errors
-    /// A scene that starts from an equilibrium has one: the [errors](Posed::equilibrium) of looking for it.
+    /// A scene that starts from an equilibrium has one: the [errors](Discretized::equilibrium) of looking for it.
     pub fn simulation(&self) -> Result<Simulation<f64, M::Rod<f64>, W>, Error> {
         self.simulation_of(self.setup)
     }

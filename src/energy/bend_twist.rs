@@ -386,9 +386,9 @@ impl BendTwist<Dual64> {
 
 /// The gradient by num-dual, through the edges' unknowns.
 pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
-    type Seeded<D> = DualSVec<D, EDGE_UNKNOWNS>;
-    let lifted = element.map(Seeded::<D>::from_re);
-    let energy = |q: SVector<Seeded<D>, EDGE_UNKNOWNS>| lifted.energy_of_edges(&q.data.0[0]);
+    type Over<D> = DualSVec<D, EDGE_UNKNOWNS>;
+    let over = element.map(Over::<D>::from_re);
+    let energy = |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0]);
     let (_, gradient) = num_dual::gradient(energy, &SVector::from(to_edges(q)));
     to_nodes(&gradient.data.0[0])
 }
@@ -396,9 +396,9 @@ pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> 
 /// Energy, gradient and Hessian by num-dual, through the edges' unknowns: eight seeds instead of
 /// eleven.
 pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
-    type Seeded<D> = Dual2SVec<D, EDGE_UNKNOWNS>;
-    let lifted = element.map(Seeded::<D>::from_re);
-    let energy = |q: SVector<Seeded<D>, EDGE_UNKNOWNS>| lifted.energy_of_edges(&q.data.0[0]);
+    type Over<D> = Dual2SVec<D, EDGE_UNKNOWNS>;
+    let over = element.map(Over::<D>::from_re);
+    let energy = |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0]);
     let (energy, gradient, hessian) = num_dual::hessian(energy, &SVector::from(to_edges(q)));
     spread(Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 })
 }

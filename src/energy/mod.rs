@@ -97,8 +97,8 @@ pub fn dual_gradient<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
 ) -> [D; N] {
-    let lifted = element.map(DualSVec::<D, N>::from_re);
-    let energy = |q: SVector<DualSVec<D, N>, N>| lifted.energy(&q.data.0[0]);
+    let over = element.map(DualSVec::<D, N>::from_re);
+    let energy = |q: SVector<DualSVec<D, N>, N>| over.energy(&q.data.0[0]);
     num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
 }
 
@@ -107,8 +107,8 @@ pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     element: &E,
     q: &[D; N],
 ) -> Local<D, N> {
-    let lifted = element.map(Dual2SVec::<D, N>::from_re);
-    let energy = |q: SVector<Dual2SVec<D, N>, N>| lifted.energy(&q.data.0[0]);
+    let over = element.map(Dual2SVec::<D, N>::from_re);
+    let energy = |q: SVector<Dual2SVec<D, N>, N>| over.energy(&q.data.0[0]);
     let (energy, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
     Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
 }

@@ -2,7 +2,6 @@
 //! carry derivatives.
 
 use crate::numerics::scalar::Scalar;
-use num_dual::{Dual64, HyperDual64};
 
 /// Weights of the cubic Hermite interpolant.
 pub(crate) struct Hermite<D> {
@@ -33,30 +32,6 @@ impl<D: Scalar> Hermite<D> {
         let (w, u2) = (-u + 1.0, u * u);
         let x1 = u2 * (u * -2.0 + 3.0);
         Self { x0: -x1 + 1.0, x1, v0: u * w * w * h, v1: -(u2 * w) * h }
-    }
-}
-
-/// Numbers that carry `P` derivatives beside their value.
-pub(crate) trait Lifted<const P: usize>: Scalar {
-    /// The number of a value and its derivatives.
-    fn lift(value: f64, parts: [f64; P]) -> Self;
-}
-
-impl Lifted<0> for f64 {
-    fn lift(value: f64, []: [f64; 0]) -> Self {
-        value
-    }
-}
-
-impl Lifted<1> for Dual64 {
-    fn lift(value: f64, [eps]: [f64; 1]) -> Self {
-        Self::new(value, eps)
-    }
-}
-
-impl Lifted<3> for HyperDual64 {
-    fn lift(value: f64, [one, two, both]: [f64; 3]) -> Self {
-        Self::new(value, one, two, both)
     }
 }
 

@@ -73,12 +73,12 @@ impl<D: Scalar> MovedEnd<D> {
 
 impl<D: Scalar> MovedEnd<D> {
     /// The same over other numbers, such as ones that carry rates in time; its nodes only.
-    fn over<E: Scalar>(&self, lift: impl Fn(D) -> E + Copy) -> MovedEnd<E> {
+    fn over<E: Scalar>(&self, to: impl Fn(D) -> E + Copy) -> MovedEnd<E> {
         MovedEnd {
             end: self.end,
-            motions: self.motions.iter().map(|motion| motion.map(lift)).collect(),
-            centre: self.centre.map(lift),
-            nodes: self.nodes.iter().map(|(i, x)| (*i, x.map(lift))).collect(),
+            motions: self.motions.iter().map(|motion| motion.map(to)).collect(),
+            centre: self.centre.map(to),
+            nodes: self.nodes.iter().map(|(i, x)| (*i, x.map(to))).collect(),
             edge: None,
         }
     }

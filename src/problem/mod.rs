@@ -55,8 +55,8 @@ pub struct Problem {
     /// Parameters that may come to have any value: the layout is for generic ones.
     varying: Vec<Parameter>,
     /// The unknowns of the equilibrium the rod starts from, angles measured from the frames it
-    /// begins with, once they were asked for.
-    pub(crate) start: OnceLock<Vec<f64>>,
+    /// begins with, once they were asked for; clones share it.
+    pub(crate) start: Arc<OnceLock<Vec<f64>>>,
     /// Ends simulations when set.
     stop: Option<Arc<AtomicBool>>,
 }
@@ -76,7 +76,7 @@ pub(crate) struct Modelled<M: Model<W>, const W: usize> {
 
 /// A problem whose model is known: what makes rods, simulations and sensitivities.
 #[derive(Debug)]
-pub struct Posed<'a, M: Model<W>, const W: usize> {
+pub struct Discretized<'a, M: Model<W>, const W: usize> {
     pub(crate) problem: &'a Problem,
     /// The model.
     pub model: &'a M,
@@ -84,9 +84,9 @@ pub struct Posed<'a, M: Model<W>, const W: usize> {
 }
 
 /// A planar problem.
-pub type PlanarProblem<'a> = Posed<'a, PlanarModel, PLANAR_BAND>;
+pub type PlanarProblem<'a> = Discretized<'a, PlanarModel, PLANAR_BAND>;
 /// A spatial problem.
-pub type SpatialProblem<'a> = Posed<'a, SpatialModel, SPATIAL_BAND>;
+pub type SpatialProblem<'a> = Discretized<'a, SpatialModel, SPATIAL_BAND>;
 
 /// A problem by its model.
 #[derive(Debug)]
@@ -145,7 +145,7 @@ impl Problem {
             None => choose(&scene, &mesh, &varying)?,
         };
         let problem = Self {
-            start: OnceLock::new(),
+            start: Arc::default(),
             derivatives: Derivatives::default(),
             model,
             reason,
@@ -161,17 +161,17 @@ impl Problem {
 
     /// Refuses stiffnesses and masses that overflow or vanish, and folds.
     fn check_sizes(&self) -> Result<(), Error> {
-        let (positive, natural): (Vec<f64>, Vec<f64>) = match self.posed() {
-            AnyProblem::Planar(posed) => {
-                let rod = posed.rod();
+        let (positive, natural): (Vec<f64>, Vec<f64>) = match self.discretized() {
+            AnyProblem::Planar(discretized) => {
+                let rod = discretized.rod();
                 let stiffness = rod.stretch.iter().map(|s| s.stiffness);
                 (
                     stiffness.chain(rod.bend.iter().map(|b| b.stiffness)).chain(rod.mass).collect(),
                     rod.bend.iter().map(|b| b.natural_curvature).collect(),
                 )
             }
-            AnyProblem::Spatial(posed) => {
-                let rod = posed.rod();
+            AnyProblem::Spatial(discretized) => {
+                let rod = discretized.rod();
                 let stiffness = rod.stretch.iter().map(|s| s.stiffness);
                 let stiffness_of = |j: &JointLaw<f64>| {
                     let [b11, _, b22] = j.stiffness.bend;
@@ -227,10 +227,10 @@ impl Problem {
         (name, &self.reason)
     }
     /// The problem with its model.
-    pub fn posed(&self) -> AnyProblem<'_> {
+    pub fn discretized(&self) -> AnyProblem<'_> {
         match &self.model {
-            AnyModel::Planar(modelled) => AnyProblem::Planar(self.posed_as(modelled)),
-            AnyModel::Spatial(modelled) => AnyProblem::Spatial(self.posed_as(modelled)),
+            AnyModel::Planar(modelled) => AnyProblem::Planar(self.discretized_as(modelled)),
+            AnyModel::Spatial(modelled) => AnyProblem::Spatial(self.discretized_as(modelled)),
         }
     }
     /// Whether the scene says how stiff the rod is in torsion, and has no moments, whose work out of
@@ -242,30 +242,30 @@ impl Problem {
     }
     /// The spatial model of the scene, whatever model it has.
     pub(crate) fn spatial_model(&self) -> Result<Modelled<SpatialModel, SPATIAL_BAND>, Error> {
-        let normal = self.planar().map(|posed| posed.model.normal());
+        let normal = self.planar().map(|discretized| discretized.model.normal());
         let loads = setup::nodal(&self.scene.loads.point, "loads", &self.mesh)?;
         let correction = correction(&self.scene, &self.mesh, &self.varying);
         let model = SpatialModel::new(&self.scene, &self.mesh, correction, &loads, normal)?;
         Ok(Modelled::new(model, &self.scene))
     }
     /// The problem with another model.
-    pub(crate) fn posed_as<'a, M: Model<W>, const W: usize>(
+    pub(crate) fn discretized_as<'a, M: Model<W>, const W: usize>(
         &'a self,
         modelled: &'a Modelled<M, W>,
-    ) -> Posed<'a, M, W> {
-        Posed { problem: self, model: &modelled.model, setup: &modelled.setup }
+    ) -> Discretized<'a, M, W> {
+        Discretized { problem: self, model: &modelled.model, setup: &modelled.setup }
     }
     /// The problem with its planar model, if it has one.
     pub fn planar(&self) -> Option<PlanarProblem<'_>> {
-        match self.posed() {
-            AnyProblem::Planar(posed) => Some(posed),
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => Some(discretized),
             AnyProblem::Spatial(_) => None,
         }
     }
     /// The problem with its spatial model, if it has one.
     pub fn spatial(&self) -> Option<SpatialProblem<'_>> {
-        match self.posed() {
-            AnyProblem::Spatial(posed) => Some(posed),
+        match self.discretized() {
+            AnyProblem::Spatial(discretized) => Some(discretized),
             AnyProblem::Planar(_) => None,
         }
     }
@@ -286,9 +286,9 @@ impl Problem {
     }
     /// The rod's first node at rest in the world, m.
     pub(crate) fn wall(&self) -> [f64; 3] {
-        match self.posed() {
-            AnyProblem::Planar(posed) => posed.rest_positions()[0],
-            AnyProblem::Spatial(posed) => posed.rest_positions()[0],
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => discretized.rest_positions()[0],
+            AnyProblem::Spatial(discretized) => discretized.rest_positions()[0],
         }
     }
     /// The same over another scalar, beside the scene; `seed` makes its numbers of the parameters.
@@ -296,7 +296,7 @@ impl Problem {
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> ([D; 3], Scene<D>) {
-        let scene = self.scene.seeded(seed);
+        let scene = self.scene.over_parameters(seed);
         // Turning the rod turns it about this node.
         (scene.made_mesh().nodes[0], scene)
     }
@@ -306,16 +306,16 @@ impl Problem {
     }
     /// A point of the rest shape in the world, m.
     pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
-        let nodes = match self.posed() {
-            AnyProblem::Planar(posed) => posed.rest_positions(),
-            AnyProblem::Spatial(posed) => posed.rest_positions(),
+        let nodes = match self.discretized() {
+            AnyProblem::Planar(discretized) => discretized.rest_positions(),
+            AnyProblem::Spatial(discretized) => discretized.rest_positions(),
         };
         stencil.nodes.iter().fold([0.0; 3], |sum, (i, w)| add(sum, scale(nodes[*i], *w)))
     }
     /// The normal of the plane of a planar scene; of a spatial one the z axis.
     pub(crate) fn normal(&self) -> [f64; 3] {
-        match self.posed() {
-            AnyProblem::Planar(posed) => posed.model.normal().into(),
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => discretized.model.normal().into(),
             AnyProblem::Spatial(_) => [0.0, 0.0, 1.0],
         }
     }
@@ -419,20 +419,20 @@ impl Problem {
         if turns && self.scene.initial.shape.is_some() {
             return beside("initial.shape", "in planar scenes that start in their rest shape");
         }
-        match self.posed() {
-            AnyProblem::Planar(posed) => {
-                let setup =
-                    posed.setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
-                posed.check_plane(parameter, &setup)?;
-                posed.check_roller(parameter, &setup)
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => {
+                let setup = discretized
+                    .setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
+                discretized.check_plane(parameter, &setup)?;
+                discretized.check_roller(parameter, &setup)
             }
             AnyProblem::Spatial(_) if turns || parameter.is_moment() => {
                 beside("a scene in space", "in planar scenes")
             }
-            AnyProblem::Spatial(posed) => {
-                let setup =
-                    posed.setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
-                posed.check_roller(parameter, &setup)
+            AnyProblem::Spatial(discretized) => {
+                let setup = discretized
+                    .setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
+                discretized.check_roller(parameter, &setup)
             }
         }
     }
@@ -511,7 +511,7 @@ impl PlanarProblem<'_> {
     }
 }
 
-impl<'a, M: Model<W>, const W: usize> Posed<'a, M, W> {
+impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
     /// The unknowns at rest, m (rad for angles).
     pub fn rest(&self) -> Vec<f64> {
         self.model.unknowns(&self.setup.rest)
@@ -568,7 +568,7 @@ impl<'a, M: Model<W>, const W: usize> Posed<'a, M, W> {
         &self,
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Setup<D, M, W> {
-        Setup::new(self.model, self.scene().seeded(seed))
+        Setup::new(self.model, self.scene().over_parameters(seed))
     }
 
     /// Refuses a parameter that turns the line on which an end rolls, where that follows the rod.

@@ -108,7 +108,7 @@ pub trait Model<const W: usize> {
     /// Unknowns from one node to the next.
     const STRIDE: usize;
     /// The rod over the scalar `D`.
-    type Rod<D: Nestable>: Rod<D, W, Seeded = Self::Rod<Dual64>>;
+    type Rod<D: Nestable>: Rod<D, W, Dual = Self::Rod<Dual64>>;
     /// The rest shape in the model's own terms.
     type Rest<D: Nestable>: Clone + std::fmt::Debug;
 
@@ -145,7 +145,7 @@ pub trait Model<const W: usize> {
     fn frames<D: Nestable>(&self, rest: &Self::Rest<D>) -> <Self::Rod<D> as Rod<D, W>>::Frames;
 
     /// Frames over another scalar.
-    fn lift<D: Nestable>(
+    fn frames_over<D: Nestable>(
         frames: &<Self::Rod<f64> as Rod<f64, W>>::Frames,
     ) -> <Self::Rod<D> as Rod<D, W>>::Frames;
 

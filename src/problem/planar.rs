@@ -6,7 +6,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, sub};
 use crate::problem::model::{Correction, Model, NodalLoad, first_director, rolling, tilted};
 use crate::problem::own;
-use crate::problem::tributary::Line;
+use crate::problem::tributary::TributaryLengths;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::rod::{Extra, PlanarRod};
 use crate::scene::shape::Mesh;
@@ -31,7 +31,7 @@ pub struct PlanarRest<D> {
     /// Positions, m.
     nodes: Vec<[D; 2]>,
     length: Vec<D>,
-    line: Line<D>,
+    line: TributaryLengths<D>,
     curvature: Vec<D>,
     /// Where the joints are, as parts of the length.
     places: Vec<f64>,
@@ -167,7 +167,8 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             .map(|p| planar_bend::curvature(p.first_chunk().expect("windows of three")))
             .collect();
         let arcs = self.correction.arcs(mesh);
-        let line = arcs.map_or_else(|| Line::plain(&length), Line::corrected);
+        let line =
+            arcs.map_or_else(|| TributaryLengths::plain(&length), TributaryLengths::corrected);
         PlanarRest { nodes, length, line, curvature, places: mesh.places() }
     }
 
@@ -261,7 +262,7 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
 
     fn frames<D: Nestable>(&self, _: &PlanarRest<D>) {}
 
-    fn lift<D: Nestable>((): &()) {}
+    fn frames_over<D: Nestable>((): &()) {}
 
     fn held(&self, support: Support) -> usize {
         match support {

@@ -10,7 +10,7 @@ use crate::numerics::vector::{Vector, dot, sub, unit};
 use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
 use crate::problem::model::{Correction, Model, NodalLoad, first_director, rolling, tilted};
 use crate::problem::own;
-use crate::problem::tributary::Line;
+use crate::problem::tributary::TributaryLengths;
 use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::rod::{Extra, SpatialRod};
 use crate::scene::shape::Mesh;
@@ -34,7 +34,7 @@ pub struct SpatialRest<D> {
     /// Positions, m.
     nodes: Vec<Vector<D>>,
     length: Vec<D>,
-    line: Line<D>,
+    line: TributaryLengths<D>,
     /// The corrected form's: how the curve's tangents lie to the joints'.
     slants: Option<Vec<[D; 2]>>,
     /// Integrated curvatures in the material frame.
@@ -107,7 +107,8 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let length: Vec<D> = edges.iter().map(|e| dot(*e, *e).sqrt()).collect();
         let arcs = self.correction.arcs(mesh);
         SpatialRest {
-            line: arcs.map_or_else(|| Line::plain(&length), Line::corrected),
+            line: arcs
+                .map_or_else(|| TributaryLengths::plain(&length), TributaryLengths::corrected),
             slants: arcs.map(|arcs| slants(&nodes, arcs.lengths, &frames.edges, &curvature)),
             nodes,
             length,
@@ -207,11 +208,11 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         rest.frames.clone()
     }
 
-    fn lift<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
-        let lift = |v: [f64; 3]| v.map(D::from);
+    fn frames_over<D: Nestable>(frames: &Frames<f64>) -> Frames<D> {
+        let over = |v: [f64; 3]| v.map(D::from);
         let edge = |frame: &EdgeFrame<f64>| EdgeFrame {
-            tangent: lift(frame.tangent),
-            director: lift(frame.director),
+            tangent: over(frame.tangent),
+            director: over(frame.director),
         };
         Frames {
             edges: frames.edges.iter().map(edge).collect(),

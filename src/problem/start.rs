@@ -8,7 +8,7 @@ use crate::problem::boundary::{BoundaryMotion, MovedEnd};
 use crate::problem::model::Model;
 use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
-use crate::problem::{Posed, SpatialProblem};
+use crate::problem::{Discretized, SpatialProblem};
 use crate::rod::{Rod, SpatialRod};
 use crate::scene::supports::Moment;
 use crate::scene::{Clamp, End, Motion, Support};
@@ -41,7 +41,7 @@ impl SpatialProblem<'_> {
     }
 }
 
-impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The unknowns before supports move and loads pull, and their frames: of the rest shape, or of
     /// the scene's initial shape, without twist.
     pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Placed<D, M, W> {

@@ -16,7 +16,7 @@ pub(crate) struct Arcs<'a, D = f64> {
 /// Lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
 /// `rho A l`.
 #[derive(Clone, Debug)]
-pub(super) struct Line<D> {
+pub(super) struct TributaryLengths<D> {
     /// Of every inner node, where the rod bends and twists.
     pub joint: Vec<D>,
     /// Of every edge, where it stretches.
@@ -27,7 +27,7 @@ pub(super) struct Line<D> {
     pub spin: Vec<D>,
 }
 
-impl<D: Scalar> Line<D> {
+impl<D: Scalar> TributaryLengths<D> {
     /// As published: halves of the adjacent edges.
     pub fn plain(edges: &[D]) -> Self {
         let zero = D::from(0.0);
@@ -79,15 +79,21 @@ mod tests {
     fn walls_shift_lengths_and_lose_none() {
         for lengths in [&[1.0; 2][..], &[1.0; 3], &[0.9, 1.0, 1.2, 1.1, 1.0], &[5.0, 1.0, 1.0]] {
             for cut in [[true, false], [false, true], [true, true]] {
-                let (plain, line) =
-                    (Line::plain(lengths), Line::corrected(Arcs { lengths, cut, joints: true }));
+                let (plain, line) = (
+                    TributaryLengths::plain(lengths),
+                    TributaryLengths::corrected(Arcs { lengths, cut, joints: true }),
+                );
                 let sum = |v: &[f64]| v.iter().sum::<f64>();
                 assert!((sum(&line.joint) - sum(&plain.joint)).abs() < 1e-15 * sum(lengths));
                 assert!((sum(&line.node) - sum(&plain.node)).abs() < 1e-15 * sum(lengths));
                 assert!(line.joint.iter().chain(&line.node).all(|l| *l > 0.0), "{line:?}");
             }
         }
-        let line = Line::corrected(Arcs { lengths: &[24.0; 5], cut: [true, false], joints: true });
+        let line = TributaryLengths::corrected(Arcs {
+            lengths: &[24.0; 5],
+            cut: [true, false],
+            joints: true,
+        });
         assert_eq!(line.joint, [25.0, 23.0, 24.0, 24.0]);
         assert_eq!(line.stretch, [24.0, 36.0, 24.0, 24.0, 24.0]);
         assert_eq!(line.node, [12.0, 18.0, 30.0, 24.0, 24.0, 12.0]);
@@ -98,7 +104,11 @@ mod tests {
     #[test]
     fn joints_integrate_from_the_wall() {
         let lengths = [1.1, 1.0, 0.9, 0.8, 0.7];
-        let line = Line::corrected(Arcs { lengths: &lengths, cut: [true, false], joints: true });
+        let line = TributaryLengths::corrected(Arcs {
+            lengths: &lengths,
+            cut: [true, false],
+            joints: true,
+        });
         let mut at = -0.55;
         let mut sum = [0.0_f64; 2];
         for (joint, edge) in line.joint.iter().zip(&lengths) {

@@ -51,8 +51,8 @@ impl Energies {
 
 /// A discrete rod with unknowns `q` and a tangent of half-bandwidth `W`.
 pub trait Rod<D: Scalar, const W: usize>: Clone {
-    /// The same rod with a derivative along one parameter in every quantity.
-    type Seeded: Rod<Dual64, W>;
+    /// The same rod over dual numbers: with a derivative along one parameter in every quantity.
+    type Dual: Rod<Dual64, W>;
     /// What angles are measured from: [`crate::energy::frame::Frames`], or `()` where there are none.
     type Frames: Clone + std::fmt::Debug;
 
@@ -94,12 +94,12 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
         tangent: &mut BandMatrix<D, W>,
     );
 
-    /// Writes the derivative of the gradient along the parameter `seeded` carries, at fixed `q` and
+    /// Writes the derivative of the gradient along the parameter `dual` carries, at fixed `q` and
     /// frames (their derivatives are ignored).
     fn gradient_rate(
-        seeded: &Self::Seeded,
+        dual: &Self::Dual,
         q: &[f64],
-        frames: &SeededFrames<Self, D, W>,
+        frames: &DualFrames<Self, D, W>,
         derivatives: Derivatives,
         rate: &mut [f64],
     );
@@ -107,7 +107,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// Adds the derivative of the gradient along the derivatives of the frames, at fixed `q`, where
     /// the gradient and its tangent are those given.
     fn frame_rate(
-        frames: &SeededFrames<Self, D, W>,
+        frames: &DualFrames<Self, D, W>,
         q: &[f64],
         gradient: &[f64],
         tangent: &BandMatrix<f64, W>,
@@ -187,7 +187,7 @@ fn half_a_turn_apart(product: f64) -> bool {
 }
 
 /// The frames of a rod with derivatives along one parameter.
-pub type SeededFrames<R, D, const W: usize> = <<R as Rod<D, W>>::Seeded as Rod<Dual64, W>>::Frames;
+pub type DualFrames<R, D, const W: usize> = <<R as Rod<D, W>>::Dual as Rod<Dual64, W>>::Frames;
 
 /// Writes the rates of all strains of a rod that moves with `v`, 1/s: the central difference over
 /// a motion of a hundred-thousandth of its length, right to about ten digits. A velocity below a

@@ -191,7 +191,7 @@ fn add_lower<D: Scalar, const N: usize>(g: &mut [D; 6], h: &mut [[D; 6]; 6], loc
 }
 
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
-    type Seeded = PlanarRod<Dual64>;
+    type Dual = PlanarRod<Dual64>;
     type Frames = ();
 
     const HAS_FRAMES: bool = false;
@@ -268,7 +268,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn gradient_rate(
-        seeded: &PlanarRod<Dual64>,
+        dual: &PlanarRod<Dual64>,
         q: &[f64],
         (): &(),
         derivatives: Derivatives,
@@ -282,19 +282,19 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
                 }
             };
         }
-        add!(seeded.load, <DeadLoad<f64, 2> as Element<f64, 2>>::gradient_rate);
-        for (i, moment) in &seeded.moment {
+        add!(dual.load, <DeadLoad<f64, 2> as Element<f64, 2>>::gradient_rate);
+        for (i, moment) in &dual.moment {
             let own = <DeadMoment<f64> as Element<f64, 4>>::gradient_rate(moment, unknowns(q, *i));
             scatter(&own, rate, *i);
         }
         match derivatives {
             Derivatives::Hand => {
-                add!(seeded.stretch, <Stretch<f64, 2> as Element<f64, 4>>::gradient_rate);
-                add!(seeded.bend, <PlanarBend<f64> as Element<f64, 6>>::gradient_rate);
+                add!(dual.stretch, <Stretch<f64, 2> as Element<f64, 4>>::gradient_rate);
+                add!(dual.bend, <PlanarBend<f64> as Element<f64, 6>>::gradient_rate);
             }
             Derivatives::Dual => {
-                add!(seeded.stretch, dual_gradient_rate);
-                add!(seeded.bend, dual_gradient_rate);
+                add!(dual.stretch, dual_gradient_rate);
+                add!(dual.bend, dual_gradient_rate);
             }
         }
         seeded.own.add_gradient_rate(q, &[], derivatives, rate);

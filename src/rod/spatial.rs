@@ -180,7 +180,7 @@ impl<D: Nestable> SpatialRod<D> {
 }
 
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
-    type Seeded = SpatialRod<Dual64>;
+    type Dual = SpatialRod<Dual64>;
     type Frames = Frames<D>;
 
     const HAS_FRAMES: bool = true;
@@ -274,18 +274,18 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn gradient_rate(
-        seeded: &SpatialRod<Dual64>,
+        dual: &SpatialRod<Dual64>,
         q: &[f64],
         frames: &Frames<Dual64>,
         derivatives: Derivatives,
         rate: &mut [f64],
     ) {
         rate.fill(0.0);
-        for (i, load) in seeded.load.iter().enumerate() {
+        for (i, load) in dual.load.iter().enumerate() {
             add_at(rate, i, &load.force.map(|f| -f.eps));
         }
         let hand = derivatives == Derivatives::Hand;
-        for (i, element) in seeded.stretch.iter().enumerate() {
+        for (i, element) in dual.stretch.iter().enumerate() {
             let own = ends(q, i);
             let local = if hand {
                 <Stretch<f64, 3> as Element<f64, 6>>::gradient_rate(element, &own)
@@ -296,9 +296,9 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 rate[STRIDE * i + ENDS[r]] += local[r];
             }
         }
-        for i in 0..seeded.joint.len() {
+        for i in 0..dual.joint.len() {
             let own = around(q, i);
-            let element = seeded.bend_twist(i, frames);
+            let element = dual.bend_twist(i, frames);
             let local = if hand {
                 <BendTwist<f64> as Element<f64, WINDOW>>::gradient_rate(&element, own)
             } else {
@@ -326,14 +326,14 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             let e = edge(q, j);
             let inverse_length = dot(e, e).sqrt().recip();
             let t = scale(e, inverse_length);
-            let lifted = t.map(Dual64::from);
-            let d1 = transport(frame.tangent, lifted, frame.director);
+            let dual_t = t.map(Dual64::from);
+            let d1 = transport(frame.tangent, dual_t, frame.director);
             let d2 = cross(t, d1.map(|d| d.re));
             let psi = dot(d1.map(|d| d.eps), d2);
             let theta = STRIDE * j + 3;
             tangent.add_column(theta, psi, rate);
-            let by = one_plus_dot(frame.tangent, lifted).recip() * -inverse_length;
-            let turn = scale(cross(frame.tangent, lifted), by).map(|g| g.eps * gradient[theta]);
+            let by = one_plus_dot(frame.tangent, dual_t).recip() * -inverse_length;
+            let turn = scale(cross(frame.tangent, dual_t), by).map(|g| g.eps * gradient[theta]);
             add_at(rate, j + 1, &turn);
             add_at(rate, j, &turn.map(|g| -g));
         }

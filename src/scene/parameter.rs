@@ -332,7 +332,7 @@ impl fmt::Debug for Parameter {
 
 impl Scene {
     /// The scene over another scalar; `seed` makes its numbers of the parameters.
-    pub fn seeded<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
+    pub fn over_parameters<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
         self.over(|path, value, _| seed(Parameter::at(path), value))
     }
 }

@@ -1,27 +1,29 @@
 //! The way down: how a rod creeps into an equilibrium.
 //!
 //! Plain Newton dies where the loads bend a stiff rod far: the first step stretches it beyond all
-//! measure. Instead the rod creeps down its energy,
+//! measure. Instead the rod creeps down its energy by pseudo-transient continuation (Kelley and Keyes
+//! 1998, doi:10.1137/S0036142996304796),
 //!
 //! ```text
 //! lambda M (q1 - q0) + dE/dq(q1) = 0
 //! ```
 //!
-//! an implicit step of the gradient flow, solved by Newton's method on the exact tangent, and
+//! an implicit step of gradient descent in the metric `M`, solved by Newton's method on the exact tangent, and
 //! `lambda` falls by a factor from step to step until it is zero: the last steps are Newton's own,
 //! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
 //! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
 //! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. A
-//! long rod that hangs from one end takes these steps in its edges, with another `M`.
+//! long rod that hangs from one end takes these steps in [edge
+//! coordinates](crate::statics::edge_coordinates), with another `M`.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::rod::Rod;
-use crate::statics::edge_coordinates::Chain;
+use crate::statics::edge_coordinates::EdgeCoordinates;
 use std::ops::Range;
 
-/// Newton iterations of one step of the flow.
+/// Newton iterations of one step of the descent.
 const ITERATIONS: usize = 20;
 /// Iterations after which a step without `lambda` that is in balance to rounding may end.
 const PATIENCE: usize = 10;
@@ -29,18 +31,18 @@ const PATIENCE: usize = 10;
 const ROUNDING: f64 = 8.0;
 /// Corrections below this part of the rod's length are none.
 const NONE: f64 = 1e-13;
-/// Corrections below this part end a step of the flow: the way matters little.
+/// Corrections below this part end a step of the descent: the way matters little.
 const ON_THE_WAY: f64 = 1e-6;
 /// Corrections below this part that fall no more are the rounding errors of a fine mesh.
 const STALLED: f64 = 1e-5;
-/// Steps of the flow, failures included.
-const FLOW_STEPS: usize = 400;
+/// Steps of the descent, failures included.
+const STEPS: usize = 400;
 /// Factor by which `lambda` falls after a step, and rises after a failure.
 const FALL: f64 = 0.1;
 const RISE: f64 = 4.0;
 /// The first step goes about this part of the rod's length.
 const FIRST_STEP: f64 = 0.05;
-/// Below this part of the first `lambda` the flow is Newton's method.
+/// Below this part of the first `lambda` the descent is Newton's method.
 const SMALLEST: f64 = 1e-9;
 
 /// Unknowns and frames at rest.
@@ -57,15 +59,15 @@ pub struct Rest<F> {
 }
 
 /// The descent and the room it needs.
-pub(crate) struct Flow<'a, R, const W: usize> {
+pub(crate) struct Descent<'a, R, const W: usize> {
     rod: &'a R,
     free: Range<usize>,
     length: f64,
     derivatives: Derivatives,
     /// Stiffnesses that count as none, N/m (N m for angles).
     negligible: Vec<f64>,
-    chain: Option<Chain>,
-    /// What `lambda` multiplies: masses, or a chain's metric.
+    edges: Option<EdgeCoordinates>,
+    /// What `lambda` multiplies: masses, or the metric of the edges.
     metric: Vec<f64>,
     q: Vec<f64>,
     start: Vec<f64>,
@@ -76,7 +78,7 @@ pub(crate) struct Flow<'a, R, const W: usize> {
     iterations: usize,
 }
 
-/// How a step of the flow ended.
+/// How a step of the descent ended.
 enum Step {
     /// Elsewhere.
     Moved,
@@ -86,15 +88,15 @@ enum Step {
     Failed,
 }
 
-impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
+impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
     /// A rod at `q` of which only the unknowns in `free` move. `length`, m, is the scale of the
-    /// steps; stiffnesses below `negligible`, N/m (N m for angles), count as none. A `chain` is
-    /// solved by its edges.
+    /// steps; stiffnesses below `negligible`, N/m (N m for angles), count as none. With
+    /// `edges` it is solved in edge coordinates.
     pub fn new(
         rod: &'a R,
         free: Range<usize>,
         (length, negligible): (f64, Vec<f64>),
-        chain: Option<Chain>,
+        edges: Option<EdgeCoordinates>,
         derivatives: Derivatives,
         q: Vec<f64>,
     ) -> Self {
@@ -105,8 +107,8 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             length,
             derivatives,
             negligible,
-            metric: chain.map_or_else(|| rod.mass().to_vec(), |chain| chain.metric(rod)),
-            chain,
+            metric: edges.map_or_else(|| rod.mass().to_vec(), |edges| edges.metric(rod)),
+            edges,
             start: q.clone(),
             q,
             gradient: vec![0.0; n],
@@ -119,7 +121,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
 
     fn assemble(&mut self, frames: &R::Frames) {
         let (q, derivatives, tangent) = (&self.q, self.derivatives, &mut self.tangent);
-        if self.chain.is_some() {
+        if self.edges.is_some() {
             self.rod.gradient(q, frames, derivatives, &mut self.gradient);
             self.rod.edge_tangent(q, frames, derivatives, tangent);
         } else {
@@ -148,7 +150,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
         let first = acceleration / (FIRST_STEP * self.length);
         let mut lambda = first;
         let mut fall = FALL;
-        for _ in 0..FLOW_STEPS {
+        for _ in 0..STEPS {
             self.start.copy_from_slice(&self.q);
             let step = match self.step(&frames, lambda) {
                 Step::Moved if self.rod.folded(&self.start, &self.q, &frames).is_some() => {
@@ -188,7 +190,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
         Err(Error::Equilibrium { iterations: self.iterations, residual: self.residual() })
     }
 
-    /// Solves one step of the flow from `start`.
+    /// Solves one step of the descent from `start`.
     fn step(&mut self, frames: &R::Frames, lambda: f64) -> Step {
         let mut before = f64::INFINITY;
         for iteration in 0..ITERATIONS {
@@ -202,26 +204,26 @@ impl<'a, R: Rod<f64, W>, const W: usize> Flow<'a, R, W> {
             // Where nothing, or only upwards, resists, corrections are rounding errors over almost
             // nothing. What is in balance to rounding is in balance.
             let patient = iteration == if downhill { PATIENCE } else { 0 };
-            if patient && lambda == 0.0 && self.chain.is_none() && self.in_balance() {
+            if patient && lambda == 0.0 && self.edges.is_none() && self.in_balance() {
                 return Step::Still;
             }
             if !factored || iteration == 0 && !downhill {
                 return Step::Failed;
             }
             self.correction.copy_from_slice(&self.gradient);
-            if let Some(chain) = self.chain {
-                chain.gather::<f64, R, W>(&mut self.correction);
+            if let Some(edges) = self.edges {
+                edges.gather::<f64, R, W>(&mut self.correction);
             }
             for i in self.free.clone() {
-                let change = match self.chain {
-                    Some(chain) => chain.change::<R, W>(i, &self.q, &self.start),
+                let change = match self.edges {
+                    Some(edges) => edges.change::<R, W>(i, &self.q, &self.start),
                     None => self.q[i] - self.start[i],
                 };
                 self.correction[i] = -(self.correction[i] + lambda * self.metric[i] * change);
             }
             self.factors.solve(&mut self.correction);
-            if let Some(chain) = self.chain {
-                chain.spread::<f64, R, W>(&mut self.correction);
+            if let Some(edges) = self.edges {
+                edges.spread::<f64, R, W>(&mut self.correction);
             }
             let mut largest = 0.0_f64;
             for i in self.free.clone() {

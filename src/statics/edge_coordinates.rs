@@ -1,9 +1,8 @@
-//! Edges instead of nodes as unknowns.
+//! Edge coordinates: edges instead of nodes as unknowns.
 //!
 //! Bending in terms of nodes is a fourth difference: the condition of the tangent of `N` nodes goes
 //! with `N^4`, and from some 10^4 nodes on its smallest eigenvalues are rounding errors. In terms of
-//! edges it is a second difference. A rod that is held at its start and nowhere else is a chain: node
-//! `i` is at `x_0 + sum_{j < i} e_j`, dead loads are linear in the edges, and elements know edges
+//! edges it is a second difference. Of a rod that is held at its start and nowhere else node `i` is at `x_0 + sum_{j < i} e_j`, dead loads are linear in the edges, and elements know edges
 //! only. So the tangent `T' K T`, with `T` the sums, is a band as well, its condition goes with
 //! `N^2`, and by Sylvester's law it has as many negative eigenvalues as `K`. It is assembled from
 //! the elements' own derivatives ([`Rod::edge_tangent`]), never from `K`.
@@ -15,18 +14,18 @@ use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
 use std::ops::Range;
 
-/// From so many nodes on rods are solved as chains: rounding has a thousandth in the tangent of
+/// From so many nodes on rods are solved in edge coordinates: rounding has a thousandth in the tangent of
 /// nodes.
 const MANY: usize = 2000;
 
-/// A rod that is a chain, with so many unknowns from one node to the next.
+/// The edges of a rod as its unknowns, with so many unknowns from one node to the next.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Chain {
+pub(crate) struct EdgeCoordinates {
     stride: usize,
 }
 
-impl Chain {
-    /// The chain of a rod of which the unknowns in `free` move, if it is one, and long.
+impl EdgeCoordinates {
+    /// Those of a rod of which the unknowns in `free` move, if it is long and hangs from its start.
     pub fn of(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
         let hangs = free.start >= stride.min(3) && free.end == unknowns;
         (hangs && unknowns > MANY * stride).then_some(Self { stride })

@@ -1,4 +1,4 @@
-//! Where a rod comes to rest ([`flow`](crate::statics::descent)), and whether it stays there.
+//! Where a rod comes to rest ([descent](crate::statics::descent)), and whether it stays there.
 //!
 //! An equilibrium is stable when its tangent has no negative eigenvalue; their number is that of
 //! the negative pivots (Sylvester's law of inertia). A direction along which nothing changes, such
@@ -8,7 +8,7 @@
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::Model;
-use crate::problem::{AnyProblem, FramesOf, Posed, Problem};
+use crate::problem::{AnyProblem, Discretized, FramesOf, Problem};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
 use crate::scene::Damping;
@@ -70,14 +70,14 @@ impl std::fmt::Display for Equilibrium {
 impl Problem {
     /// The equilibrium that the rod creeps into from its rest shape under its loads.
     pub fn equilibrium(&self) -> Result<Equilibrium, Error> {
-        match self.posed() {
-            AnyProblem::Planar(posed) => {
-                let mut found = at_rest(self, &posed)?;
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => {
+                let mut found = at_rest(self, &discretized)?;
                 let in_plane = found.negative_directions;
                 found.stable_in_plane = Some(in_plane == 0);
                 if self.can_twist() {
                     let model = self.spatial_model()?;
-                    let spatial = self.posed_as(&model);
+                    let spatial = self.discretized_as(&model);
                     let (q, frames) = spatial.placed_still(&found.nodes);
                     let whole = Pencil::resting(&spatial, &q, &frames);
                     let across = whole.across(spatial.model.components(spatial.normal()));
@@ -86,8 +86,8 @@ impl Problem {
                 }
                 Ok(found)
             }
-            AnyProblem::Spatial(posed) => {
-                let mut found = at_rest(self, &posed)?;
+            AnyProblem::Spatial(discretized) => {
+                let mut found = at_rest(self, &discretized)?;
                 found.stable = Some(found.negative_directions == 0);
                 Ok(found)
             }
@@ -98,15 +98,15 @@ impl Problem {
 /// The equilibrium of a model, without a verdict.
 fn at_rest<M: Model<W>, const W: usize>(
     problem: &Problem,
-    posed: &Posed<'_, M, W>,
+    discretized: &Discretized<'_, M, W>,
 ) -> Result<Equilibrium, Error> {
-    let rest = posed.equilibrium()?;
-    let rod = posed.rod();
+    let rest = discretized.equilibrium()?;
+    let rod = discretized.rod();
     let energies = rod.energies(&rest.q, &rest.frames);
     let still = State::at_rest(rest.q.clone(), rest.frames.clone());
-    let reactions = posed.reactions(&rod, Damping::default(), &still);
+    let reactions = discretized.reactions(&rod, Damping::default(), &still);
     let nodes: Vec<[f64; 3]> =
-        (0..problem.nodes()).map(|i| posed.model.position(&rest.q, i)).collect();
+        (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
     Ok(Equilibrium {
         model: problem.model().0.into(),
         tip: nodes[nodes.len() - 1],
@@ -116,7 +116,7 @@ fn at_rest<M: Model<W>, const W: usize>(
         residual: rest.residual,
         stable: None,
         stable_in_plane: None,
-        negative_directions: Pencil::resting(posed, &rest.q, &rest.frames).below(-1.0)?,
+        negative_directions: Pencil::resting(discretized, &rest.q, &rest.frames).below(-1.0)?,
         reactions,
         nodes,
     })
@@ -125,11 +125,11 @@ fn at_rest<M: Model<W>, const W: usize>(
 /// Where the nodes `tracked` of a rod at rest are in the world, m, with the derivatives of the
 /// numbers that `seed` makes of the parameters.
 pub(crate) fn nodes_over<D: Nestable, M: Model<W>, const W: usize>(
-    posed: &Posed<'_, M, W>,
+    discretized: &Discretized<'_, M, W>,
     settled: &Settled<FramesOf<M, W>>,
     tracked: &[usize],
     seed: impl Fn(Parameter, f64) -> D,
 ) -> Result<Vec<[D; 3]>, Error> {
-    let (_, q) = posed.settled_over(settled, &posed.setup_over(seed))?;
-    Ok(tracked.iter().map(|i| posed.model.position(&q, *i)).collect())
+    let (_, q) = discretized.settled_over(settled, &discretized.setup_over(seed))?;
+    Ok(tracked.iter().map(|i| discretized.model.position(&q, *i)).collect())
 }

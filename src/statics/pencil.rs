@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::problem::Model;
-use crate::problem::{FramesOf, Posed};
+use crate::problem::{Discretized, FramesOf};
 use crate::rod::{Rod, planar, spatial};
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ pub(crate) const ACROSS: usize = planar::HALF_BANDWIDTH;
 impl<D: Nestable, const W: usize> Pencil<D, W> {
     /// Of a rod at `q`, with its own masses.
     pub fn at<M: Model<W>>(
-        posed: &Posed<'_, M, W>,
+        discretized: &Discretized<'_, M, W>,
         rod: &M::Rod<D>,
         q: &[D],
         frames: &<M::Rod<D> as Rod<D, W>>::Frames,
@@ -33,27 +33,27 @@ impl<D: Nestable, const W: usize> Pencil<D, W> {
         let mut tangent = BandMatrix::zeros(q.len());
         let mut gradient = vec![D::from(0.0); q.len()];
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-        Self { tangent, mass: rod.mass().to_vec(), free: posed.free() }
+        Self { tangent, mass: rod.mass().to_vec(), free: discretized.free() }
     }
 }
 
 impl<const W: usize> Pencil<f64, W> {
-    /// Of a rod at rest, by edges if it is a long chain, with the stiffness that counts as
-    /// [none](Posed::negligible) in place of the masses: what is stable lies above -1.
+    /// Of a rod at rest, in edge coordinates where it is long and hangs from its start, with the stiffness that counts as
+    /// [none](Discretized::negligible) in place of the masses: what is stable lies above -1.
     pub fn resting<M: Model<W>>(
-        posed: &Posed<'_, M, W>,
+        discretized: &Discretized<'_, M, W>,
         q: &[f64],
         frames: &FramesOf<M, W>,
     ) -> Self {
-        let (rod, chain) = (posed.rod(), posed.chain());
-        let mass = posed.negligible(chain);
-        match chain {
+        let (rod, edges) = (discretized.rod(), discretized.edge_coordinates());
+        let mass = discretized.negligible(edges);
+        match edges {
             Some(_) => {
                 let mut tangent = BandMatrix::zeros(q.len());
                 rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
-                Self { tangent, mass, free: posed.free() }
+                Self { tangent, mass, free: discretized.free() }
             }
-            None => Self { mass, ..Self::at(posed, &rod, q, frames) },
+            None => Self { mass, ..Self::at(discretized, &rod, q, frames) },
         }
     }
 

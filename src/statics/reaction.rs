@@ -18,7 +18,7 @@
 use crate::numerics::vector::{add, cross, scale, sub, unit};
 use crate::problem::Model;
 use crate::problem::cuts;
-use crate::problem::{FramesOf, Posed};
+use crate::problem::{Discretized, FramesOf};
 use crate::rod::Rod;
 use crate::rod::State;
 use crate::scene::Damping;
@@ -43,7 +43,7 @@ pub struct Reactions {
     pub end: Reaction,
 }
 
-impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The reactions in a state of the rod.
     pub(crate) fn reactions(
         &self,

@@ -7,16 +7,16 @@ use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Nestable;
 use crate::problem::Model;
 use crate::problem::Setup;
-use crate::problem::{FramesOf, Posed};
+use crate::problem::{Discretized, FramesOf};
 use crate::rod::Rod;
 use crate::rod::strain_rates;
 use crate::scene::supports::Moment;
 use crate::scene::{End, Support};
-use crate::statics::descent::{Flow, Rest};
-use crate::statics::edge_coordinates::Chain;
+use crate::statics::descent::{Descent, Rest};
+use crate::statics::edge_coordinates::EdgeCoordinates;
 use crate::statics::pencil::Pencil;
 
-/// An equilibrium, and what its [derivatives](Posed::settled_over) need beside it.
+/// An equilibrium, and what its [derivatives](Discretized::settled_over) need beside it.
 pub(crate) struct Settled<F> {
     /// The equilibrium.
     pub rest: Rest<F>,
@@ -48,7 +48,7 @@ impl Moving {
     }
 }
 
-impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The state the rod creeps into under its loads, from where it begins; moved ends are where
     /// their motion leaves them.
     pub fn equilibrium(&self) -> Result<Rest<FramesOf<M, W>>, Error> {
@@ -76,11 +76,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
                 boundary_motion.carry(from, to, &mut q, |end, node| self.reach(end, node));
                 boundary_motion.advance::<M::Rod<f64>, W>(from, to, &mut q, &frames);
             }
-            let chain = self.chain();
-            let scales = (self.problem.length(), self.negligible(chain));
+            let edges = self.edge_coordinates();
+            let scales = (self.problem.length(), self.negligible(edges));
             let derivatives = self.problem.derivatives();
             let rest =
-                Flow::new(rod, self.free(), scales, chain, derivatives, q).descend(frames)?;
+                Descent::new(rod, self.free(), scales, edges, derivatives, q).descend(frames)?;
             iterations += rest.newton_iterations;
             if k == parts {
                 return Ok(Rest { newton_iterations: iterations, ..rest });
@@ -102,11 +102,11 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         if other == Support::Free { 1.0 } else { part }
     }
 
-    /// The rod as a chain, where it is one and long.
-    pub(crate) fn chain(&self) -> Option<Chain> {
+    /// The edges of a long rod that hangs from its start, as unknowns.
+    pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
         // Energies of one's own may depend on where nodes are.
         let alone = self.scene().energies.is_empty();
-        Chain::of(M::STRIDE, &self.free(), self.model.dof()).filter(|_| alone)
+        EdgeCoordinates::of(M::STRIDE, &self.free(), self.model.dof()).filter(|_| alone)
     }
 
     /// Squared frequencies below this are zero, 1/s^2: a billionth of the slowest bending
@@ -128,16 +128,16 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// A stiffness of every unknown that counts as none, N/m (N m for angles): a billionth of the
     /// rod's own in bending and twisting as a whole, or what rounding errors amount to in a tangent
-    /// that goes with the fourth power of the mesh, or a chain's with the second.
-    pub(crate) fn negligible(&self, chain: Option<Chain>) -> Vec<f64> {
+    /// that goes with the fourth power of the mesh, or in edge coordinates with the second.
+    pub(crate) fn negligible(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let nodes = self.nodes() as f64;
         let (p, section) = (&self.scene().material, self.scene().rod.section.moments());
         let [i1, i2] = section.second_moments;
         let length = self.problem.length();
-        let power = if chain.is_some() { 2 } else { 4 };
+        let power = if edges.is_some() { 2 } else { 4 };
         let noise = 10.0 * f64::EPSILON * nodes.powi(power);
         let bending = self.bending_frequency_squared() * (1e-9 + noise);
-        let moving = match chain {
+        let moving = match edges {
             Some(_) => bending,
             None => bending + self.zero_frequency_squared(),
         };
@@ -150,7 +150,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             true => angle,
             false => metric * moving,
         };
-        self.metric(chain).into_iter().enumerate().map(stiffness).collect()
+        self.metric(edges).into_iter().enumerate().map(stiffness).collect()
     }
 
     /// Unknowns of the equilibrium at t = 0, angles measured from the frames the rod begins with.
@@ -164,7 +164,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
 
     /// Gives an equilibrium `q` of a rod its exact derivatives: one step of Newton's method per
     /// order that `D` carries; `indifferent` with a [negligible](Self::negligible) stiffness added,
-    /// which needs one more. A long chain is solved by its edges.
+    /// which needs one more. A long rod that hangs from its start is solved in edge coordinates.
     pub(crate) fn follow<D: Nestable>(
         &self,
         rod: &M::Rod<D>,
@@ -175,25 +175,25 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         let n = q.len();
         let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
         let mut factors = Ldlt::with_order(n);
-        let (free, chain) = (self.free(), self.chain());
+        let (free, edges) = (self.free(), self.edge_coordinates());
         let one = D::from(1.0);
         let added: Vec<D> = match indifferent {
-            true => self.negligible(chain).into_iter().map(D::from).collect(),
+            true => self.negligible(edges).into_iter().map(D::from).collect(),
             false => vec![D::from(0.0); n],
         };
         for _ in 0..D::ORDER + usize::from(indifferent) {
-            match chain {
-                Some(chain) => {
+            match edges {
+                Some(edges) => {
                     rod.gradient(q, frames, Derivatives::Hand, &mut gradient);
                     rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
-                    chain.gather::<D, M::Rod<D>, W>(&mut gradient);
+                    edges.gather::<D, M::Rod<D>, W>(&mut gradient);
                 }
                 None => rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent),
             }
             factors.factor_sum(&added, one, &tangent, one, free.clone())?;
             factors.solve(&mut gradient);
-            if let Some(chain) = chain {
-                chain.spread::<D, M::Rod<D>, W>(&mut gradient);
+            if let Some(edges) = edges {
+                edges.spread::<D, M::Rod<D>, W>(&mut gradient);
             }
             for i in free.clone() {
                 q[i] -= gradient[i];
@@ -202,10 +202,10 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
         Ok(())
     }
 
-    /// What measures changes of the unknowns: masses, or a chain's metric.
-    fn metric(&self, chain: Option<Chain>) -> Vec<f64> {
+    /// What measures changes of the unknowns: masses, or the metric of its edges.
+    fn metric(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let rod = self.rod();
-        chain.map_or_else(|| rod.mass().to_vec(), |chain| chain.metric(&rod))
+        edges.map_or_else(|| rod.mass().to_vec(), |edges| edges.metric(&rod))
     }
 
     /// An [equilibrium](Self::equilibrium) to be differentiated.
@@ -223,7 +223,7 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
     ) -> Result<(M::Rod<D>, Vec<D>), Error> {
         let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
-        let frames = M::lift(&rest.frames);
+        let frames = M::frames_over(&rest.frames);
         self.hold(setup, Moment::Approach { part: 1.0, settled: true }, &mut q, &frames);
         self.follow(&rod, &frames, &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
@@ -253,8 +253,8 @@ impl<M: Model<W>, const W: usize> Posed<'_, M, W> {
             x.iter_mut().zip(&pencil.mass).for_each(|(x, m)| *x *= m / largest);
         }
         factors.solve(&mut x);
-        if let Some(chain) = self.chain() {
-            chain.spread::<f64, M::Rod<f64>, W>(&mut x);
+        if let Some(edges) = self.edge_coordinates() {
+            edges.spread::<f64, M::Rod<f64>, W>(&mut x);
         }
         let motion = self.motion((&rest.q, &rest.frames), &x);
         match motion.is_spin() || motion.is_rigid() {

@@ -27,7 +27,7 @@ use crate::rod::{Rod, spatial};
 use crate::scene::Parameter;
 use crate::statics::Pencil;
 use crate::statics::Settled;
-use crate::vibration::modes::{Own, Plane, Vibrating, across};
+use crate::vibration::modes::{Eigenpair, Plane, Vibrating, across};
 use crate::vibration::name::ModeName;
 use num_dual::Dual64;
 
@@ -41,7 +41,7 @@ const APART: f64 = 1e-6;
 
 /// A frequency and its derivatives.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tone {
+pub struct NaturalFrequency {
     /// Angular frequency, rad/s.
     pub frequency_rad_s: f64,
     /// By each of the parameters, rad/s over their units.
@@ -56,29 +56,32 @@ impl Problem {
     /// A mode that is unstable or meets no resistance is refused by [`Error::Mode`], and so is one
     /// that another in the same plane vibrates as fast as: of a round rod in space, bending modes
     /// come in such pairs.
-    pub fn tones<N: Into<ModeName> + Copy>(
+    pub fn natural_frequencies<N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],
         parameters: &[Parameter],
-    ) -> Result<Vec<Tone>, Error> {
+    ) -> Result<Vec<NaturalFrequency>, Error> {
         let vibrations = Vibrations::of(self, modes, !parameters.is_empty())?;
-        let tone = |(_, own): &(Option<Plane>, Own)| Tone {
-            frequency_rad_s: own.frequency(),
+        let natural_frequency = |(_, pair): &(Option<Plane>, Eigenpair)| NaturalFrequency {
+            frequency_rad_s: pair.frequency(),
             derivatives: Vec::with_capacity(parameters.len()),
         };
-        let mut tones: Vec<Tone> = vibrations.modes.iter().map(tone).collect();
+        let mut natural_frequencies: Vec<NaturalFrequency> =
+            vibrations.modes.iter().map(natural_frequency).collect();
         for parameter in parameters {
             self.check_parameter(*parameter)?;
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-            for (tone, frequency) in tones.iter_mut().zip(vibrations.over(seed)?) {
-                tone.derivatives.push(frequency.eps);
+            for (natural_frequency, frequency) in
+                natural_frequencies.iter_mut().zip(vibrations.over(seed)?)
+            {
+                natural_frequency.derivatives.push(frequency.eps);
             }
         }
-        Ok(tones)
+        Ok(natural_frequencies)
     }
 
     /// The same frequencies, rad/s, over any scalar; `seed` makes the numbers of the parameters.
-    pub fn tones_over<D: Nestable, N: Into<ModeName> + Copy>(
+    pub fn natural_frequencies_over<D: Nestable, N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],
         seed: impl Fn(Parameter, f64) -> D,
@@ -98,7 +101,7 @@ enum AnySettled {
 struct Vibrations<'a> {
     problem: &'a Problem,
     settled: AnySettled,
-    modes: Vec<(Option<Plane>, Own)>,
+    modes: Vec<(Option<Plane>, Eigenpair)>,
 }
 
 impl<'a> Vibrations<'a> {
@@ -116,29 +119,29 @@ impl<'a> Vibrations<'a> {
         let own = |plane: Option<Plane>| -> Vec<ModeName> {
             names.iter().zip(&planes).filter(|(_, p)| **p == plane).map(|(n, _)| *n).collect()
         };
-        let (found, settled) = match problem.posed() {
-            AnyProblem::Planar(posed) => {
-                let settled = posed.settled()?;
+        let (found, settled) = match problem.discretized() {
+            AnyProblem::Planar(discretized) => {
+                let settled = discretized.settled()?;
                 let q = &settled.rest.q;
                 let mut found = vec![(Some(Plane::In), Vec::new())];
                 let inside = own(Some(Plane::In));
                 if !inside.is_empty() {
-                    found[0].1 = named(&Vibrating::of(&posed, q, &())?, &inside, apart)?;
+                    found[0].1 = named(&Vibrating::of(&discretized, q, &())?, &inside, apart)?;
                 }
                 let mut model = None;
                 let outside = own(Some(Plane::Out));
                 if !outside.is_empty() {
                     let spatial =
-                        problem.posed_as(&**model.insert(Box::new(problem.spatial_model()?)));
-                    let (q, frames) = across(&posed, &spatial, q);
+                        problem.discretized_as(&**model.insert(Box::new(problem.spatial_model()?)));
+                    let (q, frames) = across(&discretized, &spatial, q);
                     let vibrating = Vibrating::across(&spatial, &q, &frames)?;
                     found.push((Some(Plane::Out), named(&vibrating, &outside, apart)?));
                 }
                 (found, AnySettled::Planar(settled, model))
             }
-            AnyProblem::Spatial(posed) => {
-                let settled = posed.settled()?;
-                let vibrating = Vibrating::of(&posed, &settled.rest.q, &settled.rest.frames)?;
+            AnyProblem::Spatial(discretized) => {
+                let settled = discretized.settled()?;
+                let vibrating = Vibrating::of(&discretized, &settled.rest.q, &settled.rest.frames)?;
                 (vec![(None, named(&vibrating, &names, apart)?)], AnySettled::Spatial(settled))
             }
         };
@@ -155,35 +158,36 @@ impl<'a> Vibrations<'a> {
     fn over<D: Nestable>(&self, seed: impl Fn(Parameter, f64) -> D) -> Result<Vec<D>, Error> {
         let picked = |plane| self.modes.iter().enumerate().filter(move |(_, m)| m.0 == plane);
         let mut frequencies = vec![D::from(0.0); self.modes.len()];
-        let mut add = |plane: Option<Plane>, one: &dyn Fn(&Own) -> Result<D, Error>| {
-            for (k, (_, own)) in picked(plane) {
-                frequencies[k] = one(own)?;
+        let mut add = |plane: Option<Plane>, one: &dyn Fn(&Eigenpair) -> Result<D, Error>| {
+            for (k, (_, pair)) in picked(plane) {
+                frequencies[k] = one(pair)?;
             }
             Ok::<(), Error>(())
         };
-        match (self.problem.posed(), &self.settled) {
-            (AnyProblem::Planar(posed), AnySettled::Planar(settled, spatial)) => {
-                let (rod, q) = posed.settled_over(settled, &posed.setup_over(&seed))?;
-                let pencil = Pencil::at(&posed, &rod, &q, &());
-                add(Some(Plane::In), &|own| frequency(&pencil, own))?;
+        match (self.problem.discretized(), &self.settled) {
+            (AnyProblem::Planar(discretized), AnySettled::Planar(settled, spatial)) => {
+                let (rod, q) = discretized.settled_over(settled, &discretized.setup_over(&seed))?;
+                let pencil = Pencil::at(&discretized, &rod, &q, &());
+                add(Some(Plane::In), &|pair| frequency(&pencil, pair))?;
                 if let Some(model) = spatial.as_deref() {
-                    let place = |i: usize| posed.model.position(&q, i);
-                    let nodes: Vec<[D; 3]> = (0..posed.nodes()).map(place).collect();
-                    let posed = self.problem.posed_as(model);
-                    let setup = posed.setup_over(&seed);
-                    let (q, frames) = posed.placed(&setup, &nodes);
-                    let whole = Pencil::at(&posed, &setup.rod(posed.model), &q, &frames);
-                    let pencil = whole.across(posed.model.components(posed.normal()));
-                    add(Some(Plane::Out), &|own| frequency(&pencil, own))?;
+                    let place = |i: usize| discretized.model.position(&q, i);
+                    let nodes: Vec<[D; 3]> = (0..discretized.nodes()).map(place).collect();
+                    let discretized = self.problem.discretized_as(model);
+                    let setup = discretized.setup_over(&seed);
+                    let (q, frames) = discretized.placed(&setup, &nodes);
+                    let whole =
+                        Pencil::at(&discretized, &setup.rod(discretized.model), &q, &frames);
+                    let pencil = whole.across(discretized.model.components(discretized.normal()));
+                    add(Some(Plane::Out), &|pair| frequency(&pencil, pair))?;
                 }
             }
-            (AnyProblem::Spatial(posed), AnySettled::Spatial(settled)) => {
-                let (rod, q) = posed.settled_over(settled, &posed.setup_over(&seed))?;
+            (AnyProblem::Spatial(discretized), AnySettled::Spatial(settled)) => {
+                let (rod, q) = discretized.settled_over(settled, &discretized.setup_over(&seed))?;
                 // Angles are coordinates whose inertia is theirs about the moved frames only.
-                let mut frames = SpatialModel::lift::<D>(&settled.rest.frames);
+                let mut frames = SpatialModel::frames_over::<D>(&settled.rest.frames);
                 <SpatialModel as Model<_>>::Rod::<D>::rebase(&mut frames, &q);
-                let pencil = Pencil::at(&posed, &rod, &q, &frames);
-                add(None, &|own| frequency(&pencil, own))?;
+                let pencil = Pencil::at(&discretized, &rod, &q, &frames);
+                add(None, &|pair| frequency(&pencil, pair))?;
             }
             _ => unreachable!("a problem keeps its model"),
         }
@@ -197,7 +201,7 @@ fn named<M: Model<W>, const W: usize, const V: usize>(
     vibrating: &Vibrating<'_, M, W, V>,
     names: &[ModeName],
     apart: bool,
-) -> Result<Vec<Own>, Error> {
+) -> Result<Vec<Eigenpair>, Error> {
     let mass = vibrating.node_masses();
     let most = names.iter().map(|name| name.number).max().unwrap_or(0);
     // Free motions come first, and the next one tells whether the last stands alone. Modes of one
@@ -215,7 +219,7 @@ fn named<M: Model<W>, const W: usize, const V: usize>(
             let one = |(name, place): (&ModeName, &Option<usize>)| match *place {
                 Some(k) => single(&all, k, name, apart),
                 None => {
-                    let own = all.iter().filter(|own| name.among.has(own, |i| mass[i]));
+                    let own = all.iter().filter(|pair| name.among.has(pair, |i| mass[i]));
                     let (found, high) = (name.number as f64, own.count() as f64);
                     Err(Error::OutOfRange { what: "mode", found, low: 1.0, high })
                 }
@@ -227,38 +231,38 @@ fn named<M: Model<W>, const W: usize, const V: usize>(
 }
 
 /// Mode `k` of `all`, if it has a frequency, and, if it is to stand `apart`, one of its own.
-fn single(all: &[Own], k: usize, name: &ModeName, apart: bool) -> Result<Own, Error> {
-    let own = &all[k];
+fn single(all: &[Eigenpair], k: usize, name: &ModeName, apart: bool) -> Result<Eigenpair, Error> {
+    let pair = &all[k];
     let refused = |reason: String| {
         Err(Error::Mode {
             number: name.number,
             among: name.among.words(),
-            frequency_rad_s: own.frequency(),
+            frequency_rad_s: pair.frequency(),
             reason,
         })
     };
-    if own.squared <= 0.0 {
+    if pair.squared <= 0.0 {
         return refused("nothing resists it, so that it does not vibrate".into());
     }
-    let as_fast = |other: &Own| (other.frequency() / own.frequency() - 1.0).abs() < APART;
+    let as_fast = |other: &Eigenpair| (other.frequency() / pair.frequency() - 1.0).abs() < APART;
     match (0..all.len()).find(|i| apart && *i != k && as_fast(&all[*i])) {
         Some(i) => refused(format!(
             "{} mode {} of all vibrates as fast, so that neither has derivatives of its own",
             all[i].kind.name(),
-            all[..=i].iter().filter(|own| !own.is_free()).count()
+            all[..=i].iter().filter(|pair| !pair.is_free()).count()
         )),
-        None => Ok(own.clone()),
+        None => Ok(pair.clone()),
     }
 }
 
 /// The frequency of a mode of the same rod in plain numbers, rad/s, with its derivatives.
 fn frequency<D: Nestable, const W: usize>(
     Pencil { tangent, mass, free }: &Pencil<D, W>,
-    own: &Own,
+    pair: &Eigenpair,
 ) -> Result<D, Error> {
     let mut factors = Ldlt::with_order(mass.len());
-    let mut x: Vec<D> = own.vector.iter().map(|x| D::from(*x)).collect();
-    let mut squared = D::from(own.squared);
+    let mut x: Vec<D> = pair.vector.iter().map(|x| D::from(*x)).collect();
+    let mut squared = D::from(pair.squared);
     for _ in 0..ITERATIONS {
         let shift = squared * (1.0 - OFF);
         factors
@@ -278,5 +282,5 @@ fn frequency<D: Nestable, const W: usize>(
         x.iter_mut().for_each(|x| *x *= scale);
     }
     // Rounding errors of the quotient are larger than those of the modes.
-    Ok((squared - D::from(squared.value()) + own.squared).sqrt())
+    Ok((squared - D::from(squared.value()) + pair.squared).sqrt())
 }

@@ -6,6 +6,6 @@ mod lowest;
 mod modes;
 mod name;
 
-pub use frequencies::Tone;
+pub use frequencies::NaturalFrequency;
 pub use modes::{About, Kind, Mode, Modes, Plane};
 pub use name::{Among, ModeName};

@@ -12,7 +12,7 @@
 use crate::error::Error;
 use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
-use crate::problem::{AnyProblem, FramesOf, PlanarProblem, Posed, Problem, SpatialProblem};
+use crate::problem::{AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, SpatialProblem};
 use crate::rod::Rod;
 use crate::scene::Support;
 use crate::statics::{ACROSS, Pencil, in_space};
@@ -111,20 +111,20 @@ impl Problem {
     /// The `count` lowest modes about a state, and all unstable ones.
     pub fn modes(&self, count: usize, about: About) -> Result<Modes, Error> {
         let (mut modes, mut unstable) = (Vec::new(), 0);
-        match self.posed() {
-            AnyProblem::Planar(posed) => {
-                let (q, ()) = state(&posed, about)?;
-                unstable += Vibrating::of(&posed, &q, &())?.add(count, &mut modes)?;
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => {
+                let (q, ()) = state(&discretized, about)?;
+                unstable += Vibrating::of(&discretized, &q, &())?.add(count, &mut modes)?;
                 if self.can_twist() {
                     let model = self.spatial_model()?;
-                    let spatial = self.posed_as(&model);
-                    let (q, frames) = across(&posed, &spatial, &q);
+                    let spatial = self.discretized_as(&model);
+                    let (q, frames) = across(&discretized, &spatial, &q);
                     unstable += Vibrating::across(&spatial, &q, &frames)?.add(count, &mut modes)?;
                 }
             }
-            AnyProblem::Spatial(posed) => {
-                let (q, frames) = state(&posed, about)?;
-                unstable += Vibrating::of(&posed, &q, &frames)?.add(count, &mut modes)?;
+            AnyProblem::Spatial(discretized) => {
+                let (q, frames) = state(&discretized, about)?;
+                unstable += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
             }
         }
         modes.sort_by(|a, b| a.frequency_rad_s.total_cmp(&b.frequency_rad_s));
@@ -138,13 +138,13 @@ impl Problem {
 type State<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
 
 fn state<M: Model<W>, const W: usize>(
-    posed: &Posed<'_, M, W>,
+    discretized: &Discretized<'_, M, W>,
     about: About,
 ) -> Result<State<M, W>, Error> {
     Ok(match about {
-        About::Rest => (posed.rest(), posed.rest_frames()),
+        About::Rest => (discretized.rest(), discretized.rest_frames()),
         About::Equilibrium => {
-            let rest = posed.equilibrium()?;
+            let rest = discretized.equilibrium()?;
             (rest.q, rest.frames)
         }
     })
@@ -162,7 +162,7 @@ pub(crate) fn across(
 
 /// A vibration in the terms of its [`Pencil`].
 #[derive(Clone, Debug)]
-pub(crate) struct Own {
+pub(crate) struct Eigenpair {
     /// Square of the angular frequency, 1/s^2.
     pub squared: f64,
     /// Rates of the pencil's unknowns.
@@ -173,7 +173,7 @@ pub(crate) struct Own {
     pub shape: Vec<[f64; 3]>,
 }
 
-impl Own {
+impl Eigenpair {
     /// As in [`Mode::frequency_rad_s`].
     pub fn frequency(&self) -> f64 {
         self.squared.signum() * self.squared.abs().sqrt()
@@ -187,7 +187,7 @@ impl Own {
 
 /// A rod at a state whose vibrations are looked at: all of its model's, or those across the plane.
 pub(crate) struct Vibrating<'a, M: Model<W>, const W: usize, const V: usize> {
-    posed: &'a Posed<'a, M, W>,
+    discretized: &'a Discretized<'a, M, W>,
     q: &'a [f64],
     frames: &'a FramesOf<M, W>,
     pencil: Pencil<f64, V>,
@@ -200,14 +200,14 @@ pub(crate) struct Vibrating<'a, M: Model<W>, const W: usize, const V: usize> {
 impl<'a, M: Model<W>, const W: usize> Vibrating<'a, M, W, W> {
     /// All vibrations of a model.
     pub fn of(
-        posed: &'a Posed<'a, M, W>,
+        discretized: &'a Discretized<'a, M, W>,
         q: &'a [f64],
         frames: &'a FramesOf<M, W>,
     ) -> Result<Self, Error> {
-        let pencil = Pencil::at(posed, &posed.rod(), q, frames);
-        let growing = Pencil::resting(posed, q, frames).below(-1.0)?;
+        let pencil = Pencil::at(discretized, &discretized.rod(), q, frames);
+        let growing = Pencil::resting(discretized, q, frames).below(-1.0)?;
         let plane = (M::STRIDE < 3).then_some(Plane::In);
-        Ok(Self { posed, q, frames, pencil, growing, plane })
+        Ok(Self { discretized, q, frames, pencil, growing, plane })
     }
 }
 
@@ -216,14 +216,14 @@ impl<'a>
 {
     /// Those out of the plane of a planar problem, of its spatial model.
     pub fn across(
-        posed: &'a SpatialProblem<'a>,
+        discretized: &'a SpatialProblem<'a>,
         q: &'a [f64],
         frames: &'a crate::energy::frame::Frames<f64>,
     ) -> Result<Self, Error> {
-        let normal = posed.model.components(posed.normal());
-        let pencil = Pencil::at(posed, &posed.rod(), q, frames).across(normal);
-        let growing = Pencil::resting(posed, q, frames).across(normal).below(-1.0)?;
-        Ok(Self { posed, q, frames, pencil, growing, plane: Some(Plane::Out) })
+        let normal = discretized.model.components(discretized.normal());
+        let pencil = Pencil::at(discretized, &discretized.rod(), q, frames).across(normal);
+        let growing = Pencil::resting(discretized, q, frames).across(normal).below(-1.0)?;
+        Ok(Self { discretized, q, frames, pencil, growing, plane: Some(Plane::Out) })
     }
 }
 
@@ -235,7 +235,7 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
 
     /// In how many ways at most it moves freely.
     pub fn most_free(&self) -> usize {
-        let supports = &self.posed.scene().supports;
+        let supports = &self.discretized.scene().supports;
         let clamped = [supports.start, supports.end].contains(&Support::Clamped);
         match (clamped, self.plane) {
             (true, _) => 0,
@@ -246,32 +246,32 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
 
     /// The mass of every node, kg.
     pub fn node_masses(&self) -> Vec<f64> {
-        let rod = self.posed.rod();
-        (0..self.posed.nodes()).map(|i| rod.mass()[M::STRIDE * i]).collect()
+        let rod = self.discretized.rod();
+        (0..self.discretized.nodes()).map(|i| rod.mass()[M::STRIDE * i]).collect()
     }
 
     /// The `count` lowest modes, in ascending order.
-    pub fn lowest(&self, count: usize) -> Result<Vec<Own>, Error> {
-        let zero = self.posed.zero_frequency_squared();
-        let found = self.pencil.lowest(count, self.posed.bending_frequency_squared())?;
-        let own = |(k, (squared, vector)): (usize, (f64, Vec<f64>))| {
+    pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
+        let zero = self.discretized.zero_frequency_squared();
+        let found = self.pencil.lowest(count, self.discretized.bending_frequency_squared())?;
+        let pair = |(k, (squared, vector)): (usize, (f64, Vec<f64>))| {
             // What grows is known from the inertia, whatever rounding errors say.
             let is_zero = k >= self.growing && squared <= zero.max(self.pencil.rounding(&vector));
             let squared = if is_zero { 0.0 } else { squared };
             let rates = match self.plane {
                 Some(Plane::Out) => {
-                    in_space(&vector, self.posed.model.components(self.posed.normal()))
+                    in_space(&vector, self.discretized.model.components(self.discretized.normal()))
                 }
                 _ => vector.clone(),
             };
             let shape = self.shape(&rates);
-            Own { squared, kind: self.kind(squared, &rates, &shape), shape, vector }
+            Eigenpair { squared, kind: self.kind(squared, &rates, &shape), shape, vector }
         };
-        Ok(found.into_iter().enumerate().map(own).collect())
+        Ok(found.into_iter().enumerate().map(pair).collect())
     }
 
     fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> Kind {
-        let motion = self.posed.motion((self.q, self.frames), rates);
+        let motion = self.discretized.motion((self.q, self.frames), rates);
         if motion.is_rigid() || squared == 0.0 && motion.is_spin() {
             return Kind::Rigid;
         }
@@ -287,7 +287,7 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
     /// sagging rope's sides stretches it, too.
     fn goes_along(&self, shape: &[[f64; 3]]) -> bool {
         let (masses, last) = (self.node_masses(), shape.len() - 1);
-        let place = |i: usize| self.posed.model.position(self.q, i);
+        let place = |i: usize| self.discretized.model.position(self.q, i);
         let mut sums = [0.0; 2];
         for (i, (x, mass)) in shape.iter().zip(masses).enumerate() {
             let tangent = unit(sub(place(last.min(i + 1)), place(i.saturating_sub(1))));
@@ -299,7 +299,7 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
 
     fn shape(&self, rates: &[f64]) -> Vec<[f64; 3]> {
         let mut shape: Vec<[f64; 3]> =
-            (0..self.posed.nodes()).map(|i| self.posed.model.rate(rates, i)).collect();
+            (0..self.discretized.nodes()).map(|i| self.discretized.model.rate(rates, i)).collect();
         let largest =
             shape.iter().map(|x| Vector3::from(*x).norm()).fold(f64::MIN_POSITIVE, f64::max);
         shape.iter_mut().flatten().for_each(|x| *x /= largest);
@@ -308,16 +308,16 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
 
     /// Adds the `count` lowest modes, and all unstable ones; returns how many those are.
     fn add(&self, count: usize, modes: &mut Vec<Mode>) -> Result<usize, Error> {
-        let own = self.lowest(count.max(self.growing.min(UNSTABLE)))?;
+        let pairs = self.lowest(count.max(self.growing.min(UNSTABLE)))?;
         let mut number = 0;
-        for own in own {
-            number += usize::from(!own.is_free());
+        for pair in pairs {
+            number += usize::from(!pair.is_free());
             modes.push(Mode {
-                frequency_rad_s: own.frequency(),
+                frequency_rad_s: pair.frequency(),
                 plane: self.plane,
-                kind: own.kind,
-                number: (!own.is_free()).then_some(number),
-                shape: own.shape,
+                kind: pair.kind,
+                number: (!pair.is_free()).then_some(number),
+                shape: pair.shape,
             });
         }
         Ok(self.growing)

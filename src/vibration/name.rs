@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::numerics::vector::dot;
 use crate::problem::Problem;
-use crate::vibration::modes::{Kind, Own, Plane};
+use crate::vibration::modes::{Eigenpair, Kind, Plane};
 
 /// Which modes a number counts.
 ///
@@ -59,17 +59,17 @@ impl Among {
     }
 
     /// Whether a mode is one of these; the masses of its nodes weigh its motion, kg.
-    pub(crate) fn has(&self, own: &Own, mass: impl Fn(usize) -> f64) -> bool {
+    pub(crate) fn has(&self, pair: &Eigenpair, mass: impl Fn(usize) -> f64) -> bool {
         let along = |d: [f64; 3]| {
             let energy = |x: &[f64; 3]| [dot(*x, d).powi(2) / dot(d, d), dot(*x, *x)];
-            let sums = own.shape.iter().enumerate().fold([0.0; 2], |sums, (i, x)| {
+            let sums = pair.shape.iter().enumerate().fold([0.0; 2], |sums, (i, x)| {
                 let [along, all] = energy(x);
                 [sums[0] + mass(i) * along, sums[1] + mass(i) * all]
             });
             sums[0] > 0.5 * sums[1]
         };
-        !own.is_free()
-            && self.kind.is_none_or(|kind| kind == own.kind)
+        !pair.is_free()
+            && self.kind.is_none_or(|kind| kind == pair.kind)
             && self.direction.is_none_or(along)
     }
 

@@ -2,10 +2,13 @@
 //! Gauss-Newton.
 
 use argmin::core::{Gradient, Hessian};
+use num_dual::HyperDual64;
 use rodfit::fit::{Experiment, Frequencies, Loss, Residuals, RestShape, Sighting};
-use rodfit::scene::{Clamp, InitialState, Scene, Scheme, Shape, Time};
+use rodfit::scene::{
+    Clamp, Handedness, InitialState, Material, Scene, Scheme, Section, Shape, Time,
+};
 use rodfit::vibration::About;
-use rodfit::{Fit, Observation, Parameter, Point, Unknown};
+use rodfit::{Fit, Observation, Parameter, Point, Trajectory, Unknown};
 
 use crate::common::fits::{observe, record, record_in_space};
 use crate::common::{at_tip, coarse, helix_with, simulate};
@@ -147,7 +150,7 @@ fn the_hessian_of_everything() {
         let seen = |i: usize| Sighting { point: Point::Node(i), position: nodes[i].map(Some) };
         RestShape::new((2..11).map(seen).collect()).sigma(1e-3).loss(Loss::SoftL1)
     };
-    let tones = problems[1].modes(2, About::Equilibrium).unwrap().frequencies_rad_s;
+    let natural_frequencies = problems[1].modes(2, About::Equilibrium).unwrap().frequencies_rad_s;
     let film = |k: usize, loss| {
         let run = problems[k].simulate().unwrap();
         record(&run, 20).sigma(2e-3).loss(loss)
@@ -156,7 +159,7 @@ fn the_hessian_of_everything() {
         Experiment::new("a", &problems[0]).observe(film(0, Loss::Cauchy)).observe(shape),
         Experiment::new("b", &problems[1])
             .observe(film(1, Loss::SoftL1))
-            .observe(Frequencies::new(&tones, 0.2).loss(Loss::Cauchy)),
+            .observe(Frequencies::new(&natural_frequencies, 0.2).loss(Loss::Cauchy)),
     ]);
     let residuals = fit
         .identify(Unknown::new(Parameter::YoungsModulus).prior(1.1e8, 1e6))
@@ -171,7 +174,7 @@ fn the_hessian_of_everything() {
     println!("{error:.1e} from differences");
     assert!(error < 1e-7, "{error:e}\n{exact:?}\n{by_hand:?}");
     let still = Fit::of([Experiment::new("b", &problems[1])
-        .observe(Frequencies::new(&tones, 2.0).loss(Loss::Cauchy))])
+        .observe(Frequencies::new(&natural_frequencies, 2.0).loss(Loss::Cauchy))])
     .identify(Parameter::YoungsModulus)
     .residuals()
     .unwrap();
@@ -185,4 +188,65 @@ fn gauss_newton(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
     let rows = residuals.jacobian_at(x).unwrap();
     let entry = |i: usize, j: usize| rows.iter().map(|row| row[i] * row[j]).sum();
     (0..x.len()).map(|i| (0..x.len()).map(|j| entry(i, j)).collect()).collect()
+}
+
+fn hanging_helix() -> Scene {
+    let shape = Shape::Helix {
+        length: 0.3,
+        radius: 0.02,
+        pitch: 0.05,
+        axis: [0.0, 0.0, -1.0],
+        handedness: Handedness::Left,
+    };
+    let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 1e7) };
+    let mut scene = Scene::new(16, shape, Section::Circle { radius: 4e-3 }, material);
+    scene.loads.gravity = [0.0, 0.0, -9.8];
+    scene
+}
+
+/// Second derivatives of the place of rest against differences of the first.
+#[test]
+fn rods_at_rest() {
+    let mut arc = hanging_helix();
+    arc.rod.shape = Shape::Arc { length: 0.3, angle: 1.0 };
+    arc.loads.gravity = [0.0, -9.8, 0.0];
+    for scene in [hanging_helix(), arc] {
+        let problem = scene.problem().unwrap();
+        let tip = problem.nodes() - 1;
+        let plain = Trajectory::at_rest(&problem, &[tip], &[]).unwrap();
+        for pair in [
+            [Parameter::YoungsModulus, Parameter::YoungsModulus],
+            [Parameter::YoungsModulus, Parameter::Density],
+            [Parameter::YoungsModulus, Parameter::NaturalCurvature],
+            [Parameter::NaturalCurvature, Parameter::NaturalCurvature],
+            [Parameter::ClampAngle, Parameter::YoungsModulus],
+        ] {
+            let [one, two] = pair;
+            if one.of(&scene).is_none()
+                || problem.planar().is_none() && one == Parameter::ClampAngle
+            {
+                continue;
+            }
+            let along = |p: Parameter, q: Parameter| f64::from(u8::from(p == q));
+            let seed = |p, value| HyperDual64::new(value, along(p, one), along(p, two), 0.0);
+            let run = plain.over(seed).unwrap();
+            let both = run.tip(0).map(|x| x.eps1eps2);
+            let value = two.of(&scene).unwrap();
+            let h = 2e-3 * value;
+            let slope = |k: f64| {
+                let other = problem.with([(two, value + k * h)]).unwrap();
+                let run = Trajectory::at_rest(&other, &[tip], &[one]).unwrap();
+                run.at(Point::Tip, 0.0).unwrap().1[0]
+            };
+            let [a, b, c, d] = [1.0, -1.0, 2.0, -2.0].map(slope);
+            let (mut off, mut size) = (0.0_f64, 0.0_f64);
+            for i in 0..3 {
+                let difference = (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
+                off = off.max((both[i] - difference).abs());
+                size = size.max(difference.abs());
+            }
+            println!("{one}, {two}: {:.1e}", off / size);
+            assert!(off < 1e-7 * size, "{one}, {two}: {both:?} {off:e} {size:e}");
+        }
+    }
 }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
 use rodfit::problem::Model;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Support, Time};
-use rodfit::{AnyProblem, Derivatives, Parameter, Point, Posed, Problem};
+use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Point, Problem};
 
 use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar};
 
@@ -16,19 +16,19 @@ pub const LARGEST: f64 = 1e-9;
 /// simulation in dual numbers, over the largest derivative of the run.
 pub fn mismatch(scene: &Scene, parameter: Parameter, derivatives: Derivatives) -> f64 {
     let problem = scene.problem().unwrap().with_derivatives(derivatives);
-    match problem.posed() {
-        AnyProblem::Planar(posed) => mismatch_of(&problem, &posed, parameter),
-        AnyProblem::Spatial(posed) => mismatch_of(&problem, &posed, parameter),
+    match problem.discretized() {
+        AnyProblem::Planar(discretized) => mismatch_of(&problem, &discretized, parameter),
+        AnyProblem::Spatial(discretized) => mismatch_of(&problem, &discretized, parameter),
     }
 }
 
 fn mismatch_of<M: Model<W>, const W: usize>(
     problem: &Problem,
-    posed: &Posed<'_, M, W>,
+    discretized: &Discretized<'_, M, W>,
     parameter: Parameter,
 ) -> f64 {
     let run = problem.simulate_with(&[parameter]).unwrap();
-    let mut oracle = posed
+    let mut oracle = discretized
         .simulation_over(|p, value| Dual64::new(value, if p == parameter { 1.0 } else { 0.0 }))
         .unwrap();
     let time = problem.time().unwrap();
@@ -38,7 +38,7 @@ fn mismatch_of<M: Model<W>, const W: usize>(
         let rates: Vec<f64> = oracle.state().q.iter().map(|q| q.eps).collect();
         for node in 0..problem.nodes() {
             let (_, derivative) = run.at(Point::Node(node), time.at(k)).unwrap();
-            let exact = Vector3::from(posed.model.rate(&rates, node));
+            let exact = Vector3::from(discretized.model.rate(&rates, node));
             worst = worst.max((Vector3::from(derivative[0]) - exact).norm());
             size = size.max(exact.norm());
         }

@@ -165,17 +165,17 @@ fn in_duals(problem: &Problem, parameter: Parameter) -> Vec<f64> {
     let time = problem.time().unwrap();
     let nodes = problem.nodes();
     macro_rules! run {
-        ($posed:expr) => {{
-            let mut simulation = $posed.simulation_over(seed).unwrap();
+        ($discretized:expr) => {{
+            let mut simulation = $discretized.simulation_over(seed).unwrap();
             (1..=STEPS).for_each(|k| simulation.step_to(time.at(k)).unwrap());
             let q = &simulation.state().q;
             use rodfit::problem::Model;
-            (0..nodes).flat_map(|i| $posed.model.position(q, i).map(|x| x.eps)).collect()
+            (0..nodes).flat_map(|i| $discretized.model.position(q, i).map(|x| x.eps)).collect()
         }};
     }
-    match problem.posed() {
-        AnyProblem::Planar(posed) => run!(posed),
-        AnyProblem::Spatial(posed) => run!(posed),
+    match problem.discretized() {
+        AnyProblem::Planar(discretized) => run!(discretized),
+        AnyProblem::Spatial(discretized) => run!(discretized),
     }
 }
 

@@ -164,7 +164,7 @@ fn frequencies() {
         let parameters: Vec<Parameter> =
             parameters.into_iter().filter(|p| p.of(&scene).is_some()).collect();
         let problem = scene.problem().unwrap();
-        let tones = problem.tones(&NUMBERS, &parameters).unwrap();
+        let natural_frequencies = problem.natural_frequencies(&NUMBERS, &parameters).unwrap();
         let numbered = |problem: &Problem| -> Vec<f64> {
             let modes = problem.modes(12, About::Equilibrium).unwrap().modes;
             let of = |number: &usize| {
@@ -173,14 +173,15 @@ fn frequencies() {
             };
             NUMBERS.iter().map(of).collect()
         };
-        for (tone, mode) in tones.iter().zip(numbered(&problem)) {
+        for (tone, mode) in natural_frequencies.iter().zip(numbered(&problem)) {
             assert!((tone.frequency_rad_s / mode - 1.0).abs() < 1e-11, "{name}");
         }
         for (k, parameter) in parameters.iter().enumerate() {
             let h = step(&problem, *parameter);
             let expected = difference(&problem, *parameter, h, numbered);
             let scale = parameter.of(&scene).filter(|value| *value != 0.0).unwrap_or(1.0);
-            for ((tone, expected), number) in tones.iter().zip(expected).zip(NUMBERS) {
+            for ((tone, expected), number) in natural_frequencies.iter().zip(expected).zip(NUMBERS)
+            {
                 let off = (tone.derivatives[k] - expected).abs() * scale / tone.frequency_rad_s;
                 println!(
                     "{name}, {parameter}, mode {number}: {:.4e} off {off:.1e}",
@@ -208,9 +209,14 @@ fn frequencies_twice() {
         let [one, two] = pair;
         let along = |p: Parameter, q: Parameter| f64::from(u8::from(p == q));
         let seed = |p, value| HyperDual64::new(value, along(p, one), along(p, two), 0.0);
-        let exact = problem.tones_over(&NUMBERS, seed).unwrap();
+        let exact = problem.natural_frequencies_over(&NUMBERS, seed).unwrap();
         let slopes = |problem: &Problem| -> Vec<f64> {
-            problem.tones(&NUMBERS, &[one]).unwrap().iter().map(|t| t.derivatives[0]).collect()
+            problem
+                .natural_frequencies(&NUMBERS, &[one])
+                .unwrap()
+                .iter()
+                .map(|t| t.derivatives[0])
+                .collect()
         };
         let expected = difference(&problem, two, step(&problem, two), slopes);
         let scale = one.of(&scene).unwrap() * two.of(&scene).unwrap();
@@ -230,11 +236,14 @@ fn frequencies_of_theory() {
     scene.loads.gravity = [0.0; 3];
     scene.rod.segments = Some(40);
     let problem = scene.problem().unwrap();
-    let tones = problem
-        .tones(&[1, 2], &[Parameter::YoungsModulus, Parameter::Density, Parameter::Radius])
+    let natural_frequencies = problem
+        .natural_frequencies(
+            &[1, 2],
+            &[Parameter::YoungsModulus, Parameter::Density, Parameter::Radius],
+        )
         .unwrap();
     let unit = (1e8 * 0.005_f64.powi(2) / (4.0 * 1273.52)).sqrt() / 0.25;
-    for (tone, root) in tones.iter().zip([1.87510407_f64, 4.69409113]) {
+    for (tone, root) in natural_frequencies.iter().zip([1.87510407_f64, 4.69409113]) {
         let w = tone.frequency_rad_s;
         // Lumped masses: -0.32 and -3.8 of (l/L)^2 on the square.
         assert!((w / (root * root * unit) - 1.0).abs() < 1.3e-3, "{w}");
@@ -274,8 +283,11 @@ fn a_free_bar_by_names() {
         };
         let names = [of(Kind::Bending), edge, of(Kind::Torsion), of(Kind::Axial)];
         let names = names.map(|among| ModeName { number: 1, among });
-        let tones = problem
-            .tones(&names, &[Parameter::YoungsModulus, Parameter::ShearModulus, Parameter::Density])
+        let natural_frequencies = problem
+            .natural_frequencies(
+                &names,
+                &[Parameter::YoungsModulus, Parameter::ShearModulus, Parameter::Density],
+            )
             .unwrap();
         let axial = std::f64::consts::PI / length * (e / rho).sqrt();
         for (k, exact, powers) in [
@@ -284,16 +296,16 @@ fn a_free_bar_by_names() {
             (2, None, [0.0, 0.5, -0.5]),
             (3, Some(axial), [0.5, 0.0, -0.5]),
         ] {
-            let w = tones[k].frequency_rad_s;
+            let w = natural_frequencies[k].frequency_rad_s;
             assert!(exact.is_none_or(|exact| (w / exact - 1.0).abs() < 2e-3), "{k}: {w} {exact:?}");
             for (j, (value, power)) in [e, g, rho].into_iter().zip(powers).enumerate() {
-                let found = tones[k].derivatives[j] * value / w;
+                let found = natural_frequencies[k].derivatives[j] * value / w;
                 assert!((found - power).abs() < 1e-7, "{k} {j}: {found} {power}");
             }
         }
         // Without a word: in the plane, bending first.
-        let plain = problem.tones(&[1], &[]).unwrap()[0].frequency_rad_s;
-        assert!((plain / tones[0].frequency_rad_s - 1.0).abs() < 1e-11, "{plain}");
+        let plain = problem.natural_frequencies(&[1], &[]).unwrap()[0].frequency_rad_s;
+        assert!((plain / natural_frequencies[0].frequency_rad_s - 1.0).abs() < 1e-11, "{plain}");
     }
 }
 
@@ -314,7 +326,7 @@ fn modes_that_cannot_be() {
     let [torsion, axial] = [Kind::Torsion, Kind::Axial].map(Some);
     let refused = |problem: &Problem, plane, kind, direction, key: &str| {
         let among = Among { plane, kind, direction };
-        let found = problem.tones(&[ModeName { number: 1, among }], &[]);
+        let found = problem.natural_frequencies(&[ModeName { number: 1, among }], &[]);
         assert!(matches!(&found, Err(Error::Invalid { key: k, .. }) if k == key), "{found:?}");
     };
     refused(&problem, outside, None, None, "modes");
@@ -411,7 +423,7 @@ fn at_the_limit_of_stability() {
     let tip = problem.nodes() - 1;
     let found = Trajectory::at_rest(&problem, &[tip], &[Parameter::YoungsModulus]).map(|_| ());
     assert!(matches!(found, Err(Error::Indifferent { node }) if node == tip), "{found:?}");
-    let found = problem.tones(&[1], &[Parameter::YoungsModulus]);
+    let found = problem.natural_frequencies(&[1], &[Parameter::YoungsModulus]);
     assert!(matches!(found, Err(Error::Indifferent { .. } | Error::Mode { .. })), "{found:?}");
     for force in [0.9 * low, 1.1 * low] {
         let run =
@@ -422,7 +434,7 @@ fn at_the_limit_of_stability() {
         assert!((by[0] / exact - 1.0).abs() < 1e-3 && by[1].abs() < 1e-20, "{by:?} {exact}");
     }
     // A standing column that cannot stand has no tone.
-    let found = load(&scene, 1.1 * low).tones(&[1], &[]);
+    let found = load(&scene, 1.1 * low).natural_frequencies(&[1], &[]);
     assert!(matches!(found, Err(Error::Mode { number: 1, .. })), "{found:?}");
 }
 
@@ -434,20 +446,21 @@ fn tones_that_are_none() {
     scene.rod.dimension = Dimension::Spatial;
     scene.material = Material { poisson_ratio: Some(0.3), ..scene.material };
     let problem = scene.problem().unwrap();
-    let found = problem.tones(&[2], &[Parameter::YoungsModulus]).unwrap_err();
+    let found = problem.natural_frequencies(&[2], &[Parameter::YoungsModulus]).unwrap_err();
     assert!(matches!(found, Error::Mode { number: 2, .. }), "{found}");
     assert!(found.to_string().contains("mode 1"), "{found}");
-    assert_eq!(problem.tones(&[2], &[]).unwrap().len(), 1);
+    assert_eq!(problem.natural_frequencies(&[2], &[]).unwrap().len(), 1);
     // In the plane, each way has its own.
     scene.rod.dimension = Dimension::Planar;
-    let tones = scene.problem().unwrap().tones(&[1, 2], &[Parameter::YoungsModulus]).unwrap();
-    for tone in tones {
+    let natural_frequencies =
+        scene.problem().unwrap().natural_frequencies(&[1, 2], &[Parameter::YoungsModulus]).unwrap();
+    for tone in natural_frequencies {
         assert!((tone.derivatives[0] * 1e8 / tone.frequency_rad_s - 0.5).abs() < 1e-9);
     }
     for number in [0, 10_000] {
-        let found = scene.problem().unwrap().tones(&[number], &[]);
+        let found = scene.problem().unwrap().natural_frequencies(&[number], &[]);
         assert!(matches!(found, Err(Error::OutOfRange { what: "mode", .. })), "{found:?}");
     }
-    let found = scene.problem().unwrap().tones(&[1], &[Parameter::Width]);
+    let found = scene.problem().unwrap().natural_frequencies(&[1], &[Parameter::Width]);
     assert!(matches!(found, Err(Error::Invalid { .. })), "{found:?}");
 }

@@ -21,7 +21,7 @@ fn near(a: [f64; 3], b: [f64; 3], tolerance: f64) {
 /// Masses of the nodes, kg.
 fn masses(problem: &Problem) -> Vec<f64> {
     let nodes = 0..problem.nodes();
-    match problem.posed() {
+    match problem.discretized() {
         rodfit::AnyProblem::Planar(p) => nodes.map(|i| p.rod().mass[2 * i]).collect(),
         rodfit::AnyProblem::Spatial(p) => nodes.map(|i| p.rod().mass[4 * i]).collect(),
     }

@@ -3,7 +3,7 @@
 use rodfit::problem::Model;
 use rodfit::rod::Rod;
 use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Support, Time};
-use rodfit::{AnyProblem, Derivatives, Error, Posed, Problem, Trajectory};
+use rodfit::{AnyProblem, Derivatives, Discretized, Error, Problem, Trajectory};
 
 use crate::common::{cantilever, helix_with, planar};
 
@@ -29,19 +29,19 @@ fn gradients_of_all_ways_agree() {
     let mut turned = cantilever();
     turned.loads.point = vec![PointForce { moment: [0.0, 0.0, 0.02], ..PointForce::default() }];
     for scene in [cantilever(), turned, twisted()] {
-        match scene.problem().unwrap().posed() {
-            AnyProblem::Planar(posed) => gradients_agree(&posed),
-            AnyProblem::Spatial(posed) => gradients_agree(&posed),
+        match scene.problem().unwrap().discretized() {
+            AnyProblem::Planar(discretized) => gradients_agree(&discretized),
+            AnyProblem::Spatial(discretized) => gradients_agree(&discretized),
         }
     }
 }
 
-fn gradients_agree<M: Model<W>, const W: usize>(posed: &Posed<'_, M, W>) {
-    let mut simulation = posed.simulation().unwrap();
+fn gradients_agree<M: Model<W>, const W: usize>(discretized: &Discretized<'_, M, W>) {
+    let mut simulation = discretized.simulation().unwrap();
     for k in 1..=100 {
         simulation.step_to(f64::from(k) * 2e-4).unwrap();
     }
-    let rod = posed.rod();
+    let rod = discretized.rod();
     let (q, start) = (&simulation.state().q, &simulation.previous().frames);
     let zero = vec![0.0; q.len()];
     let moved = |derivatives| {
@@ -199,26 +199,26 @@ fn explicit_schemes_run_backwards() {
     for scene in [cantilever(), helix] {
         for (scheme, step) in [(Verlet, 2e-5), (Pefrl, 3e-5)] {
             let problem = with_scheme(scene.clone(), scheme, 0.1, step).problem().unwrap();
-            match problem.posed() {
-                AnyProblem::Planar(posed) => runs_backwards(&posed, step),
-                AnyProblem::Spatial(posed) => runs_backwards(&posed, step),
+            match problem.discretized() {
+                AnyProblem::Planar(discretized) => runs_backwards(&discretized, step),
+                AnyProblem::Spatial(discretized) => runs_backwards(&discretized, step),
             }
         }
     }
 }
 
-fn runs_backwards<M: Model<W>, const W: usize>(posed: &Posed<'_, M, W>, step: f64) {
-    let mut simulation = posed.simulation().unwrap();
+fn runs_backwards<M: Model<W>, const W: usize>(discretized: &Discretized<'_, M, W>, step: f64) {
+    let mut simulation = discretized.simulation().unwrap();
     let start = simulation.state().q.clone();
     for k in 1..=1000 {
         simulation.step_to(f64::from(k) * step).unwrap();
     }
     let farthest = |q: &[f64]| {
         let apart = |i| {
-            let (a, b) = (posed.model.position(q, i), posed.model.position(&start, i));
+            let (a, b) = (discretized.model.position(q, i), discretized.model.position(&start, i));
             (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
         };
-        (0..posed.nodes()).map(apart).fold(0.0, f64::max)
+        (0..discretized.nodes()).map(apart).fold(0.0, f64::max)
     };
     let away = farthest(&simulation.state().q);
     let back: Vec<f64> = simulation.state().v.iter().map(|v| -v).collect();

@@ -82,9 +82,9 @@ fn strike(problem: &rodfit::Problem, spatial: bool, rebounds: bool) -> Result<()
     };
     let mut last = 0.0;
     macro_rules! fly {
-        ($posed:expr, $stride:expr) => {{
-            let posed = $posed;
-            let mut simulation = posed.simulation().unwrap();
+        ($discretized:expr, $stride:expr) => {{
+            let discretized = $discretized;
+            let mut simulation = discretized.simulation().unwrap();
             let q = simulation.state().q.clone();
             let at = |q: &[f64], i: usize| [q[$stride * i], q[$stride * i + 1], 0.0];
             // Both jaws turn about the middle, towards each other.

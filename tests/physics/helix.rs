@@ -69,7 +69,7 @@ fn the_helix_keeps_its_energy() {
 struct PublishedRod(SpatialRod<f64>);
 
 impl Rod<f64, 10> for PublishedRod {
-    type Seeded = SpatialRod<Dual64>;
+    type Dual = SpatialRod<Dual64>;
     type Frames = Frames<f64>;
     const HAS_FRAMES: bool = true;
 
@@ -170,13 +170,14 @@ impl Rod<f64, 10> for PublishedRod {
 #[test]
 fn the_exact_tangent_saves_iterations() {
     let problem = helix_with(0.5, 5e-3, 1.0, Clamp::Nodes).problem().unwrap();
-    let posed = problem.spatial().unwrap();
-    let mut exact = posed.simulation().unwrap();
-    let start = (posed.rest(), exact.state().frames.clone());
+    let discretized = problem.spatial().unwrap();
+    let mut exact = discretized.simulation().unwrap();
+    let start = (discretized.rest(), exact.state().frames.clone());
     let undamped = rodfit::scene::Damping { mass: 0.0, stiffness: 0.0 };
-    let (rod, hand) = (PublishedRod(posed.rod()), Derivatives::Hand);
+    let (rod, hand) = (PublishedRod(discretized.rod()), Derivatives::Hand);
     let scheme = (rodfit::scene::Scheme::NewmarkBeta, 0.5);
-    let mut published = Simulation::new(rod, start, posed.free(), undamped, scheme, 0.5, hand);
+    let mut published =
+        Simulation::new(rod, start, discretized.free(), undamped, scheme, 0.5, hand);
     for k in 1..=200 {
         exact.step_to(f64::from(k) * 5e-3).unwrap();
         published.step_to(f64::from(k) * 5e-3).unwrap();

@@ -137,9 +137,12 @@ fn twist_counts_fifty_turns() {
     (scene.rod.dimension, scene.material.poisson_ratio) = (Dimension::Spatial, Some(0.3));
     scene.rod.segments = Some(11);
     let problem = scene.problem().unwrap();
-    let posed = problem.spatial().unwrap();
-    let (rod, mut q, mut frames) =
-        (posed.rod(), posed.rest(), posed.simulation().unwrap().state().frames.clone());
+    let discretized = problem.spatial().unwrap();
+    let (rod, mut q, mut frames) = (
+        discretized.rod(),
+        discretized.rest(),
+        discretized.simulation().unwrap().state().frames.clone(),
+    );
     let turns = 50.0 * std::f64::consts::TAU;
     for k in 1..=500 {
         for j in 0..11 {

@@ -44,21 +44,22 @@ fn michells_ring() {
     };
     let found = [50, 100, 200].map(|segments| {
         let problem = ring(segments).problem().unwrap();
-        let posed = problem.spatial().unwrap();
-        let (rod, frames) = (posed.rod(), &posed.simulation().unwrap().state().frames.clone());
+        let discretized = problem.spatial().unwrap();
+        let (rod, frames) =
+            (discretized.rod(), &discretized.simulation().unwrap().state().frames.clone());
         critical([0.97 * exact, 1.01 * exact], 1e-5, |twist| {
             // Evenly twisted, the polygon is in balance.
-            let mut q = posed.rest();
+            let mut q = discretized.rest();
             for j in 0..segments {
                 q[4 * j + 3] = twist * j as f64 / (segments - 1) as f64;
             }
             let n = q.len();
             let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
             rod.tangent(&q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-            assert!(posed.free().all(|i| gradient[i].abs() < 1e-6), "{segments}");
+            assert!(discretized.free().all(|i| gradient[i].abs() < 1e-6), "{segments}");
             // Squared frequencies below a ten-thousandth of EI/(rho A L^4) are zero.
             let mut factors = Ldlt::with_order(n);
-            factors.factor_sum(rod.mass(), 1e-4, &tangent, 1.0, posed.free()).unwrap();
+            factors.factor_sum(rod.mass(), 1e-4, &tangent, 1.0, discretized.free()).unwrap();
             factors.negative_pivots() == 0
         })
     });

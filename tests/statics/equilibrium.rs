@@ -129,14 +129,14 @@ fn tangents_by_edges() {
     plane.loads.point =
         vec![PointForce { node: Point::Tip, force: [0.0; 3], moment: [0.0, 0.0, 0.1] }];
     let problem = plane.problem().unwrap();
-    let posed = problem.planar().unwrap();
-    edges_are_congruent(&posed.rod(), &(), &posed.rest(), 2);
+    let discretized = problem.planar().unwrap();
+    edges_are_congruent(&discretized.rod(), &(), &discretized.rest(), 2);
     let mut space = helix_with(0.5, 1e-3, 1.0, Clamp::MidEdge);
     space.rod.segments = Some(20);
     let problem = space.problem().unwrap();
-    let posed = problem.spatial().unwrap();
-    let frames = posed.simulation().unwrap().state().frames.clone();
-    edges_are_congruent(&posed.rod(), &frames, &posed.rest(), 4);
+    let discretized = problem.spatial().unwrap();
+    let frames = discretized.simulation().unwrap().state().frames.clone();
+    edges_are_congruent(&discretized.rod(), &frames, &discretized.rest(), 4);
 }
 
 /// Deflection of the end-loaded elastica (exact integrals).
@@ -207,13 +207,13 @@ fn euler_column_of(slenderness: f64, discretization: Discretization) {
         scene.rod.dimension = Dimension::Planar;
         scene.rod.discretization = Some(discretization);
         let problem = scene.problem().unwrap();
-        let posed = problem.planar().unwrap();
-        let straight = posed.equilibrium().unwrap();
+        let discretized = problem.planar().unwrap();
+        let straight = discretized.equilibrium().unwrap();
         let n = straight.q.len();
         let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
-        posed.rod().tangent(&straight.q, &(), Derivatives::Hand, &mut gradient, &mut tangent);
+        discretized.rod().tangent(&straight.q, &(), Derivatives::Hand, &mut gradient, &mut tangent);
         let mut factors = Ldlt::with_order(n);
-        factors.factor(&tangent, posed.free()).unwrap();
+        factors.factor(&tangent, discretized.free()).unwrap();
         factors.negative_pivots() == 0
     };
     let found = critical([1.0, 3.0], 1e-13, stable);

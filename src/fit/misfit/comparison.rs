@@ -1,6 +1,7 @@
 //! An experiment as the residuals need it: cut to its horizon, with every measured point as a sum of
 //! nodes, so that a simulation records no more than is looked at.
 
+use crate::dynamics::record::Record;
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -12,13 +13,12 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::Sample;
 use crate::fit::misfit::camera::View;
 use crate::fit::unknown::Unknown;
-use crate::numerics::hermite::Lifted;
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::Point;
 use crate::scene::Scene;
 use crate::vibration::ModeName;
-use crate::vibration::Tone;
+use crate::vibration::NaturalFrequency;
 use num_dual::Dual64;
 use std::sync::Arc;
 
@@ -68,15 +68,13 @@ pub(crate) struct Run {
     pub resting: Option<Trajectory>,
 }
 
-/// What an experiment is simulated to do, in numbers that may carry derivatives, which the records have
-/// on some tracks.
-pub(crate) struct Simulated<'a, D, const P: usize> {
-    pub moving: Option<&'a Trajectory>,
-    pub resting: Option<&'a Trajectory>,
+/// What an experiment is simulated to do, in numbers that may carry derivatives.
+pub(crate) struct Simulated<'a, D> {
+    pub moving: Option<&'a Record<D>>,
+    pub resting: Option<&'a Record<D>>,
     pub frequencies: &'a [D],
     pub view: &'a View<D>,
     pub scene: &'a Scene<D>,
-    pub tracks: [Option<usize>; P],
 }
 
 impl Comparison {
@@ -223,18 +221,17 @@ impl Comparison {
         derived: bool,
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), Error> {
         let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
-        let tones = match self.modes.is_empty() {
+        let natural_frequencies = match self.modes.is_empty() {
             true => Vec::new(),
-            false => run.problem.tones(&self.modes, &wanted)?,
+            false => run.problem.natural_frequencies(&self.modes, &wanted)?,
         };
-        let frequencies: Vec<f64> = tones.iter().map(|t| t.frequency_rad_s).collect();
+        let frequencies: Vec<f64> = natural_frequencies.iter().map(|t| t.frequency_rad_s).collect();
         let simulated = Simulated {
-            moving: run.moving.as_ref(),
-            resting: run.resting.as_ref(),
+            moving: run.moving.as_ref().map(Trajectory::record),
+            resting: run.resting.as_ref().map(Trajectory::record),
             frequencies: &frequencies,
             view: &View::new(&run.problem, |_, value| value),
             scene: run.problem.scene(),
-            tracks: [],
         };
         let mut residuals = Vec::with_capacity(self.counts().sum());
         self.each_residual(&simulated, |r: f64, _| residuals.push(r))?;
@@ -247,16 +244,19 @@ impl Comparison {
             let seed = |p, value| Dual64::new(value, f64::from(p == unknown.parameter));
             let track = wanted.iter().position(|p| *p == unknown.parameter);
             let slope = unknown.slope(unknown.from_scale(x[*i]));
-            let rate = |t: &Tone| track.map_or(0.0, |track| t.derivatives[track]);
-            let frequencies: Vec<Dual64> =
-                tones.iter().map(|t| Dual64::new(t.frequency_rad_s, rate(t))).collect();
+            let rate = |t: &NaturalFrequency| track.map_or(0.0, |track| t.derivatives[track]);
+            let frequencies: Vec<Dual64> = natural_frequencies
+                .iter()
+                .map(|t| Dual64::new(t.frequency_rad_s, rate(t)))
+                .collect();
+            let along = |run: &Option<Trajectory>| run.as_ref().map(|t| t.record().along(track));
+            let (moving, resting) = (along(&run.moving), along(&run.resting));
             let simulated = Simulated {
-                moving: run.moving.as_ref(),
-                resting: run.resting.as_ref(),
+                moving: moving.as_ref(),
+                resting: resting.as_ref(),
                 frequencies: &frequencies,
                 view: &View::new(&run.problem, seed),
-                scene: &run.problem.scene().seeded(seed),
-                tracks: [track],
+                scene: &run.problem.scene().over_parameters(seed),
             };
             let mut row = rows.iter_mut();
             self.each_residual(&simulated, |r: Dual64, _| {
@@ -269,12 +269,12 @@ impl Comparison {
     }
 
     /// Calls `each` with every plain residual and its loss.
-    pub fn each_residual<D: Lifted<P> + Shown, const P: usize>(
+    pub fn each_residual<D: Shown>(
         &self,
-        simulated: &Simulated<D, P>,
+        simulated: &Simulated<D>,
         mut each: impl FnMut(D, Loss),
     ) -> Result<(), Error> {
-        let &Simulated { moving, resting, frequencies, view, scene, tracks } = simulated;
+        let &Simulated { moving, resting, frequencies, view, scene } = simulated;
         let mesh = scene.made_mesh();
         for Series { values, weight, loss } in &self.series {
             let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
@@ -291,14 +291,14 @@ impl Comparison {
                     let stencil = point.fixed().stencil(&mesh)?;
                     for sample in samples {
                         let time = view.time(sample.time);
-                        compare(moving.sample_over(&stencil, time, tracks)?, &sample.position);
+                        compare(moving.position(&stencil, time)?, &sample.position);
                     }
                 }
                 Values::RestShape(points) => {
                     let Some(resting) = resting else { continue };
                     for (point, position) in points {
                         let (stencil, start) = (point.fixed().stencil(&mesh)?, D::from(0.0));
-                        compare(resting.sample_over(&stencil, start, tracks)?, position);
+                        compare(resting.position(&stencil, start)?, position);
                     }
                 }
                 Values::Gauge { shows, points, readings } => {
@@ -313,7 +313,7 @@ impl Comparison {
                         let Some(record) = record else { continue };
                         seen.clear();
                         for stencil in &stencils {
-                            let [position, velocity] = record.motion_over(stencil, time, tracks)?;
+                            let [position, velocity] = record.motion(stencil, time)?;
                             seen.push(Moving { position, velocity });
                         }
                         let sight = Sight { time, points: &seen, scene };

@@ -5,7 +5,7 @@
 //! the two differ: it vanishes with the residuals, and on average over noise. Every pair of
 //! unknowns costs one simulation in hyper-dual numbers.
 
-use crate::dynamics::second_order;
+use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::camera::View;
@@ -17,7 +17,7 @@ use num_dual::{DualNum, HyperDual64};
 
 impl Unknown {
     /// The parameter at `x` on the scale of the fit, with the derivatives of `x`.
-    fn lifted(&self, x: HyperDual64) -> HyperDual64 {
+    fn over(&self, x: HyperDual64) -> HyperDual64 {
         if self.parameter.is_positive() { x.exp() } else { x }
     }
 }
@@ -55,33 +55,25 @@ impl Residuals {
         (comparison, run): (&Comparison, &Run),
         [i, j]: [usize; 2],
     ) -> Result<f64, Error> {
-        let pair = [i, j].map(|k| self.unknowns()[k].parameter);
         let seed = |parameter: Parameter, value: f64| {
             let own = |u: usize| comparison.has(u) && self.unknowns()[u].parameter == parameter;
             let Some(u) = (0..x.len()).find(|u| own(*u)) else { return HyperDual64::from(value) };
             let along = |direction: usize| f64::from(u8::from(u == direction));
-            self.unknowns()[u].lifted(HyperDual64::new(x[u], along(i), along(j), 0.0))
+            self.unknowns()[u].over(HyperDual64::new(x[u], along(i), along(j), 0.0))
         };
         let Run { problem, moving, resting } = run;
-        let moving = moving
-            .as_ref()
-            .map(|plain| second_order::repeat(problem, plain, pair, seed))
-            .transpose()?;
-        let resting = resting
-            .as_ref()
-            .map(|plain| second_order::rest(problem, plain, pair, seed))
-            .transpose()?;
+        let over = |plain: &Option<Trajectory>| plain.as_ref().map(|t| t.over(seed)).transpose();
+        let (moving, resting) = (over(moving)?, over(resting)?);
         let frequencies = match comparison.modes() {
             [] => Vec::new(),
-            modes => problem.tones_over(modes, seed)?,
+            modes => problem.natural_frequencies_over(modes, seed)?,
         };
         let simulated = Simulated {
-            moving: moving.as_ref(),
-            resting: resting.as_ref(),
+            moving: moving.as_ref().map(Trajectory::record),
+            resting: resting.as_ref().map(Trajectory::record),
             frequencies: &frequencies,
             view: &View::new(problem, seed),
-            scene: &problem.scene().seeded(seed),
-            tracks: [0, 1, 2].map(Some),
+            scene: &problem.scene().over_parameters(seed),
         };
         let mut sum = 0.0;
         comparison.each_residual(&simulated, |r: HyperDual64, loss: Loss| {

@@ -216,7 +216,10 @@ impl Residuals {
         let mut halved = false;
         for comparison in &self.comparisons {
             let run = self.run(comparison, x, with_jacobian, &mut |_, _| {})?;
-            halved |= run.moving.as_ref().is_some_and(|run| run.taken().len() >= run.times().len());
+            halved |= run
+                .moving
+                .as_ref()
+                .is_some_and(|run| run.record().taken.len() >= run.times().len());
             let (own, by) = comparison.compare(&run, (&self.unknowns, x), with_jacobian)?;
             residuals.extend(own);
             rows.extend(by);

@@ -1,0 +1,181 @@
+//! What a run leaves behind, over the scalar it was run in.
+
+use crate::dynamics::step::Work;
+use crate::error::Error;
+use crate::numerics::hermite::Hermite;
+use crate::numerics::scalar::Scalar;
+use crate::rod::Energies;
+use crate::scene::Stencil;
+use crate::statics::Reactions;
+use num_dual::Dual64;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Position and velocity of a node in world axes, m and m/s, or their derivatives.
+pub(crate) type Motion<D = f64> = [[D; 3]; 2];
+
+/// Positions and velocities of some nodes at every step.
+#[derive(Clone, Debug)]
+pub(crate) struct Record<D = f64> {
+    /// The nodes that are recorded, ascending.
+    tracked: Arc<[usize]>,
+    /// Times of the records, s: the start and the end of every step of the scene.
+    times: Vec<f64>,
+    /// Of every tracked node, step after step.
+    motion: Vec<Motion<D>>,
+    /// The same derived by every parameter, where a run in plain numbers carries derivatives along.
+    derivatives: Vec<Vec<Motion>>,
+    /// Ends of all steps taken, s: those of the scene, and halves where a step was refused.
+    pub taken: Vec<f64>,
+    /// Energies at every time, where asked for.
+    pub energies: Option<Vec<Energies>>,
+    /// Reactions of the supports at every time, where asked for.
+    pub reactions: Option<Vec<Reactions>>,
+    /// The work of the run.
+    pub work: Work,
+    /// Wall time of the stepping alone.
+    pub stepping: Duration,
+    /// Whether anything is kept at all.
+    pub keeps: bool,
+}
+
+impl<D: Scalar> Record<D> {
+    /// An empty record of the nodes `tracked`, ascending, with room for derivatives by so many
+    /// parameters.
+    pub fn new(tracked: impl Into<Arc<[usize]>>, parameters: usize) -> Self {
+        Self {
+            tracked: tracked.into(),
+            times: Vec::new(),
+            motion: Vec::new(),
+            derivatives: vec![Vec::new(); parameters],
+            taken: Vec::new(),
+            energies: None,
+            reactions: None,
+            work: Work::default(),
+            stepping: Duration::ZERO,
+            keeps: true,
+        }
+    }
+
+    /// The nodes that are recorded, ascending.
+    pub fn tracked(&self) -> Arc<[usize]> {
+        self.tracked.clone()
+    }
+    /// Times of the records, s.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+    /// All that was recorded of the tracked nodes.
+    pub fn motions(&self) -> &[Motion<D>] {
+        &self.motion
+    }
+
+    /// Appends the motions of the tracked nodes, in their order, at `time`, s.
+    pub fn push(&mut self, time: f64, motions: impl Iterator<Item = Motion<D>>) {
+        self.times.push(time);
+        self.motion.extend(motions);
+    }
+
+    /// Appends the derivatives of the same by parameter `k`.
+    pub fn push_derivative(&mut self, k: usize, rates: impl Iterator<Item = Motion>) {
+        self.derivatives[k].extend(rates);
+    }
+
+    /// What was recorded of a node after `k` steps; none where it was not.
+    pub fn motion_of(&self, node: usize, k: usize) -> Option<&Motion<D>> {
+        let column = self.tracked.binary_search(&node).ok()?;
+        self.motion.get(k * self.tracked.len() + column)
+    }
+
+    /// The position of a point at a time, m: between steps the cubic Hermite interpolant of
+    /// positions and velocities.
+    pub fn position(&self, stencil: &Stencil<D>, time: D) -> Result<[D; 3], Error> {
+        let (k, hermite) = self.around(time)?;
+        self.interpolate(stencil, k, &hermite, |index| self.motion[index])
+    }
+
+    /// Position and velocity of a point at a time, m and m/s, by the same interpolant.
+    pub fn motion(&self, stencil: &Stencil<D>, time: f64) -> Result<Motion<D>, Error> {
+        let position = self.position(stencil, D::from(time))?;
+        let (k, _) = self.around(time)?;
+        let rates = match self.times.get(k) {
+            Some(end) => Hermite::rates(self.times[k - 1], *end, D::from(time)),
+            None => return Ok([position, [D::from(0.0); 3]]),
+        };
+        Ok([position, self.interpolate(stencil, k, &rates, |index| self.motion[index])?])
+    }
+
+    /// The step a time lies in, by its end, and the interpolant there.
+    fn around<E: Scalar>(&self, time: E) -> Result<(usize, Hermite<E>), Error> {
+        let Some(&last) = self.times.last() else {
+            return Err(Error::invalid("trajectory", "no records", "one that has run"));
+        };
+        let t = time.value();
+        if !(t >= 0.0 && t <= last * (1.0 + 1e-9)) {
+            return Err(Error::OutOfRange { what: "time", found: t, low: 0.0, high: last });
+        }
+        let k = self.times.partition_point(|end| *end <= t).clamp(1, self.times.len().max(2) - 1);
+        let hermite = match self.times.get(k) {
+            Some(end) => Hermite::new(self.times[k - 1], *end, time),
+            None => Hermite::new(0.0, 1.0, E::from(0.0)),
+        };
+        Ok((k, hermite))
+    }
+
+    /// The interpolant in the step that ends with record `k`, of what `at` reads of the record.
+    fn interpolate<E: Scalar>(
+        &self,
+        stencil: &Stencil<E>,
+        k: usize,
+        hermite: &Hermite<E>,
+        at: impl Fn(usize) -> Motion<E>,
+    ) -> Result<[E; 3], Error> {
+        let width = self.tracked.len();
+        // A rod at rest has one record.
+        let after = if k < self.times.len() { k } else { k - 1 };
+        let mut sum = [E::from(0.0); 3];
+        for (node, weight) in &stencil.nodes {
+            let column = self.column(*node)?;
+            let ([x0, v0], [x1, v1]) = (at((k - 1) * width + column), at(after * width + column));
+            for (c, sum) in sum.iter_mut().enumerate() {
+                let value = hermite.x0 * x0[c]
+                    + hermite.x1 * x1[c]
+                    + hermite.v0 * v0[c]
+                    + hermite.v1 * v1[c];
+                *sum += value * *weight;
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Where a tracked node stands among the tracked.
+    fn column(&self, node: usize) -> Result<usize, Error> {
+        self.tracked.binary_search(&node).map_err(|_| Error::OutOfRange {
+            what: "a node that was not tracked",
+            found: node as f64,
+            low: self.tracked.first().map_or(0.0, |i| *i as f64),
+            high: self.tracked.last().map_or(0.0, |i| *i as f64),
+        })
+    }
+}
+
+impl Record {
+    /// The record with its derivative by parameter `k`, or by one that changes nothing.
+    pub fn along(&self, k: Option<usize>) -> Record<Dual64> {
+        let motion = (0..self.motion.len()).map(|index| self.dual(k, index)).collect();
+        Record { times: self.times.clone(), motion, ..Record::new(self.tracked.clone(), 0) }
+    }
+
+    /// The derivative by parameter `k` of a point's position at a time, m over the parameter's unit.
+    pub fn rate(&self, k: usize, stencil: &Stencil<Dual64>, time: f64) -> Result<[f64; 3], Error> {
+        let (end, hermite) = self.around(Dual64::from(time))?;
+        let rate = self.interpolate(stencil, end, &hermite, |index| self.dual(Some(k), index))?;
+        Ok(rate.map(|x| x.eps))
+    }
+
+    fn dual(&self, k: Option<usize>, index: usize) -> Motion<Dual64> {
+        let rates = k.map_or([[0.0; 3]; 2], |k| self.derivatives[k][index]);
+        let both = |part: usize, c: usize| Dual64::new(self.motion[index][part][c], rates[part][c]);
+        [0, 1].map(|part| [0, 1, 2].map(|c| both(part, c)))
+    }
+}

@@ -1,0 +1,175 @@
+//! A run of a scene: from its start, step by step, each seen and recorded.
+
+use crate::dynamics::record::Record;
+use crate::dynamics::sensitivity::{self, Sensitivity};
+use crate::dynamics::simulation::Simulation;
+use crate::dynamics::step::Work;
+use crate::dynamics::step_control::{HALVINGS, StepControl};
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::problem::{Discretized, Model, Problem};
+use crate::rod::{Energies, Rod};
+use crate::scene::Parameter;
+use num_dual::Dual64;
+
+/// A running simulation as it looks from outside the model.
+pub trait Snapshot {
+    /// Time, s.
+    fn time(&self) -> f64;
+    /// Position of node `i` in world coordinates, m.
+    fn position(&self, i: usize) -> [f64; 3];
+    /// Energies by term, J.
+    fn energies(&self) -> Energies;
+    /// The work so far.
+    fn work(&self) -> Work;
+}
+
+/// A simulation with the model that knows where its nodes are.
+struct Running<'a, M: Model<W>, const W: usize> {
+    model: &'a M,
+    simulation: &'a Simulation<f64, M::Rod<f64>, W>,
+}
+
+impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
+    fn time(&self) -> f64 {
+        self.simulation.state().time
+    }
+    fn position(&self, i: usize) -> [f64; 3] {
+        self.model.position(&self.simulation.state().q, i)
+    }
+    fn energies(&self) -> Energies {
+        self.simulation.energies()
+    }
+    fn work(&self) -> Work {
+        self.simulation.work()
+    }
+}
+
+/// Simulates `steps` steps and records them with their derivatives by `parameters`; `after` sees the
+/// simulation at the start and after every step.
+pub(super) fn run<M: Model<W>, const W: usize>(
+    problem: &Problem,
+    discretized: &Discretized<'_, M, W>,
+    (parameters, steps): (&[Parameter], usize),
+    record: &mut Record,
+    after: &mut dyn FnMut(&dyn Snapshot),
+) -> Result<(), Error> {
+    let (time, model) = (problem.time()?, discretized.model);
+    discretized.check_step()?;
+    let mut simulation = discretized.simulation()?;
+    let mut sensitivities: Vec<Sensitivity<_, W>> =
+        parameters.iter().map(|p| discretized.sensitivity(*p)).collect::<Result<_, _>>()?;
+    if !sensitivities.is_empty() {
+        simulation.keep_tangent();
+    }
+    let mut room = Vec::new();
+    let mut control = StepControl::new(problem.scene(), &simulation);
+    keep(discretized, &simulation, &sensitivities, record);
+    after(&Running { model, simulation: &simulation });
+    for k in 1..=steps {
+        problem.check_stop()?;
+        let start = std::time::Instant::now();
+        let result = advance(
+            &mut simulation,
+            &mut sensitivities,
+            (&mut room, &mut record.taken),
+            &mut control,
+            time.at(k),
+            0,
+        );
+        record.stepping += start.elapsed();
+        record.work = simulation.work();
+        result?;
+        keep(discretized, &simulation, &sensitivities, record);
+        after(&Running { model, simulation: &simulation });
+    }
+    Ok(())
+}
+
+/// Records the state of a simulation and of its sensitivities.
+fn keep<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    simulation: &Simulation<f64, M::Rod<f64>, W>,
+    sensitivities: &[Sensitivity<M::Rod<Dual64>, W>],
+    record: &mut Record,
+) {
+    if !record.keeps {
+        record.taken.clear();
+        return;
+    }
+    let (model, state) = (discretized.model, simulation.state());
+    if let Some(energies) = &mut record.energies {
+        energies.push(simulation.energies());
+    }
+    if let Some(reactions) = &mut record.reactions {
+        reactions.push(discretized.reactions(simulation.rod(), simulation.damping(), state));
+    }
+    let tracked = record.tracked();
+    let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
+    record.push(state.time, tracked.iter().map(motion));
+    for (k, s) in sensitivities.iter().enumerate() {
+        let rates = |i: &usize| [model.rate(s.q(), *i), model.rate(s.v(), *i)];
+        record.push_derivative(k, tracked.iter().map(rates));
+    }
+}
+
+/// Advances a simulation and its sensitivities to `time`, in halves where the step fails. On an
+/// error the state is the last valid one.
+fn advance<R, S, const W: usize>(
+    simulation: &mut Simulation<f64, R, W>,
+    sensitivities: &mut [Sensitivity<S, W>],
+    (room, taken): (&mut Vec<f64>, &mut Vec<f64>),
+    control: &mut StepControl,
+    time: f64,
+    halvings: u32,
+) -> Result<(), Error>
+where
+    R: Rod<f64, W, Dual = S>,
+    S: Rod<Dual64, W>,
+{
+    let at_last = halvings == HALVINGS;
+    match simulation.step_to(time).and_then(|()| control.check(simulation, at_last)) {
+        Ok(()) => {
+            control.accept();
+            taken.push(time);
+            sensitivity::advance(simulation, sensitivities, room)
+        }
+        Err(error) => {
+            simulation.step_back();
+            if at_last {
+                return Err(error);
+            }
+            let middle = 0.5 * (simulation.state().time + time);
+            let halvings = halvings + 1;
+            advance(simulation, sensitivities, (room, taken), control, middle, halvings)?;
+            advance(simulation, sensitivities, (room, taken), control, time, halvings)
+        }
+    }
+}
+
+/// A run again over another scalar, step for step as `plain` went; `seed` makes its numbers of the
+/// parameters.
+pub(super) fn follow<D: Nestable, M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    plain: &Record,
+    seed: impl Fn(Parameter, f64) -> D,
+) -> Result<Record<D>, Error> {
+    let model = discretized.model;
+    let tracked = plain.tracked();
+    let mut record = Record::new(tracked.clone(), 0);
+    let mut simulation = discretized.simulation_over(seed)?;
+    let mut ends = plain.times().iter().peekable();
+    for time in std::iter::once(None).chain(plain.taken.iter().map(Some)) {
+        if let Some(time) = time {
+            simulation.step_to(*time)?;
+        }
+        let state = simulation.state();
+        if ends.next_if_eq(&&state.time).is_some() {
+            let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
+            record.push(state.time, tracked.iter().map(motion));
+        }
+    }
+    record.taken = plain.taken.clone();
+    record.work = simulation.work();
+    Ok(record)
+}
