@@ -1,9 +1,7 @@
 //! Central differences of fourth order over a valley of step sizes.
 
-use crate::check::relative;
-
 /// Steps over the [scale](scale) of the energy.
-pub(super) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+pub(crate) const STEPS: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 /// How many decades below the largest unknown a scale is looked for.
 const DECADES: i32 = 10;
 /// Steps of this part of the scale change a derivative by less than this part.
@@ -11,7 +9,7 @@ const SMOOTH: f64 = 0.1;
 
 /// A difference with what it is compared with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Difference {
+pub(crate) struct Difference {
     /// By which unknown of which component.
     pub place: [usize; 2],
     pub expected: f64,
@@ -23,7 +21,7 @@ pub(super) struct Difference {
 /// The energy's own scale at a state: the largest step, in decades below the largest unknown, up to
 /// which differences of its `gradient` stay what they are for small ones. Coordinates may be large
 /// against the distances that an energy sees. The stiffest entry of its Hessian is given.
-pub(super) fn scale<const N: usize>(
+pub(crate) fn scale<const N: usize>(
     q: &[f64; N],
     gradient: impl Fn(&[f64; N]) -> [f64; N],
     stiffest: f64,
@@ -77,7 +75,7 @@ fn pairs<const N: usize, const M: usize>(
 /// derivative by unknown `k[0]` of component `k[1]` and of the size it is measured by, given the
 /// step. Returns the largest error per step, and of every difference the best over the steps: some
 /// derivatives do not change where others do, and each has a step of its own.
-pub(super) fn difference<const N: usize, const M: usize>(
+pub(crate) fn difference<const N: usize, const M: usize>(
     q: &[f64; N],
     scale: f64,
     function: impl Fn(&[f64; N]) -> [f64; M],
@@ -102,4 +100,15 @@ pub(super) fn difference<const N: usize, const M: usize>(
         worst
     });
     (worst, best)
+}
+
+/// An error over its scale; infinite where it should be zero, and for NaN.
+pub(crate) fn relative(error: f64, terms: f64) -> f64 {
+    match error.abs() {
+        0.0 => 0.0,
+        // Below the normal numbers every result carries absolute rounding errors.
+        e if e <= f64::MIN_POSITIVE => 0.0,
+        e if (e / terms).is_finite() => e / terms,
+        _ => f64::INFINITY,
+    }
 }

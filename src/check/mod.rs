@@ -16,7 +16,7 @@ pub use own::{Configuration, check_own};
 pub use scaled::Scaled;
 pub use scene::check_problem;
 
-use crate::check::finite_difference::{Difference, STEPS, difference, scale};
+use crate::check::finite_difference::{Difference, STEPS, difference, relative, scale};
 use crate::energy::{Analytic, Energy};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec64, DualSVec64};
@@ -310,17 +310,6 @@ struct Routes<'a, const N: usize> {
     hand: Both<N>,
     dual: Both<N>,
     terms: Terms<N>,
-}
-
-/// An error over its scale; infinite where it should be zero, and for NaN.
-fn relative(error: f64, terms: f64) -> f64 {
-    match error.abs() {
-        0.0 => 0.0,
-        // Below the normal numbers every result carries absolute rounding errors.
-        e if e <= f64::MIN_POSITIVE => 0.0,
-        e if (e / terms).is_finite() => e / terms,
-        _ => f64::INFINITY,
-    }
 }
 
 /// Gradient and Hessian by num-dual.

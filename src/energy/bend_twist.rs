@@ -50,7 +50,7 @@
 use crate::energy::frame::{EdgeFrame, transported_twist};
 pub(crate) use crate::energy::joint::Edge;
 pub use crate::energy::joint::EdgeState;
-use crate::energy::joint::{Joint, Pull, Rotation, Slope};
+use crate::energy::joint::{EDGE_UNKNOWNS, Joint, Pull, Rotation, Slope};
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub};
@@ -59,8 +59,6 @@ use num_dual::{Dual2SVec, Dual64, DualSVec};
 
 /// Unknowns of the node: `[x0, theta0, x1, theta1, x2]`, m and rad.
 pub const UNKNOWNS: usize = 11;
-/// Unknowns in terms of edges: `[e, theta_e, f, theta_f]`, m and rad.
-pub(super) const EDGE_UNKNOWNS: usize = 8;
 
 /// Stiffnesses of an inner node, all over the Voronoi length, N m.
 #[derive(Clone, Copy, Debug)]

@@ -1,10 +1,12 @@
 //! Two edges that meet in a node of space: their frames, the strains there, and the derivatives of
 //! the strains. The formulas are explained in [`bend_twist`](super::bend_twist).
 
-use crate::energy::bend_twist::EDGE_UNKNOWNS;
 use crate::energy::frame::{EdgeFrame, one_plus_dot};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, combine, cross, dot, scale, sub};
+
+/// Unknowns of a joint in terms of its edges: `[e, theta_e, f, theta_f]`, m and rad.
+pub(super) const EDGE_UNKNOWNS: usize = 8;
 
 /// An edge as it is: inverse length, tangent and material directors.
 #[derive(Clone, Copy, Debug)]

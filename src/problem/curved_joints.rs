@@ -7,14 +7,14 @@ use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 
 /// Strains `[k1, k2, tau]` in which a joint resists with EI1, with EI2 and with GJ: its stiffness
 /// is `EI1 a a' + EI2 b b' + GJ c c'`, over its length.
-pub(super) type Resistances<D> = [[D; 3]; 3];
+pub(crate) type Resistances<D> = [[D; 3]; 3];
 
 /// Each strain with its own, as published.
-pub(super) const PLAIN: Resistances<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub(crate) const PLAIN: Resistances<f64> = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// How the curve's tangent lies to every joint's, at rest: its components along the axes about
 /// which the joint bends. `curvature` is the rest's in the material frames `edges`.
-pub(super) fn slants<D: Scalar>(
+pub(crate) fn slants<D: Scalar>(
     nodes: &[Vector<D>],
     arcs: &[D],
     edges: &[EdgeFrame<D>],
@@ -32,7 +32,7 @@ pub(super) fn slants<D: Scalar>(
 
 /// The slant in the natural shape: as much more as that is more curved than the rest, whose
 /// curvature is `k`; and as the natural `twist` of the joint, rad, turns the curvature on.
-pub(super) fn lean<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
+pub(crate) fn lean<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
     [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]))
 }
 
@@ -63,7 +63,7 @@ fn slant<D: Scalar>(t: Vector<D>, e: &EdgeFrame<D>, f: &EdgeFrame<D>) -> [D; 2] 
 
 /// The resistances of a joint with the natural curvature `k` whose curve's tangent has the
 /// components `[a, b]` across the joint's.
-pub(super) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D> {
+pub(crate) fn resistances<D: Scalar>(k: [D; 2], [a, b]: [D; 2]) -> Resistances<D> {
     let c2 = ((k[0] * k[0] + k[1] * k[1]) * 0.25 + 1.0).recip();
     let c = c2.sqrt();
     // S = [s11, s12, s22] is c^2 along the curvature, c across it: (c^2 - c)/|k|^2 without a

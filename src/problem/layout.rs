@@ -5,10 +5,11 @@ use crate::error::Error;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, dot, sub};
 use crate::problem::model::{Correction, NodalLoad};
+use crate::problem::modelled::{AnyModel, Modelled};
 use crate::problem::planar::PlanarModel;
+use crate::problem::setup;
 use crate::problem::spatial::SpatialModel;
-use crate::problem::{AnyModel, Modelled, setup};
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
 
 impl<D: Scalar> Scene<D> {
@@ -32,7 +33,7 @@ impl<D: Scalar> Scene<D> {
 const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 
 /// Refuses edges, at `key`, that cannot be computed with.
-pub(super) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
+pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     let length = |p: &[[f64; 3]]| {
         let [x, y, z] = sub(p[1], p[0]);
         x.hypot(y).hypot(z)
@@ -53,7 +54,7 @@ pub(crate) fn cuts<D>(supports: &Supports<D>) -> [bool; 2] {
 }
 
 /// Which constants the elements get, whatever the values of the parameters that are `varying`.
-pub(super) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> Correction {
+pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> Correction {
     let varies = |place: &str| varying.iter().any(|p| p.path().starts_with(place));
     let edges = mesh.nodes.windows(2).zip(&mesh.arcs);
     // Turns of 5e-6 a joint and more, which rounding errors do not make.
@@ -73,7 +74,7 @@ pub(super) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
 }
 
 /// What a model takes for granted of a scene: the shape it starts in and the loads on its nodes.
-pub(super) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
+pub(crate) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
     scene.rod.section.check_up(&mesh.nodes)?;
     for energy in &scene.energies {
         energy.at().check(&energy.key(), mesh.length)?;
@@ -88,13 +89,13 @@ pub(super) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
 }
 
 /// See [`checked`].
-pub(super) struct Checked {
+pub(crate) struct Checked {
     start: Option<Vec<Vector<f64>>>,
     loads: Vec<NodalLoad>,
 }
 
 /// The smallest model that can hold the scene, or the one asked for; and why.
-pub(super) fn choose(
+pub(crate) fn choose(
     scene: &Scene,
     mesh: &Mesh,
     varying: &[Parameter],

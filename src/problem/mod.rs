@@ -4,6 +4,7 @@ pub(crate) mod boundary;
 mod curved_joints;
 mod layout;
 pub mod model;
+mod modelled;
 mod own;
 mod parameters;
 mod planar;
@@ -15,6 +16,7 @@ mod tributary;
 
 pub(crate) use layout::cuts;
 pub use model::Model;
+pub(crate) use modelled::Modelled;
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
 pub(crate) use setup::Setup;
@@ -27,11 +29,12 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, scale, sub, unit};
 use crate::problem::layout::{check_edges, checked, choose, correction};
+use crate::problem::modelled::AnyModel;
 use crate::rod::Rod;
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 use crate::scene::{End, InitialState, Scene, Time};
 use crate::scene::{Point, Stencil};
 use num_dual::Dual64;
@@ -59,19 +62,6 @@ pub struct Problem {
     pub(crate) start: Arc<OnceLock<Vec<f64>>>,
     /// Ends simulations when set.
     stop: Option<Arc<AtomicBool>>,
-}
-
-#[derive(Clone, Debug)]
-enum AnyModel {
-    Planar(Modelled<PlanarModel, PLANAR_BAND>),
-    Spatial(Modelled<SpatialModel, SPATIAL_BAND>),
-}
-
-/// A model with the scene it was chosen for, in plain numbers.
-#[derive(Clone, Debug)]
-pub(crate) struct Modelled<M: Model<W>, const W: usize> {
-    model: M,
-    setup: Setup<f64, M, W>,
 }
 
 /// A problem whose model is known: what makes rods, simulations and sensitivities.
@@ -484,13 +474,6 @@ impl Problem {
 
 /// A model's frames.
 pub(crate) type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
-
-impl<M: Model<W>, const W: usize> Modelled<M, W> {
-    fn new(model: M, scene: &Scene) -> Self {
-        let setup = Setup::new(&model, scene.clone());
-        Self { model, setup }
-    }
-}
 
 impl PlanarProblem<'_> {
     /// Refuses a parameter whose change leads out of the plane.

@@ -66,7 +66,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, turned, unit};
 use crate::problem::tributary::Arcs;
 use crate::rod::Rod;
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 use crate::scene::{End, Material, Scene, Support};
 use nalgebra::Vector3;
 use num_dual::Dual64;
@@ -95,7 +95,7 @@ pub(crate) struct Correction {
 
 impl Correction {
     /// The arcs of a mesh, where they count.
-    pub(super) fn arcs<'a, D: Scalar>(&self, mesh: &'a Mesh<D>) -> Option<Arcs<'a, D>> {
+    pub(crate) fn arcs<'a, D: Scalar>(&self, mesh: &'a Mesh<D>) -> Option<Arcs<'a, D>> {
         let Self { cut, joints, .. } = *self;
         self.arcs.then_some(Arcs { lengths: &mesh.arcs, cut, joints })
     }
@@ -175,7 +175,7 @@ impl<D: Scalar> Material<D> {
 
 /// The nodes of a rod that is turned as a whole about its first, and a `normal`, by the scene's
 /// `supports.angle`; what else lies in the plane stays.
-pub(super) fn tilted<D: Scalar>(
+pub(crate) fn tilted<D: Scalar>(
     scene: &Scene<D>,
     nodes: &[Vector<D>],
     normal: &Vector3<f64>,
@@ -200,7 +200,7 @@ pub(super) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
 }
 
 /// Where an end rolls: as the scene says, or along the rod.
-pub(super) fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vector3<f64>)> {
+pub(crate) fn rolling(scene: &Scene, nodes: &[Vector<f64>]) -> Option<(End, Vector3<f64>)> {
     let end = scene.supports.rolling()?;
     let edge = match end {
         End::Start => &nodes[..2],

@@ -9,7 +9,7 @@ use crate::problem::own;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::rod::{Extra, PlanarRod};
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 use crate::scene::{End, Plane, Scene, Support};
 use nalgebra::Vector3;
 use num_dual::Dual64;

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{Model, NodalLoad};
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 use crate::scene::{PointForce, Scene};
 
 /// A scene with its mesh and its rest shape in a model's terms.

@@ -13,7 +13,7 @@ use crate::problem::own;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::rod::{Extra, SpatialRod};
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 use crate::scene::{End, Scene, Support};
 use nalgebra::Vector3;
 

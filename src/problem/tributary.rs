@@ -16,7 +16,7 @@ pub(crate) struct Arcs<'a, D = f64> {
 /// Lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
 /// `rho A l`.
 #[derive(Clone, Debug)]
-pub(super) struct TributaryLengths<D> {
+pub(crate) struct TributaryLengths<D> {
     /// Of every inner node, where the rod bends and twists.
     pub joint: Vec<D>,
     /// Of every edge, where it stretches.

@@ -12,8 +12,8 @@ use crate::energy::{
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::rod::edges::add_edges;
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
-use crate::statics::edge_coordinates::add_edges;
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 

@@ -5,6 +5,7 @@ pub mod camera;
 pub mod initial;
 pub mod loads;
 pub mod material;
+pub mod mesh;
 pub mod number;
 pub mod own;
 pub mod parameter;

@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
+use crate::scene::mesh::Mesh;
 use crate::scene::number::{Numbers, Quantity, Written};
-use crate::scene::shape::Mesh;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::input::table::{LENGTHS, Table};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add};
-use crate::scene::shape::{Mesh, angle};
+use crate::scene::mesh::{Mesh, angle};
 use nalgebra::Vector3;
 use std::path::{Path, PathBuf};
 

@@ -9,7 +9,6 @@
 //!
 //! Edge `j` takes the places of node `j + 1` in every vector; angles keep theirs.
 
-use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
 use crate::rod::Rod;
 use std::ops::Range;
@@ -69,17 +68,4 @@ impl EdgeCoordinates {
             false => (to[i] - to[i - self.stride]) - (from[i] - from[i - self.stride]),
         }
     }
-}
-
-/// Adds an element's Hessian by nodes to a tangent by edges, at place `start`: `rows` are those of
-/// the element's unknowns that stand for its edges, and their signs.
-#[inline]
-pub(crate) fn add_edges<D: Scalar, const N: usize, const M: usize, const W: usize>(
-    tangent: &mut BandMatrix<D, W>,
-    start: usize,
-    hessian: &[[D; N]; N],
-    rows: &[(usize, f64); M],
-) {
-    let entry = |r: usize, c: usize| hessian[rows[r].0][rows[c].0] * (rows[r].1 * rows[c].1);
-    tangent.add_block::<M>(start, &std::array::from_fn(|r| std::array::from_fn(|c| entry(r, c))));
 }

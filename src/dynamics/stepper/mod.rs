@@ -56,12 +56,12 @@ pub mod splitting;
 pub(crate) use newton::Newton;
 
 use crate::dynamics::step::{Step, System, Work};
+use crate::dynamics::stepper::rosenbrock::Rosenbrock;
+use crate::dynamics::stepper::splitting::{PEFRL, Splitting, VERLET};
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::{Rod, State};
 use crate::scene::Scheme;
-use rosenbrock::Rosenbrock;
-use splitting::{PEFRL, Splitting, VERLET};
 
 /// What carries out a scheme's steps, with the room it works in.
 #[derive(Clone, Debug)]

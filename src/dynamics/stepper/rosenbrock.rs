@@ -62,7 +62,7 @@ pub struct Rosenbrock<D, const W: usize> {
 }
 
 impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
-    pub(super) fn with_order(n: usize) -> Self {
+    pub(crate) fn with_order(n: usize) -> Self {
         let zero = || vec![D::from(0.0); n];
         Self {
             gradient: zero(),
@@ -75,7 +75,7 @@ impl<D: Scalar, const W: usize> Rosenbrock<D, W> {
         }
     }
 
-    pub(super) fn step<R: Rod<D, W>>(
+    pub(crate) fn step<R: Rod<D, W>>(
         &mut self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,

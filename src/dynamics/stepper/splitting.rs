@@ -17,10 +17,10 @@ pub(crate) struct Composition {
 }
 
 /// Stormer and Verlet's, in the velocity form.
-pub(super) const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0] };
+pub(crate) const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0] };
 
 /// Omelyan, Mryglod and Folk (2002), Eq. (22): position-extended Forest-Ruth-like.
-pub(super) const PEFRL: Composition = {
+pub(crate) const PEFRL: Composition = {
     const XI: f64 = 0.178_617_895_844_809_1;
     const LAMBDA: f64 = -0.212_341_831_062_605_4;
     const CHI: f64 = -0.066_264_582_669_818_5;
@@ -39,13 +39,13 @@ pub struct Splitting<D> {
 
 impl<D: Scalar> Splitting<D> {
     /// For a rod of these masses, kg (kg m^2 for angles).
-    pub(super) fn new(parts: &'static Composition, mass: &[D]) -> Self {
+    pub(crate) fn new(parts: &'static Composition, mass: &[D]) -> Self {
         Self { parts, inverse_mass: mass.iter().map(|m| m.recip()).collect() }
     }
 
     /// `state.unbalanced` is the gradient at `state.q`, before and after; unless the scheme does
     /// without it.
-    pub(super) fn step<R: Rod<D, W>, const W: usize>(
+    pub(crate) fn step<R: Rod<D, W>, const W: usize>(
         &self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,

@@ -1,0 +1,63 @@
+//! The nodes of a rest shape.
+
+use crate::numerics::scalar::Scalar;
+use nalgebra::Vector3;
+
+/// Nodes of the rest shape.
+#[derive(Clone, Debug)]
+pub struct Mesh<D = f64> {
+    /// Positions, m.
+    pub nodes: Vec<[D; 3]>,
+    /// Arc length of every node from the wall, m; negative behind the wall.
+    pub arc_length: Vec<D>,
+    /// Length between the walls or ends, m.
+    pub length: D,
+    /// Length of the curve along every edge, m; estimated for a polyline.
+    pub arcs: Vec<D>,
+    /// Arc lengths of the nodes that the scene names by their index, where its mesh is another, m.
+    pub named: Option<Vec<D>>,
+}
+
+impl<D: Scalar> Mesh<D> {
+    /// Where the inner nodes are, as parts of the length.
+    pub(crate) fn places(&self) -> Vec<f64> {
+        let inner = &self.arc_length[1..self.arc_length.len() - 1];
+        inner.iter().map(|s| s.value() / self.length.value()).collect()
+    }
+}
+
+impl Mesh {
+    /// How far the edges turn from end to end, rad.
+    pub(crate) fn turning(&self) -> f64 {
+        self.turns().sum()
+    }
+
+    /// Whether no joint turns, but for rounding errors.
+    pub(crate) fn is_straight(&self) -> bool {
+        self.turns().all(|turn| turn < 1e-9)
+    }
+
+    fn turns(&self) -> impl Iterator<Item = f64> {
+        self.nodes.windows(3).map(|p| {
+            let [a, b, c] = [0, 1, 2].map(|i| Vector3::from(p[i]));
+            angle(&(b - a), &(c - b))
+        })
+    }
+
+    /// The mesh in another size.
+    pub(super) fn times<D: Scalar>(self, scale: D) -> Mesh<D> {
+        let scaled = |lengths: Vec<f64>| lengths.into_iter().map(|l| scale * l).collect();
+        Mesh {
+            nodes: self.nodes.into_iter().map(|x| x.map(|x| scale * x)).collect(),
+            arc_length: scaled(self.arc_length),
+            length: scale * self.length,
+            arcs: scaled(self.arcs),
+            named: self.named.map(scaled),
+        }
+    }
+}
+
+/// Between two vectors, rad, small ones to the last digit.
+pub(super) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
+    a.cross(b).norm().atan2(a.dot(b))
+}
