@@ -9,11 +9,14 @@ use crate::rod::Rod;
 use crate::scene::Scheme;
 use std::ops::Range;
 
-/// To which part the highest frequency is found.
+/// The part of itself to which the highest frequency is found.
 const PART: f64 = 1e-4;
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The largest step of the scene's scheme about its start, s; none if every step is stable.
+    ///
+    /// # Errors
+    /// Those of making the [start](Self::simulation).
     pub fn largest_step(&self) -> Result<Option<f64>, Error> {
         let Some(limit) = self.scene().scheme().traits().stability_limit else { return Ok(None) };
         let simulation = self.simulation()?;

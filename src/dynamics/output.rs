@@ -51,6 +51,9 @@ impl<W: Write> NodeTable<W> {
 /// A shape of a problem's rod as a CSV table with the columns x, y, z and s, m, and a row per node:
 /// where it is in the world, and on the rod, by arc length from the wall. `initial.shape` reads it
 /// as a polyline.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for more nodes than the rod has.
 pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error> {
     let mut table = String::from("x,y,z,s\n");
     for (i, [x, y, z]) in nodes.iter().enumerate() {
@@ -85,7 +88,7 @@ pub struct SimulationReport {
     pub energy: Vec<[f64; 6]>,
     /// Largest change of the total energy since the start, J.
     pub largest_energy_change: f64,
-    /// J.
+    /// Largest kinetic energy since the start, J.
     pub largest_kinetic_energy: f64,
     /// `completed`, or what stopped it.
     pub status: String,
@@ -146,7 +149,7 @@ impl SimulationReport {
         }
     }
 
-    /// Without the series of tips and energies, which grow with every step.
+    /// The report without the series of tips and energies, which grow with every step.
     pub fn without_series(self) -> Self {
         Self { keeps_series: false, ..self }
     }

@@ -21,9 +21,9 @@ use num_dual::Dual64;
 /// The derivative of a simulation's state with respect to one parameter.
 #[derive(Clone, Debug)]
 pub enum Sensitivity<S: Rod<Dual64, W>, const W: usize> {
-    /// Of schemes that iterate: by the implicit function theorem.
+    /// That of a scheme whose steps are equations: by the implicit function theorem.
     Implicit(Box<ImplicitSensitivity<S, W>>),
-    /// Of schemes that do not: the same step in dual numbers.
+    /// That of any other scheme: the same step in dual numbers.
     Direct {
         /// What goes along.
         simulation: Box<Simulation<Dual64, S, W>>,

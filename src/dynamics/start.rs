@@ -37,6 +37,10 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// simulation.step_to(1e-3)?;
     /// # Ok::<(), rodfit::Error>(())
     /// ```
+    ///
+    /// # Errors
+    /// Those of [`simulation`](Self::simulation), and [`Error::Indifferent`] where the equilibrium it
+    /// starts from has no derivatives.
     pub fn simulation_over<D: Nestable>(
         &self,
         seed: impl Fn(Parameter, f64) -> D,
@@ -72,6 +76,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     }
 
     /// The sensitivity of a simulation to one parameter, at the start.
+    ///
+    /// # Errors
+    /// Those of [`simulation_over`](Self::simulation_over).
     pub fn sensitivity(
         &self,
         parameter: Parameter,

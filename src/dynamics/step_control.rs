@@ -26,7 +26,7 @@ pub(crate) const HALVINGS: u32 = 6;
 /// energy rises by more than a step may add, or after a step that was hard to solve: a wrong root
 /// shows as motion first, or takes its iterations.
 const INTERVAL: usize = 16;
-/// The same for the small steps of explicit schemes.
+/// How often all energies are summed in the small steps of explicit schemes.
 const EXPLICIT_INTERVAL: usize = 32;
 /// Newton iterations of a step that was easy to solve, where the energy must fall. At beta = 1/2 the
 /// energy of limp rods in large steps swings by a hundredth for long without growing; to take such
@@ -42,7 +42,7 @@ const COORDINATES: f64 = 8.0 * f64::EPSILON;
 struct Limits {
     /// A step that adds more is taken in halves.
     per_step: f64,
-    /// The same where halves do not help.
+    /// A step that adds more than this, where halves do not help, ends the run.
     at_last: f64,
     /// A run that has gained more has lost the motion.
     in_all: f64,
@@ -50,6 +50,7 @@ struct Limits {
     losses: bool,
     /// Whether the energy falls, so that a run's gain counts from the lowest so far.
     falls: bool,
+    /// All energies are summed after so many steps at the latest.
     interval: usize,
     /// Changes of this part of the other energies are taken for rounding errors: a rod at rest has
     /// nothing else to compare.
@@ -59,7 +60,7 @@ struct Limits {
 }
 
 impl Limits {
-    /// Those of the scene's scheme; none where supports do work.
+    /// What the scene's scheme may do; none where supports do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
         if !scene.supports.motion.is_empty() {
@@ -120,7 +121,7 @@ pub(crate) struct StepControl {
     still: f64,
     /// Total energy when all energies were last summed, J.
     last: f64,
-    /// The same of the step that waits to be taken; none if it was not summed.
+    /// Total energy after the step that waits to be taken, J; none if it was not summed.
     now: Option<f64>,
     kinetic: f64,
     kinetic_now: f64,
@@ -132,7 +133,7 @@ pub(crate) struct StepControl {
 }
 
 impl StepControl {
-    /// At the start of a run.
+    /// Control at the start of a run.
     pub fn new<R: Rod<f64, W>, const W: usize>(
         scene: &Scene,
         simulation: &Simulation<f64, R, W>,

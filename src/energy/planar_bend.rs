@@ -44,9 +44,10 @@ fn bent<D: Scalar>(q: &[D; 6]) -> Bent<D> {
     let cross = e[0] * f[1] - e[1] * f[0];
     let dot = e[0] * f[0] + e[1] * f[1];
     let lengths = (ee * ff).sqrt();
-    let tan_half =
-        if dot.value() >= 0.0 { cross / (lengths + dot) } else { (lengths - dot) / cross };
-    Bent { e, f, ee, ff, curvature: tan_half * 2.0 }
+    // tan(phi/2), without a cancellation: a selection, so that joints can go side by side.
+    let (above, below) =
+        if dot.value() >= 0.0 { (cross, lengths + dot) } else { (lengths - dot, cross) };
+    Bent { e, f, ee, ff, curvature: above / below * 2.0 }
 }
 
 impl<D: Scalar> Bent<D> {

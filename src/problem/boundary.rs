@@ -30,9 +30,9 @@ pub struct BoundaryMotion<D = f64> {
 /// An end that a support holds, and may move.
 #[derive(Clone, Debug)]
 pub struct MovedEnd<D = f64> {
-    /// Which.
+    /// Which end.
     pub end: End,
-    /// Its motions, vectors in the model's axes.
+    /// The motions it is given, vectors in the model's axes.
     pub motions: Vec<Motion<D>>,
     /// The point it turns about, m.
     pub centre: Vector<D>,

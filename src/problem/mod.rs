@@ -89,6 +89,9 @@ pub enum AnyProblem<'a> {
 
 impl Scene {
     /// Validates the scene and builds what a simulation needs.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with file, key, what was found and what is allowed.
     pub fn problem(&self) -> Result<Problem, Error> {
         self.validate()?;
         Problem::of(self.clone(), Vec::new(), None)
@@ -393,6 +396,9 @@ impl Problem {
 
     /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
     /// model.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], which says why.
     pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
         if parameter.of(&self.scene).is_none() {
             return Err(parameter.absent(&self.scene));
@@ -435,6 +441,10 @@ impl Problem {
     }
 
     /// The scene's `[time]`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] where it has none, or where supports move at other times than its steps can
+    /// follow.
     pub fn time(&self) -> Result<&Time, Error> {
         let (file, supports) = (self.scene.path.as_deref(), &self.scene.supports);
         if self.scene.initial.state != InitialState::Equilibrium {
@@ -450,6 +460,9 @@ impl Problem {
     }
 
     /// The nodes and weights whose sum is a point of the rod.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a point that is not on the rod.
     pub fn stencil(&self, point: Point) -> Result<Stencil, Error> {
         point.stencil(&self.mesh)
     }

@@ -7,23 +7,23 @@ use crate::numerics::scalar::Scalar;
 pub(crate) struct Arcs<'a, D = f64> {
     /// Length along every edge, m.
     pub lengths: &'a [D],
-    /// At the start and at the end.
+    /// Whether a wall cuts the first edge, and the last.
     pub cut: [bool; 2],
     /// Whether joints and masses next to a wall change too.
     pub joints: bool,
 }
 
-/// Lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
+/// Tributary lengths, m: a joint of length `l` bends as `EI/l`, an edge stretches as `EA/l`, a node weighs
 /// `rho A l`.
 #[derive(Clone, Debug)]
 pub(crate) struct TributaryLengths<D> {
-    /// Of every inner node, where the rod bends and twists.
+    /// Length of every inner node, where the rod bends and twists.
     pub joint: Vec<D>,
-    /// Of every edge, where it stretches.
+    /// Length of every edge, where it stretches.
     pub stretch: Vec<D>,
-    /// Of every node, where its mass is.
+    /// Length of every node, where its mass is.
     pub node: Vec<D>,
-    /// Of every edge, where it turns about itself.
+    /// Length of every edge, where it turns about itself.
     pub spin: Vec<D>,
 }
 
@@ -40,7 +40,7 @@ impl<D: Scalar> TributaryLengths<D> {
         }
     }
 
-    /// With the ends of the sums at walls: see [`super`].
+    /// With the ends of the sums at walls: see [`crate::problem::model`].
     pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
         for (end, cut) in arcs.cut.into_iter().enumerate() {

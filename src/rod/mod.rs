@@ -24,15 +24,15 @@ use serde::{Deserialize, Serialize};
 /// Energies by term, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies {
-    /// Of motion.
+    /// Energy of motion, J.
     pub kinetic: f64,
-    /// Of stretching.
+    /// Energy of stretching, J.
     pub stretch: f64,
-    /// Of bending.
+    /// Energy of bending, J.
     pub bend: f64,
-    /// Of twisting.
+    /// Energy of twisting, J.
     pub twist: f64,
-    /// Of the dead loads: weight and point forces.
+    /// Potential of the dead loads, weight and point forces, J.
     pub potential: f64,
     /// Of [energies of one's own](crate::energy::own).
     #[serde(default, skip_serializing_if = "is_zero")]

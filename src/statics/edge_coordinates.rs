@@ -24,7 +24,8 @@ pub(crate) struct EdgeCoordinates {
 }
 
 impl EdgeCoordinates {
-    /// Those of a rod of which the unknowns in `free` move, if it is long and hangs from its start.
+    /// The edge coordinates of a rod of which the unknowns in `free` move, if it is long and hangs
+    /// from its start.
     pub fn of(stride: usize, free: &Range<usize>, unknowns: usize) -> Option<Self> {
         let hangs = free.start >= stride.min(3) && free.end == unknowns;
         (hangs && unknowns > MANY * stride).then_some(Self { stride })

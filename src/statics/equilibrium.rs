@@ -26,7 +26,7 @@ pub struct Equilibrium {
     pub model: String,
     /// Position of the last node, m.
     pub tip: [f64; 3],
-    /// Total energy, elastic and of the loads, J.
+    /// Elastic energy and potential of the loads, J.
     pub energy: f64,
     /// The energy by terms, J.
     pub energies: Energies,
@@ -69,6 +69,9 @@ impl std::fmt::Display for Equilibrium {
 
 impl Problem {
     /// The equilibrium that the rod creeps into from its rest shape under its loads.
+    ///
+    /// # Errors
+    /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
     pub fn equilibrium(&self) -> Result<Equilibrium, Error> {
         match self.discretized() {
             AnyProblem::Planar(discretized) => {

@@ -19,7 +19,7 @@ pub(crate) struct Pencil<D, const W: usize> {
     pub free: Range<usize>,
 }
 
-/// Of motions out of the plane: a deflection and an angle a node, as many as in the plane.
+/// Half-bandwidth for motions out of the plane: a deflection and an angle a node, as many as in the plane.
 pub(crate) const ACROSS: usize = planar::HALF_BANDWIDTH;
 
 impl<D: Nestable, const W: usize> Pencil<D, W> {

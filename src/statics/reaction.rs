@@ -28,18 +28,18 @@ use std::ops::Range;
 /// Force and moment that a support exerts on the rod, in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reaction {
-    /// N.
+    /// The force, N.
     pub force: [f64; 3],
-    /// About the point of the support, N m.
+    /// The moment about the point of the support, N m.
     pub moment: [f64; 3],
 }
 
 /// The reactions at both ends of the rod; zero where an end is free.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reactions {
-    /// At the first node.
+    /// What the support at the first node exerts.
     pub start: Reaction,
-    /// At the last node.
+    /// What the support at the last node exerts.
     pub end: Reaction,
 }
 

@@ -51,11 +51,14 @@ impl Moving {
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The state the rod creeps into under its loads, from where it begins; moved ends are where
     /// their motion leaves them.
+    ///
+    /// # Errors
+    /// [`Error::Equilibrium`] where none is found, [`Error::Interrupted`].
     pub fn equilibrium(&self) -> Result<Rest<FramesOf<M, W>>, Error> {
         self.equilibrium_of(&self.rod(), true)
     }
 
-    /// The same of a rod with other loads, with ends where their motion leaves them (`settled`), or
+    /// The equilibrium of a rod with other loads, with ends where their motion leaves them (`settled`), or
     /// where it has them at t = 0. Ends far from where they begin are moved there step by step.
     fn equilibrium_of(
         &self,

@@ -39,12 +39,12 @@ const ITERATIONS: usize = 4;
 /// Modes of frequencies nearer than this part mix, and have no derivatives of their own.
 const APART: f64 = 1e-6;
 
-/// A frequency and its derivatives.
+/// A natural frequency and its derivatives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NaturalFrequency {
     /// Angular frequency, rad/s.
     pub frequency_rad_s: f64,
-    /// By each of the parameters, rad/s over their units.
+    /// Its derivative by each of the parameters, rad/s over their units.
     pub derivatives: Vec<f64>,
 }
 
@@ -53,9 +53,10 @@ impl Problem {
     /// derivatives by `parameters`. A mere number counts, from 1 on in the order of rising frequency,
     /// the modes in the plane of a planar scene, and all those of a spatial one; see [`ModeName`].
     ///
-    /// A mode that is unstable or meets no resistance is refused by [`Error::Mode`], and so is one
-    /// that another in the same plane vibrates as fast as: of a round rod in space, bending modes
-    /// come in such pairs.
+    /// # Errors
+    /// Those of [`equilibrium`](Problem::equilibrium). A mode that is unstable or meets no resistance is
+    /// refused by [`Error::Mode`], and so is one that another in the same plane vibrates as fast as: of
+    /// a round rod in space, bending modes come in such pairs.
     pub fn natural_frequencies<N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],
@@ -71,16 +72,17 @@ impl Problem {
         for parameter in parameters {
             self.check_parameter(*parameter)?;
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
-            for (natural_frequency, frequency) in
-                natural_frequencies.iter_mut().zip(vibrations.over(seed)?)
-            {
-                natural_frequency.derivatives.push(frequency.eps);
+            for (found, over) in natural_frequencies.iter_mut().zip(vibrations.over(seed)?) {
+                found.derivatives.push(over.eps);
             }
         }
         Ok(natural_frequencies)
     }
 
     /// The same frequencies, rad/s, over any scalar; `seed` makes the numbers of the parameters.
+    ///
+    /// # Errors
+    /// Those of [`natural_frequencies`](Self::natural_frequencies).
     pub fn natural_frequencies_over<D: Nestable, N: Into<ModeName> + Copy>(
         &self,
         modes: &[N],

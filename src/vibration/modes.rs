@@ -37,9 +37,9 @@ pub enum About {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
-    /// In the plane.
+    /// It stays in the plane.
     In,
-    /// Out of it, twisting included.
+    /// It leaves the plane, or twists.
     Out,
 }
 
@@ -109,6 +109,9 @@ pub struct Modes {
 
 impl Problem {
     /// The `count` lowest modes about a state, and all unstable ones.
+    ///
+    /// # Errors
+    /// Those of [`equilibrium`](Problem::equilibrium), about it.
     pub fn modes(&self, count: usize, about: About) -> Result<Modes, Error> {
         let (mut modes, mut unstable) = (Vec::new(), 0);
         match self.discretized() {
@@ -193,7 +196,7 @@ pub(crate) struct Vibrating<'a, M: Model<W>, const W: usize, const V: usize> {
     pencil: Pencil<f64, V>,
     /// How many of the modes are unstable.
     growing: usize,
-    /// Of a planar scene.
+    /// Which way the vibrations of a planar scene go.
     pub plane: Option<Plane>,
 }
 
@@ -214,7 +217,7 @@ impl<'a, M: Model<W>, const W: usize> Vibrating<'a, M, W, W> {
 impl<'a>
     Vibrating<'a, crate::problem::SpatialModel, { crate::rod::spatial::HALF_BANDWIDTH }, ACROSS>
 {
-    /// Those out of the plane of a planar problem, of its spatial model.
+    /// The vibrations out of the plane of a planar problem, of its spatial model.
     pub fn across(
         discretized: &'a SpatialProblem<'a>,
         q: &'a [f64],

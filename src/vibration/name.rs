@@ -11,9 +11,9 @@ use crate::vibration::modes::{Eigenpair, Kind, Plane};
 /// spatial one all of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Among {
-    /// In or out of the plane of a planar scene.
+    /// Those that stay in the plane of a planar scene, or leave it.
     pub plane: Option<Plane>,
-    /// Of one kind only.
+    /// Those of one kind only.
     pub kind: Option<Kind>,
     /// Only those that move, by more than half of their kinetic energy, along this line.
     pub direction: Option<[f64; 3]>,

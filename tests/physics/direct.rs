@@ -266,7 +266,7 @@ fn steps_of_100_ms() {
     }
 }
 
-/// A stout rod in few edges, which stiffens as it folds, at the largest step of its start: the guard
+/// A stout rod in few edges, which stiffens as it folds, at the largest step of its start: step control
 /// sees the growth, and what is recorded stays sound.
 #[test]
 fn a_rod_that_stiffens_beyond_its_step() {
@@ -291,7 +291,7 @@ fn a_rod_that_stiffens_beyond_its_step() {
             report.energy_drift()
         );
         assert!(report.energy.iter().flatten().all(|x| x.is_finite()));
-        // The guard looks at every 32nd step, and stops a run that is off by a tenth.
+        // Step control looks at every 32nd step, and stops a run that is off by a tenth.
         assert!(report.energy_drift() < 0.5, "{part}: {}", report.energy_drift());
         troubled |= outcome.is_err() || run.work().steps > steps;
         assert!(troubled == (part > 0.9), "{part}");

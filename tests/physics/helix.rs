@@ -123,13 +123,13 @@ impl Rod<f64, 10> for PublishedRod {
         self.0.edge_tangent(q, frames, derivatives, tangent);
     }
     fn gradient_rate(
-        seeded: &SpatialRod<Dual64>,
+        dual: &SpatialRod<Dual64>,
         q: &[f64],
         frames: &Frames<Dual64>,
         derivatives: Derivatives,
         rate: &mut [f64],
     ) {
-        <SpatialRod<f64> as Rod<f64, 10>>::gradient_rate(seeded, q, frames, derivatives, rate);
+        <SpatialRod<f64> as Rod<f64, 10>>::gradient_rate(dual, q, frames, derivatives, rate);
     }
     fn frame_rate(
         frames: &Frames<Dual64>,

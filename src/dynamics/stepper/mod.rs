@@ -57,7 +57,7 @@ pub(crate) use newton::Newton;
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::rosenbrock::Rosenbrock;
-use crate::dynamics::stepper::splitting::{PEFRL, Splitting, VERLET};
+use crate::dynamics::stepper::splitting::Splitting;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::{Rod, State};
@@ -84,13 +84,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
         state: &mut State<D, R::Frames>,
     ) -> Self {
         let mass = system.rod.mass();
+        if let Some(splitting) = Splitting::of(scheme, mass) {
+            return Self::Splitting(splitting);
+        }
         match scheme {
-            Scheme::NewmarkBeta | Scheme::AverageVectorField => {
-                Self::Newton(Box::new(Newton::new((scheme, beta), system, length, state)))
-            }
-            Scheme::Verlet => Self::Splitting(Splitting::new(&VERLET, mass)),
-            Scheme::Pefrl => Self::Splitting(Splitting::new(&PEFRL, mass)),
             Scheme::Rodas4 => Self::Rosenbrock(Box::new(Rosenbrock::with_order(mass.len()))),
+            _ => Self::Newton(Box::new(Newton::new((scheme, beta), system, length, state))),
         }
     }
 

@@ -7,20 +7,21 @@
 use crate::dynamics::step::{Step, Work};
 use crate::numerics::scalar::Scalar;
 use crate::rod::{Rod, State};
+use crate::scene::Scheme;
 
 /// The parts of a step.
 #[derive(Debug)]
-pub(crate) struct Composition {
+struct Composition {
     /// One more than drifts. A last kick of zero spares the forces there.
     kicks: &'static [f64],
     drifts: &'static [f64],
 }
 
 /// Stormer and Verlet's, in the velocity form.
-pub(crate) const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0] };
+const VERLET: Composition = Composition { kicks: &[0.5, 0.5], drifts: &[1.0] };
 
 /// Omelyan, Mryglod and Folk (2002), Eq. (22): position-extended Forest-Ruth-like.
-pub(crate) const PEFRL: Composition = {
+const PEFRL: Composition = {
     const XI: f64 = 0.178_617_895_844_809_1;
     const LAMBDA: f64 = -0.212_341_831_062_605_4;
     const CHI: f64 = -0.066_264_582_669_818_5;
@@ -37,10 +38,20 @@ pub struct Splitting<D> {
     inverse_mass: Vec<D>,
 }
 
+/// What a splitting is composed of; none for other schemes.
+fn composition(scheme: Scheme) -> Option<&'static Composition> {
+    match scheme {
+        Scheme::Verlet => Some(&VERLET),
+        Scheme::Pefrl => Some(&PEFRL),
+        _ => None,
+    }
+}
+
 impl<D: Scalar> Splitting<D> {
-    /// For a rod of these masses, kg (kg m^2 for angles).
-    pub(crate) fn new(parts: &'static Composition, mass: &[D]) -> Self {
-        Self { parts, inverse_mass: mass.iter().map(|m| m.recip()).collect() }
+    /// A scheme's, if it is a splitting, for a rod of these masses, kg (kg m^2 for angles).
+    pub(crate) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
+        let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
+        composition(scheme).map(|parts| Self { parts, inverse_mass: inverse_mass() })
     }
 
     /// `state.unbalanced` is the gradient at `state.q`, before and after; unless the scheme does
@@ -100,7 +111,6 @@ fn mean_decay<D: Scalar>(x: D) -> D {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scheme;
 
     #[test]
     fn mean_decay_is_smooth_where_its_forms_meet() {
@@ -114,7 +124,8 @@ mod tests {
     /// The trace of the step of `v' = -q` leaves [-2, 2] at the limit and not before.
     #[test]
     fn limits_of_stability() {
-        for (parts, scheme) in [(&VERLET, Scheme::Verlet), (&PEFRL, Scheme::Pefrl)] {
+        let splittings = Scheme::all().filter_map(|scheme| Some((composition(scheme)?, scheme)));
+        for (parts, scheme) in splittings {
             let limit = scheme.traits().stability_limit.expect("explicit schemes have one");
             let trace = |x: f64| {
                 let turn = |mut q: f64, mut v: f64| {
