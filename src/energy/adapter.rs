@@ -84,12 +84,12 @@ impl<B: Scalar> Chart<B> {
         }
     }
 
-    /// Places of the nodes and directors of the edges of an element with unknowns `q`; `lift` makes
+    /// Places of the nodes and directors of the edges of an element with unknowns `q`; `over` makes
     /// the scalar of `q` of the chart's own.
     #[inline]
     pub fn world<D: Scalar, const N: usize>(
         &self,
-        lift: impl Fn(B) -> D,
+        over: impl Fn(B) -> D,
         q: &[D],
         frames: &[EdgeFrame<B>],
     ) -> ([Vector<D>; N], [Directors<D>; 2]) {
@@ -108,7 +108,7 @@ impl<B: Scalar> Chart<B> {
                     let inverse = (e[0] * e[0] + e[1] * e[1]).sqrt().recip();
                     let [a, b] = e.map(|c| c * inverse);
                     let normal = cross(*x, *y);
-                    let [in_plane, out] = across.map(&lift);
+                    let [in_plane, out] = across.map(&over);
                     let aside = along(&[*x, *y], [-b, a]);
                     let normal = normal.map(D::from);
                     [
@@ -130,8 +130,8 @@ impl<B: Scalar> Chart<B> {
                     Some(frame) if j + 1 < N => {
                         let tangent = unit(sub(node(j + 1), node(j)));
                         let reference = EdgeFrame {
-                            tangent: frame.tangent.map(&lift),
-                            director: frame.director.map(&lift),
+                            tangent: frame.tangent.map(&over),
+                            director: frame.director.map(&over),
                         };
                         let [first, second] = reference.material(tangent, q[4 * j + 3]);
                         [tangent, first, second].map(to_world)
@@ -220,19 +220,19 @@ macro_rules! by_size {
 }
 
 impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
-    /// The energy in a scalar that `lift` makes of the site's.
+    /// The energy in a scalar that `over` makes of the site's.
     #[inline]
     fn value<B: Scalar, D: Scalar>(
         &self,
         site: &Site<B>,
-        lift: impl Fn(B) -> D + Copy,
+        over: impl Fn(B) -> D + Copy,
         q: &[D],
     ) -> D {
-        let (nodes, edges) = site.chart.world::<D, N>(lift, q, site.frames);
+        let (nodes, edges) = site.chart.world::<D, N>(over, q, site.frames);
         let energy =
-            self.at(site, lift, |place, p| self.0.energy(place, p, &nodes, &edges[..N - 1]));
+            self.at(site, over, |place, p| self.0.energy(place, p, &nodes, &edges[..N - 1]));
         match site.weight {
-            Some(weight) => energy * lift(weight),
+            Some(weight) => energy * over(weight),
             None => energy,
         }
     }
@@ -242,11 +242,11 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     fn at<B: Scalar, D: Scalar, T>(
         &self,
         site: &Site<B>,
-        lift: impl Fn(B) -> D,
+        over: impl Fn(B) -> D,
         of: impl FnOnce(&Place<D>, &[D; P]) -> T,
     ) -> T {
-        let parameters = std::array::from_fn(|i| lift(site.values[i]));
-        of(&Place::new(N, &|i| lift(site.place[i])), &parameters)
+        let parameters = std::array::from_fn(|i| over(site.values[i]));
+        of(&Place::new(N, &|i| over(site.place[i])), &parameters)
     }
 
     fn dual_gradient<B: Nestable, const Q: usize>(&self, site: &Site<B>, q: &[B; Q]) -> [B; Q] {
@@ -395,17 +395,17 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     fn pull<B: Scalar, D: Scalar>(
         &self,
         site: &Site<B>,
-        lift: impl Fn(B) -> D + Copy,
+        over: impl Fn(B) -> D + Copy,
         q: &[D],
         slope: impl Fn(By) -> Vector<B>,
     ) -> D {
-        let (_, edges) = site.chart.world::<D, N>(lift, q, site.frames);
+        let (_, edges) = site.chart.world::<D, N>(over, q, site.frames);
         let mut sum = D::from(0.0);
         for (j, [tangent, first, second]) in edges[..N - 1].iter().enumerate() {
             for (by, director) in
                 [(By::Tangent(j), tangent), (By::First(j), first), (By::Second(j), second)]
             {
-                sum += dot(slope(by).map(lift), *director);
+                sum += dot(slope(by).map(over), *director);
             }
         }
         sum

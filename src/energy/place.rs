@@ -3,7 +3,7 @@
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
 use crate::scene::At;
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 
 /// An edge's unit tangent and its two material directors, orthonormal, in the world. At rest the
 /// first director of the first edge lies along `up` of the section, or of a circle along that axis

@@ -196,9 +196,9 @@ impl Problem {
         if self.scene.energies.is_empty() {
             return Ok(());
         }
-        let found = match self.posed() {
-            AnyProblem::Planar(posed) => posed.not_finite(),
-            AnyProblem::Spatial(posed) => posed.not_finite(),
+        let found = match self.discretized() {
+            AnyProblem::Planar(discretized) => discretized.not_finite(),
+            AnyProblem::Spatial(discretized) => discretized.not_finite(),
         };
         found.map_or(Ok(()), |(name, place)| {
             let found =

@@ -190,7 +190,7 @@ pub(crate) fn tilted<D: Scalar>(
 
 /// The first material director of the first edge at rest, in the world: along `up` of the section, or
 /// of a circle along the axis that is least along the edge.
-pub(super) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
+pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
     scene.rod.section.up_across(nodes).unwrap_or_else(|| {
         let tangent = unit(sub(nodes[1], nodes[0]));
         let least = Vector3::from(tangent.map(|c| c.value().abs())).imin();

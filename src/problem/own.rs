@@ -6,13 +6,13 @@ use crate::energy::frame::EdgeFrame;
 use crate::energy::place::spots;
 use crate::numerics::scalar::Nestable;
 use crate::rod::{Extra, Placed};
-use crate::scene::shape::Mesh;
+use crate::scene::mesh::Mesh;
 use crate::scene::{Attached, Scene};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 
 /// What acts on a rod whose unknowns at rest these are, with the frames of its edges; none in a plane.
-pub(super) fn extra<D: Nestable>(
+pub(crate) fn extra<D: Nestable>(
     chart: &Chart<D>,
     scene: &Scene<D>,
     mesh: &Mesh<D>,
@@ -48,7 +48,7 @@ pub(super) fn extra<D: Nestable>(
 }
 
 /// The key of an energy that does not keep a plane.
-pub(super) fn leaving(
+pub(crate) fn leaving(
     energies: &[Attached],
     normal: Vector3<f64>,
     point: Vector3<f64>,
@@ -58,7 +58,7 @@ pub(super) fn leaving(
 }
 
 /// The same of one that does not once its numbers change as their derivatives say.
-pub(super) fn left_by(
+pub(crate) fn left_by(
     energies: &[Attached<Dual64>],
     normal: Vector3<f64>,
     point: Vector3<f64>,

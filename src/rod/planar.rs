@@ -297,7 +297,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
                 add!(dual.bend, dual_gradient_rate);
             }
         }
-        seeded.own.add_gradient_rate(q, &[], derivatives, rate);
+        dual.own.add_gradient_rate(q, &[], derivatives, rate);
     }
 
     fn frame_rate(

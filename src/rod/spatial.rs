@@ -309,7 +309,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 *to += *from;
             }
         }
-        seeded.own.add_gradient_rate(q, &frames.edges, derivatives, rate);
+        dual.own.add_gradient_rate(q, &frames.edges, derivatives, rate);
     }
 
     /// A change of an edge's reference turns its material directors about the tangent, by `psi`, as

@@ -11,19 +11,19 @@ use rodfit::{AnyProblem, Parameter, Point, Trajectory};
 /// Unknowns at the end of a run in numbers that `seed` makes of the parameters.
 macro_rules! end_of_run {
     ($problem:expr, $seed:expr) => {
-        match $problem.posed() {
-            AnyProblem::Planar(posed) => end_of_run!(posed, $seed, $problem),
-            AnyProblem::Spatial(posed) => end_of_run!(posed, $seed, $problem),
+        match $problem.discretized() {
+            AnyProblem::Planar(discretized) => end_of_run!(discretized, $seed, $problem),
+            AnyProblem::Spatial(discretized) => end_of_run!(discretized, $seed, $problem),
         }
     };
-    ($posed:ident, $seed:expr, $problem:expr) => {{
-        let mut simulation = $posed.simulation_over($seed).unwrap();
+    ($discretized:ident, $seed:expr, $problem:expr) => {{
+        let mut simulation = $discretized.simulation_over($seed).unwrap();
         let time = $problem.time().unwrap();
         for k in 1..=time.steps() {
             simulation.step_to(time.at(k)).unwrap();
         }
         let last = $problem.nodes() - 1;
-        $posed.model.position(&simulation.state().q, last)
+        $discretized.model.position(&simulation.state().q, last)
     }};
 }
 
@@ -148,14 +148,20 @@ fn derivatives_at_rest() {
         {
             let rest = Trajectory::at_rest(&problem, &[tip], &[parameter]).unwrap();
             let slope = rest.at(Point::Tip, 0.0).unwrap().1[0];
-            let tones = problem.tones(&[1, 2], &[parameter]).unwrap();
+            let natural_frequencies = problem.natural_frequencies(&[1, 2], &[parameter]).unwrap();
             let value = parameter.of(&scene).unwrap();
             let h = 1e-3 * value;
             let there = |k: f64| {
                 let other = problem.with([(parameter, value + k * h)]).unwrap();
-                let tones = other.tones(&[1, 2], &[]).unwrap();
+                let natural_frequencies = other.natural_frequencies(&[1, 2], &[]).unwrap();
                 let [x, y, z] = other.equilibrium().unwrap().tip;
-                [x, y, z, tones[0].frequency_rad_s, tones[1].frequency_rad_s]
+                [
+                    x,
+                    y,
+                    z,
+                    natural_frequencies[0].frequency_rad_s,
+                    natural_frequencies[1].frequency_rad_s,
+                ]
             };
             let [a, b, c, d] = [1.0, -1.0, 2.0, -2.0].map(there);
             let difference_of = |i: usize| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
@@ -163,9 +169,12 @@ fn derivatives_at_rest() {
             let off = difference(&slope, &by_difference) / largest(&slope);
             println!("{name}, {parameter}: {off:.1e}");
             assert!(off < 1e-6, "{name}, {parameter}: {slope:?} {by_difference:?}");
-            for (tone, i) in tones.iter().zip([3, 4]) {
-                let off = (tone.derivatives[0] - difference_of(i)).abs();
-                assert!(off < 1e-6 * tone.frequency_rad_s / value, "{name}, {parameter}: {tone:?}");
+            for (found, i) in natural_frequencies.iter().zip([3, 4]) {
+                let off = (found.derivatives[0] - difference_of(i)).abs();
+                assert!(
+                    off < 1e-6 * found.frequency_rad_s / value,
+                    "{name}, {parameter}: {found:?}"
+                );
             }
         }
     }

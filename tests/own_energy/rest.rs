@@ -35,8 +35,11 @@ fn springs_raise_all_frequencies() {
         let squared = |scene: &Scene| -> Vec<f64> {
             let problem = scene.problem().unwrap();
             if start == Support::Pinned {
-                let tones = problem.tones(&[1, 2, 3], &[]).unwrap();
-                return tones.iter().map(|tone| tone.frequency_rad_s.powi(2)).collect();
+                let natural_frequencies = problem.natural_frequencies(&[1, 2, 3], &[]).unwrap();
+                return natural_frequencies
+                    .iter()
+                    .map(|found| found.frequency_rad_s.powi(2))
+                    .collect();
             }
             let modes = problem.modes(6, About::Equilibrium).unwrap();
             modes.frequencies_rad_s.iter().map(|w| w * w).collect()
