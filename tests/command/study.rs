@@ -1,7 +1,7 @@
 //! The work-precision study.
 
 use rodfit::page::study_page;
-use rodfit::scene::{Point, PointForce, Scheme};
+use rodfit::scene::{End, Motion, Point, PointForce, Scheme};
 use rodfit::study::Study;
 
 use crate::common::coarse;
@@ -76,4 +76,18 @@ fn a_given_mesh_is_kept() {
     let study = Study::new(&scene, |_, _| {}).unwrap();
     assert!(study.rows.iter().all(|row| row.segments == 12 && row.mesh_error == 0.0));
     assert!(study.rows[0].error.unwrap() > 10.0 * study.reference_error, "{study}");
+}
+
+/// The reference too is computed with a scheme that takes what the scene has.
+#[test]
+fn moving_supports_are_studied_with_the_schemes_that_take_them() {
+    let mut scene = coarse(6, 2e-3, 0.02);
+    let displacement = [0.0, 0.01, 0.0];
+    let motion =
+        Motion { end: End::Start, displacement, frequency: Some(5.0), ..Motion::default() };
+    scene.supports.motion.push(motion);
+    let study = Study::new(&scene, |_, _| {}).unwrap();
+    assert!(study.rows.iter().all(|row| row.scheme.traits().takes_boundary_motion));
+    let error = study.rows.iter().filter_map(|row| row.error).fold(f64::INFINITY, f64::min);
+    assert!(error < 1e-3, "{error:e}");
 }
