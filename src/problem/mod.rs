@@ -98,16 +98,6 @@ impl Scene {
     }
 }
 
-impl AnyModel {
-    /// The model of another scene of the same layout.
-    fn of(&self, scene: &Scene) -> Self {
-        match self {
-            Self::Planar(own) => Self::Planar(Modelled::new(own.model.clone(), scene)),
-            Self::Spatial(own) => Self::Spatial(Modelled::new(own.model.clone(), scene)),
-        }
-    }
-}
-
 impl Problem {
     /// The problem of a valid scene, with a layout for generic values of the `varying` parameters, or that
     /// of another problem.

@@ -30,3 +30,13 @@ impl<M: Model<W>, const W: usize> Modelled<M, W> {
         Self { model, setup }
     }
 }
+
+impl AnyModel {
+    /// The model of another scene of the same layout.
+    pub(crate) fn of(&self, scene: &Scene) -> Self {
+        match self {
+            Self::Planar(own) => Self::Planar(Modelled::new(own.model.clone(), scene)),
+            Self::Spatial(own) => Self::Spatial(Modelled::new(own.model.clone(), scene)),
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// What a scene file must have.
-pub(super) const REQUIRED: [Rule; 9] = [
+pub(crate) const REQUIRED: [Rule; 9] = [
     always("rod", rod_keys),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
