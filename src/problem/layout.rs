@@ -29,6 +29,10 @@ impl<D: Scalar> Scene<D> {
     }
 }
 
+/// Why a factor on the curvature does nothing.
+pub(super) const BESIDE_STRAIGHT: &str =
+    "beside a straight rest shape, which has no curvature to be multiplied";
+
 /// Lengths of edges, m, whose fourth powers double precision can hold.
 const EDGES: std::ops::RangeInclusive<f64> = 1e-50..=1e50;
 

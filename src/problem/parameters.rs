@@ -1,7 +1,15 @@
-//! The numbers of a scene, listed for people.
+//! The numbers of a scene, listed for people, and which of them its model can vary.
 
-use crate::problem::Problem;
-use crate::scene::Parameter;
+use crate::error::Error;
+use crate::numerics::vector::{sub, unit};
+use crate::problem::layout::BESIDE_STRAIGHT;
+use crate::problem::model::Model;
+use crate::problem::planar::PlanarModel;
+use crate::problem::setup::Setup;
+use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
+use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
+use crate::scene::{End, Parameter};
+use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -59,5 +67,85 @@ impl fmt::Display for ParameterList {
             }
         }
         Ok(())
+    }
+}
+
+impl Problem {
+    /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
+    /// model.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], which says why.
+    pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
+        if parameter.of(self.scene()).is_none() {
+            return Err(parameter.absent(self.scene()));
+        }
+        let curvature = parameter.path().starts_with(Parameter::NaturalCurvature.path());
+        if curvature && self.mesh.is_straight() {
+            let found = format!("{parameter} {BESIDE_STRAIGHT}");
+            return Err(Error::invalid("parameter", found, "with a curved rest shape"));
+        }
+        let beside = |what: &str, allowed: &str| {
+            Err(Error::invalid("parameter", format!("{parameter} beside {what}"), allowed))
+        };
+        let turns = parameter == Parameter::ClampAngle;
+        if turns && self.scene().initial.shape.is_some() {
+            return beside("initial.shape", "in planar scenes that start in their rest shape");
+        }
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => {
+                let setup = discretized
+                    .setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
+                discretized.check_plane(parameter, &setup)?;
+                discretized.check_roller(parameter, &setup)
+            }
+            AnyProblem::Spatial(_) if turns || parameter.is_moment() => {
+                beside("a scene in space", "in planar scenes")
+            }
+            AnyProblem::Spatial(discretized) => {
+                let setup = discretized
+                    .setup_over(|p, value| Dual64::new(value, f64::from(p == parameter)));
+                discretized.check_roller(parameter, &setup)
+            }
+        }
+    }
+}
+
+impl PlanarProblem<'_> {
+    /// Refuses a parameter whose change leads out of the plane.
+    fn check_plane(
+        &self,
+        parameter: Parameter,
+        setup: &Setup<Dual64, PlanarModel, PLANAR_BAND>,
+    ) -> Result<(), Error> {
+        let Setup { scene, mesh, start, .. } = setup;
+        let Some(what) = self.model.left_by(scene, mesh, start.as_deref()) else { return Ok(()) };
+        let n = self.normal().map(|c| (c * 1e6).round() / 1e6 + 0.0);
+        let allowed = format!(
+            "a number that keeps {what} in the plane with normal {n:?} that the scene was found to lie \
+             in; with rod.dimension = \"spatial\" any"
+        );
+        let error = Error::invalid("parameter", parameter, allowed);
+        Err(error.in_file(self.scene().path.as_deref()))
+    }
+}
+
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+    /// Refuses a parameter that turns the line on which an end rolls, where that follows the rod.
+    fn check_roller(&self, parameter: Parameter, setup: &Setup<Dual64, M, W>) -> Result<(), Error> {
+        let supports = &self.scene().supports;
+        let Some(end) = supports.rolling().filter(|_| supports.roller.is_none()) else {
+            return Ok(());
+        };
+        let q = self.model.unknowns(&setup.rest);
+        let last = self.nodes() - 1;
+        let [a, b] = if end == End::Start { [0, 1] } else { [last - 1, last] };
+        let edge = unit(sub(self.model.position(&q, b), self.model.position(&q, a)));
+        let size = parameter.of(self.scene()).map_or(1.0, |value| value.abs().max(1.0));
+        if edge.iter().all(|c| c.eps.abs() * size <= 1e-9) {
+            return Ok(());
+        }
+        let found = format!("{parameter}, which turns the end that rolls along the rod");
+        Err(Error::invalid("parameter", found, "with supports.roller, a direction that stays"))
     }
 }

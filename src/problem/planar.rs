@@ -31,7 +31,7 @@ pub struct PlanarRest<D> {
     /// Positions, m.
     nodes: Vec<[D; 2]>,
     length: Vec<D>,
-    line: TributaryLengths<D>,
+    tributary: TributaryLengths<D>,
     curvature: Vec<D>,
     /// Where the joints are, as parts of the length.
     places: Vec<f64>,
@@ -167,21 +167,21 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             .map(|p| planar_bend::curvature(p.first_chunk().expect("windows of three")))
             .collect();
         let arcs = self.correction.arcs(mesh);
-        let line =
+        let tributary =
             arcs.map_or_else(|| TributaryLengths::plain(&length), TributaryLengths::corrected);
-        PlanarRest { nodes, length, line, curvature, places: mesh.places() }
+        PlanarRest { nodes, length, tributary, curvature, places: mesh.places() }
     }
 
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let (material, section) = (&scene.material, scene.rod.section.moments());
         let axial = material.youngs_modulus * section.area;
         let bending = material.youngs_modulus * section.second_moments[self.second_moment];
-        let stretch = rest.length.iter().zip(&rest.line.stretch).map(|(l, arc)| Stretch {
+        let stretch = rest.length.iter().zip(&rest.tributary.stretch).map(|(l, arc)| Stretch {
             stiffness: axial * (*l / *arc),
             rest_length: *l,
             natural_strain: D::from(0.0),
         });
-        let bends = rest.line.joint.iter().zip(&rest.curvature).zip(&rest.places);
+        let bends = rest.tributary.joint.iter().zip(&rest.curvature).zip(&rest.places);
         let bend = bends.map(|((l, k), place)| {
             let natural = scene.rod.natural_curvature.at(*place) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
@@ -191,8 +191,7 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });
-        let line_density = material.density * section.area;
-        let node_mass: Vec<D> = rest.line.node.iter().map(|l| line_density * *l).collect();
+        let node_mass = rest.tributary.masses(scene);
         let gravity = self.projected(scene.loads.gravity);
         let load: Vec<DeadLoad<D, 2>> =
             node_mass.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();

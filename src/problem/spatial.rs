@@ -34,7 +34,7 @@ pub struct SpatialRest<D> {
     /// Positions, m.
     nodes: Vec<Vector<D>>,
     length: Vec<D>,
-    line: TributaryLengths<D>,
+    tributary: TributaryLengths<D>,
     /// The corrected form's: how the curve's tangents lie to the joints'.
     slants: Option<Vec<[D; 2]>>,
     /// Integrated curvatures in the material frame.
@@ -107,7 +107,7 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let length: Vec<D> = edges.iter().map(|e| dot(*e, *e).sqrt()).collect();
         let arcs = self.correction.arcs(mesh);
         SpatialRest {
-            line: arcs
+            tributary: arcs
                 .map_or_else(|| TributaryLengths::plain(&length), TributaryLengths::corrected),
             slants: arcs.map(|arcs| slants(&nodes, arcs.lengths, &frames.edges, &curvature)),
             nodes,
@@ -123,17 +123,17 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let axial = material.youngs_modulus * section.area;
         let [ei1, ei2] = section.second_moments.map(|i| material.youngs_modulus * i);
         let gj = material.shear_modulus() * section.torsion_constant;
-        let stretch = rest.length.iter().zip(&rest.line.stretch).map(|(l, arc)| Stretch {
+        let stretch = rest.length.iter().zip(&rest.tributary.stretch).map(|(l, arc)| Stretch {
             stiffness: axial * (*l / *arc),
             rest_length: *l,
             natural_strain: D::from(0.0),
         });
         let joint = rest.curvature.iter().enumerate().map(|(i, k)| {
-            let per_length = rest.line.joint[i].recip();
+            let per_length = rest.tributary.joint[i].recip();
             let factor = scene.rod.natural_curvature.at(rest.places[i]);
             let natural = k.map(|k| factor * k);
             let twist = scene.rod.natural_twist.at(rest.places[i])
-                * ((rest.line.spin[i] + rest.line.spin[i + 1]) * 0.5);
+                * ((rest.tributary.spin[i] + rest.tributary.spin[i + 1]) * 0.5);
             let [a, b, c] = match &rest.slants {
                 Some(slants) => resistances(natural, lean(slants[i], factor, *k, twist)),
                 None => PLAIN.map(|a| a.map(D::from)),
@@ -150,16 +150,14 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
                 natural: [natural[0], natural[1], twist],
             }
         });
-        let line_density = material.density * section.area;
         let [i1, i2] = section.second_moments;
         let line_inertia = material.density * (i1 + i2);
         let gravity = self.components(scene.loads.gravity);
         let mut mass = Vec::with_capacity(self.dof());
         let mut load = Vec::with_capacity(rest.nodes.len());
-        for (i, length) in rest.line.node.iter().enumerate() {
-            let node_mass = line_density * *length;
+        for (i, node_mass) in rest.tributary.masses(scene).into_iter().enumerate() {
             mass.extend([node_mass; 3]);
-            mass.extend(rest.line.spin.get(i).map(|l| line_inertia * *l));
+            mass.extend(rest.tributary.spin.get(i).map(|l| line_inertia * *l));
             load.push(DeadLoad { force: gravity.map(|g| node_mass * g) });
         }
         let own = Extra::default();

@@ -1,6 +1,7 @@
 //! How much of the rod's line every joint, edge and node stands for.
 
 use crate::numerics::scalar::Scalar;
+use crate::scene::Scene;
 
 /// The curve between the nodes, and which of its ends a wall cuts in the middle of an edge.
 #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,12 @@ pub(crate) struct TributaryLengths<D> {
 }
 
 impl<D: Scalar> TributaryLengths<D> {
+    /// The mass of every node, kg.
+    pub fn masses(&self, scene: &Scene<D>) -> Vec<D> {
+        let line_density = scene.material.density * scene.rod.section.moments().area;
+        self.node.iter().map(|l| line_density * *l).collect()
+    }
+
     /// As published: halves of the adjacent edges.
     pub fn plain(edges: &[D]) -> Self {
         let zero = D::from(0.0);
