@@ -111,6 +111,10 @@ type Tips = Vec<[f64; 3]>;
 
 impl Study {
     /// Runs the study; `progress` is told how many of how many runs are done.
+    ///
+    /// # Errors
+    ///
+    /// A scene that is not valid or has no `[time]`, or a reference run that fails.
     pub fn new(scene: &Scene, mut progress: impl FnMut(usize, usize)) -> Result<Self, Error> {
         let problem = scene.problem()?;
         let time = problem.time()?.clone();

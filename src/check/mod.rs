@@ -45,10 +45,13 @@ impl Default for Tolerance {
 #[non_exhaustive]
 pub struct Errors {
     /// Largest error of hand-derived gradients against dual numbers.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub gradient: f64,
     /// Largest error of hand-derived Hessians against dual numbers.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub hessian: f64,
     /// Largest error of either against finite differences, each at its best step.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub finite_difference: f64,
 }
 
@@ -67,6 +70,7 @@ pub struct Worst {
     /// The value by num-dual.
     pub dual: f64,
     /// Difference over the sum of absolute terms.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub relative_error: f64,
 }
 
@@ -87,6 +91,7 @@ pub struct Above {
     /// The value by that.
     pub other: f64,
     /// Difference over the sum of absolute terms.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub relative_error: f64,
 }
 
@@ -120,8 +125,10 @@ pub struct ValleyPoint {
     /// Step over the energy's own scale, the length over which it is smooth.
     pub step: f64,
     /// Largest error of a gradient.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub gradient: f64,
     /// Largest error of a Hessian.
+    #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub hessian: f64,
 }
 

@@ -32,6 +32,10 @@ const LARGEST_ROTATION: f64 = 120.0;
 /// seeded random states with turning angles up to 150 degrees and strains up to 30 %; in space also
 /// with the edges rotated by up to 120 degrees since the reference of their frames.
 /// [Energies of one's own](crate::energy::own) are elements like all others, under their names.
+///
+/// # Errors
+///
+/// A scene whose derivatives cannot be evaluated in its rest shape.
 pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckReport, Error> {
     let mut report = CheckReport::new(tolerance);
     let mut random = ChaCha8Rng::seed_from_u64(1);

@@ -59,7 +59,6 @@ use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
 use crate::fit::search::Search;
 use crate::fit::search::first_look::FirstLook;
-use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::assess;
 use crate::fit::unknown::laid_out;
 use crate::fit::validate::check;
@@ -191,30 +190,26 @@ impl Fit {
         search.suspicious = !look.suspicions.is_empty();
         let ending = match &look.hopeless {
             Some(words) => Ending::unsearched(&search, words, self.keep_plot_data),
-            None => {
-                match search
-                    .best()
-                    .and_then(|optimum| self.weighed((&search, &optimum), &experiments, &look))
-                {
-                    Err(Error::Interrupted) => Ending::unfinished(&search, self.keep_plot_data)?,
-                    Err(error @ Error::Fit(_)) => return Err(look.beside(error)),
-                    ending => ending?,
-                }
-            }
+            None => match self.searched(&mut search, &experiments, &look) {
+                Err(Error::Interrupted) => Ending::unfinished(&search, self.keep_plot_data)?,
+                Err(error @ Error::Fit(_)) => return Err(look.beside(error)),
+                ending => ending?,
+            },
         };
         Ok(FitReport::new(ending, &search, &experiments, since))
     }
 
-    /// What an optimum is worth.
-    fn weighed(
+    /// The best of all starts, and what it is worth.
+    fn searched(
         &self,
-        (search, optimum): (&Search, &Optimum),
+        search: &mut Search,
         experiments: &[Experiment],
         look: &FirstLook,
     ) -> Result<Ending, Error> {
-        let found = (search, optimum);
+        let optimum = search.best()?;
+        let found = (&*search, &optimum);
         let assessment = assess(found, &self.analysis, experiments, &look.suspicions)?;
-        Ok(Ending::assessed(search, optimum, assessment, self.keep_plot_data))
+        Ok(Ending::assessed(search, &optimum, assessment, self.keep_plot_data))
     }
 
     /// Refuses a fit that cannot be solved, or not in the way it is asked for.

@@ -76,6 +76,9 @@ fn what_is_infinite_is_read_back() {
     let landscape: rodfit::fit::Landscape = serde_json::from_str(text).unwrap();
     assert_eq!(landscape.misfit, [0.5, f64::INFINITY]);
     round_trip(&landscape);
+    let mut errors = rodfit::check::Errors::default();
+    errors.hessian = f64::INFINITY;
+    round_trip(&errors);
 }
 
 /// Scenes and fits that stand in memory, with their data in a folder.

@@ -49,7 +49,11 @@ impl Frequencies {
         Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau)
     }
 
-    /// Of other modes than the lowest. Refuses another count than that of the frequencies.
+    /// Of other modes than the lowest.
+    ///
+    /// # Errors
+    ///
+    /// Another count of modes than of frequencies.
     pub fn of_modes(mut self, modes: &[usize]) -> Result<Self, Error> {
         if modes.len() != self.values.len() {
             let allowed = format!("{}, one per frequency", self.values.len());

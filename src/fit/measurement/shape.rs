@@ -53,11 +53,19 @@ impl RestShape {
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
     /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::read_as(path, &Recording::default())
     }
 
     /// The same with the scale, origin and axes of `recording`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read`](Self::read).
     pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
         let path = path.as_ref();
         let table = Table::read(path)?;

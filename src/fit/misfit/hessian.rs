@@ -25,6 +25,10 @@ impl Unknown {
 impl Residuals {
     /// Second derivatives of half the sum of squares at `x`, on the scales of the unknowns, exact
     /// to rounding.
+    ///
+    /// # Errors
+    ///
+    /// Another count of numbers, or a simulation that fails.
     pub fn hessian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.check_length(x)?;
         let n = self.unknowns().len();

@@ -126,11 +126,19 @@ impl Residuals {
     }
 
     /// Residuals at `x`, which has a number per unknown.
+    ///
+    /// # Errors
+    ///
+    /// Another count of numbers, or a simulation that fails.
     pub fn residuals(&self, x: &[f64]) -> Result<Vec<f64>, Error> {
         self.evaluate(x, false, |e| self.made_robust(&e.residuals))
     }
 
-    /// Rows of the Jacobian at `x`.
+    /// Rows of the Jacobian at `x`: the derivatives of each residual by the unknowns on their scales.
+    ///
+    /// # Errors
+    ///
+    /// Another count of numbers, or a simulation that fails.
     pub fn jacobian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let mut rows = self.plain_jacobian(x)?;
         for ((row, r), loss) in rows.iter_mut().zip(self.plain(x)?).zip(self.losses()) {

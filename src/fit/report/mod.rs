@@ -171,17 +171,18 @@ impl fmt::Display for FitReport {
         for warning in &self.warnings {
             writeln!(f, "warning: {warning}")?;
         }
+        let width = self.parameters.iter().map(|e| e.label().len()).fold(18, usize::max);
         for (i, e) in self.parameters.iter().enumerate() {
             let unit = e.name.unit();
             match (e.value, e.std_error, e.interval95) {
                 (Some(value), None, Some([_, upper])) if e.upper95.is_some() => writeln!(
                     f,
-                    "  {:<18} {value:.2e} {unit}   95 % at most {upper:.2e}",
+                    "  {:<width$} {value:.2e} {unit}   95 % at most {upper:.2e}",
                     e.label()
                 )?,
                 (Some(value), Some(error), Some([low, high])) => writeln!(
                     f,
-                    "  {:<18} {} +- {} {unit}   95 % [{}, {}]",
+                    "  {:<width$} {} +- {} {unit}   95 % [{}, {}]",
                     e.label(),
                     digits(value, error),
                     digits(error, error),
@@ -189,9 +190,9 @@ impl fmt::Display for FitReport {
                     digits(high, error)
                 )?,
                 (Some(value), ..) => {
-                    writeln!(f, "  {:<18} {value:e} {unit}   no error", e.label())?
+                    writeln!(f, "  {:<width$} {value:e} {unit}   no error", e.label())?
                 }
-                _ => writeln!(f, "  {:<18} not identifiable", e.label())?,
+                _ => writeln!(f, "  {:<width$} not identifiable", e.label())?,
             }
             let error = e.std_error.unwrap_or(0.0);
             if let Some(relative) = self.discretization_error.get(i).and_then(|d| d.relative) {
