@@ -65,6 +65,7 @@
 //! rods. Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.
 //!
 //! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
+//! To add one that is not built in, a field or a foundation, see [`energy::own`].
 
 pub mod check;
 pub mod dynamics;

@@ -115,6 +115,8 @@ pub struct Verdicts {
     pub finite_difference: Verdict,
 }
 
+/// What ought to be zero may be this part of what is beside it.
+const STAYS: f64 = 1e-9;
 /// So many entries above the limits are kept.
 const MOST_ABOVE: usize = 20;
 
@@ -296,6 +298,23 @@ impl CheckReport {
             let (hand, other, relative_error) = (d.expected, d.found, d.error);
             let (quantity, against) = (quantity.into(), "finite difference".into());
             self.list(Above { element, quantity, dof, hand, against, other, relative_error });
+        }
+    }
+
+    /// Something that ought to be zero beside what is of some `size`.
+    fn stays(&mut self, what: &str, found: f64, size: f64, element: &str) {
+        let relative_error = relative(found, size);
+        if relative_error > STAYS {
+            self.verdicts.hand_dual = Verdict::Disagree;
+            self.list(Above {
+                element: element.into(),
+                quantity: "gradient".into(),
+                dof: what.into(),
+                hand: 0.0,
+                against: "the energy in space".into(),
+                other: found,
+                relative_error,
+            });
         }
     }
 

@@ -7,7 +7,7 @@ use crate::energy::place::{Directors, Place, numbers};
 use crate::energy::{Analytic, Derivatives, Energy};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::terms::Terms;
-use crate::numerics::vector::Vector;
+use crate::numerics::vector::{Vector, dot};
 
 /// Where an energy over `N` nodes is looked at, and where it is at rest; all in the world, m. Of the
 /// edges the first `N - 1` count.
@@ -172,6 +172,30 @@ pub(super) fn compare(
         6 => compare_sized::<6>(report, (energy, site), q, (name, first), length),
         7 => compare_sized::<7>(report, (energy, site), q, (name, first), length),
         _ => compare_sized::<11>(report, (energy, site), q, (name, first), length),
+    }
+}
+
+/// Looks for a force along the normal, given in the rod's axes, or a moment about the tangents, of an
+/// energy that says it keeps the plane in which the unknowns `q` of a rod in space lie.
+pub(super) fn compare_across(
+    report: &mut CheckReport,
+    (energy, site): (&dyn AnyEnergy, &Site<f64>),
+    q: &[f64],
+    name: &str,
+    normal: Vector<f64>,
+) {
+    let over: &dyn Over<f64> = energy;
+    let mut gradient = [0.0; MOST];
+    over.gradient(site, q, Derivatives::Hand, &mut gradient);
+    // Rounding errors are measured by the terms that cancel.
+    let (terms, _) = energy.terms(site, q);
+    let size = terms.iter().fold(0.0_f64, |most, term| most.max(*term));
+    for node in gradient[..q.len()].chunks(site.chart.stride()) {
+        let force = dot([node[0], node[1], node[2]], normal);
+        report.stays("force along the plane's normal", force, size, name);
+        if let Some(moment) = node.get(3) {
+            report.stays("moment about the tangent", *moment, size, name);
+        }
     }
 }
 

@@ -4,13 +4,14 @@ use crate::check::scaled::Scaled;
 use crate::check::{CheckReport, Tolerance, own};
 use crate::energy::bend_twist::UNKNOWNS;
 use crate::energy::frame::{EdgeFrame, Frames};
+use crate::energy::place::Spot;
 use crate::energy::{AsEnergy, Element, Stretch};
 use crate::error::Error;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, unit};
 use crate::problem::Model;
-use crate::problem::{AnyProblem, Discretized, Problem};
+use crate::problem::{AnyProblem, Discretized, Modelled, PlanarProblem, Problem, SpatialModel};
 use crate::rod::State;
-use crate::rod::{Extra, PlanarRod, Rod, SpatialRod};
+use crate::rod::{Extra, Placed, PlanarRod, Rod, SpatialRod, spatial};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -42,11 +43,16 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
     match problem.discretized() {
         AnyProblem::Planar(discretized) => {
             let rod = discretized.rod();
-            own_states(problem, &discretized, |state, _| {
-                compare_planar(&mut report, &rod, &state.q)
-            })?;
+            let space = Space::of(problem);
+            let mut compare = |q: &[f64]| {
+                compare_planar(&mut report, &rod, q);
+                if let Some(space) = &space {
+                    space.compare(&mut report, problem, &discretized, q);
+                }
+            };
+            own_states(problem, &discretized, |state, _| compare(&state.q))?;
             for _ in 0..RANDOM_STATES {
-                compare_planar(&mut report, &rod, &random_planar(&rod, &mut random));
+                compare(&random_planar(&rod, &mut random));
             }
         }
         AnyProblem::Spatial(discretized) => {
@@ -62,6 +68,55 @@ pub fn check_problem(problem: &Problem, tolerance: Tolerance) -> Result<CheckRep
         }
     }
     Ok(report)
+}
+
+/// What a planar scene is in space, where its energies of one's own may leave its plane, though they
+/// say that they keep it.
+struct Space {
+    model: Modelled<SpatialModel, { spatial::HALF_BANDWIDTH }>,
+    rod: SpatialRod<f64>,
+}
+
+impl Space {
+    /// None where there is nothing to look at. A scene with moments has no model in space.
+    fn of(problem: &Problem) -> Option<Self> {
+        if problem.scene().energies.is_empty() {
+            return None;
+        }
+        let model = problem.spatial_model().ok()?;
+        let rod = problem.discretized_as(&model).rod();
+        Some(Self { model, rod })
+    }
+
+    fn compare(
+        &self,
+        report: &mut CheckReport,
+        problem: &Problem,
+        plane: &PlanarProblem<'_>,
+        q: &[f64],
+    ) {
+        let space = problem.discretized_as(&self.model);
+        let nodes: Vec<Vector<f64>> =
+            (0..problem.nodes()).map(|i| plane.model.position(q, i)).collect();
+        let (q, frames) = space.placed_still(&nodes);
+        let normal = space.model.components(plane.model.normal().into());
+        for (placed, spot) in spots(&self.rod.own) {
+            let (unknowns, edges) = placed.span(spot);
+            let site = placed.site(spot, &frames.edges[edges]);
+            let name = name(placed, spot);
+            own::compare_across(report, (&*placed.energy, &site), &q[unknowns], &name, normal);
+        }
+    }
+}
+
+/// Some of the places of energies of one's own.
+fn spots(own: &Extra<f64>) -> impl Iterator<Item = (&Placed<f64>, &Spot<f64>)> {
+    let of = |placed: &'_ Placed<f64>| some(placed.spots.len());
+    own.placed().iter().flat_map(move |p| of(p).map(move |i| (p, &p.spots[i])))
+}
+
+fn name(placed: &Placed<f64>, spot: &Spot<f64>) -> String {
+    format!("{} at {:.4} m", placed.name, spot.numbers[0])
 }
 
 /// Shows the state at rest and some along the motion, each with the one a step before.
@@ -182,19 +237,17 @@ fn compare_own(
     (q, frames): (&[f64], &[EdgeFrame<f64>]),
     length: impl Fn(usize) -> f64,
 ) {
-    for placed in own.placed() {
-        for spot in some(placed.spots.len()).map(|i| &placed.spots[i]) {
-            let (unknowns, edges) = placed.span(spot);
-            let site = placed.site(spot, &frames[edges]);
-            let name = format!("{} at {:.4} m", placed.name, spot.numbers[0]);
-            own::compare(
-                report,
-                (&*placed.energy, &site),
-                &q[unknowns],
-                (&name, spot.first),
-                length(spot.first),
-            );
-        }
+    for (placed, spot) in spots(own) {
+        let (unknowns, edges) = placed.span(spot);
+        let site = placed.site(spot, &frames[edges]);
+        let name = name(placed, spot);
+        own::compare(
+            report,
+            (&*placed.energy, &site),
+            &q[unknowns],
+            (&name, spot.first),
+            length(spot.first),
+        );
     }
 }
 

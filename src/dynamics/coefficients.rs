@@ -44,8 +44,9 @@
 //!
 //! keeps the energy exactly (Quispel and McLaren 2008): its work over the step is the difference
 //! of the potentials. The integral is Gauss's with four points, which is exact to rounding for the
-//! rotations of reasonable steps (where it is not, the step is taken in halves). Damping acts on
-//! the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts at both ends of the step as in
+//! rotations of reasonable steps (where it is not, the step is taken in halves; of [energies of one's
+//! own](crate::energy::own), which may have corners, the energy is only kept from growing). Damping
+//! acts on the mean velocity `(q1 - q0)/h`; Kelvin-Voigt stress acts at both ends of the step as in
 //! Newmark-beta at 1/2. On the way between them it has no business: nodes that go straight shorten
 //! every edge that turns, by `alpha^2/8` in the middle of a turn by `alpha`, and the dissipation of
 //! that stretching, `eta EA alpha^4/24` a step and length, is more than that of bending in a wire.

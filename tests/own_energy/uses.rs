@@ -6,7 +6,7 @@ use rodfit::check::{Configuration, Tolerance, check_own, check_problem};
 use rodfit::dynamics::SimulationReport;
 use rodfit::energy::At;
 use rodfit::numerics::vector::{cross, unit};
-use rodfit::scene::{Dimension, Scene};
+use rodfit::scene::{Dimension, Scene, Shape};
 use rodfit::{Error, Parameter};
 
 fn told<T>(result: Result<T, Error>) -> String {
@@ -158,6 +158,25 @@ fn checks_find_wrong_derivatives() {
     let report = check_problem(&wrong.problem().unwrap(), Tolerance::default()).unwrap();
     let worst = report.worst.as_ref().unwrap();
     assert!(!report.derivatives_agree() && worst.element.starts_with("all at"), "{report}");
+}
+
+/// A round rod has its directors anywhere: what bends otherwise to either leaves the plane, whatever
+/// it says.
+#[test]
+fn checks_find_what_leaves_the_plane() {
+    let mut scene = straight(8);
+    scene.rod.shape = Shape::Straight { length: 0.3, direction: [0.48, 0.64, 0.6] };
+    scene.loads.gravity = [8.0, -6.0, 0.0];
+    for (second, stays) in [(2e-4, true), (3e-4, false)] {
+        let bending = Bending { in_space: false };
+        let scene = scene.clone().with_energy("bend", At::Whole, bending, [2e-4, second, 1e-4]);
+        let problem = scene.problem().unwrap();
+        assert_eq!(problem.model().0, "planar");
+        let report = check_problem(&problem, Tolerance::default()).unwrap();
+        assert_eq!(report.passed(), stays, "{report}");
+        let found = report.above.iter().any(|above| above.against == "the energy in space");
+        assert_eq!(found, !stays, "{report}");
+    }
 }
 
 /// An energy by itself, at any directors.
