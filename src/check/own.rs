@@ -176,20 +176,23 @@ pub(super) fn compare(
 }
 
 /// Looks for a force along the normal, given in the rod's axes, or a moment about the tangents, of an
-/// energy that says it keeps the plane in which the unknowns `q` of a rod in space lie.
+/// energy that says it keeps the plane in which the unknowns `q` of a rod in space lie, with edges of a
+/// `length`, m.
 pub(super) fn compare_across(
     report: &mut CheckReport,
     (energy, site): (&dyn AnyEnergy, &Site<f64>),
     q: &[f64],
-    name: &str,
+    (name, length): (&str, f64),
     normal: Vector<f64>,
 ) {
     let over: &dyn Over<f64> = energy;
     let mut gradient = [0.0; MOST];
     over.gradient(site, q, Derivatives::Hand, &mut gradient);
-    // Rounding errors are measured by the terms that cancel.
-    let (terms, _) = energy.terms(site, q);
-    let size = terms.iter().fold(0.0_f64, |most, term| most.max(*term));
+    // Rounding errors are measured by the terms that cancel, and by what a change of the unknowns
+    // makes of the forces: at rest these may be rounding errors themselves.
+    let (first, second) = energy.terms(site, q);
+    let largest = |terms: &[f64]| terms.iter().fold(0.0_f64, |most, term| most.max(*term));
+    let size = largest(&first) + largest(second.as_flattened()) * length;
     for node in gradient[..q.len()].chunks(site.chart.stride()) {
         let force = dot([node[0], node[1], node[2]], normal);
         report.stays("force along the plane's normal", force, size, name);

@@ -104,7 +104,8 @@ impl Space {
             let (unknowns, edges) = placed.span(spot);
             let site = placed.site(spot, &frames.edges[edges]);
             let name = name(placed, spot);
-            own::compare_across(report, (&*placed.energy, &site), &q[unknowns], &name, normal);
+            let named = (&*name, of_edge(&self.rod.stretch, spot.first));
+            own::compare_across(report, (&*placed.energy, &site), &q[unknowns], named, normal);
         }
     }
 }
