@@ -2,7 +2,7 @@
 //!
 //! Code does not fit into a file. A scene that is written has a table `[energy.<name>]` for each,
 //! with its place and its numbers, and one that is read with such a table is no scene until the
-//! code is given: see [`Scene::load_with`].
+//! code is given: see [`Scene::load_with`](crate::Scene::load_with).
 
 use crate::error::Error;
 use crate::scene::number::{Numbers, Quantity, Written};

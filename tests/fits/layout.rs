@@ -90,8 +90,7 @@ fn an_angle_is_found_from_a_straight_rod() {
 #[test]
 fn a_square_may_stop_being_one() {
     let mut scene = arc();
-    let square = |width: f64| Section::Rectangle { width, height: 0.008, up: [0.0, 0.0, 1.0] };
-    scene.rod.section = square(0.008);
+    scene.rod.section = Section::Rectangle { width: 0.008, height: 0.008, up: [0.0, 0.0, 1.0] };
     let problem = scene.problem().unwrap();
     let residuals = fit(&problem, droop(&scene), Parameter::Width).residuals().unwrap();
     let (x, h) = (0.008_f64.ln(), 1e-4);

@@ -8,4 +8,5 @@ mod direction;
 mod energies;
 mod files;
 mod measurements;
+mod own_energy;
 mod runs;

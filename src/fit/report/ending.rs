@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::fit::measurement::experiment::all;
 use crate::fit::report::plot_data::PlotData;
-use crate::fit::report::replay::{moving, still};
+use crate::fit::report::replay::{add_motion, still};
 use crate::fit::search::Search;
 use crate::fit::search::basins::Basins;
 use crate::fit::search::journal::Stage;
@@ -35,11 +35,11 @@ impl Ending {
         let plot_data = kept.then(|| {
             let still = still(search, Some(optimum), &assessment.sigma);
             let profiles = std::mem::take(&mut assessment.profiles);
-            let plots = PlotData { profiles, ..still };
-            moving(search, &optimum.x, plots).unwrap_or_else(|(plots, error)| {
+            let mut plots = PlotData { profiles, ..still };
+            if let Err(error) = add_motion(search, &optimum.x, &mut plots) {
                 warnings.add(Weight::Note, format!("no shapes of the rod: {error}"));
-                plots
-            })
+            }
+            plots
         });
         let interrupted = search.is_stopped();
         let end = End {

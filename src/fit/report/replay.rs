@@ -96,20 +96,9 @@ fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
     all
 }
 
-/// The same with what one more simulation at `x` shows: the model's lines, and the rod's shapes at
-/// moments evenly spaced in time, or at rest. What failed comes back as it is, with the error.
-pub(crate) fn moving(
-    search: &Search,
-    x: &[f64],
-    mut plots: PlotData,
-) -> Result<PlotData, (PlotData, Error)> {
-    match add_motion(search, x, &mut plots) {
-        Ok(()) => Ok(plots),
-        Err(error) => Err((plots, error)),
-    }
-}
-
-fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Result<(), Error> {
+/// Adds what one more simulation at `x` shows: the model's lines, and the rod's shapes at moments evenly
+/// spaced in time, or at rest. What was added before an error stays.
+pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Result<(), Error> {
     let residuals = search.all_residuals()?;
     let mut all = plots.series.iter_mut();
     for (k, experiment) in search.experiments.iter().enumerate() {

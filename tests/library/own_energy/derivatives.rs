@@ -1,7 +1,7 @@
 //! Derivatives by the parameters of own energies, and by those of the rod beside them.
 
-use crate::energies::Everything;
-use crate::scenes::{helix, in_scheme, named, schemes, straight, with_both};
+use crate::own_energy::energies::Everything;
+use crate::own_energy::scenes::{helix, in_scheme, named, schemes, straight, with_both};
 use num_dual::{Dual64, HyperDual64};
 use rodfit::energy::At;
 use rodfit::problem::Model;

@@ -1,7 +1,7 @@
 //! Motion by all schemes.
 
-use crate::energies::{Bending, Everything, Floor, Stretching};
-use crate::scenes::{RADIUS, helix, in_scheme, schemes, straight, with_both};
+use crate::own_energy::energies::{Bending, Everything, Floor, Stretching};
+use crate::own_energy::scenes::{RADIUS, helix, in_scheme, schemes, straight, with_both};
 use rodfit::energy::{At, Derivatives};
 use rodfit::scene::*;
 use rodfit::{Problem, Trajectory};
@@ -185,7 +185,7 @@ fn explicit_steps_know_the_springs() {
         // As much again as the highest frequency squared.
         let limit = if scheme == Scheme::Verlet { 2.0 } else { 2.989 };
         let k = line_density * (limit / alone).powi(2);
-        let springs = crate::energies::Foundation { by_hand: false };
+        let springs = crate::own_energy::energies::Foundation { by_hand: false };
         let with = largest(&scene.with_energy("springs", At::Whole, springs, [k, 0.0]));
         println!("{scheme:?}: {alone:e} {with:e}");
         assert!((alone / with - 2f64.sqrt()).abs() < 1e-3, "{alone} {with}");

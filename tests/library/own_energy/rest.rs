@@ -1,7 +1,7 @@
 //! Equilibria, stability, modes and reactions.
 
-use crate::energies::{Foundation, Magnet};
-use crate::scenes::{RADIUS, straight, with_both};
+use crate::own_energy::energies::{Foundation, Magnet};
+use crate::own_energy::scenes::{RADIUS, straight, with_both};
 use rodfit::energy::At;
 use rodfit::scene::*;
 use rodfit::vibration::About;

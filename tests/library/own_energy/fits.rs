@@ -1,7 +1,7 @@
 //! Identification.
 
-use crate::energies::{Foundation, Magnet};
-use crate::scenes::{helix, named, straight};
+use crate::own_energy::energies::{Foundation, Magnet};
+use crate::own_energy::scenes::{helix, named, straight};
 use rodfit::energy::At;
 use rodfit::fit::{Analysis, Refinement, Sample};
 use rodfit::scene::{Scene, Time};

@@ -1,7 +1,7 @@
 //! Files, checks, names, and what is refused.
 
-use crate::energies::{Bending, Everything, Floor, Foundation, Magnet};
-use crate::scenes::{helix, named, straight, with_both};
+use crate::own_energy::energies::{Bending, Everything, Floor, Foundation, Magnet};
+use crate::own_energy::scenes::{helix, named, straight, with_both};
 use rodfit::check::{Configuration, Tolerance, check_own, check_problem};
 use rodfit::dynamics::SimulationReport;
 use rodfit::energy::At;
@@ -112,9 +112,9 @@ fn scenes_that_make_no_sense_are_refused() {
 /// An energy that becomes no number while the rod moves is named.
 #[test]
 fn no_numbers_end_a_run() {
-    for scheme in crate::scenes::schemes() {
+    for scheme in crate::own_energy::scenes::schemes() {
         let floor = Floor { height: -1.0, bottom: -0.003 };
-        let scene = crate::scenes::in_scheme(straight(8), scheme);
+        let scene = crate::own_energy::scenes::in_scheme(straight(8), scheme);
         let problem = scene.with_energy("floor", At::End, floor, [1.0]).problem().unwrap();
         let error = told(problem.simulate());
         assert!(error.contains("energy.floor, 0.3 m"), "{scheme:?}: {error}");

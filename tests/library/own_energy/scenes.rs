@@ -1,6 +1,6 @@
 //! Scenes to attach them to.
 
-use crate::energies::{Foundation, Magnet};
+use crate::own_energy::energies::{Foundation, Magnet};
 use rodfit::Parameter;
 use rodfit::energy::At;
 use rodfit::scene::*;
