@@ -76,7 +76,7 @@ pub struct Advice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Study {
-    /// All runs.
+    /// All runs, in the order of schemes, meshes and steps.
     pub rows: Vec<Row>,
     /// How far the reference is from the nearest other run, over the length: errors below are
     /// indistinguishable from its own.

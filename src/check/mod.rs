@@ -152,7 +152,7 @@ pub struct CheckReport {
     pub valley: Vec<ValleyPoint>,
     /// How many states were compared.
     pub states: usize,
-    /// What passes.
+    /// The limits that errors must stay below.
     pub tolerance: Tolerance,
 }
 

@@ -57,7 +57,7 @@ use crate::scene::Scheme;
 /// The numbers of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepCoefficients<D> {
-    /// Step, s.
+    /// Length of the step, s.
     pub h: f64,
     /// Factor h^2 beta^2 of the forces at the end, s^2; h^2/2 of their average.
     pub end: D,

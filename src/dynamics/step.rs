@@ -9,7 +9,7 @@ use std::ops::Range;
 /// What the work of a simulation consists of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Work {
-    /// Time steps.
+    /// Time steps that were taken.
     pub steps: usize,
     /// Newton iterations: linear solves for a correction of the step.
     pub newton_iterations: usize,

@@ -66,7 +66,7 @@ pub struct Stiffness<D> {
     /// Of bending: `[b11, b12, b22]`, symmetric in the material frame; `[EI1, 0, EI2]/dl` where
     /// nothing couples them.
     pub bend: [D; 3],
-    /// Of twisting, GJ/dl.
+    /// Stiffness of twisting, GJ/dl, N m.
     pub twist: D,
     /// Between each curvature and twisting, zero where nothing couples them.
     pub coupling: [D; 2],

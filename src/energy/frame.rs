@@ -25,7 +25,7 @@ pub struct EdgeFrame<D> {
 /// The reference of all edges and inner nodes.
 #[derive(Clone, Debug)]
 pub struct Frames<D> {
-    /// One per edge.
+    /// The frame of every edge, from the start.
     pub edges: Vec<EdgeFrame<D>>,
     /// Reference twist, one per inner node, rad.
     pub twist: Vec<D>,

@@ -42,7 +42,7 @@ pub trait Energy<const N: usize> {
 
 /// An [`Energy`] with derivatives derived by hand.
 pub trait Analytic<const N: usize>: Energy<N> {
-    /// dE/dq.
+    /// The gradient dE/dq, J over the units of `q`.
     fn gradient(&self, q: &[f64; N]) -> [f64; N];
     /// d2E/dq2, all of the symmetric matrix.
     fn hessian(&self, q: &[f64; N]) -> [[f64; N]; N];
@@ -62,9 +62,9 @@ pub enum Derivatives {
 /// An element's energy with its derivatives with respect to its own `N` unknowns.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<D, const N: usize> {
-    /// E, J.
+    /// The energy, J.
     pub energy: D,
-    /// dE/dq.
+    /// The gradient dE/dq, in the order of the unknowns.
     pub gradient: [D; N],
     /// d2E/dq2, all of the symmetric matrix.
     pub hessian: [[D; N]; N],

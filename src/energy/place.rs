@@ -14,7 +14,7 @@ pub type Directors<D> = [Vector<D>; 3];
 /// One element of an energy on a mesh.
 #[derive(Clone, Debug)]
 pub struct Spot<D> {
-    /// Its first node.
+    /// The first node of the element.
     pub first: usize,
     /// Its part of a point between two elements.
     pub weight: Option<D>,

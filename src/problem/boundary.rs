@@ -30,7 +30,7 @@ pub struct BoundaryMotion<D = f64> {
 /// An end that a support holds, and may move.
 #[derive(Clone, Debug)]
 pub struct MovedEnd<D = f64> {
-    /// Which end.
+    /// The end that is held.
     pub end: End,
     /// The motions it is given, vectors in the model's axes.
     pub motions: Vec<Motion<D>>,

@@ -63,7 +63,7 @@ pub struct Problem {
 #[derive(Debug)]
 pub struct Discretized<'a, M: Model<W>, const W: usize> {
     pub(crate) problem: &'a Problem,
-    /// The model.
+    /// The model that was chosen.
     pub model: &'a M,
     pub(crate) setup: &'a Setup<f64, M, W>,
 }
@@ -76,9 +76,9 @@ pub type SpatialProblem<'a> = Discretized<'a, SpatialModel, SPATIAL_BAND>;
 /// A problem by its model.
 #[derive(Debug)]
 pub enum AnyProblem<'a> {
-    /// In a plane.
+    /// A problem of a plane.
     Planar(PlanarProblem<'a>),
-    /// In space.
+    /// A problem of space.
     Spatial(SpatialProblem<'a>),
 }
 

@@ -74,11 +74,11 @@ use num_dual::Dual64;
 /// A force and a moment on a node, in world axes.
 #[derive(Clone, Copy, Debug)]
 pub struct NodalLoad<D = f64> {
-    /// Which node.
+    /// The node it acts on.
     pub node: usize,
-    /// N.
+    /// Force, N.
     pub force: [D; 3],
-    /// N m.
+    /// Moment, N m.
     pub moment: [D; 3],
 }
 

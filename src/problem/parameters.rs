@@ -19,7 +19,7 @@ use std::fmt;
 pub struct ListedParameter {
     /// Its place in the file.
     pub name: String,
-    /// Short names.
+    /// Short names that mean the same number.
     pub aliases: Vec<String>,
     /// In the scene.
     pub value: f64,

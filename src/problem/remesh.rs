@@ -16,8 +16,9 @@ mod tests {
     use super::*;
     use crate::scene::{Material, Point, PointForce, Section, Shape};
 
-    /// A cantilever with a force on an inner node droops alike on other meshes. On the nearest node of
-    /// 12 edges it would droop 1.5 % more, three times what is allowed here.
+    /// A cantilever with a force on an inner node droops alike on other meshes, but for the meshes' own
+    /// error of second order (`forces_between_nodes` measures it). On the nearest node of 12 edges it would
+    /// droop 1.5 % more, twice what is allowed here.
     #[test]
     fn loads_stay_where_they_are() {
         let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
@@ -31,12 +32,15 @@ mod tests {
         let same = problem.remeshed(30).problem().unwrap();
         assert!((same.equilibrium().unwrap().tip[1] - tip).abs() < 1e-12);
         for segments in [12, 23, 38, 60] {
-            let other = problem.remeshed(segments);
-            let sum: f64 = other.loads.point.iter().map(|load| load.force[1]).sum();
-            assert!((sum - 0.52).abs() < 1e-14);
-            let found = other.problem().unwrap().equilibrium().unwrap().tip[1];
-            println!("{segments}: {:.1e} of {tip}", found / tip - 1.0);
-            assert!((found / tip - 1.0).abs() < 5e-3, "{segments}: {found} {tip}");
+            let other = problem.remeshed(segments).problem().unwrap();
+            let loads = other.planar().unwrap().setup.loads();
+            assert!((loads.iter().map(|load| load.force[1]).sum::<f64>() - 0.52).abs() < 1e-14);
+            let off = other.equilibrium().unwrap().tip[1] / tip - 1.0;
+            // Edges over the distance of the force from the wall.
+            let edge = |segments: usize| (0.5 / (segments as f64 - 0.5)) / (0.5 * 16.5 / 29.5);
+            let allowed = 0.3 * (edge(segments).powi(2) + edge(30).powi(2));
+            println!("{segments}: {off:.1e} of {tip}, allowed {allowed:.1e}");
+            assert!(off.abs() < allowed, "{segments}: {off:e}");
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::numerics::scalar::Scalar;
 /// The state of a rod at one time. Lengths: the rod's degrees of freedom, or its strains.
 #[derive(Clone, Debug)]
 pub struct State<D, F> {
-    /// Time, s.
+    /// The time of the state, s.
     pub time: f64,
     /// Unknowns, m (rad for angles).
     pub q: Vec<D>,

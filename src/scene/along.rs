@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
     expecting = "expected a number, or a list of numbers, one for each part of the rod"
 )]
 pub enum Along<D = f64> {
-    /// Of the whole rod.
+    /// One number for the whole rod.
     Whole(D),
-    /// Of each part.
+    /// One number for each of as many equal parts of the length.
     Parts(Vec<D>),
 }
 

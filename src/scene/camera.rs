@@ -15,10 +15,10 @@ pub struct Camera<D = f64> {
     /// What the recording's clock shows when the motion starts, s.
     #[serde(default)]
     pub time_offset: D,
-    /// Recorded over real lengths.
+    /// Recorded lengths over real ones.
     #[serde(default = "one")]
     pub pixel_scale: D,
-    /// rad.
+    /// Turn of the camera about the normal of the scene's plane, rad.
     #[serde(default)]
     pub in_plane_rotation: D,
     /// Where the clamp is recorded, less where it is in the scene, m.

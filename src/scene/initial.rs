@@ -45,9 +45,9 @@ pub enum InitialState {
     /// In its rest shape.
     #[default]
     Rest,
-    /// In another shape.
+    /// At rest in another shape, which the scene gives.
     Shape,
-    /// In equilibrium.
+    /// In equilibrium under its loads.
     Equilibrium,
 }
 

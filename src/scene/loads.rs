@@ -13,7 +13,7 @@ pub struct Loads<D = f64> {
     /// Acceleration, m/s^2.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub gravity: [D; 3],
-    /// Damping.
+    /// What damps the motion.
     #[serde(default)]
     pub damping: Damping<D>,
     /// Constant forces and moments on nodes.

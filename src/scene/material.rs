@@ -9,14 +9,14 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Material<D = f64> {
-    /// kg/m^3.
+    /// Density, kg/m^3.
     pub density: D,
-    /// E, Pa.
+    /// Young's modulus E, Pa.
     pub youngs_modulus: D,
-    /// In (-1, 0.5]; a spatial scene needs this or the shear modulus, a planar one neither.
+    /// Poisson's ratio in (-1, 0.5]; a spatial scene needs this or the shear modulus, a planar one neither.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson_ratio: Option<D>,
-    /// G, Pa.
+    /// Shear modulus G, Pa; in place of the ratio.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_modulus: Option<D>,
 }

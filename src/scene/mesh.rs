@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 /// Nodes of the rest shape.
 #[derive(Clone, Debug)]
 pub struct Mesh<D = f64> {
-    /// Positions, m.
+    /// Positions of the nodes, m.
     pub nodes: Vec<[D; 3]>,
     /// Arc length of every node from the wall, m; negative behind the wall.
     pub arc_length: Vec<D>,

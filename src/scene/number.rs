@@ -36,7 +36,7 @@ pub enum Candidates {
     Here,
     /// From the first to the second, in so many values a decade.
     Decades(f64, f64, f64),
-    /// These values.
+    /// These values and no others.
     Values(&'static [f64]),
     /// These values over the rod's length.
     PerLength(&'static [f64]),
@@ -70,7 +70,7 @@ impl Quantity {
     /// An angle in rad, up to half a turn.
     pub const ANGLE: Self = Self::signed("rad").within(-PI, PI);
 
-    /// With limits.
+    /// The same quantity with limits.
     pub const fn within(self, low: f64, high: f64) -> Self {
         Self { limits: [low, high], ..self }
     }

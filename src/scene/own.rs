@@ -24,7 +24,7 @@ use std::sync::Arc;
 pub enum At {
     /// The first element of the rod.
     Start,
-    /// The last.
+    /// The last element of the rod.
     End,
     /// A point by its arc length from the wall, m.
     ArcLength(f64),

@@ -65,25 +65,25 @@ macro_rules! short_names {
 }
 
 short_names! {
-    /// E, Pa. Holds the shear modulus or Poisson's ratio, whichever the scene gives.
+    /// Young's modulus E, Pa. A fit of it holds the shear modulus or Poisson's ratio, whichever the scene gives.
     YoungsModulus = "youngs_modulus": "material.youngs_modulus";
-    /// G, Pa.
+    /// Shear modulus G, Pa.
     ShearModulus = "shear_modulus": "material.shear_modulus";
     /// Poisson's ratio.
     PoissonRatio = "poisson_ratio": "material.poisson_ratio";
-    /// kg/m^3.
+    /// Density, kg/m^3.
     Density = "density": "material.density";
-    /// Of a circular section, m.
+    /// Radius of a circular section, m.
     Radius = "radius": "rod.section.radius";
-    /// Of a rectangular section, across `up`, m.
+    /// Width of a rectangular section, across `up`, m.
     Width = "width": "rod.section.width";
-    /// Of a rectangular section, along `up`, m.
+    /// Height of a rectangular section, along `up`, m.
     Height = "height": "rod.section.height";
     /// Factor on the curvature of the rest shape.
     NaturalCurvature = "natural_curvature": "rod.natural_curvature";
     /// Twist per length that the rod has when nothing acts on it, rad/m.
     NaturalTwist = "natural_twist": "rod.natural_twist";
-    /// Of the Newmark-beta scheme.
+    /// The number beta of the Newmark-beta scheme.
     Beta = "beta": "time.beta";
     /// Mass-proportional damping, 1/s.
     DampingMass = "damping.mass": "loads.damping.mass";
@@ -93,27 +93,27 @@ short_names! {
     ClampAngle = "clamp_angle": "supports.angle";
     /// Velocity of the rod at t = 0 along x, m/s.
     InitialVelocityX = "initial.velocity.x": "initial.velocity.x";
-    /// The same along y.
+    /// Its component along y.
     InitialVelocityY = "initial.velocity.y": "initial.velocity.y";
-    /// The same along z.
+    /// Its component along z.
     InitialVelocityZ = "initial.velocity.z": "initial.velocity.z";
     /// Angular velocity of the rod at t = 0 about x, rad/s.
     InitialAngularVelocityX = "initial.angular_velocity.x": "initial.angular_velocity.x";
-    /// The same about y.
+    /// Its component about y.
     InitialAngularVelocityY = "initial.angular_velocity.y": "initial.angular_velocity.y";
-    /// The same about z.
+    /// Its component about z.
     InitialAngularVelocityZ = "initial.angular_velocity.z": "initial.angular_velocity.z";
     /// What the recording's clock shows when the motion starts, s.
     TimeOffset = "time_offset": "camera.time_offset";
-    /// Recorded over real lengths.
+    /// Recorded lengths over real ones.
     PixelScale = "pixel_scale": "camera.pixel_scale";
-    /// Of the camera about the normal of the scene's plane, rad.
+    /// Turn of the camera about the normal of the scene's plane, rad.
     InPlaneRotation = "in_plane_rotation": "camera.in_plane_rotation";
     /// Where the clamp is recorded, less where it is in the scene, along x, m.
     ClampPositionX = "clamp_position.x": "camera.clamp_position.x";
-    /// The same along y.
+    /// Its component along y.
     ClampPositionY = "clamp_position.y": "camera.clamp_position.y";
-    /// The same along z.
+    /// Its component along z.
     ClampPositionZ = "clamp_position.z": "camera.clamp_position.z";
 }
 

@@ -18,9 +18,9 @@ pub struct RodSpec<D = f64> {
     /// Number of edges, 2 to 1e7; by default as many as a polyline has.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segments: Option<usize>,
-    /// Rest shape.
+    /// Shape of the rod when nothing acts on it.
     pub shape: Shape<D>,
-    /// Cross-section.
+    /// Cross-section, the same all along the rod.
     pub section: Section<D>,
     /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
     /// so many times as curved. A list gives one for each of as many equal parts of its length; a

@@ -14,14 +14,14 @@ use std::f64::consts::PI;
 pub enum Section<D = f64> {
     /// A full circle.
     Circle {
-        /// m.
+        /// Radius, m.
         radius: D,
     },
     /// A rectangle, `height` along `up`.
     Rectangle {
         /// Across `up`, m.
         width: D,
-        /// Along `up`, m.
+        /// Height, along `up`, m.
         height: D,
         /// A direction; its part across the first edge counts.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
@@ -29,7 +29,7 @@ pub enum Section<D = f64> {
     },
     /// Any section, by its constants.
     Custom {
-        /// m^2.
+        /// Area of the section, m^2.
         area: D,
         /// Second moment that resists bending in the plane of `up`, m^4.
         i1: D,
@@ -128,7 +128,7 @@ impl<D: Scalar> Section<D> {
 /// What the stiffnesses and the inertia of a section come from.
 #[derive(Clone, Copy, Debug)]
 pub struct Moments<D> {
-    /// m^2.
+    /// Area of the section, m^2.
     pub area: D,
     /// Second moments of area in the plane of `up` and across it, m^4.
     pub second_moments: [D; 2],

@@ -18,18 +18,18 @@ use std::sync::Arc;
 pub enum Shape<D = f64> {
     /// From the origin along `direction`.
     Straight {
-        /// m.
+        /// Length of the rod, m.
         length: D,
-        /// Any non-zero vector.
+        /// Where it goes from the origin: any non-zero vector.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         direction: [D; 3],
     },
     /// `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for the
     /// axis `[0, 0, -1]` and left-handed.
     Helix {
-        /// Along the curve, m.
+        /// Length along the curve, m.
         length: D,
-        /// R, m.
+        /// Radius R of the helix, m.
         radius: D,
         /// Advance along the axis per turn, m.
         pitch: D,
@@ -41,7 +41,7 @@ pub enum Shape<D = f64> {
     },
     /// In the xy plane, from the origin along +x, curving toward +y.
     Arc {
-        /// Along the curve, m.
+        /// Length along the curve, m.
         length: D,
         /// Total turning angle, rad.
         angle: D,

@@ -68,7 +68,7 @@ impl<D: From<f64>> Default for Supports<D> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Support {
-    /// Nothing.
+    /// Nothing holds the end.
     #[default]
     Free,
     /// A hinge: the end stays where it is.
@@ -94,7 +94,7 @@ pub enum Clamp {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Motion<D = f64> {
-    /// Which end.
+    /// The end that moves.
     pub end: End,
     /// How far the end goes, m.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
@@ -129,12 +129,12 @@ pub enum End {
 /// When the supports' motions are asked for.
 #[derive(Clone, Copy, Debug)]
 pub enum Moment<D> {
-    /// At a time, s.
+    /// The moment at a time, s.
     Time(D),
     /// On the way to a state at rest, of which this part is done: that at t = 0, or, `settled`,
     /// the one where every ramp has come to its end.
     Approach {
-        /// From 0 to 1.
+        /// How much of the way is done, from 0 to 1.
         part: D,
         /// Whether ramps have come to their end.
         settled: bool,

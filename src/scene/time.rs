@@ -13,9 +13,9 @@ const MOST_STEPS: f64 = 1e9;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "TimeForm<D>", into = "TimeForm<D>", bound = "D: Written")]
 pub struct Time<D = f64> {
-    /// Duration, s.
+    /// Duration of the simulation, s.
     pub end: f64,
-    /// Step, s.
+    /// Length of a step, s.
     pub step: f64,
     /// The time integrator.
     pub scheme: Scheme,

@@ -48,7 +48,7 @@ const SMALLEST: f64 = 1e-9;
 /// Unknowns and frames at rest.
 #[derive(Clone, Debug)]
 pub struct Rest<F> {
-    /// Unknowns.
+    /// The unknowns at rest, m (rad for angles).
     pub q: Vec<f64>,
     /// Frames, moved to `q`.
     pub frames: F,

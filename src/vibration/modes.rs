@@ -48,9 +48,9 @@ pub enum Plane {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Kind {
-    /// Bending.
+    /// The rod bends.
     Bending,
-    /// Twisting.
+    /// The rod twists.
     Torsion,
     /// Stretching, of a rod that moves along itself.
     Axial,
@@ -95,7 +95,7 @@ pub struct Mode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Modes {
-    /// Which state.
+    /// The state that the rod vibrates about.
     pub about: About,
     /// How many directions are unstable; the first 200 of either plane, or as many as were asked
     /// for, are among the modes.

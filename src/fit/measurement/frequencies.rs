@@ -43,7 +43,7 @@ impl Frequencies {
         }
     }
 
-    /// The same in Hz.
+    /// Measured frequencies given in Hz.
     pub fn hz(hz: &[f64], sigma: f64) -> Self {
         let tau = std::f64::consts::TAU;
         Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau)

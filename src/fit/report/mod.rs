@@ -27,7 +27,7 @@ use std::time::Instant;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct DroppedRows {
-    /// The file.
+    /// The file the rows are missing from.
     pub observation: String,
     /// How many rows, and why.
     #[serde(flatten)]

@@ -25,9 +25,9 @@ pub(crate) struct Optimum {
     pub x: Vec<f64>,
     /// Half the sum of the losses.
     pub cost: f64,
-    /// Of all measurements and then of the priors, plain, without a robust loss.
+    /// Residuals of all measurements and then of the priors, plain, without a robust loss.
     pub residuals: Vec<f64>,
-    /// Of the same.
+    /// Derivatives of those residuals by the unknowns on their scales.
     pub jacobian: Vec<Vec<f64>>,
     /// Residuals of each measurement.
     pub counts: Vec<usize>,

@@ -29,6 +29,6 @@ pub enum Refinement {
     Linearized,
     /// From fits with the finer mesh and the finer step.
     Refitted,
-    /// Not at all.
+    /// The discretisation error is not estimated.
     None,
 }

@@ -32,7 +32,7 @@ pub(crate) struct Covariance {
     pub singular_values: Vec<f64>,
     /// Covariance over the variance of the noise, along the directions the data see.
     inverse: Vec<Vec<f64>>,
-    /// Of the noise.
+    /// Variance of the noise.
     variance: f64,
 }
 

@@ -60,7 +60,7 @@ pub(crate) enum Weight {
     Contradiction,
     /// Mesh and step may be off by more than the intervals say.
     Numerics,
-    /// Good to know.
+    /// Good to know, and no reason to doubt.
     Note,
 }
 
