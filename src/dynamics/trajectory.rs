@@ -187,9 +187,9 @@ impl Trajectory {
     /// let tip = problem.nodes() - 1;
     /// let mut plain = Trajectory::new(&problem, &[tip], &[])?;
     /// plain.run(&problem, 100, |_| {})?;
-    /// let twice = plain.over(|parameter, value| match parameter {
-    ///     Parameter::YoungsModulus => HyperDual64::new(value, 1.0, 1.0, 0.0),
-    ///     _ => HyperDual64::from(value),
+    /// let twice = plain.over(|parameter, value| {
+    ///     let along = f64::from(parameter == Parameter::YoungsModulus);
+    ///     HyperDual64::new(value, along, along, 0.0)
     /// })?;
     /// let [_, y, _] = twice.tip(100); // m; y.eps1 in m/Pa, y.eps1eps2 in m/Pa^2
     /// # assert!((y.re - plain.tip(100)[1]).abs() < 1e-12 && y.eps1eps2 != 0.0);

@@ -7,6 +7,7 @@ use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Loads, PointForce};
 use crate::scene::material::Material;
 use crate::scene::number::Quantity;
+use crate::scene::point::Point;
 use crate::scene::rod::RodSpec;
 use crate::scene::section::Section;
 use crate::scene::shape::{Handedness, Shape};
@@ -432,7 +433,8 @@ fn specimens() -> [Scene; 4] {
         }
         let motion = Motion { ramp: Some(1.0), frequency: Some(1.0), ..Motion::default() };
         scene.supports = Supports { motion: vec![motion], ..Supports::default() };
-        let point = vec![PointForce::default()];
+        let node = Point::ArcLength(1.0);
+        let point = vec![PointForce { node, ..PointForce::default() }];
         scene.loads =
             Loads { damping: Damping::default(), point: point.clone(), ..Loads::default() };
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
