@@ -4,6 +4,18 @@
 //! factorisation takes no pivots. It is backward stable when the matrix is positive definite; when
 //! it is not, the number of negative pivots says so and the solution is checked by its
 //! [residual](BandMatrix::residual).
+//!
+//! Row by row, an elimination mostly waits: each pivot for the inverse of the one before, each
+//! unknown for its neighbour. So it is done from both ends at once, in the order first row, last row,
+//! second row, ..., until the two meet in `W` or `W + 1` rows in the middle, which come last. This is
+//! L D L^T of the same matrix with its rows and columns in another order: as stable, and with as
+//! many negative pivots. The two ends do the same with different numbers, side by side in memory,
+//! so that one vector instruction serves both.
+
+mod elimination;
+mod ldlt;
+
+pub use ldlt::{Ldlt, Singular};
 
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
@@ -169,158 +181,6 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     }
 }
 
-/// The factors L D L^T of a [`BandMatrix`], restricted to a range of its rows and columns.
-#[derive(Clone, Debug)]
-pub struct Ldlt<D, const W: usize> {
-    inverse_pivots: Vec<D>,
-    lower: Vec<[D; W]>,
-    range: Range<usize>,
-    negative_pivots: usize,
-}
-
-/// A pivot of the factorisation is zero or not a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the matrix is singular at row {row}")]
-pub struct Singular {
-    /// Row of the pivot.
-    pub row: usize,
-}
-
-impl<D: Scalar, const W: usize> Ldlt<D, W> {
-    /// Room for the factors of matrices of `n` rows.
-    pub fn with_order(n: usize) -> Self {
-        Self {
-            inverse_pivots: vec![D::from(0.0); n + W],
-            lower: vec![[D::from(0.0); W]; n + W],
-            range: 0..0,
-            negative_pivots: 0,
-        }
-    }
-
-    /// Factors the rows and columns of `range`; allocates nothing.
-    pub fn factor(
-        &mut self,
-        matrix: &BandMatrix<D, W>,
-        range: Range<usize>,
-    ) -> Result<(), Singular> {
-        self.load(matrix, range, |_, d| d, |b| b)
-    }
-
-    /// Factors `diag(diagonal) * scale + factor * matrix` over `range` without forming it.
-    #[inline]
-    pub fn factor_sum(
-        &mut self,
-        diagonal: &[D],
-        scale: D,
-        matrix: &BandMatrix<D, W>,
-        factor: D,
-        range: Range<usize>,
-    ) -> Result<(), Singular> {
-        self.load(matrix, range, |j, d| diagonal[j] * scale + d * factor, |b| b * factor)
-    }
-
-    #[inline]
-    fn load(
-        &mut self,
-        matrix: &BandMatrix<D, W>,
-        range: Range<usize>,
-        diagonal: impl Fn(usize, D) -> D,
-        below: impl Fn(D) -> D,
-    ) -> Result<(), Singular> {
-        for j in range.clone() {
-            self.inverse_pivots[j] = diagonal(j, matrix.diagonal[j]);
-            self.lower[j] = matrix.below[j].map(&below);
-        }
-        // Nothing couples to what lies beyond the range.
-        for j in range.end.saturating_sub(W).max(range.start)..range.end {
-            self.lower[j][range.end - 1 - j..].fill(D::from(0.0));
-        }
-        self.range = range;
-        self.eliminate()
-    }
-
-    fn eliminate(&mut self) -> Result<(), Singular> {
-        self.negative_pivots = 0;
-        let Range { start, end } = self.range;
-        let mut pivot = self.inverse_pivots[start];
-        for j in start..end {
-            let value = pivot.value();
-            if value == 0.0 || !value.is_finite() {
-                return Err(Singular { row: j });
-            }
-            self.negative_pivots += usize::from(value < 0.0);
-            let inverse = pivot.recip();
-            let column = self.lower[j];
-            let scaled = column.map(|entry| entry * inverse);
-            self.inverse_pivots[j] = inverse;
-            self.lower[j] = scaled;
-            let pivots: &mut [D; W] = array_mut(&mut self.inverse_pivots, j + 1);
-            let columns: &mut [[D; W]; W] = array_mut(&mut self.lower, j + 1);
-            // The next pivot waits for this one's inverse; its square is ready before that.
-            pivot = pivots[0] - column[0] * column[0] * inverse;
-            for p in 0..W {
-                pivots[p] -= scaled[p] * column[p];
-                for r in p + 1..W {
-                    columns[p][r - p - 1] -= scaled[p] * column[r];
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
-    pub fn negative_pivots(&self) -> usize {
-        self.negative_pivots
-    }
-
-    /// Solves `A x = b` in place for `R` right-hand sides side by side, over the factored range;
-    /// `x` has as many rows as the matrix, and rows outside the range become zero.
-    #[inline]
-    pub fn solve_many<const R: usize>(&self, x: &mut [[D; R]]) {
-        let Range { start, end } = self.range;
-        x[..start].fill([D::from(0.0); R]);
-        x[end..].fill([D::from(0.0); R]);
-        // The rows a column acts on stay in registers: row j + p in window[p].
-        let row = |x: &[[D; R]], i: usize| x.get(i).copied().unwrap_or([D::from(0.0); R]);
-        let mut window: [[D; R]; W] = std::array::from_fn(|p| row(x, start + p));
-        for j in start..end {
-            let xj = window[0];
-            let column = &self.lower[j];
-            let entering = row(x, j + W);
-            for p in 0..W {
-                let next = if p + 1 < W { window[p + 1] } else { entering };
-                for r in 0..R {
-                    window[p][r] = next[r] - column[p] * xj[r];
-                }
-            }
-            x[j] = xj;
-        }
-        // Row j + 1 + p in window[p].
-        let mut window = [[D::from(0.0); R]; W];
-        for j in (start..end).rev() {
-            let (pivot, column) = (self.inverse_pivots[j], &self.lower[j]);
-            let mut sum = x[j].map(|xr| xr * pivot);
-            // The far rows first: they are known earliest, which shortens the dependency chain.
-            for p in (0..W).rev() {
-                for r in 0..R {
-                    sum[r] -= column[p] * window[p][r];
-                }
-            }
-            for p in (1..W).rev() {
-                window[p] = window[p - 1];
-            }
-            window[0] = sum;
-            x[j] = sum;
-        }
-    }
-
-    /// Solves `A x = b` in place for one right-hand side.
-    #[inline]
-    pub fn solve(&self, x: &mut [D]) {
-        self.solve_many(x.as_chunks_mut::<1>().0);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -343,6 +203,67 @@ mod tests {
         a
     }
 
+    /// A band without structure, of any width; positive definite without `shift`.
+    fn band<const W: usize>(n: usize, shift: f64) -> BandMatrix<f64, W> {
+        let mut a = BandMatrix::zeros(n);
+        for j in 0..n {
+            a.diagonal[j] = 2.0 + shift + (j % 3) as f64;
+            for p in 0..W.min(n - 1 - j) {
+                a.below[j][p] = ((j * 13 + p * 5) % 17) as f64 / (17.0 * W as f64) - 0.4 / W as f64;
+            }
+        }
+        a
+    }
+
+    /// The solution over `range` by L D L^T from the first row to the last.
+    fn solve_from_the_top<const W: usize>(
+        a: &BandMatrix<f64, W>,
+        range: Range<usize>,
+        b: &[f64],
+    ) -> Vec<f64> {
+        let n = range.len();
+        let mut rows =
+            nalgebra::DMatrix::from_fn(n, n, |i, j| a.get(range.start + i, range.start + j));
+        let mut x = nalgebra::DVector::from_column_slice(&b[range]);
+        for j in 0..n {
+            for i in j + 1..n {
+                let factor = rows[(i, j)] / rows[(j, j)];
+                for k in j..n {
+                    rows[(i, k)] -= factor * rows[(j, k)];
+                }
+                x[i] -= factor * x[j];
+            }
+        }
+        assert!(rows.solve_upper_triangular_mut(&mut x));
+        x.as_slice().to_vec()
+    }
+
+    #[test]
+    fn both_ends_solve_as_one_does_over_ranges_of_every_length() {
+        fn check<const W: usize>() {
+            let a = band::<W>(45, 0.0);
+            let b: Vec<f64> = (0..45).map(|i| (i as f64).sin()).collect();
+            let mut ldlt = Ldlt::with_order(45);
+            // Long ones before short ones, so that nothing left behind may count.
+            for length in (1..=40).rev() {
+                for start in [0, 3, 45 - length] {
+                    let range = start..start + length;
+                    ldlt.factor(&a, range.clone()).unwrap();
+                    let mut x = b.clone();
+                    ldlt.solve(&mut x);
+                    let expected = solve_from_the_top(&a, range.clone(), &b);
+                    for (x, expected) in x[range].iter().zip(&expected) {
+                        assert!((x - expected).abs() < 1e-14, "W = {W}, {length} rows");
+                    }
+                }
+            }
+        }
+        check::<1>();
+        check::<3>();
+        check::<5>();
+        check::<10>();
+    }
+
     #[test]
     fn solves_over_a_range_and_leaves_the_rest_zero() {
         let a = matrix(20, 0.0);
@@ -359,25 +280,82 @@ mod tests {
 
     #[test]
     fn many_right_hand_sides_are_each_the_single_solution() {
-        let a = matrix(20, 0.0);
-        let mut ldlt = Ldlt::with_order(20);
-        ldlt.factor(&a, 2..19).unwrap();
-        let mut both: Vec<[f64; 2]> = (0..20).map(|i| [i as f64, 1.0 / (1.0 + i as f64)]).collect();
-        let mut single: Vec<f64> = both.iter().map(|b| b[1]).collect();
-        ldlt.solve_many(&mut both);
-        ldlt.solve(&mut single);
-        assert!(both.iter().zip(&single).all(|(b, s)| b[1] == *s));
+        fn check<const W: usize, const R: usize>() {
+            let mut ldlt = Ldlt::with_order(40);
+            ldlt.factor(&band::<W>(40, 0.0), 2..39).unwrap();
+            let b = |i: usize, r: usize| (i as f64 + 1.0 / (1.0 + r as f64)).cos();
+            let mut all: Vec<[f64; R]> =
+                (0..40).map(|i| std::array::from_fn(|r| b(i, r))).collect();
+            ldlt.solve_many(&mut all);
+            for r in 0..R {
+                let mut single: Vec<f64> = (0..40).map(|i| b(i, r)).collect();
+                ldlt.solve(&mut single);
+                assert!(all.iter().zip(&single).all(|(all, single)| all[r] == *single));
+            }
+        }
+        check::<5, 2>();
+        check::<5, 3>();
+        check::<5, 4>();
+        check::<10, 2>();
+        check::<10, 3>();
     }
 
     #[test]
     fn negative_pivots_count_negative_eigenvalues() {
-        for shift in [0.0, -2.9, -6.1, -20.0] {
-            let a = matrix(12, shift);
-            let dense = nalgebra::DMatrix::from_fn(12, 12, |i, j| a.get(i, j));
-            let negative = dense.symmetric_eigenvalues().iter().filter(|l| **l < 0.0).count();
-            let mut ldlt = Ldlt::with_order(12);
-            ldlt.factor(&a, 0..12).unwrap();
-            assert_eq!(ldlt.negative_pivots(), negative);
+        for n in [5, 12, 13, 29] {
+            for shift in [0.0, -2.9, -6.1, -20.0] {
+                let a = matrix(n, shift);
+                let dense = nalgebra::DMatrix::from_fn(n, n, |i, j| a.get(i, j));
+                let negative = dense.symmetric_eigenvalues().iter().filter(|l| **l < 0.0).count();
+                let mut ldlt = Ldlt::with_order(n);
+                ldlt.factor(&a, 0..n).unwrap();
+                assert_eq!(ldlt.negative_pivots(), negative, "{n} rows, {shift}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_singular_row_is_named_wherever_it_stands() {
+        let mut ldlt = Ldlt::<f64, 3>::with_order(20);
+        for row in 2..19 {
+            for pivot in [0.0, f64::NAN, f64::INFINITY] {
+                let mut a = BandMatrix::zeros(20);
+                for j in 0..20 {
+                    a.diagonal[j] = if j == row { pivot } else { 1.0 - 2.0 * (j % 2) as f64 };
+                }
+                assert_eq!(ldlt.factor(&a, 2..19), Err(Singular { row }), "{pivot}");
+            }
+        }
+        let mut ones = BandMatrix::zeros(20);
+        ones.diagonal.fill(1.0);
+        assert_eq!(ldlt.factor(&ones, 2..19), Ok(()));
+        assert_eq!(ldlt.negative_pivots(), 0);
+    }
+
+    #[test]
+    fn dual_numbers_carry_the_derivative_of_the_solution() {
+        use num_dual::Dual64;
+        // (A + p B) x = b: x' = -A^-1 B x.
+        let (a, slope) = (band::<5>(30, 0.0), band::<5>(30, -1.7));
+        let mut dual = BandMatrix::<Dual64, 5>::zeros(30);
+        for j in 0..30 {
+            dual.diagonal[j] = Dual64::new(a.diagonal[j], slope.diagonal[j]);
+            dual.below[j] = std::array::from_fn(|p| Dual64::new(a.below[j][p], slope.below[j][p]));
+        }
+        let b: Vec<f64> = (0..30).map(|i| (i as f64).sin()).collect();
+        let mut x: Vec<Dual64> = b.iter().map(|b| Dual64::from(*b)).collect();
+        let mut ldlt = Ldlt::with_order(30);
+        ldlt.factor(&dual, 0..30).unwrap();
+        ldlt.solve(&mut x);
+
+        let mut plain = Ldlt::with_order(30);
+        plain.factor(&a, 0..30).unwrap();
+        let mut value = b.clone();
+        plain.solve(&mut value);
+        let mut derivative = slope.residual(0..30, &value, &[0.0; 30]);
+        plain.solve(&mut derivative);
+        for (x, (value, derivative)) in x.iter().zip(value.iter().zip(&derivative)) {
+            assert!((x.re - value).abs() < 1e-15 && (x.eps - derivative).abs() < 1e-14);
         }
     }
 

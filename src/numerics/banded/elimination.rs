@@ -1,0 +1,222 @@
+//! L D L^T of bands from the first row down, for several bands in step.
+
+use super::array;
+use crate::numerics::scalar::Scalar;
+use std::ops::Range;
+
+/// A pivot and the column below it, one of each band.
+pub(super) type Column<D, const W: usize, const S: usize> = ([D; S], [[D; S]; W]);
+
+/// Rows of unknowns that follow each other, of `C` right-hand sides and `S` bands.
+pub(super) type Window<D, const W: usize, const S: usize, const C: usize> = [[[D; S]; C]; W];
+
+/// The eliminations of `S` bands in step; none touches what another reads.
+///
+/// Columns are formed one after the other, each from the `W` columns before it: every entry is read
+/// once where the matrix has it, collects its sum in a register and is written once.
+#[derive(Clone, Debug)]
+pub(super) struct Elimination<D, const W: usize, const S: usize> {
+    inverse_pivots: Vec<[D; S]>,
+    /// The pivots, between `W` zeros before and room for `W` after them.
+    pivots: Vec<[D; S]>,
+    /// The columns of L likewise: `lower[W + k][p]` belongs to row `k + 1 + p` of column `k`.
+    lower: Vec<[[D; S]; W]>,
+}
+
+impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
+    /// Whether a window, and a column besides, fit into 16 registers.
+    pub const NARROW: bool = W <= 5;
+
+    /// Room for `n` columns.
+    pub fn with_order(n: usize) -> Self {
+        let zero = [D::from(0.0); S];
+        Self {
+            inverse_pivots: vec![zero; n],
+            pivots: vec![zero; W + n + W],
+            lower: vec![[zero; W]; W + n + W],
+        }
+    }
+
+    /// Eliminates `n` columns of which `entries` tells what the matrix has there.
+    ///
+    /// # Errors
+    /// The column, and which of the bands, of the first pivot that is zero or not a number.
+    #[inline(always)]
+    pub fn eliminate(
+        &mut self,
+        n: usize,
+        entries: impl Fn(usize) -> Column<D, W, S>,
+    ) -> Result<(), (usize, usize)> {
+        let (inverse_pivots, pivots) = (&mut self.inverse_pivots[..n], &mut self.pivots[..W + n]);
+        let lower = &mut self.lower[..W + n];
+        // Of the column before: its pivot's inverse, its first entry before and all after division.
+        let mut inverse = [D::from(0.0); S];
+        let (mut first, mut divided) = (inverse, [inverse; W]);
+        let mut ones = [0.0; S];
+        for k in 0..n {
+            let mut entries = entries(k);
+            // A band from its first row has no more than k columns before; with several in step,
+            // the zeros before them cost less than asking.
+            let reach = if S == 1 { W.min(k + 1) } else { W };
+            subtract(array(lower, k), array(pivots, k), 1..reach, &mut entries);
+            let (mut pivot, mut column) = entries;
+            let nearest = if Self::NARROW { divided } else { lower[W + k - 1] };
+            for s in 0..S {
+                // The pivot waits for the inverse of the one before; the square is ready by then.
+                pivot[s] -= first[s] * first[s] * inverse[s];
+                for p in 1..W {
+                    column[p - 1][s] -= nearest[p][s] * first[s];
+                }
+            }
+            inverse = pivot.map(D::recip);
+            first = column[0];
+            let to = &mut lower[W + k];
+            for p in 0..W {
+                for s in 0..S {
+                    divided[p][s] = column[p][s] * inverse[s];
+                    to[p][s] = divided[p][s];
+                }
+            }
+            for s in 0..S {
+                // 0 and infinity have the product NaN: one look at the sum will do.
+                ones[s] += pivot[s].value() * inverse[s].value();
+            }
+            pivots[W + k] = pivot;
+            inverse_pivots[k] = inverse;
+        }
+        if ones.iter().all(|sum| sum.is_finite()) { Ok(()) } else { Err(self.first_singular(n)) }
+    }
+
+    #[cold]
+    fn first_singular(&self, n: usize) -> (usize, usize) {
+        let singular = |inverse: &D| inverse.value() == 0.0 || !inverse.value().is_finite();
+        self.inverse_pivots[..n]
+            .iter()
+            .enumerate()
+            .find_map(|(k, inverses)| Some((k, inverses.iter().position(singular)?)))
+            .unwrap_or((n - 1, 0))
+    }
+
+    /// What the first `n` columns add to column `n + c`, of the `W` that they reach.
+    #[inline(always)]
+    pub fn update(&self, n: usize, c: usize) -> Column<D, W, S> {
+        let zero = [D::from(0.0); S];
+        let mut sum = (zero, [zero; W]);
+        subtract(array(&self.lower, n + c), array(&self.pivots, n + c), c..W, &mut sum);
+        sum
+    }
+
+    /// How many of the first `n` pivots of each band are negative, in all.
+    pub fn negative_pivots(&self, n: usize) -> usize {
+        self.pivots[W..W + n].iter().flatten().filter(|pivot| pivot.value() < 0.0).count()
+    }
+
+    /// Solves `L y = x` in place, for `C` right-hand sides from `first` on; returns what that adds
+    /// to the `W` rows after the last. The second band's rows stand in reverse order.
+    #[inline(always)]
+    pub fn forward<const R: usize, const C: usize>(
+        &self,
+        x: [&mut [[D; R]]; S],
+        first: usize,
+    ) -> Window<D, W, S, C> {
+        let n = x[0].len();
+        let (x, lower) = (x.map(|x| &mut x[..n]), &self.lower[W..W + n]);
+        let row = |s: usize, k: usize| if s == 0 { k } else { n - 1 - k };
+        let zero = D::from(0.0);
+        // The rows a column acts on stay in registers: row k + p in window[p].
+        let mut window: Window<D, W, S, C> = std::array::from_fn(|p| {
+            std::array::from_fn(|r| {
+                std::array::from_fn(|s| if p < n { x[s][row(s, p)][first + r] } else { zero })
+            })
+        });
+        for k in 0..n {
+            let here = window[0];
+            let mut entering = [[zero; S]; C];
+            if k + W < n {
+                for r in 0..C {
+                    for s in 0..S {
+                        entering[r][s] = x[s][row(s, k + W)][first + r];
+                    }
+                }
+            }
+            for p in 0..W {
+                let next = if p + 1 < W { window[p + 1] } else { entering };
+                for r in 0..C {
+                    for s in 0..S {
+                        window[p][r][s] = next[r][s] - lower[k][p][s] * here[r][s];
+                    }
+                }
+            }
+            for s in 0..S {
+                for r in 0..C {
+                    x[s][row(s, k)][first + r] = here[r][s];
+                }
+            }
+        }
+        window
+    }
+
+    /// Solves `D L^T x = y` in place likewise, where `window` has the `W` rows after the last.
+    #[inline(always)]
+    pub fn backward<const R: usize, const C: usize>(
+        &self,
+        x: [&mut [[D; R]]; S],
+        first: usize,
+        mut window: Window<D, W, S, C>,
+    ) {
+        let n = x[0].len();
+        let (x, lower) = (x.map(|x| &mut x[..n]), &self.lower[W..W + n]);
+        let inverse_pivots = &self.inverse_pivots[..n];
+        let row = |s: usize, k: usize| if s == 0 { k } else { n - 1 - k };
+        for k in (0..n).rev() {
+            let mut sum = [[D::from(0.0); S]; C];
+            for r in 0..C {
+                for s in 0..S {
+                    sum[r][s] = x[s][row(s, k)][first + r] * inverse_pivots[k][s];
+                }
+            }
+            // The far rows first: they are known earliest, which shortens the dependency chain.
+            for p in (0..W).rev() {
+                for r in 0..C {
+                    for s in 0..S {
+                        sum[r][s] -= lower[k][p][s] * window[p][r][s];
+                    }
+                }
+            }
+            for p in (1..W).rev() {
+                window[p] = window[p - 1];
+            }
+            window[0] = sum;
+            for s in 0..S {
+                for r in 0..C {
+                    x[s][row(s, k)][first + r] = sum[r][s];
+                }
+            }
+        }
+    }
+}
+
+/// Subtracts from a column what the columns of L `before` it have to do with it, those `distances`
+/// columns before the nearest.
+#[inline(always)]
+fn subtract<D: Scalar, const W: usize, const S: usize>(
+    before: &[[[D; S]; W]; W],
+    pivots: &[[D; S]; W],
+    distances: Range<usize>,
+    (pivot, column): &mut Column<D, W, S>,
+) {
+    // The far columns first: they are known earliest.
+    for q in (0..W).rev() {
+        if !distances.contains(&q) {
+            continue;
+        }
+        let (l, d) = (&before[W - 1 - q], &pivots[W - 1 - q]);
+        let times: [D; S] = std::array::from_fn(|s| l[q][s] * d[s]);
+        for s in 0..S {
+            pivot[s] -= l[q][s] * times[s];
+            for r in q + 1..W {
+                column[r - q - 1][s] -= l[r][s] * times[s];
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! L D L^T of one band, from both ends at once.
+
+use super::elimination::Elimination;
+use super::{BandMatrix, array};
+use crate::numerics::scalar::Scalar;
+use std::ops::Range;
+
+/// The factors L D L^T of a [`BandMatrix`], restricted to a range of its rows and columns.
+#[derive(Clone, Debug)]
+pub struct Ldlt<D, const W: usize> {
+    /// From the first row downwards and from the last upwards.
+    ends: Elimination<D, W, 2>,
+    /// What the ends leave of the matrix between them, `W` or `W + 1` rows; fewer in a short range,
+    /// which has no ends.
+    rest: BandMatrix<D, W>,
+    middle: Elimination<D, W, 1>,
+    range: Range<usize>,
+}
+
+/// A pivot of the factorisation is zero or not a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the matrix is singular at row {row}")]
+pub struct Singular {
+    /// Row of the pivot.
+    pub row: usize,
+}
+
+impl<D: Scalar, const W: usize> Ldlt<D, W> {
+    /// Room for the factors of matrices of `n` rows.
+    pub fn with_order(n: usize) -> Self {
+        Self {
+            ends: Elimination::with_order(n / 2),
+            rest: BandMatrix::zeros(W + 1),
+            middle: Elimination::with_order(W + 1),
+            range: 0..0,
+        }
+    }
+
+    /// Factors the rows and columns of `range`; allocates nothing.
+    ///
+    /// # Errors
+    /// The row of a pivot that is zero or not a number.
+    pub fn factor(
+        &mut self,
+        matrix: &BandMatrix<D, W>,
+        range: Range<usize>,
+    ) -> Result<(), Singular> {
+        self.eliminate(matrix, range, |_, d| d, |b| b)
+    }
+
+    /// Factors `diag(diagonal) * scale + factor * matrix` over `range` without forming it.
+    ///
+    /// # Errors
+    /// As [`factor`](Self::factor).
+    pub fn factor_sum(
+        &mut self,
+        diagonal: &[D],
+        scale: D,
+        matrix: &BandMatrix<D, W>,
+        factor: D,
+        range: Range<usize>,
+    ) -> Result<(), Singular> {
+        let diagonal = &diagonal[..range.end];
+        self.eliminate(matrix, range, |j, d| diagonal[j] * scale + d * factor, |b| b * factor)
+    }
+
+    fn eliminate(
+        &mut self,
+        matrix: &BandMatrix<D, W>,
+        range: Range<usize>,
+        diagonal: impl Fn(usize, D) -> D,
+        below: impl Fn(D) -> D,
+    ) -> Result<(), Singular> {
+        let Range { start, end } = range;
+        self.range = range;
+        let m = self.at_each_end();
+        let Self { ends, rest, middle, .. } = self;
+        let diagonal = |j: usize| diagonal(j, matrix.diagonal[j]);
+        ends.eliminate(m, |k| {
+            let (top, bottom) = (start + k, end - 1 - k);
+            // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
+            let down = &matrix.below[top];
+            let left: &[[D; W]; W] = array(&matrix.below, bottom - W);
+            (
+                [diagonal(top), diagonal(bottom)],
+                std::array::from_fn(|p| [below(down[p]), below(left[W - 1 - p][p])]),
+            )
+        })
+        .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
+
+        let (first, n) = (start + m, end - start - 2 * m);
+        for i in 0..n {
+            rest.diagonal[i] = diagonal(first + i);
+            rest.below[i] = matrix.below[first + i].map(&below);
+        }
+        // Nothing couples to what lies beyond.
+        for i in n.saturating_sub(W)..n {
+            rest.below[i][n - 1 - i..].fill(D::from(0.0));
+        }
+        if m > 0 {
+            for c in 0..W {
+                let (pivot, column) = ends.update(m, c);
+                rest.diagonal[c] += pivot[0];
+                rest.diagonal[n - 1 - c] += pivot[1];
+                for p in 0..W - 1 - c {
+                    rest.below[c][p] += column[p][0];
+                    rest.below[n - 2 - c - p][p] += column[p][1];
+                }
+            }
+        }
+        middle
+            .eliminate(n, |i| ([rest.diagonal[i]], rest.below[i].map(|entry| [entry])))
+            .map_err(|(i, _)| Singular { row: first + i })
+    }
+
+    /// How many rows are eliminated from either end: as many as leave `W` rows, so that what one
+    /// end changes is nothing that the other reads.
+    fn at_each_end(&self) -> usize {
+        self.range.len().saturating_sub(W) / 2
+    }
+
+    /// Number of negative eigenvalues of the factored matrix (Sylvester's law of inertia).
+    pub fn negative_pivots(&self) -> usize {
+        let m = self.at_each_end();
+        self.ends.negative_pivots(m) + self.middle.negative_pivots(self.range.len() - 2 * m)
+    }
+
+    /// Solves `A x = b` in place for one right-hand side.
+    pub fn solve(&self, x: &mut [D]) {
+        self.solve_many(x.as_chunks_mut::<1>().0);
+    }
+
+    /// Solves `A x = b` in place for `R` right-hand sides side by side, over the factored range;
+    /// `x` has as many rows as the matrix, and rows outside the range become zero.
+    pub fn solve_many<const R: usize>(&self, x: &mut [[D; R]]) {
+        let Range { start, end } = self.range;
+        x[..start].fill([D::from(0.0); R]);
+        x[end..].fill([D::from(0.0); R]);
+        let x = &mut x[start..end];
+        let mut done = 0;
+        while Elimination::<D, W, 2>::NARROW && done + 2 <= R {
+            self.solve_some::<R, 2>(x, done);
+            done += 2;
+        }
+        while done < R {
+            self.solve_some::<R, 1>(x, done);
+            done += 1;
+        }
+    }
+
+    /// Solves for `C` right-hand sides from `first` on.
+    #[inline(always)]
+    fn solve_some<const R: usize, const C: usize>(&self, x: &mut [[D; R]], first: usize) {
+        let m = self.at_each_end();
+        let (top, rest) = x.split_at_mut(m);
+        let (middle, bottom) = rest.split_at_mut(rest.len() - m);
+        let n = middle.len();
+        let sums = self.ends.forward::<R, C>([top, bottom], first);
+        for p in 0..W.min(n) {
+            for r in 0..C {
+                middle[p][first + r] += sums[p][r][0];
+                middle[n - 1 - p][first + r] += sums[p][r][1];
+            }
+        }
+        self.middle.forward::<R, C>([middle], first);
+        self.middle.backward::<R, C>([middle], first, [[[D::from(0.0)]; C]; W]);
+        let after = std::array::from_fn(|p| {
+            std::array::from_fn(|r| match p < n {
+                true => [middle[p][first + r], middle[n - 1 - p][first + r]],
+                false => [D::from(0.0); 2],
+            })
+        });
+        self.ends.backward::<R, C>([top, bottom], first, after);
+    }
+}
