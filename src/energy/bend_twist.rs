@@ -48,17 +48,18 @@
 //! In planar motion the missing terms vanish.
 
 use crate::energy::frame::{EdgeFrame, transported_twist};
-pub(crate) use crate::energy::joint::Edge;
 pub use crate::energy::joint::EdgeState;
-use crate::energy::joint::{EDGE_UNKNOWNS, Joint, Pull, Rotation, Slope};
+use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, scale, sub};
+use crate::numerics::vector::{Vector, dot, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
 
 /// Unknowns of the node: `[x0, theta0, x1, theta1, x2]`, m and rad.
 pub const UNKNOWNS: usize = 11;
+/// Unknowns in terms of its edges: `[e, theta_e, f, theta_f]`, m and rad.
+const EDGE_UNKNOWNS: usize = 8;
 
 /// Stiffnesses of an inner node, all over the Voronoi length, N m.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +75,7 @@ pub struct Stiffness<D> {
 
 impl<D: Scalar> Stiffness<D> {
     /// Applied to three strains.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn times(&self, s: &[D; 3]) -> [D; 3] {
         let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
         [
@@ -118,21 +119,21 @@ pub struct JointLaw<D> {
 
 impl<D: Scalar> JointLaw<D> {
     /// The node with a reference.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, frames: [EdgeFrame<D>; 2], twist: D) -> BendTwist<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
 
-    /// Gradient between two edges whose frames are where they are, for a twist in rad: what is left
-    /// of [`gradient_between`](BendTwist::gradient_between) at the reference.
-    #[inline]
+    /// First derivatives of the energy between two edges whose frames are where they are, for a twist
+    /// in rad.
+    #[inline(always)]
     pub(crate) fn pull(&self, e: &Edge<D>, f: &Edge<D>, twist: D) -> Pull<D> {
-        let joint = Joint::new(*e, *f, twist);
-        joint.pull(&self.stiffness.times(&sub(joint.strains, self.natural)))
+        let joint = Joint::new(e, f, twist);
+        joint.pull(e, f, &self.stiffness.times(&sub(joint.strains, self.natural)))
     }
 
     /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
-    #[inline]
+    #[inline(always)]
     pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
         Self {
             stiffness: self.stiffness.map(|k| k * factor),
@@ -141,13 +142,13 @@ impl<D: Scalar> JointLaw<D> {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn split<D: Copy>(q: &[D; UNKNOWNS]) -> ([Vector<D>; 3], [D; 2]) {
     ([[q[0], q[1], q[2]], [q[4], q[5], q[6]], [q[8], q[9], q[10]]], [q[3], q[7]])
 }
 
 /// The unknowns in terms of edges.
-#[inline]
+#[inline(always)]
 fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
     let ([x0, x1, x2], [te, tf]) = split(q);
     let (e, f) = (sub(x1, x0), sub(x2, x1));
@@ -155,14 +156,14 @@ fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
 }
 
 /// Spreads a gradient with respect to the edges' unknowns over the nodes.
-#[inline]
+#[inline(always)]
 fn to_nodes<D: Scalar>(g: &[D; EDGE_UNKNOWNS]) -> [D; UNKNOWNS] {
     let [e0, e1, e2, te, f0, f1, f2, tf] = *g;
     [-e0, -e1, -e2, te, e0 - f0, e1 - f1, e2 - f2, tf, f0, f1, f2]
 }
 
 /// Spreads a Hessian with respect to the edges' unknowns over the nodes.
-#[inline]
+#[inline(always)]
 fn hessian_to_nodes<D: Scalar>(
     h: &[[D; EDGE_UNKNOWNS]; EDGE_UNKNOWNS],
 ) -> [[D; UNKNOWNS]; UNKNOWNS] {
@@ -178,130 +179,120 @@ fn hessian_to_nodes<D: Scalar>(
     out
 }
 
+/// Two edges and the joint between them.
+type Joined<D> = (EdgeState<D>, EdgeState<D>, Joint<D>);
+
 impl<D: Scalar> BendTwist<D> {
-    #[inline]
-    fn joint(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> Joint<D> {
-        let e = Edge::new(&self.frames[0], [*e0, *e1, *e2], *te);
-        let f = Edge::new(&self.frames[1], [*f0, *f1, *f2], *tf);
-        self.meet(e, f, *tf - *te)
+    #[inline(always)]
+    fn joined(&self, [e0, e1, e2, te, f0, f1, f2, tf]: &[D; EDGE_UNKNOWNS]) -> Joined<D> {
+        let e = EdgeState::new(&self.frames[0], [*e0, *e1, *e2], *te);
+        let f = EdgeState::new(&self.frames[1], [*f0, *f1, *f2], *tf);
+        (e, f, self.joint(&e, &f, *tf - *te))
     }
 
     /// The joint of two edges whose angles differ by `turn`, rad.
-    #[inline]
-    fn meet(&self, e: Edge<D>, f: Edge<D>, turn: D) -> Joint<D> {
+    #[inline(always)]
+    fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Joint<D> {
         let from = [self.frames[0].tangent, self.frames[1].tangent];
-        let transported = transported_twist(from, [e.tangent, f.tangent]);
-        Joint::new(e, f, turn + (self.twist - transported))
+        let transported = transported_twist(from, [e.edge.tangent, f.edge.tangent]);
+        Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
     }
 
-    /// As [`tangent`](Element::tangent), for edges known already; `turn` is how much the second's
-    /// angle exceeds the first's, rad.
-    #[inline]
-    pub fn tangent_between(
+    /// First and second derivatives between edges that are known already; `turn` is how much the
+    /// second's angle exceeds the first's, rad.
+    #[inline(always)]
+    pub(crate) fn tangent_between(
         &self,
         e: &EdgeState<D>,
         f: &EdgeState<D>,
         turn: D,
-    ) -> Local<D, UNKNOWNS> {
-        let joint = self.meet(e.edge, f.edge, turn);
-        spread(self.tangent_of(&joint, &[e.rotation, f.rotation]))
+    ) -> Tangent<D> {
+        let joint = self.joint(e, f, turn);
+        joint.tangent(&e.edge, &f.edge, &self.stiffness, &self.stress(&joint.strains).0)
     }
 
-    /// As [`gradient`](Element::gradient), for edges known already.
-    #[inline]
-    pub fn gradient_between(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> [D; UNKNOWNS] {
-        let joint = self.meet(e.edge, f.edge, turn);
-        let (stress, _) = self.stress(&joint.strains);
-        to_nodes(&Self::gradient_of(&joint, &[e.rotation, f.rotation], &stress))
+    /// First derivatives, likewise.
+    #[inline(always)]
+    pub(crate) fn pull_between(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Pull<D> {
+        let joint = self.joint(e, f, turn);
+        joint.pull(&e.edge, &f.edge, &self.stress(&joint.strains).0)
     }
 
     /// Integrated curvatures and twist (rad) in the material frame.
-    #[inline]
+    #[inline(always)]
     pub fn strains(&self, q: &[D; UNKNOWNS]) -> [D; 3] {
-        self.joint(&to_edges(q)).strains
+        self.joined(&to_edges(q)).2.strains
     }
 
     /// Energies of bending and twisting, J; of a coupling between them, half each.
-    #[inline]
+    #[inline(always)]
     pub fn energies(&self, q: &[D; UNKNOWNS]) -> [D; 2] {
-        let (stress, strain) = self.stress(&self.strains(q));
+        self.energies_of(&self.strains(q))
+    }
+
+    /// The same between edges that are known already.
+    #[inline(always)]
+    pub(crate) fn energies_between(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> [D; 2] {
+        self.energies_of(&self.joint(e, f, turn).strains)
+    }
+
+    #[inline(always)]
+    fn energies_of(&self, strains: &[D; 3]) -> [D; 2] {
+        let (stress, strain) = self.stress(strains);
         [(stress[0] * strain[0] + stress[1] * strain[1]) * 0.5, stress[2] * strain[2] * 0.5]
     }
 
     /// The energy as a function of the edges: eight unknowns instead of eleven.
-    #[inline]
+    #[inline(always)]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
-        let (stress, strain) = self.stress(&self.joint(edges).strains);
+        let (stress, strain) = self.stress(&self.joined(edges).2.strains);
         dot(stress, strain) * 0.5
     }
 
     /// dE/ds of every strain, and the strains less the natural ones.
-    #[inline]
+    #[inline(always)]
     fn stress(&self, strains: &[D; 3]) -> ([D; 3], [D; 3]) {
         let strain = sub(*strains, self.natural);
         (self.stiffness.times(&strain), strain)
     }
 
-    #[inline]
-    fn rotations(&self, joint: &Joint<D>) -> [Rotation<D>; 2] {
-        [Rotation::new(&self.frames[0], &joint.e), Rotation::new(&self.frames[1], &joint.f)]
-    }
-
     /// Gradient with respect to the edges' unknowns for given stresses.
-    #[inline]
-    fn gradient_of(
-        joint: &Joint<D>,
-        rotations: &[Rotation<D>; 2],
-        w: &[D; 3],
-    ) -> [D; EDGE_UNKNOWNS] {
-        let Pull { e, f, theta: [te, tf] } = joint.pull(w);
-        let e = add(e, scale(rotations[0].turn, te));
-        let f = add(f, scale(rotations[1].turn, tf));
-        [e[0], e[1], e[2], te, f[0], f[1], f[2], tf]
+    #[inline(always)]
+    fn gradient_of((e, f, joint): &Joined<D>, w: &[D; 3]) -> [D; EDGE_UNKNOWNS] {
+        let pull = joint.pull(&e.edge, &f.edge, w);
+        let zero = D::from(0.0);
+        let [e0, e1, e2, te] = e.gradient(pull.e, zero);
+        let [f0, f1, f2, tf] = f.gradient(pull.f, zero);
+        [e0, e1, e2, te, f0, f1, f2, tf]
     }
 
     /// Energy and derivatives with respect to the edges' unknowns (the Hessian's lower triangle).
-    #[inline]
-    fn tangent_of(
-        &self,
-        joint: &Joint<D>,
-        rotations: &[Rotation<D>; 2],
-    ) -> Local<D, EDGE_UNKNOWNS> {
+    fn tangent_of(&self, (e, f, joint): &Joined<D>) -> Local<D, EDGE_UNKNOWNS> {
         let (w, strain) = self.stress(&joint.strains);
-        let slopes = joint.slopes(rotations);
+        let Tangent { e: at_e, f: at_f, fe } = joint.tangent(&e.edge, &f.edge, &self.stiffness, &w);
         let zero = D::from(0.0);
-        let mut gradient = [zero; EDGE_UNKNOWNS];
-        let mut h = joint.curvature(rotations, &w);
-        // The stiffness of every strain.
-        let row = |a: usize| {
-            let Slope { e, f, theta } = &slopes[a];
-            [e[0], e[1], e[2], theta[0], f[0], f[1], f[2], theta[1]]
-        };
-        let rows = [row(0), row(1), row(2)];
-        for r in 0..EDGE_UNKNOWNS {
-            let s = [rows[0][r], rows[1][r], rows[2][r]];
-            gradient[r] = dot(w, s);
-            let ks = self.stiffness.times(&s);
-            for c in 0..=r {
-                h[r][c] += ks[0] * rows[0][c] + ks[1] * rows[1][c] + ks[2] * rows[2][c];
-            }
-        }
-        // (dE/dtheta) dg/dx.
-        for (edge, first, torque) in [(0, 0, gradient[3]), (1, 4, gradient[7])] {
-            let Rotation { turn, bow } = &rotations[edge];
-            let turn = scale(*turn, torque);
+        let (mut gradient, mut hessian) =
+            ([zero; EDGE_UNKNOWNS], [[zero; EDGE_UNKNOWNS]; EDGE_UNKNOWNS]);
+        let mut own = |first: usize, edge: &EdgeState<D>, sum: &Sum<D>| {
+            let own = edge.derivatives(sum, zero, zero);
+            gradient[first..first + 4].copy_from_slice(&own.gradient);
             for r in 0..3 {
-                for c in 0..=r {
-                    h[first + r][first + c] += turn[r] * bow[c] + bow[r] * turn[c];
-                }
+                hessian[first + r][first..=first + r].copy_from_slice(&own.vector[r][..=r]);
             }
+            hessian[first + 3][first..first + 3].copy_from_slice(&own.angle_vector);
+            hessian[first + 3][first + 3] = own.angle;
+        };
+        own(0, e, &at_e);
+        own(4, f, &at_f);
+        for (row, between) in hessian[4..].iter_mut().zip(between(e, f, fe)) {
+            row[..4].copy_from_slice(&between);
         }
-        Local { energy: dot(w, strain) * 0.5, gradient, hessian: h }
+        Local { energy: dot(w, strain) * 0.5, gradient, hessian }
     }
 }
 
 /// Fills the upper triangle from the lower.
-#[inline]
+#[inline(always)]
 fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
     for r in 0..N {
         for c in r + 1..N {
@@ -312,7 +303,7 @@ fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
 }
 
 /// Spreads energy and derivatives over the nodes.
-#[inline]
+#[inline(always)]
 fn spread<D: Scalar>(local: Local<D, EDGE_UNKNOWNS>) -> Local<D, UNKNOWNS> {
     Local {
         energy: local.energy,
@@ -338,34 +329,26 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn energy(&self, q: &[D; UNKNOWNS]) -> D {
         self.energy_of_edges(&to_edges(q))
     }
 
-    #[inline]
     fn gradient(&self, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
-        let joint = self.joint(&to_edges(q));
-        let rotations = self.rotations(&joint);
-        to_nodes(&Self::gradient_of(&joint, &rotations, &self.stress(&joint.strains).0))
+        let joined = self.joined(&to_edges(q));
+        to_nodes(&Self::gradient_of(&joined, &self.stress(&joined.2.strains).0))
     }
 
-    #[inline]
     fn tangent(&self, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
-        let joint = self.joint(&to_edges(q));
-        let rotations = self.rotations(&joint);
-        spread(self.tangent_of(&joint, &rotations))
+        spread(self.tangent_of(&self.joined(&to_edges(q))))
     }
 
     /// Only stiffnesses and natural strains carry derivatives here; those of the reference are the
     /// rod's business.
     fn gradient_rate(element: &BendTwist<Dual64>, q: &[f64; UNKNOWNS]) -> [f64; UNKNOWNS] {
-        let real = element.map(|x| x.re);
-        let joint = real.joint(&to_edges(q));
-        let rotations = real.rotations(&joint);
-        let (stress, _) = element.stress(&joint.strains.map(Dual64::from));
-        let stress = stress.map(|w| w.eps);
-        to_nodes(&BendTwist::gradient_of(&joint, &rotations, &stress))
+        let joined = element.map(|x| x.re).joined(&to_edges(q));
+        let (stress, _) = element.stress(&joined.2.strains.map(Dual64::from));
+        to_nodes(&BendTwist::gradient_of(&joined, &stress.map(|w| w.eps)))
     }
 }
 
@@ -409,8 +392,8 @@ pub struct Published(pub BendTwist<f64>);
 impl Published {
     /// Energy, and the published gradient and Hessian.
     pub fn tangent(&self, q: &[f64; UNKNOWNS]) -> Local<f64, UNKNOWNS> {
-        let joint = self.0.joint(&to_edges(q));
-        spread(self.0.tangent_of(&joint, &[Rotation::none(), Rotation::none()]))
+        let (e, f, joint) = self.0.joined(&to_edges(q));
+        spread(self.0.tangent_of(&(e.at_reference(), f.at_reference(), joint)))
     }
 }
 

@@ -58,7 +58,7 @@ fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
 /// The quadrangle is cut along the shorter of its diagonals: a cut is singular where its ends
 /// oppose each other. Areas beyond half the sphere, which need a turning angle and a rotation of
 /// more than 180 degrees together, are indistinguishable from their complements.
-#[inline]
+#[inline(always)]
 pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
     let values = |v: Vector<D>| v.map(|x| x.value());
     let (near, far) = (dot(values(e), values(f0)), dot(values(e0), values(f)));
@@ -66,7 +66,20 @@ pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>
         true => (half_area(e0, e, f0), half_area(e, f, f0)),
         false => (half_area(e0, e, f), half_area(e0, f, f0)),
     };
-    (a[0] * b[1] + a[1] * b[0]).atan2(a[0] * b[0] - a[1] * b[1]) * 2.0
+    argument(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]) * 2.0
+}
+
+/// The argument of the complex number `x + i y`, rad: by its series where that is exact to rounding, as
+/// it is over a step.
+#[inline(always)]
+fn argument<D: Scalar>(x: D, y: D) -> D {
+    if y.value().abs() >= 0.02 * x.value() {
+        return y.atan2(x);
+    }
+    let t = y / x;
+    let s = t * t;
+    let higher = ((s * (-1.0 / 11.0) + 1.0 / 9.0) * s - 1.0 / 7.0) * s + 0.2;
+    t * ((higher * s - 1.0 / 3.0) * s + 1.0)
 }
 
 impl<D: Scalar> EdgeFrame<D> {
@@ -88,7 +101,7 @@ impl<D: Scalar> EdgeFrame<D> {
     }
 
     /// The directors after a turn by `angle`, rad.
-    #[inline]
+    #[inline(always)]
     pub fn turned(&self, angle: D) -> [Vector<D>; 2] {
         let (d1, d2) = (self.director, cross(self.tangent, self.director));
         let (sin, cos) = (angle.sin(), angle.cos());

@@ -1,12 +1,31 @@
-//! Two edges that meet in a node of space: their frames, the strains there, and the derivatives of
-//! the strains. The formulas are explained in [`bend_twist`](super::bend_twist).
+//! Two edges that meet in a node of space: the strains there and their derivatives.
+//!
+//! An edge that keeps its length moves in three ways: its tangent goes towards its directors,
+//! `t + p m1 + q m2`, and it turns about itself by `h`. By these (`p`, `q` and `h` of both edges) all
+//! derivatives are short. With `chi = 1 + t_e.t_f` and
+//!
+//! ```text
+//! a = (m1_e.t_f, m2_e.t_f)/chi    b = (m1_f.t_e, m2_f.t_e)/chi    u = 1 - 1/chi + cos/chi    v = sin/chi
+//! ```
+//!
+//! where the second edge's directors, transported to the first, are turned against its own by the angle
+//! of `cos` and `sin`, the strains are `a1 - b1`, `a2 - b2` and the twist, and their derivatives by
+//! `p`, `q` and `h`
+//!
+//! ```text
+//!         of e                                of f
+//! k1      -(u + a1 a1), -(v + a1 a2),  a2     u + b1 b1, b1 b2 - v, -b2
+//! k2      v - a1 a2,   -(u + a2 a2),  -a1     v + b1 b2, u + b2 b2,  b1
+//! tau     -a2,          a1,            -1     b2,        -b1,         1
+//! ```
+//!
+//! [`EdgeState`] makes derivatives by an edge's vector and angle of them, once for the sum of the
+//! edge's two joints.
 
-use crate::energy::frame::{EdgeFrame, one_plus_dot};
+use crate::energy::bend_twist::Stiffness;
+use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, add, combine, cross, dot, scale, sub};
-
-/// Unknowns of a joint in terms of its edges: `[e, theta_e, f, theta_f]`, m and rad.
-pub(super) const EDGE_UNKNOWNS: usize = 8;
+use crate::numerics::vector::{Vector, add, combine, dot, scale, sub};
 
 /// An edge as it is: inverse length, tangent and material directors.
 #[derive(Clone, Copy, Debug)]
@@ -17,233 +36,329 @@ pub(crate) struct Edge<D> {
 }
 
 impl<D: Scalar> Edge<D> {
-    #[inline]
-    pub fn new(frame: &EdgeFrame<D>, e: Vector<D>, angle: D) -> Self {
-        let inverse_length = dot(e, e).sqrt().recip();
-        let tangent = scale(e, inverse_length);
-        Self { inverse_length, tangent, m: frame.material(tangent, angle) }
-    }
-
     /// An edge whose frame has moved with it.
-    #[inline]
+    #[inline(always)]
     pub fn moved(frame: &EdgeFrame<D>, inverse_length: D, angle: D) -> Self {
         Self { inverse_length, tangent: frame.tangent, m: frame.turned(angle) }
     }
-}
 
-/// How an edge has rotated since its reference.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rotation<D> {
-    /// `g`: the turn of the transported director per change of the edge, 1/m.
-    pub turn: Vector<D>,
-    /// `-(t + (t + t_ref)/(1 + t.t_ref))/(2 l)`: with `turn`, the block of `dg/dx`, 1/m.
-    pub bow: Vector<D>,
-}
-
-impl<D: Scalar> Rotation<D> {
-    #[inline]
-    pub fn new(frame: &EdgeFrame<D>, edge: &Edge<D>) -> Self {
-        let (from, to) = (frame.tangent, edge.tangent);
-        let inverse = one_plus_dot(from, to).recip();
-        let half = edge.inverse_length * 0.5;
-        Self {
-            turn: scale(cross(from, to), -(inverse * edge.inverse_length)),
-            bow: combine(-half, to, -(half * inverse), add(from, to)),
-        }
-    }
-
-    /// As the literature has it: no rotation.
-    pub fn none() -> Self {
-        let zero = D::from(0.0);
-        Self { turn: [zero; 3], bow: [zero; 3] }
+    /// The derivative by the edge vector of something whose derivatives by `p` and `q` these are.
+    #[inline(always)]
+    pub fn across(&self, [p, q]: [D; 2]) -> Vector<D> {
+        scale(combine(p, self.m[0], q, self.m[1]), self.inverse_length)
     }
 }
 
-/// An edge with its rotation: what two neighbouring nodes share.
+/// An edge, and how it has rotated since its reference.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeState<D> {
     pub(super) edge: Edge<D>,
-    pub(super) rotation: Rotation<D>,
+    /// Its length, m, and the square of it.
+    pub(crate) length: D,
+    pub(crate) squared: D,
+    /// The turn of the transported director per change of `p` and `q`: zero at the reference.
+    turn: [D; 2],
+}
+
+/// Derivatives by an edge: of the energies of its stretching and of both its joints.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ByEdge<D> {
+    /// By its vector, N, and by its angle, N m.
+    pub gradient: [D; 4],
+    /// By its vector twice, the lower triangle, N/m.
+    pub vector: [[D; 3]; 3],
+    /// By its vector and its angle, N.
+    pub angle_vector: [D; 3],
+    /// By its angle twice, N m.
+    pub angle: D,
+}
+
+/// The first and second derivatives of energies by an edge's `p`, `q` and `h`, summed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sum<D> {
+    pub gradient: [D; 3],
+    /// `pp, qp, qq, hp, hq, hh`.
+    pub hessian: [D; 6],
+}
+
+impl<D: Scalar> Sum<D> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { gradient: [D::from(0.0); 3], hessian: [D::from(0.0); 6] }
+    }
+
+    #[inline(always)]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            gradient: add(self.gradient, other.gradient),
+            hessian: std::array::from_fn(|i| self.hessian[i] + other.hessian[i]),
+        }
+    }
 }
 
 impl<D: Scalar> EdgeState<D> {
     /// The edge `e`, m, with its angle, rad.
-    #[inline]
+    #[inline(always)]
     pub fn new(frame: &EdgeFrame<D>, e: Vector<D>, angle: D) -> Self {
-        let edge = Edge::new(frame, e, angle);
-        Self { rotation: Rotation::new(frame, &edge), edge }
+        let squared = dot(e, e);
+        let length = squared.sqrt();
+        let inverse_length = length.recip();
+        let tangent = scale(e, inverse_length);
+        let both = add(frame.tangent, tangent);
+        // 1/(1 + t.t_ref), to full accuracy when they nearly oppose each other.
+        let inverse = (dot(both, both) * 0.5).recip();
+        let director = sub(frame.director, scale(both, dot(tangent, frame.director) * inverse));
+        let m = EdgeFrame { tangent, director }.turned(angle);
+        let turn = [-(dot(frame.tangent, m[1]) * inverse), dot(frame.tangent, m[0]) * inverse];
+        Self { edge: Edge { inverse_length, tangent, m }, length, squared, turn }
+    }
+
+    /// The same, as the literature has it: as if the reference were here.
+    pub(super) fn at_reference(mut self) -> Self {
+        self.turn = [D::from(0.0); 2];
+        self
+    }
+
+    /// The gradient by the edge's vector and angle of what has these derivatives by `p`, `q` and `h`,
+    /// and pulls along the edge with `force`, N.
+    #[inline(always)]
+    pub(crate) fn gradient(&self, [p, q, h]: [D; 3], force: D) -> [D; 4] {
+        let across = self.edge.across([p + h * self.turn[0], q + h * self.turn[1]]);
+        let [x, y, z] = add(scale(self.edge.tangent, force), across);
+        [x, y, z, h]
+    }
+
+    /// All derivatives by the edge's vector and angle of what has those in `sum`, pulls along the edge
+    /// with `force`, N, and has the `stiffness` along it, N/m.
+    ///
+    /// The director follows the tangent by parallel transport from the reference: `dh -> dh + g.dx`
+    /// with the [turn](Self::turn) `g`, and one more block, `(dE/dh) dg/dx`. A tangent that moves by
+    /// `p` and `q` of second order goes back along itself.
+    #[inline(always)]
+    pub(crate) fn derivatives(&self, sum: &Sum<D>, force: D, stiffness: D) -> ByEdge<D> {
+        let Edge { inverse_length, tangent, m } = &self.edge;
+        let ([g1, g2], torque) = (self.turn, sum.gradient[2]);
+        let [pp, qp, qq, hp, hq, hh] = sum.hessian;
+        let (t1, t2) = (torque * g1, torque * g2);
+        let (p, q) = (sum.gradient[0] + t1, sum.gradient[1] + t2);
+        let (up, uq) = (hp + hh * g1, hq + hh * g2);
+        let bow = t1 * g2;
+        let pp = pp + g1 * (hp + up) - bow;
+        let qq = qq + g2 * (hq + uq) + bow;
+        let qp = qp + g1 * uq + g2 * hp + (t1 * g1 - t2 * g2) * 0.5;
+
+        let by_square = *inverse_length * *inverse_length;
+        let across = force * *inverse_length;
+        let (pp, qq, qp) = (pp * by_square + across, qq * by_square + across, qp * by_square);
+        let (tp, tq) = (-(p * by_square), -(q * by_square));
+        let rows = [
+            add(combine(pp, m[0], qp, m[1]), scale(*tangent, tp)),
+            add(combine(qp, m[0], qq, m[1]), scale(*tangent, tq)),
+            add(combine(tp, m[0], tq, m[1]), scale(*tangent, stiffness)),
+        ];
+        let zero = D::from(0.0);
+        let mut vector = [[zero; 3]; 3];
+        for r in 0..3 {
+            for c in 0..=r {
+                vector[r][c] =
+                    m[0][r] * rows[0][c] + m[1][r] * rows[1][c] + tangent[r] * rows[2][c];
+            }
+        }
+        let [x, y, z] = add(scale(*tangent, force), self.edge.across([p, q]));
+        ByEdge {
+            gradient: [x, y, z, torque],
+            vector,
+            angle_vector: self.edge.across([up, uq]),
+            angle: hh,
+        }
     }
 }
 
-/// Two edges that meet in a node, and the strains there.
+/// Derivatives by the vectors and angles of two edges, N/m, N and N m: rows of the second, columns of
+/// the first.
+pub(crate) type Between<D> = [[D; 4]; 4];
+
+/// Makes them of those by `p`, `q` and `h`.
+#[inline(always)]
+pub(crate) fn between<D: Scalar>(
+    e: &EdgeState<D>,
+    f: &EdgeState<D>,
+    mut fe: [[D; 3]; 3],
+) -> Between<D> {
+    for row in &mut fe {
+        row[0] += row[2] * e.turn[0];
+        row[1] += row[2] * e.turn[1];
+    }
+    for c in 0..3 {
+        fe[0][c] += f.turn[0] * fe[2][c];
+        fe[1][c] += f.turn[1] * fe[2][c];
+    }
+    // The rows of f as vectors, then the columns of e.
+    let by_f: [Vector<D>; 3] = std::array::from_fn(|c| f.edge.across([fe[0][c], fe[1][c]]));
+    let row = |p: D, q: D, h: D| {
+        let [x, y, z] = e.edge.across([p, q]);
+        [x, y, z, h]
+    };
+    [
+        row(by_f[0][0], by_f[1][0], by_f[2][0]),
+        row(by_f[0][1], by_f[1][1], by_f[2][1]),
+        row(by_f[0][2], by_f[1][2], by_f[2][2]),
+        row(fe[2][0], fe[2][1], fe[2][2]),
+    ]
+}
+
+/// How two edges that meet in a node stand to each other, and the strains there.
 pub(super) struct Joint<D> {
-    pub e: Edge<D>,
-    pub f: Edge<D>,
     /// 1/(1 + t_e.t_f).
-    pub inverse_chi: D,
-    /// Curvature binormal.
-    pub kb: Vector<D>,
+    inverse_chi: D,
+    a: [D; 2],
+    b: [D; 2],
     pub strains: [D; 3],
 }
 
-/// What a joint's stresses do to its edges: the gradient at fixed frames.
+/// Derivatives by `p`, `q` and `h` of both edges, as far as first ones go.
 pub(crate) struct Pull<D> {
-    pub e: Vector<D>,
-    pub f: Vector<D>,
-    pub theta: [D; 2],
+    pub e: [D; 3],
+    pub f: [D; 3],
 }
 
-/// First derivatives of one strain.
-pub(super) struct Slope<D> {
-    pub e: Vector<D>,
-    pub f: Vector<D>,
-    pub theta: [D; 2],
+/// Derivatives by `p`, `q` and `h` of both edges.
+pub(crate) struct Tangent<D> {
+    pub e: Sum<D>,
+    pub f: Sum<D>,
+    /// Rows of the second edge, columns of the first.
+    pub fe: [[D; 3]; 3],
 }
 
 impl<D: Scalar> Joint<D> {
     /// Two edges and the twist between them, rad.
-    #[inline]
-    pub fn new(e: Edge<D>, f: Edge<D>, twist: D) -> Self {
-        let inverse_chi = one_plus_dot(e.tangent, f.tangent).recip();
-        let kb = scale(cross(e.tangent, f.tangent), inverse_chi * 2.0);
-        let strains =
-            [dot(kb, add(e.m[1], f.m[1])) * 0.5, -(dot(kb, add(e.m[0], f.m[0])) * 0.5), twist];
-        Self { e, f, inverse_chi, kb, strains }
+    #[inline(always)]
+    pub fn new(e: &Edge<D>, f: &Edge<D>, twist: D) -> Self {
+        let both = add(e.tangent, f.tangent);
+        // To full accuracy in a fold.
+        let inverse_chi = (dot(both, both) * 0.5).recip();
+        let along = |m: &[Vector<D>; 2], t: Vector<D>| {
+            [dot(m[0], t) * inverse_chi, dot(m[1], t) * inverse_chi]
+        };
+        let (a, b) = (along(&e.m, f.tangent), along(&f.m, e.tangent));
+        Self { inverse_chi, a, b, strains: [a[0] - b[0], a[1] - b[1], twist] }
     }
 
-    /// The sum of the [`slopes`](Self::slopes) times the stresses `w`, but for the rotations.
-    #[inline]
-    pub fn pull(&self, w: &[D; 3]) -> Pull<D> {
-        let Self { e, f, inverse_chi, kb, strains } = self;
-        let c_e = combine(w[0], e.m[1], -w[1], e.m[0]);
-        let c_f = combine(w[0], f.m[1], -w[1], f.m[0]);
-        let c = scale(add(c_e, c_f), *inverse_chi);
-        let along = -((w[0] * strains[0] + w[1] * strains[1]) * *inverse_chi);
-        let both = combine(along, add(e.tangent, f.tangent), w[2] * 0.5, *kb);
-        let turn = |m: &[Vector<D>; 2]| dot(*kb, combine(w[0], m[0], w[1], m[1])) * 0.5;
+    /// `cos/chi` and `sin/chi = v`.
+    #[inline(always)]
+    fn turned(&self, e: &Edge<D>, f: &Edge<D>) -> [D; 2] {
+        let Self { inverse_chi, a, b, .. } = self;
+        let along = |i: usize| dot(e.m[i], f.m[0]) * *inverse_chi - a[i] * b[0];
+        [along(0), along(1)]
+    }
+
+    /// The sum of the strains' derivatives times the stresses `w`.
+    #[inline(always)]
+    pub fn pull(&self, e: &Edge<D>, f: &Edge<D>, w: &[D; 3]) -> Pull<D> {
+        let [c, v] = self.turned(e, f);
+        let ([a1, a2], [b1, b2], u) = (self.a, self.b, c - self.inverse_chi + 1.0);
+        let (wa, wb) = (w[0] * a1 + w[1] * a2, w[0] * b1 + w[1] * b2);
+        let (u1, u2, v1, v2) = (w[0] * u, w[1] * u, w[0] * v, w[1] * v);
         Pull {
-            e: scale(add(both, cross(f.tangent, c)), e.inverse_length),
-            f: scale(add(both, cross(c, e.tangent)), f.inverse_length),
-            theta: [-(turn(&e.m)) - w[2], w[2] - turn(&f.m)],
+            e: [
+                v2 - u1 - a1 * wa - w[2] * a2,
+                w[2] * a1 - v1 - u2 - a2 * wa,
+                w[0] * a2 - w[1] * a1 - w[2],
+            ],
+            f: [
+                u1 + v2 + b1 * wb + w[2] * b2,
+                u2 - v1 + b2 * wb - w[2] * b1,
+                w[1] * b1 - w[0] * b2 + w[2],
+            ],
         }
     }
 
-    /// (t_e + t_f)/(1 + t_e.t_f).
-    #[inline]
-    fn tilde(&self) -> Vector<D> {
-        scale(add(self.e.tangent, self.f.tangent), self.inverse_chi)
-    }
-
-    /// First derivatives of the strains.
-    #[inline]
-    pub fn slopes(&self, rotations: &[Rotation<D>; 2]) -> [Slope<D>; 3] {
-        let Self { e, f, inverse_chi, kb, strains } = self;
-        let tilde = self.tilde();
-        let [s1, s2] = [0, 1].map(|a| scale(add(e.m[a], f.m[a]), *inverse_chi));
-        let (le, lf) = (e.inverse_length, f.inverse_length);
-        let [ge, gf] = [rotations[0].turn, rotations[1].turn];
-        let bend = |k: D, towards_e: Vector<D>, towards_f: Vector<D>, theta: [D; 2]| Slope {
-            e: add(scale(combine(-k, tilde, D::from(1.0), towards_e), le), scale(ge, theta[0])),
-            f: add(scale(combine(-k, tilde, D::from(1.0), towards_f), lf), scale(gf, theta[1])),
-            theta,
-        };
-        let minus_half = *kb;
-        let turn = |m: usize| [-(dot(minus_half, e.m[m]) * 0.5), -(dot(minus_half, f.m[m]) * 0.5)];
-        let minus = D::from(-1.0);
-        [
-            bend(strains[0], cross(f.tangent, s2), cross(s2, e.tangent), turn(0)),
-            bend(strains[1], cross(s1, f.tangent), cross(e.tangent, s1), turn(1)),
-            Slope {
-                e: combine(le * 0.5, *kb, minus, ge),
-                f: combine(lf * 0.5, *kb, D::from(1.0), gf),
-                theta: [minus, D::from(1.0)],
-            },
-        ]
-    }
-
-    /// `sum_a w_a d2 s_a` with respect to the edges' unknowns, the lower triangle, without the
-    /// blocks of `dg/dx`.
-    #[inline]
-    pub fn curvature(
+    /// The same with second derivatives, for strains of this stiffness.
+    #[inline(always)]
+    pub fn tangent(
         &self,
-        rotations: &[Rotation<D>; 2],
+        e: &Edge<D>,
+        f: &Edge<D>,
+        stiffness: &Stiffness<D>,
         w: &[D; 3],
-    ) -> [[D; EDGE_UNKNOWNS]; EDGE_UNKNOWNS] {
-        let Self { e, f, inverse_chi, kb, strains } = self;
-        let (te, tf, tilde, ix) = (e.tangent, f.tangent, self.tilde(), *inverse_chi);
-        let (le, lf) = (e.inverse_length, f.inverse_length);
-        let [ge, gf] = [rotations[0].turn, rotations[1].turn];
-        let c_e = combine(w[0], e.m[1], -w[1], e.m[0]);
-        let c_f = combine(w[0], f.m[1], -w[1], f.m[0]);
-        let n_e = combine(w[0], e.m[0], w[1], e.m[1]);
-        let n_f = combine(w[0], f.m[0], w[1], f.m[1]);
-        let c = scale(add(c_e, c_f), ix);
-        let kw = w[0] * strains[0] + w[1] * strains[1];
-        let (a, b) = (cross(tf, c), cross(te, c));
-        let half = |n: Vector<D>| dot(*kb, n) * 0.5;
-        let (ne, nf) = (half(n_e), half(n_f));
-        let e_te = scale(combine(ne, tilde, -ix, cross(tf, n_e)), le);
-        let e_tf = scale(combine(nf, tilde, -ix, cross(tf, n_f)), le);
-        let f_te = scale(combine(ne, tilde, ix, cross(te, n_e)), lf);
-        let f_tf = scale(combine(nf, tilde, ix, cross(te, n_f)), lf);
-        let (q_e, q_f) = (-half(c_e), -half(c_f));
+    ) -> Tangent<D> {
+        let [c, v] = self.turned(e, f);
+        let ([a1, a2], [b1, b2], rho) = (self.a, self.b, self.inverse_chi);
+        let (one, [w1, w2, w3]) = (D::from(1.0), *w);
+        let sigma = -rho + 1.0;
+        let u = c + sigma;
+        let (aa, bb) = ([a1 * a1, a1 * a2, a2 * a2], [b1 * b1, b1 * b2, b2 * b2]);
 
-        let mut h = [[D::from(0.0); EDGE_UNKNOWNS]; EDGE_UNKNOWNS];
-        // Diagonal blocks: sums of u v' + v u', and of I - t t'.
-        let quarter = w[2] * -0.25;
-        let around = -(kw * ix);
-        let mut block = |first: usize,
-                         t: Vector<D>,
-                         l: D,
-                         by_tilde: Vector<D>,
-                         c: Vector<D>,
-                         g: Vector<D>,
-                         by_g: Vector<D>| {
-            let l2 = l * l;
-            let by_tilde = scale(by_tilde, l2);
-            let by_kb = scale(combine(D::from(0.25), c, quarter, add(t, tilde)), l2);
-            let around = around * l2;
-            for r in 0..3 {
-                for s in 0..=r {
-                    h[first + r][first + s] = tilde[r] * by_tilde[s]
-                        + by_tilde[r] * tilde[s]
-                        + (kb[r] * by_kb[s] + by_kb[r] * kb[s])
-                        + (g[r] * by_g[s] + by_g[r] * g[s])
-                        - around * t[r] * t[s];
-                }
-                h[first + r][first + r] += around;
-            }
+        // The strains' derivatives, and what the stresses make of those of bending.
+        let by_e =
+            [[-(u + aa[0]), v - aa[1], -a2], [-(v + aa[1]), -(u + aa[2]), a1], [a2, -a1, -one]];
+        let by_f = [[u + bb[0], v + bb[1], b2], [bb[1] - v, u + bb[2], -b1], [-b2, b1, one]];
+        let bent = |by: &[D; 3]| w1 * by[0] + w2 * by[1];
+        let (p_e, q_e, h_e) = (-bent(&by_e[0]), -bent(&by_e[1]), bent(&by_e[2]));
+        let (p_f, q_f, h_f) = (bent(&by_f[0]), bent(&by_f[1]), bent(&by_f[2]));
+        let gradient_e = [-(p_e + w3 * a2), w3 * a1 - q_e, h_e - w3];
+        let gradient_f = [p_f + w3 * b2, q_f - w3 * b1, h_f + w3];
+
+        // The stresses times the strains' second derivatives.
+        let kw = w1 * self.strains[0] + w2 * self.strains[1];
+        let (around, half) = (-(rho * kw), w3 * 0.5);
+        let (w11, w12, w21, w22) = (w1 * a1, w1 * a2, w2 * a1, w2 * a2);
+        let (x11, x12, x21, x22) = (w1 * b1, w1 * b2, w2 * b1, w2 * b2);
+        let twisted = w3 * aa[1];
+        let mut ee = [
+            around + (p_e * a1) * 2.0 + w22 + twisted,
+            p_e * a2 + q_e * a1 - (w12 + w21) * 0.5 + half * (aa[2] - aa[0]),
+            around + (q_e * a2) * 2.0 + w11 - twisted,
+            w2 * (sigma + aa[0]) - w1 * aa[1],
+            w2 * aa[1] - w1 * (sigma + aa[2]),
+            -(w11 + w22),
+        ];
+        let twisted = w3 * bb[1];
+        let mut ff = [
+            around - (p_f * b1) * 2.0 - x22 - twisted,
+            (x12 + x21) * 0.5 - p_f * b2 - q_f * b1 + half * (bb[0] - bb[2]),
+            around - (q_f * b2) * 2.0 - x11 + twisted,
+            w1 * bb[1] - w2 * (sigma + bb[0]),
+            w1 * (sigma + bb[2]) - w2 * bb[1],
+            x11 + x22,
+        ];
+        let (r1, r2) = (p_e - kw * a1, q_e - kw * a2);
+        let (kc, kv, wc, wv) = (kw * c, kw * v, w3 * c, w3 * v);
+        let (c1, c2, v1, v2) = (w1 * c, w2 * c, w1 * v, w2 * v);
+        let mut fe = [
+            [
+                r1 * b1 - a1 * p_f + (w11 - x11) - kc - wv,
+                r2 * b1 - a2 * p_f + (w12 - x21) - kv + wc,
+                v1 - c2,
+            ],
+            [
+                r1 * b2 - a1 * q_f + (w21 - x12) + kv - wc,
+                r2 * b2 - a2 * q_f + (w22 - x22) - kc - wv,
+                c1 + v2,
+            ],
+            [v1 + c2, v2 - c1, D::from(0.0)],
+        ];
+
+        // The stiffness of every strain.
+        let stiff = |by: &[[D; 3]; 3]| {
+            [stiffness.times(&by[0]), stiffness.times(&by[1]), stiffness.times(&by[2])]
         };
-        let one = D::from(1.0);
-        block(0, te, le, combine(kw, tilde, -one, a), c_e, ge, combine(one, e_te, q_e * 0.5, ge));
-        block(4, tf, lf, combine(kw, tilde, one, b), c_f, gf, combine(one, f_tf, q_f * 0.5, gf));
-
-        // Rows f, columns e: the transpose of
-        // (2 kw T - a - w3/2 kb) T' + T b' - kw/chi (I + t_e t_f') + [w3/chi t_e - c]x.
-        let lelf = le * lf;
-        let by_tilde = scale(sub(combine(kw * 2.0, tilde, w[2] * -0.5, *kb), a), lelf);
-        let (b, v) = (scale(b, lelf), scale(combine(w[2] * ix, te, -one, c), lelf));
-        let around = around * lelf;
-        let skew =
-            [[D::from(0.0), v[2], -v[1]], [-v[2], D::from(0.0), v[0]], [v[1], -v[0], D::from(0.0)]];
+        let (k_e, k_f) = (stiff(&by_e), stiff(&by_f));
+        let mut i = 0;
         for r in 0..3 {
-            for s in 0..3 {
-                h[4 + r][s] = tilde[r] * by_tilde[s]
-                    + b[r] * tilde[s]
-                    + around * tf[r] * te[s]
-                    + skew[r][s]
-                    + (gf[r] * e_tf[s] + f_te[r] * ge[s]);
+            for s in 0..=r {
+                ee[i] += dot(by_e[r], k_e[s]);
+                ff[i] += dot(by_f[r], k_f[s]);
+                i += 1;
             }
-            h[4 + r][r] += around;
+            for s in 0..3 {
+                fe[r][s] += dot(by_f[r], k_e[s]);
+            }
         }
-        for s in 0..3 {
-            h[3][s] = e_te[s] + q_e * ge[s];
-            h[7][s] = e_tf[s];
-            h[4 + s][3] = f_te[s];
-            h[7][4 + s] = f_tf[s] + q_f * gf[s];
+        Tangent {
+            e: Sum { gradient: gradient_e, hessian: ee },
+            f: Sum { gradient: gradient_f, hessian: ff },
+            fe,
         }
-        h[3][3] = q_e;
-        h[7][7] = q_f;
-        h
     }
 }

@@ -13,7 +13,7 @@ pub mod bend_twist;
 pub mod dead_load;
 pub mod dead_moment;
 pub mod frame;
-mod joint;
+pub(crate) mod joint;
 pub mod own;
 pub mod place;
 pub mod planar_bend;

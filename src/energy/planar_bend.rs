@@ -76,14 +76,20 @@ impl<D: Scalar> PlanarBend<D> {
         bent(q).curvature
     }
 
-    /// Moment dE/dphi, N m, between edges of the unit tangents `t` and `u`.
+    /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k`.
     #[inline]
-    pub fn moment(&self, t: [D; 2], u: [D; 2]) -> D {
-        // 1 + t.u, without cancellation in a fold.
-        let sum = [t[0] + u[0], t[1] + u[1]];
-        let chi = (sum[0] * sum[0] + sum[1] * sum[1]) * 0.5;
-        let half = (t[0] * u[1] - t[1] * u[0]) / chi;
-        self.stiffness * (half * 2.0 - self.natural_curvature) * (half * half + 1.0)
+    pub(crate) fn response(&self, k: D) -> [D; 2] {
+        let half = k * 0.5;
+        let slope = half * half + 1.0;
+        let stress = self.stiffness * (k - self.natural_curvature);
+        [stress * slope, slope * (self.stiffness * slope + stress * half)]
+    }
+
+    /// The energy, J, at the curvature `k`.
+    #[inline]
+    pub(crate) fn energy_at(&self, k: D) -> D {
+        let strain = k - self.natural_curvature;
+        self.stiffness * strain * strain * 0.5
     }
 
     /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
@@ -94,6 +100,15 @@ impl<D: Scalar> PlanarBend<D> {
             natural_curvature: (self.natural_curvature + shift) / factor,
         }
     }
+}
+
+/// Integrated curvature 2 tan(phi/2) between edges of the unit tangents `t` and `u`.
+#[inline]
+pub(crate) fn curvature_between<D: Scalar>(t: [D; 2], u: [D; 2]) -> D {
+    // 1 + t.u, without cancellation in a fold.
+    let sum = [t[0] + u[0], t[1] + u[1]];
+    let chi = (sum[0] * sum[0] + sum[1] * sum[1]) * 0.5;
+    (t[0] * u[1] - t[1] * u[0]) / chi * 2.0
 }
 
 /// Integrated curvature 2 tan(phi/2) at the middle one of three points of the plane.
@@ -115,31 +130,22 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
 
     #[inline]
     fn energy(&self, q: &[D; 6]) -> D {
-        let strain = self.strain(q) - self.natural_curvature;
-        self.stiffness * strain * strain * 0.5
+        self.energy_at(self.strain(q))
     }
 
-    #[inline]
     fn gradient(&self, q: &[D; 6]) -> [D; 6] {
         let bent = bent(q);
         let (n_e, n_f) = bent.angle_gradients();
-        let k = bent.curvature;
-        let moment = self.stiffness * (k - self.natural_curvature) * (k * k * 0.25 + 1.0);
+        let [moment, _] = self.response(bent.curvature);
         to_nodes([-(moment * n_e[0]), -(moment * n_e[1])], [moment * n_f[0], moment * n_f[1]])
     }
 
     /// With m = dE/dphi and s = d2E/dphi2: E_ee = s n_e n_e' + m (u_e n_e' + n_e u_e'),
     /// E_ff = s n_f n_f' - m (u_f n_f' + n_f u_f'), E_ef = -s n_e n_f'.
-    #[inline]
     fn tangent(&self, q: &[D; 6]) -> Local<D, 6> {
         let bent = bent(q);
         let (n_e, n_f) = bent.angle_gradients();
-        let k = bent.curvature;
-        let slope = k * k * 0.25 + 1.0;
-        let strain = k - self.natural_curvature;
-        let stress = self.stiffness * strain;
-        let moment = stress * slope;
-        let stiffness = slope * (self.stiffness * slope + stress * k * 0.5);
+        let [moment, stiffness] = self.response(bent.curvature);
 
         // With u = (p, q): s n n' + m (u n' + n u') =
         // [[q (s q - 2 m p), p (m p - s q) - m q^2], [.., p (s p + 2 m q)]].
@@ -162,7 +168,7 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
         let (c00, c01, c11) =
             (ee00 + ff00 - fe00 - fe00, ee01 + ff01 - fe01 - fe10, ee11 + ff11 - fe11 - fe11);
         Local {
-            energy: stress * strain * 0.5,
+            energy: self.energy_at(bent.curvature),
             gradient: to_nodes(
                 [-(moment * n_e[0]), -(moment * n_e[1])],
                 [moment * n_f[0], moment * n_f[1]],

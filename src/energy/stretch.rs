@@ -63,6 +63,19 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         self.stiffness * (self.strain_of(squared, length) - self.natural_strain)
     }
 
+    /// The axial force, N, and the stiffness along the edge, N/m.
+    #[inline]
+    pub(crate) fn tension(&self, squared: D, length: D) -> [D; 2] {
+        [self.force(squared, length), self.stiffness / self.rest_length]
+    }
+
+    /// The energy, J, at a length and its square.
+    #[inline]
+    pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
+        let strain = self.strain_of(squared, length) - self.natural_strain;
+        self.stiffness * self.rest_length * strain * strain * 0.5
+    }
+
     #[inline]
     fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;
@@ -83,8 +96,8 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
 
     #[inline]
     fn energy_of(&self, e: [D; M]) -> D {
-        let strain = self.strain(&e) - self.natural_strain;
-        self.stiffness * self.rest_length * strain * strain * 0.5
+        let squared = squared(&e);
+        self.energy_at(squared, squared.sqrt())
     }
 
     /// The force `F = EA (eps - eps_natural)` pulls along the tangent `t`: dE/de = F t.

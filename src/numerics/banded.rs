@@ -86,23 +86,16 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
-    /// Sets the columns `start .. start + C` from the lower triangle of `window`, whose first row
-    /// and column are `start`; `N = W + 1`.
-    #[inline]
-    pub fn set_columns<const C: usize, const N: usize>(
+    /// Sets the columns `start .. start + C`: their entries on the diagonal and below it.
+    #[inline(always)]
+    pub fn set_columns<const C: usize>(
         &mut self,
         start: usize,
-        window: &[[D; N]; N],
+        diagonal: &[D; C],
+        below: &[[D; W]; C],
     ) {
-        let diagonal: &mut [D; C] = array_mut(&mut self.diagonal, start);
-        let below: &mut [[D; W]; C] = array_mut(&mut self.below, start);
-        for c in 0..C {
-            diagonal[c] = window[c][c];
-            below[c] = std::array::from_fn(|p| match window.get(c + 1 + p) {
-                Some(row) => row[c],
-                None => D::from(0.0),
-            });
-        }
+        *array_mut(&mut self.diagonal, start) = *diagonal;
+        *array_mut(&mut self.below, start) = *below;
     }
 
     /// Writes `|A| |x|` on the real parts: the size of the terms whose rounding errors limit how

@@ -2,13 +2,13 @@
 //!
 //! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
 
+use crate::energy::planar_bend::curvature_between;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
     dual_gradient_rate, dual_tangent,
 };
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::rod::edges::add_edges;
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
@@ -36,12 +36,12 @@ pub struct PlanarRod<D> {
 }
 
 /// The unknowns of element `i`: `N` of them from node `i` on.
-#[inline]
+#[inline(always)]
 fn unknowns<D: Copy, const N: usize>(q: &[D], i: usize) -> &[D; N] {
     q[2 * i..].first_chunk().expect("an element's nodes are nodes of the rod")
 }
 
-#[inline]
+#[inline(always)]
 fn scatter<D: Scalar, const N: usize>(from: &[D; N], to: &mut [D], i: usize) {
     let to: &mut [D; N] = to[2 * i..].first_chunk_mut().expect("an element's nodes are the rod's");
     for (to, from) in to.iter_mut().zip(from) {
@@ -61,93 +61,111 @@ fn add_gradients<D: Scalar, E: Element<D, N>, const N: usize>(
 }
 
 impl<D: Nestable> PlanarRod<D> {
-    /// Gradient and tangent in one sweep along the rod; `stretch` and `bend` differentiate one
-    /// element each.
-    ///
-    /// A window holds the sums for the three nodes that the current edge and bend touch. Once they
-    /// are added, the window's first node is complete: its columns are written, once, and the
-    /// window moves on.
-    #[inline]
-    fn sweep(
+    /// Shows every inner node from the first on: its number, itself, the edges before and after it,
+    /// and the curvature between them. Returns the last edge.
+    #[inline(always)]
+    fn each_bend(
         &self,
         q: &[D],
-        gradient: &mut [D],
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-        stretch: impl Fn(&Stretch<D, 2>, &[D; 4]) -> Local<D, 4>,
-        bend: impl Fn(&PlanarBend<D>, &[D; 6]) -> Local<D, 6>,
-    ) {
-        let zero = D::from(0.0);
-        let mut g = [zero; 6];
-        // The lower triangle.
-        let mut h = [[zero; 6]; 6];
-        for (i, edge) in self.stretch.iter().enumerate() {
-            add_lower(&mut g, &mut h, &stretch(edge, unknowns(q, i)));
-            if let Some(node) = self.bend.get(i) {
-                add_lower(&mut g, &mut h, &bend(node, unknowns(q, i)));
-            }
-            self.complete(i, &g, gradient);
-            tangent.set_columns::<2, 6>(2 * i, &h);
-            for r in 0..4 {
-                g[r] = g[r + 2];
-                for c in 0..=r {
-                    h[r][c] = h[r + 2][c + 2];
-                }
-            }
-            g[4..].fill(zero);
-            h[4..].fill([zero; 6]);
+        mut show: impl FnMut(usize, &PlanarBend<D>, (&Edge<D>, &Edge<D>, D)),
+    ) -> Edge<D> {
+        let mut edge = Edge::new(unknowns(q, 0));
+        for (i, bend) in self.bend.iter().enumerate() {
+            let next = Edge::new(unknowns(q, i + 1));
+            let curvature = curvature_between(edge.tangent, next.tangent);
+            show(i, bend, (&edge, &next, curvature));
+            edge = next;
         }
-        self.complete(self.stretch.len(), &g, gradient);
-        tangent.set_columns::<2, 6>(2 * self.stretch.len(), &h);
-        for (i, moment) in &self.moment {
-            let local = moment.tangent(unknowns(q, *i));
-            scatter(&local.gradient, gradient, *i);
-            tangent.add_block(2 * i, &local.hessian);
+        edge
+    }
+
+    /// The derivatives by edge `i`, on which its joints act with the `moment` and the `stiffness` by its
+    /// angle, N m.
+    #[inline(always)]
+    fn by_edge(&self, i: usize, edge: &Edge<D>, moment: D, stiffness: D) -> ByEdge<D> {
+        let [force, along] = self.stretch[i].tension(edge.squared, edge.length);
+        let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
+        let across = force * edge.inverse_length;
+        let (along, half) = (along - across, stiffness * 0.5);
+        let turned = moment * edge.inverse_length;
+        // s n n' - m (t n' + n t')/l = n w' + w n'.
+        let w = [half * n0 - turned * t0, half * n1 - turned * t1];
+        let (n0w0, n1w1) = (n0 * w[0], n1 * w[1]);
+        let (a0, a1) = (along * t0, along * t1);
+        ByEdge {
+            gradient: [force * t0 + moment * n0, force * t1 + moment * n1],
+            vector: [
+                a0 * t0 + across + (n0w0 + n0w0),
+                a0 * t1 + n0 * w[1] + n1 * w[0],
+                a1 * t1 + across + (n1w1 + n1w1),
+            ],
         }
     }
 
-    /// Writes the gradient of node `i`: its elastic part, first in `g`, less its load.
-    #[inline]
-    fn complete(&self, i: usize, g: &[D; 6], gradient: &mut [D]) {
-        let load = &self.load[i].force;
-        gradient[2 * i] = g[0] - load[0];
-        gradient[2 * i + 1] = g[1] - load[1];
+    /// Shows the derivatives by every edge from the first on, and those between the next edge and it,
+    /// by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its length `l`
+    /// turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
+    #[inline(always)]
+    fn each_edge(&self, q: &[D], to: &mut impl TakesEdges<D>) {
+        let zero = D::from(0.0);
+        let (mut moment0, mut stiffness0) = (zero, zero);
+        let last = self.each_bend(q, |i, bend, (e, f, curvature)| {
+            let [moment, stiffness] = bend.response(curvature);
+            let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
+            let after = s.map(|s| [-(s * e.normal[0]), -(s * e.normal[1])]);
+            let own = self.by_edge(i, e, moment0 - moment, stiffness0 + stiffness);
+            to.edge(i, &own, &after);
+            (moment0, stiffness0) = (moment, stiffness);
+        });
+        let i = self.bend.len();
+        to.edge(i, &self.by_edge(i, &last, moment0, stiffness0), &[[zero; 2]; 2]);
+    }
+
+    /// The same by num-dual.
+    fn each_edge_in_duals(&self, q: &[D], to: &mut impl TakesEdges<D>) {
+        let zero = D::from(0.0);
+        let mut open = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
+        for (i, element) in self.stretch.iter().enumerate() {
+            let Local { gradient: [.., gx, gy], hessian: h, .. } =
+                dual_tangent(element, unknowns(q, i));
+            let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);
+            let mut after = [[zero; 2]; 2];
+            if let Some(bend) = self.bend.get(i) {
+                let Local { gradient: g, hessian: h, .. } = dual_tangent(bend, unknowns(q, i));
+                // The first edge goes against the first node, the second with the last.
+                own = own.plus([-g[0], -g[1]], [h[0][0], h[1][0], h[1][1]]);
+                after = [4, 5].map(|r| [-h[r][0], -h[r][1]]);
+                open = ByEdge { gradient: [g[4], g[5]], vector: [h[4][4], h[5][4], h[5][5]] };
+            }
+            to.edge(i, &own, &after);
+        }
     }
 
     /// The hand-derived gradient in one sweep. An edge carries its axial force, and the difference
     /// of the moments at its ends over its length as shear force; what two edges carry and the load
     /// of the node between them is the gradient there.
-    #[inline]
+    #[inline(always)]
     fn hand_gradient(&self, q: &[D], gradient: &mut [D]) {
         let zero = D::from(0.0);
         let (gradient, _) = gradient.as_chunks_mut::<2>();
-        // Of the edge before: unit tangent, unit normal over length, force but for its last moment.
-        let (mut t, mut n, mut open) = ([zero; 2], [zero; 2], [zero; 2]);
-        let mut carried = [zero; 2];
-        for (j, edge) in self.stretch.iter().enumerate() {
-            let [x0, y0, x1, y1] = *unknowns(q, j);
-            let e = [x1 - x0, y1 - y0];
-            let squared = e[0] * e[0] + e[1] * e[1];
-            let length = squared.sqrt();
-            let inverse = length.recip();
-            let next = [e[0] * inverse, e[1] * inverse];
-            let normal = [-(next[1] * inverse), next[0] * inverse];
-            let axial = edge.force(squared, length);
-            let mut force = [next[0] * axial, next[1] * axial];
-            if j > 0 {
-                let moment = self.bend[j - 1].moment(t, next);
-                let closed = [open[0] - moment * n[0], open[1] - moment * n[1]];
-                force = [force[0] + moment * normal[0], force[1] + moment * normal[1]];
-                let load = &self.load[j - 1].force;
-                gradient[j - 1] =
-                    [carried[0] - closed[0] - load[0], carried[1] - closed[1] - load[1]];
-                carried = closed;
-            }
-            (t, n, open) = (next, normal, force);
-        }
-        let last = self.stretch.len();
-        let (before, end) = (&self.load[last - 1].force, &self.load[last].force);
-        gradient[last - 1] = [carried[0] - open[0] - before[0], carried[1] - open[1] - before[1]];
-        gradient[last] = [open[0] - end[0], open[1] - end[1]];
+        let (mut carried, mut before) = ([zero; 2], zero);
+        let mut close = |i: usize, edge: &Edge<D>, moment: D| {
+            let axial = self.stretch[i].force(edge.squared, edge.length);
+            let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
+            let force = [axial * t0 + moment * n0, axial * t1 + moment * n1];
+            let load = &self.load[i].force;
+            gradient[i] = [carried[0] - force[0] - load[0], carried[1] - force[1] - load[1]];
+            carried = force;
+        };
+        let last = self.each_bend(q, |i, bend, (edge, _, curvature)| {
+            let [moment, _] = bend.response(curvature);
+            close(i, edge, before - moment);
+            before = moment;
+        });
+        let end = self.stretch.len();
+        close(end - 1, &last, before);
+        let load = &self.load[end].force;
+        gradient[end] = [carried[0] - load[0], carried[1] - load[1]];
     }
 
     fn set_loads(&self, q: &[D], gradient: &mut [D]) {
@@ -179,14 +197,121 @@ impl<D: Nestable> PlanarRod<D> {
     }
 }
 
-/// Adds an element's gradient and the lower triangle of its Hessian.
-#[inline]
-fn add_lower<D: Scalar, const N: usize>(g: &mut [D; 6], h: &mut [[D; 6]; 6], local: &Local<D, N>) {
-    for r in 0..N {
-        g[r] += local.gradient[r];
-        for c in 0..=r {
-            h[r][c] += local.hessian[r][c];
+/// An edge as it is.
+#[derive(Clone, Copy)]
+struct Edge<D> {
+    squared: D,
+    length: D,
+    inverse_length: D,
+    tangent: [D; 2],
+    /// Counter-clockwise of the tangent, over the length: the derivative of the edge's angle, 1/m.
+    normal: [D; 2],
+}
+
+impl<D: Scalar> Edge<D> {
+    #[inline(always)]
+    fn new([x0, y0, x1, y1]: &[D; 4]) -> Self {
+        let e = [*x1 - *x0, *y1 - *y0];
+        let squared = e[0] * e[0] + e[1] * e[1];
+        let length = squared.sqrt();
+        let inverse_length = length.recip();
+        let tangent = [e[0] * inverse_length, e[1] * inverse_length];
+        let normal = [-(tangent[1] * inverse_length), tangent[0] * inverse_length];
+        Self { squared, length, inverse_length, tangent, normal }
+    }
+}
+
+/// Derivatives by an edge's vector: of the energies of its stretching and of both its joints.
+#[derive(Clone, Copy)]
+struct ByEdge<D> {
+    /// N.
+    gradient: [D; 2],
+    /// `xx, yx, yy`, N/m.
+    vector: [D; 3],
+}
+
+impl<D: Scalar> ByEdge<D> {
+    fn plus(&self, gradient: [D; 2], vector: [D; 3]) -> Self {
+        Self {
+            gradient: std::array::from_fn(|c| self.gradient[c] + gradient[c]),
+            vector: std::array::from_fn(|c| self.vector[c] + vector[c]),
         }
+    }
+}
+
+/// What is shown the edges, from the first on.
+trait TakesEdges<D> {
+    /// Edge `i`; `after` are the derivatives between the next edge (rows) and this one (columns).
+    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]);
+}
+
+/// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
+struct ToNodes<'a, D> {
+    load: &'a [DeadLoad<D, 2>],
+    gradient: &'a mut [D],
+    tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
+    /// Of the edge before, with the derivatives between the edge that comes and it.
+    before: ByEdge<D>,
+    between: [[D; 2]; 2],
+}
+
+impl<'a, D: Scalar> ToNodes<'a, D> {
+    #[inline(always)]
+    fn new(
+        load: &'a [DeadLoad<D, 2>],
+        gradient: &'a mut [D],
+        tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) -> Self {
+        let zero = D::from(0.0);
+        let before = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
+        Self { load, gradient, tangent, before, between: [[zero; 2]; 2] }
+    }
+
+    /// The last node.
+    #[inline(always)]
+    fn end(self) {
+        let ([px, py], [xx, yx, yy]) = (self.before.gradient, self.before.vector);
+        let i = self.load.len() - 1;
+        let load = &self.load[i].force;
+        (self.gradient[2 * i], self.gradient[2 * i + 1]) = (px - load[0], py - load[1]);
+        let mut below = [[D::from(0.0); HALF_BANDWIDTH]; 2];
+        below[0][0] = yx;
+        self.tangent.set_columns(2 * i, &[xx, yy], &below);
+    }
+}
+
+impl<D: Scalar> TakesEdges<D> for ToNodes<'_, D> {
+    #[inline(always)]
+    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]) {
+        let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
+        let ([px, py], [pxx, pyx, pyy]) = (self.before.gradient, self.before.vector);
+        let [[b00, b01], [b10, b11]] = self.between;
+        let [[a00, a01], [a10, a11]] = *after;
+        let load = &self.load[i].force;
+        let g: &mut [D; 2] = self.gradient[2 * i..].first_chunk_mut().expect("a node of the rod");
+        *g = [px - gx - load[0], py - gy - load[1]];
+        let diagonal = [pxx + xx - (b00 + b00), pyy + yy - (b11 + b11)];
+        let below = [
+            [pyx + yx - b01 - b10, b00 + a00 - xx, b10 + a10 - yx, -a00, -a10],
+            [b01 + a01 - yx, b11 + a11 - yy, -a01, -a11, D::from(0.0)],
+        ];
+        self.tangent.set_columns(2 * i, &diagonal, &below);
+        (self.before, self.between) = (*own, *after);
+    }
+}
+
+/// Adds what stands between edges.
+struct ToEdges<'a, D> {
+    tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
+    /// The last edge.
+    last: usize,
+}
+
+impl<D: Scalar> TakesEdges<D> for ToEdges<'_, D> {
+    fn edge(&mut self, i: usize, own: &ByEdge<D>, [a, b]: &[[D; 2]; 2]) {
+        let ([xx, yx, yy], z) = (own.vector, D::from(0.0));
+        let rows = [[xx, z, z, z], [yx, yy, z, z], [a[0], a[1], z, z], [b[0], b[1], z, z]];
+        self.tangent.add_corner(2 * i + 2, if i < self.last { 4 } else { 2 }, &rows);
     }
 }
 
@@ -227,11 +352,16 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
+        let mut nodes = ToNodes::new(&self.load, gradient, tangent);
         match derivatives {
-            Derivatives::Hand => {
-                self.sweep(q, gradient, tangent, |e, q| e.tangent(q), |e, q| e.tangent(q));
-            }
-            Derivatives::Dual => self.sweep(q, gradient, tangent, dual_tangent, dual_tangent),
+            Derivatives::Hand => self.each_edge(q, &mut nodes),
+            Derivatives::Dual => self.each_edge_in_duals(q, &mut nodes),
+        }
+        nodes.end();
+        for (i, moment) in &self.moment {
+            let local = moment.tangent(unknowns(q, *i));
+            scatter(&local.gradient, gradient, *i);
+            tangent.add_block(2 * i, &local.hessian);
         }
         self.own.add_tangent(q, &[], derivatives, gradient, tangent);
     }
@@ -243,27 +373,16 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         derivatives: Derivatives,
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
-        const EDGE: [(usize, f64); 2] = [(0, -1.0), (1, -1.0)];
-        const EDGES: [(usize, f64); 4] = [(0, -1.0), (1, -1.0), (4, 1.0), (5, 1.0)];
         tangent.clear();
-        for (i, element) in self.stretch.iter().enumerate() {
-            let own = unknowns(q, i);
-            let local = match derivatives {
-                Derivatives::Hand => element.tangent(own),
-                Derivatives::Dual => dual_tangent(element, own),
-            };
-            add_edges(tangent, 2 * i + 2, &local.hessian, &EDGE);
-        }
-        for (i, element) in self.bend.iter().enumerate() {
-            let own = unknowns(q, i);
-            let local = match derivatives {
-                Derivatives::Hand => element.tangent(own),
-                Derivatives::Dual => dual_tangent(element, own),
-            };
-            add_edges(tangent, 2 * i + 2, &local.hessian, &EDGES);
+        let mut edges = ToEdges { tangent, last: self.bend.len() };
+        match derivatives {
+            Derivatives::Hand => self.each_edge(q, &mut edges),
+            Derivatives::Dual => self.each_edge_in_duals(q, &mut edges),
         }
         for (i, moment) in &self.moment {
-            add_edges(tangent, 2 * i + 2, &moment.tangent(unknowns(q, *i)).hessian, &EDGE);
+            // By its second node is by its edge.
+            let h = moment.tangent(unknowns(q, *i)).hessian;
+            tangent.add_block(2 * i + 2, &[[h[2][2], h[2][3]], [h[3][2], h[3][3]]]);
         }
     }
 
@@ -340,13 +459,21 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn energies(&self, q: &[D], (): &()) -> Energies {
-        fn sum<D: Scalar, E: Element<D, N>, const N: usize>(elements: &[E], q: &[D]) -> f64 {
-            elements.iter().enumerate().map(|(i, e)| e.energy(unknowns(q, i)).value()).sum()
+        let stretch =
+            |i: usize, edge: &Edge<D>| self.stretch[i].energy_at(edge.squared, edge.length).value();
+        let mut sums = [0.0; 3];
+        let last = self.each_bend(q, |i, element, (edge, _, curvature)| {
+            sums[0] += stretch(i, edge);
+            sums[1] += element.energy_at(curvature).value();
+        });
+        sums[0] += stretch(self.bend.len(), &last);
+        for (i, load) in self.load.iter().enumerate() {
+            sums[2] += load.energy(unknowns(q, i)).value();
         }
         Energies {
-            stretch: sum(&self.stretch, q),
-            bend: sum(&self.bend, q),
-            potential: sum(&self.load, q) + self.moment_potential(q),
+            stretch: sums[0],
+            bend: sums[1],
+            potential: sums[2] + self.moment_potential(q),
             own: self.own.energy(q, &[]),
             ..Energies::default()
         }

@@ -4,15 +4,16 @@
 
 use crate::energy::BendTwist;
 use crate::energy::bend_twist;
-use crate::energy::bend_twist::{Edge, EdgeState, JointLaw};
+use crate::energy::bend_twist::{EdgeState, JointLaw};
 use crate::energy::frame::{Frames, one_plus_dot, transport, transported_twist};
+use crate::energy::joint::{ByEdge, Edge, Sum, between};
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
 };
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
-use crate::rod::edges::add_edges;
+use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
@@ -42,59 +43,34 @@ pub struct SpatialRod<D> {
 }
 
 /// The unknowns of bend and twist `i`.
-#[inline]
+#[inline(always)]
 fn around<D: Copy>(q: &[D], i: usize) -> &[D; WINDOW] {
     q[STRIDE * i..].first_chunk().expect("a joint's nodes are nodes of the rod")
 }
 
 /// The unknowns of stretch `i`.
-#[inline]
+#[inline(always)]
 fn ends<D: Copy>(q: &[D], i: usize) -> [D; 6] {
     let own: &[D; 7] = q[STRIDE * i..].first_chunk().expect("an edge's nodes are nodes of the rod");
     ENDS.map(|k| own[k])
 }
 
 /// The position of node `i`, m.
-#[inline]
+#[inline(always)]
 fn position<D: Copy>(q: &[D], i: usize) -> Vector<D> {
     *q[STRIDE * i..].first_chunk().expect("a node of the rod")
 }
 
 /// The vector of edge `i`, m.
-#[inline]
+#[inline(always)]
 fn edge<D: Scalar>(q: &[D], i: usize) -> Vector<D> {
     sub(position(q, i + 1), position(q, i))
 }
 
-#[inline]
+#[inline(always)]
 fn add_at<D: Scalar>(to: &mut [D], i: usize, from: &Vector<D>) {
     for (to, from) in to[STRIDE * i..].iter_mut().zip(from) {
         *to += *from;
-    }
-}
-
-/// The edges on both sides of one inner node after the other, each found once.
-struct Edges<'a, D> {
-    q: &'a [D],
-    frames: &'a Frames<D>,
-    last: EdgeState<D>,
-}
-
-impl<'a, D: Scalar> Edges<'a, D> {
-    #[inline]
-    fn new(q: &'a [D], frames: &'a Frames<D>) -> Self {
-        Self { q, frames, last: EdgeState::new(&frames.edges[0], edge(q, 0), q[3]) }
-    }
-
-    /// The edges around node `i + 1`, and how much their angles differ; to be called for
-    /// `i = 0, 1, ..`.
-    #[inline]
-    fn next_pair(&mut self, i: usize) -> (EdgeState<D>, EdgeState<D>, D) {
-        let (before, after) = (self.q[STRIDE * i + 3], self.q[STRIDE * (i + 1) + 3]);
-        let next = EdgeState::new(&self.frames.edges[i + 1], edge(self.q, i + 1), after);
-        let pair = (self.last, next, after - before);
-        self.last = next;
-        pair
     }
 }
 
@@ -103,70 +79,123 @@ struct Open<D> {
     edge: Edge<D>,
     /// The tangent it moved from.
     from: Vector<D>,
-    /// The gradient by the edge vector and by its angle, so far.
-    force: Vector<D>,
-    torque: D,
+    /// The axial force, N, and the derivatives by the joint before.
+    force: D,
+    pull: [D; 3],
 }
 
 impl<D: Nestable> SpatialRod<D> {
     /// Bend and twist `i` with its reference.
-    #[inline]
+    #[inline(always)]
     pub fn bend_twist(&self, i: usize, frames: &Frames<D>) -> BendTwist<D> {
         self.joint[i].at([frames.edges[i], frames.edges[i + 1]], frames.twist[i])
     }
 
-    /// Gradient and tangent in one sweep along the rod; `stretch` differentiates one edge, and
-    /// `joint` the inner nodes one after the other. The window is complete for its first node and edge once the bend and twist
-    /// after that edge is added; their columns are written and the window moves on.
-    #[inline]
-    fn sweep(
+    /// Edge `i` as it is.
+    #[inline(always)]
+    fn edge_state(q: &[D], frames: &Frames<D>, i: usize) -> EdgeState<D> {
+        EdgeState::new(&frames.edges[i], edge(q, i), q[STRIDE * i + 3])
+    }
+
+    /// Shows every inner node from the first on: its number, itself, and the edges before and after it.
+    #[inline(always)]
+    fn each_joint(
         &self,
         q: &[D],
-        gradient: &mut [D],
-        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
-        stretch: impl Fn(&Stretch<D, 3>, &[D; 6]) -> Local<D, 6>,
-        mut joint: impl FnMut(usize) -> Local<D, WINDOW>,
-    ) {
+        frames: &Frames<D>,
+        mut show: impl FnMut(usize, &BendTwist<D>, (&EdgeState<D>, &EdgeState<D>, D)),
+    ) -> EdgeState<D> {
+        let mut edge = Self::edge_state(q, frames, 0);
+        for i in 0..self.joint.len() {
+            let next = Self::edge_state(q, frames, i + 1);
+            let turn = q[STRIDE * (i + 1) + 3] - q[STRIDE * i + 3];
+            show(i, &self.bend_twist(i, frames), (&edge, &next, turn));
+            edge = next;
+        }
+        edge
+    }
+
+    /// Shows the derivatives by every edge from the first on, and those between the next edge and it,
+    /// by the hand-derived formulas.
+    #[inline(always)]
+    fn each_edge(&self, q: &[D], frames: &Frames<D>, to: &mut impl TakesEdges<D>) {
+        let mut open = Sum::zero();
+        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
+            let tangent = joint.tangent_between(e, f, turn);
+            let [force, along] = self.stretch[i].tension(e.squared, e.length);
+            let own = e.derivatives(&open.plus(&tangent.e), force, along);
+            to.edge(i, &own, &between(e, f, tangent.fe));
+            open = tangent.f;
+        });
+        let i = self.joint.len();
+        let [force, along] = self.stretch[i].tension(last.squared, last.length);
+        to.edge(i, &last.derivatives(&open, force, along), &[[D::from(0.0); 4]; 4]);
+    }
+
+    /// The same by num-dual.
+    fn each_edge_in_duals(&self, q: &[D], frames: &Frames<D>, to: &mut impl TakesEdges<D>) {
+        // Where the unknowns of the edges stand among those of an inner node, and their signs.
+        const FIRST: [(usize, f64); 4] = [(0, -1.0), (1, -1.0), (2, -1.0), (3, 1.0)];
+        const SECOND: [(usize, f64); 4] = [(8, 1.0), (9, 1.0), (10, 1.0), (7, 1.0)];
         let zero = D::from(0.0);
-        let mut g = [zero; WINDOW];
-        // The lower triangle.
-        let mut h = [[zero; WINDOW]; WINDOW];
+        let pick =
+            |local: &Local<D, WINDOW>, rows: [(usize, f64); 4], columns: [(usize, f64); 4]| {
+                rows.map(|(r, a)| columns.map(|(c, b)| local.hessian[r][c] * (a * b)))
+            };
+        let mut open = ([zero; 4], [[zero; 4]; 4]);
         for (i, element) in self.stretch.iter().enumerate() {
-            let local = stretch(element, &ends(q, i));
-            for r in 0..6 {
-                g[ENDS[r]] += local.gradient[r];
-                for c in 0..=r {
-                    h[ENDS[r]][ENDS[c]] += local.hessian[r][c];
+            let stretch = dual_tangent(element, &ends(q, i));
+            let (mut gradient, mut own) = open;
+            for r in 0..3 {
+                gradient[r] += stretch.gradient[3 + r];
+                for c in 0..3 {
+                    own[r][c] += stretch.hessian[3 + r][3 + c];
                 }
             }
+            let mut after = [[zero; 4]; 4];
             if i < self.joint.len() {
-                let local = joint(i);
-                for r in 0..WINDOW {
-                    g[r] += local.gradient[r];
-                    for c in 0..=r {
-                        h[r][c] += local.hessian[r][c];
+                let joint = bend_twist::dual_tangent(&self.bend_twist(i, frames), around(q, i));
+                let first = pick(&joint, FIRST, FIRST);
+                for r in 0..4 {
+                    gradient[r] += joint.gradient[FIRST[r].0] * FIRST[r].1;
+                    for c in 0..4 {
+                        own[r][c] += first[r][c];
                     }
                 }
+                after = pick(&joint, SECOND, FIRST);
+                let second = SECOND.map(|(r, sign)| joint.gradient[r] * sign);
+                open = (second, pick(&joint, SECOND, SECOND));
             }
-            gradient[STRIDE * i..STRIDE * (i + 1)].copy_from_slice(&g[..STRIDE]);
-            tangent.set_columns::<STRIDE, WINDOW>(STRIDE * i, &h);
-            for r in 0..WINDOW - STRIDE {
-                g[r] = g[r + STRIDE];
-                for c in 0..=r {
-                    h[r][c] = h[r + STRIDE][c + STRIDE];
-                }
-            }
-            g[WINDOW - STRIDE..].fill(zero);
-            h[WINDOW - STRIDE..].fill([zero; WINDOW]);
+            let vector = [0, 1, 2].map(|r| [own[r][0], own[r][1], own[r][2]]);
+            let angle_vector = [own[3][0], own[3][1], own[3][2]];
+            to.edge(i, &ByEdge { gradient, vector, angle_vector, angle: own[3][3] }, &after);
         }
-        let last = self.stretch.len();
-        gradient[STRIDE * last..].copy_from_slice(&g[..3]);
-        tangent.set_columns::<3, WINDOW>(STRIDE * last, &h);
-        self.subtract_loads(gradient);
+    }
+
+    /// The hand-derived gradient at fixed frames.
+    #[inline(always)]
+    fn hand_gradient(&self, q: &[D], frames: &Frames<D>, gradient: &mut [D]) {
+        let zero = D::from(0.0);
+        let (mut open, mut carried) = ([zero; 3], [zero; 3]);
+        let mut close = |i: usize, edge: &EdgeState<D>, pull: [D; 3]| {
+            let force = self.stretch[i].force(edge.squared, edge.length);
+            let [x, y, z, torque] = edge.gradient(pull, force);
+            self.complete(i, sub(carried, [x, y, z]), gradient);
+            gradient[STRIDE * i + 3] = torque;
+            carried = [x, y, z];
+        };
+        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
+            let pull = joint.pull_between(e, f, turn);
+            close(i, e, add(open, pull.e));
+            open = pull.f;
+        });
+        let end = self.stretch.len();
+        close(end - 1, &last, open);
+        self.complete(end, carried, gradient);
     }
 
     /// Writes the gradient of node `i`: its elastic part less its load.
-    #[inline]
+    #[inline(always)]
     fn complete(&self, i: usize, elastic: Vector<D>, gradient: &mut [D]) {
         let total = sub(elastic, self.load[i].force);
         gradient[STRIDE * i..STRIDE * i + 3].copy_from_slice(&total);
@@ -194,27 +223,24 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn gradient(&self, q: &[D], frames: &Frames<D>, derivatives: Derivatives, gradient: &mut [D]) {
-        gradient.fill(D::from(0.0));
-        self.subtract_loads(gradient);
-        let hand = derivatives == Derivatives::Hand;
-        for (i, element) in self.stretch.iter().enumerate() {
-            let own = ends(q, i);
-            let local = if hand { element.gradient(&own) } else { dual_gradient(element, &own) };
-            for r in 0..6 {
-                gradient[STRIDE * i + ENDS[r]] += local[r];
-            }
-        }
-        let mut edges = Edges::new(q, frames);
-        for i in 0..self.joint.len() {
-            let element = self.bend_twist(i, frames);
-            let local = if hand {
-                let (e, f, turn) = edges.next_pair(i);
-                element.gradient_between(&e, &f, turn)
-            } else {
-                bend_twist::dual_gradient(&element, around(q, i))
-            };
-            for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
-                *to += *from;
+        match derivatives {
+            Derivatives::Hand => self.hand_gradient(q, frames, gradient),
+            Derivatives::Dual => {
+                gradient.fill(D::from(0.0));
+                self.subtract_loads(gradient);
+                for (i, element) in self.stretch.iter().enumerate() {
+                    let local = dual_gradient(element, &ends(q, i));
+                    for r in 0..6 {
+                        gradient[STRIDE * i + ENDS[r]] += local[r];
+                    }
+                }
+                for i in 0..self.joint.len() {
+                    let local =
+                        bend_twist::dual_gradient(&self.bend_twist(i, frames), around(q, i));
+                    for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
+                        *to += *from;
+                    }
+                }
             }
         }
         self.own.add_gradient(q, &frames.edges, derivatives, gradient);
@@ -228,18 +254,12 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
+        let mut nodes = ToNodes::new(&self.load, gradient, tangent);
         match derivatives {
-            Derivatives::Hand => {
-                let mut edges = Edges::new(q, frames);
-                self.sweep(q, gradient, tangent, Stretch::tangent, |i| {
-                    let (e, f, turn) = edges.next_pair(i);
-                    self.bend_twist(i, frames).tangent_between(&e, &f, turn)
-                });
-            }
-            Derivatives::Dual => self.sweep(q, gradient, tangent, dual_tangent, |i| {
-                bend_twist::dual_tangent(&self.bend_twist(i, frames), around(q, i))
-            }),
+            Derivatives::Hand => self.each_edge(q, frames, &mut nodes),
+            Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut nodes),
         }
+        nodes.end();
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
 
@@ -250,26 +270,11 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         derivatives: Derivatives,
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
-        const EDGE: [(usize, f64); 3] = [(0, -1.0), (1, -1.0), (2, -1.0)];
-        // Angle, edge, angle, edge.
-        const EDGES: [(usize, f64); 8] =
-            [(3, 1.0), (0, -1.0), (1, -1.0), (2, -1.0), (7, 1.0), (8, 1.0), (9, 1.0), (10, 1.0)];
         tangent.clear();
-        for (i, element) in self.stretch.iter().enumerate() {
-            let own = ends(q, i);
-            let local = match derivatives {
-                Derivatives::Hand => element.tangent(&own),
-                Derivatives::Dual => dual_tangent(element, &own),
-            };
-            add_edges(tangent, STRIDE * (i + 1), &local.hessian, &EDGE);
-        }
-        for i in 0..self.joint.len() {
-            let (element, own) = (self.bend_twist(i, frames), around(q, i));
-            let local = match derivatives {
-                Derivatives::Hand => element.tangent(own),
-                Derivatives::Dual => bend_twist::dual_tangent(&element, own),
-            };
-            add_edges(tangent, STRIDE * i + 3, &local.hessian, &EDGES);
+        let mut edges = ToEdges { tangent, last: self.joint.len() };
+        match derivatives {
+            Derivatives::Hand => self.each_edge(q, frames, &mut edges),
+            Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut edges),
         }
     }
 
@@ -358,6 +363,13 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         let zero = D::from(0.0);
         let mut last: Option<Open<D>> = None;
         let mut carried = [zero; 3];
+        let mut close = |i: usize, open: &Open<D>, by: [D; 3]| {
+            let [p, q, torque] = add(open.pull, by);
+            let force = add(scale(open.edge.tangent, open.force), open.edge.across([p, q]));
+            self.complete(i, sub(carried, force), gradient);
+            gradient[STRIDE * i + 3] = torque;
+            carried = force;
+        };
         for (j, law) in self.stretch.iter().enumerate() {
             let e = edge(q, j);
             let squared = dot(e, e);
@@ -366,26 +378,20 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             let tangent = scale(e, inverse_length);
             let from = frames.rebase_edge(j, tangent, last.as_ref().map(|open| open.from));
             let next = Edge::moved(&frames.edges[j], inverse_length, q[STRIDE * j + 3]);
-            let mut force = scale(tangent, law.force(squared, length));
-            let mut torque = zero;
+            let mut pull = [zero; 3];
             if let Some(open) = &last {
                 let i = j - 1;
                 let turn = q[STRIDE * j + 3] - q[STRIDE * i + 3];
-                let pull = self.joint[i].pull(&open.edge, &next, turn + frames.twist[i]);
-                force = add(force, pull.f);
-                torque = pull.theta[1];
-                let closed = add(open.force, pull.e);
-                self.complete(i, sub(carried, closed), gradient);
-                gradient[STRIDE * i + 3] = open.torque + pull.theta[0];
-                carried = closed;
+                let both = self.joint[i].pull(&open.edge, &next, turn + frames.twist[i]);
+                close(i, open, both.e);
+                pull = both.f;
             }
-            last = Some(Open { edge: next, from, force, torque });
+            last = Some(Open { edge: next, from, force: law.force(squared, length), pull });
         }
-        if let Some(Open { force, torque, .. }) = last {
+        if let Some(open) = last {
             let end = self.stretch.len();
-            self.complete(end - 1, sub(carried, force), gradient);
-            gradient[STRIDE * end - 1] = torque;
-            self.complete(end, force, gradient);
+            close(end - 1, &open, [zero; 3]);
+            self.complete(end, carried, gradient);
         }
         self.own.add_gradient(q, &frames.edges, derivatives, gradient);
     }
@@ -454,14 +460,16 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
 
     fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
         let mut sum = Energies::default();
-        for (i, element) in self.stretch.iter().enumerate() {
-            sum.stretch += element.energy(&ends(q, i)).value();
-        }
-        for i in 0..self.joint.len() {
-            let [bend, twist] = self.bend_twist(i, frames).energies(around(q, i));
+        let stretch = |i: usize, edge: &EdgeState<D>| {
+            self.stretch[i].energy_at(edge.squared, edge.length).value()
+        };
+        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
+            let [bend, twist] = joint.energies_between(e, f, turn);
+            sum.stretch += stretch(i, e);
             sum.bend += bend.value();
             sum.twist += twist.value();
-        }
+        });
+        sum.stretch += stretch(self.joint.len(), &last);
         for (i, load) in self.load.iter().enumerate() {
             sum.potential += load.energy(&position(q, i)).value();
         }

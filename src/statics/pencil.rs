@@ -105,11 +105,11 @@ impl<D: Scalar> Pencil<D, { spatial::HALF_BANDWIDTH }> {
         };
         let mut tangent = BandMatrix::zeros(unknowns);
         for r in 0..unknowns {
-            let mut window = [[D::from(0.0); ACROSS + 1]; ACROSS + 1];
-            for s in r..unknowns.min(r + ACROSS + 1) {
-                window[s - r][0] = entry(s, r);
+            let mut below = [D::from(0.0); ACROSS];
+            for s in r + 1..unknowns.min(r + ACROSS + 1) {
+                below[s - r - 1] = entry(s, r);
             }
-            tangent.set_columns::<1, { ACROSS + 1 }>(r, &window);
+            tangent.set_columns(r, &[entry(r, r)], &[below]);
         }
         // What holds a part of a node holds its deflection.
         let place = |i: usize, rounded: usize| 2 * (i / 4) + (i % 4 + rounded) / 4;
