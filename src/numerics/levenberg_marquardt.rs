@@ -33,12 +33,15 @@ pub struct LevenbergMarquardt {
     longest_steps: Vec<f64>,
     step_tolerance: f64,
     noise_tolerance: f64,
+    last_step: f64,
     damping: f64,
     growth: f64,
     /// Norms of the Jacobian's columns, or what is remembered of larger ones.
     scale: Vec<f64>,
     /// Change of the model by the last full step that was taken without asking for its cost.
     last_change: f64,
+    /// The last step that was taken, and what the linear model left out of the change it made.
+    curvature: Option<(Vec<f64>, f64)>,
 }
 
 /// Damping at the start, relative to the squared scales.
@@ -98,9 +101,11 @@ impl LevenbergMarquardt {
             bounds,
             step_tolerance: 1e-10,
             noise_tolerance: 1e-3,
+            last_step: 0.0,
             damping: FIRST_DAMPING,
             growth: 2.0,
             last_change: f64::INFINITY,
+            curvature: None,
         }
     }
 
@@ -118,6 +123,26 @@ impl LevenbergMarquardt {
     /// Sets the part of a standard deviation that counts as none; default 1e-3.
     pub fn noise_tolerance(self, noise_tolerance: f64) -> Self {
         Self { noise_tolerance, ..self }
+    }
+
+    /// Sets the part of a standard error below which the last step is taken on the linear model, without
+    /// looking at where it leads; default 0. What that leaves out goes with the square of the step; it
+    /// must be below the noise tolerance by what the step before has shown. Data without noise have no
+    /// standard errors, and are fitted to rounding as ever.
+    pub fn last_step(self, last_step: f64) -> Self {
+        Self { last_step, ..self }
+    }
+
+    /// Whether a step that changes the linear model by `change` is the last, and need not be looked at.
+    /// No unknown moves by a larger part of its standard error than the model by that of the noise.
+    fn is_last(&self, step: &[f64], change: f64, noise: f64) -> bool {
+        let Some((before, left_out)) = &self.curvature else { return false };
+        let parts = step.iter().zip(before).map(|(now, before)| match *now == 0.0 {
+            true => 0.0,
+            false => (now / before).abs(),
+        });
+        let part = parts.fold(0.0, f64::max);
+        change <= self.last_step * noise && left_out * part * part <= self.noise_tolerance * noise
     }
 
     fn raise_damping(&mut self) {
@@ -207,6 +232,14 @@ where
             let converged = TerminationReason::SolverConverged;
             return Ok((at(state, x, here).terminate_with(converged), None));
         }
+        let step = difference(&target, &x);
+        if self.is_last(&step, change, noise) {
+            let residuals = add(&here.residuals, &times(&here.jacobian, &step));
+            let cost = half_square(&residuals);
+            let there = Trial { residuals, cost, ..here };
+            let converged = TerminationReason::SolverConverged;
+            return Ok((at(state, target, there).terminate_with(converged), None));
+        }
         if change <= BELOW_COST * (2.0 * cost).sqrt() && change < 0.95 * self.last_change {
             let trial = evaluate(problem, &target);
             if let Ok(trial) = trial
@@ -223,7 +256,7 @@ where
                 break;
             };
             let next = clamp(add(&x, &step), &reach);
-            let step: Vec<f64> = next.iter().zip(&x).map(|(t, x)| t - x).collect();
+            let step = difference(&next, &x);
             if step.iter().zip(&x).all(|(s, x)| s.abs() <= f64::EPSILON * x.abs()) {
                 break;
             }
@@ -240,6 +273,9 @@ where
                     let lost = linear.least_kept(&trial.jacobian) <= LEAST_EFFECT;
                     if gain > LEAST_GAIN && !lost {
                         self.relax_damping(gain);
+                        let made = difference(&trial.residuals, &here.residuals);
+                        let left_out = difference(&made, &times(&here.jacobian, &step));
+                        self.curvature = Some((step, (2.0 * half_square(&left_out)).sqrt()));
                         let damping = argmin::kv!("damping" => self.damping;);
                         return Ok((at(state, next, trial), Some(damping)));
                     }
@@ -276,6 +312,15 @@ fn drop(before: &[f64], after: &[f64]) -> f64 {
 
 fn add(x: &[f64], step: &[f64]) -> Vec<f64> {
     x.iter().zip(step).map(|(x, s)| x + s).collect()
+}
+
+fn difference(to: &[f64], from: &[f64]) -> Vec<f64> {
+    to.iter().zip(from).map(|(to, from)| to - from).collect()
+}
+
+/// The change that the linear model makes of a step.
+fn times(jacobian: &[Vec<f64>], step: &[f64]) -> Vec<f64> {
+    jacobian.iter().map(|row| row.iter().zip(step).map(|(d, s)| d * s).sum()).collect()
 }
 
 #[cfg(test)]

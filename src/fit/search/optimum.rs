@@ -18,6 +18,8 @@ use std::sync::Arc;
 
 /// A factor of a hundred is as far as the data at one value tell about another.
 const LONGEST_LOG_STEP: f64 = 4.6;
+/// Part of a standard error below which the last step is taken without another simulation.
+const LAST_STEP: f64 = 0.05;
 
 /// Where an optimisation ended.
 #[derive(Clone, Debug)]
@@ -66,7 +68,8 @@ impl Search<'_> {
         let solver = LevenbergMarquardt::new(bounds)
             .longest_steps(self.unknowns.iter().map(longest).collect())
             .step_tolerance(step_tolerance)
-            .noise_tolerance(noise_tolerance);
+            .noise_tolerance(noise_tolerance)
+            .last_step(LAST_STEP);
         let observer = Observer {
             progress: self.progress.clone(),
             work: self.work.clone(),

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 /// Work on request, `[analysis]` in the fit file. By default only the discretisation error, which
-/// costs two finer simulations.
+/// costs two coarser simulations.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Analysis {

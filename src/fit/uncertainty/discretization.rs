@@ -1,11 +1,12 @@
 //! The error that mesh and step leave in the identified parameters.
 //!
-//! The statistical interval knows nothing of it: it can only be seen by refining. Mesh and step are
-//! made finer by a quarter, one at a time, and the parameters' changes are carried on to zero as if
-//! they were of first order. That is on the safe side: nearly twice the error of a second-order
-//! method, and mesh and step never cancel. A quarter is enough, as nothing here is random; halving
-//! covers no better and costs 4 simulations instead of 2.5
-//! (`cargo run --release --example discretization_error -- 100`).
+//! The statistical interval knows nothing of it: it can only be seen with another mesh and another
+//! step. Each is changed alone, and the parameters' changes are carried on to zero as if they were of
+//! first order. That is on the safe side: up to two and a half times the error of a second-order
+//! method, and mesh and step never cancel. A mesh and a step coarser by half cost 1.3 simulations, where
+//! finer ones cost 2.5 by a quarter and 4 by half, and none covers better
+//! (`cargo run --release --example discretization_error -- 400`). Where coarser ones would not resolve the
+//! motion, or cannot be simulated, they are finer by a quarter: nothing here is random, and that is enough.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -17,12 +18,17 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
-use crate::problem::Problem;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
-/// How much finer.
+/// How much coarser, and how much finer where a coarser one says nothing.
+const COARSER: f64 = 1.5;
 const FINER: f64 = 1.25;
+/// What a coarser model needs: edges, edges for each mode up to the highest whose frequency was measured,
+/// and steps in the first period.
+const FEWEST_EDGES: f64 = 16.0;
+const FEWEST_PER_MODE: f64 = 4.0;
+const FEWEST_STEPS: f64 = 100.0;
 /// Part of the residuals that mesh and step must leave to be blamed for them before the model.
 const MESH_TO_BLAME: f64 = 0.5;
 
@@ -44,53 +50,69 @@ pub struct DiscretizationError {
     pub step: Option<f64>,
 }
 
-/// An experiment of finer mesh or step, and the error over the change that makes, at first order.
-type Finer = (Experiment, f64);
+/// An experiment with another mesh or step, and the error over the change that makes, at first order.
+type Other = (Experiment, f64);
 
 /// The error over the change when what it is proportional to becomes smaller by `ratio`.
 fn to_zero(ratio: f64) -> f64 {
     1.0 / (1.0 - 1.0 / ratio)
 }
 
-/// The experiment with more edges.
-fn finer_mesh(experiment: &Experiment) -> Result<Finer, Error> {
-    let problem = &experiment.problem;
-    let segments = (problem.segments() as f64 * FINER).round();
-    let finer = problem.like_it(problem.remeshed(segments as usize))?;
-    Ok((experiment.posed_as(finer), to_zero(segments / problem.segments() as f64)))
+/// The experiments with fewer edges where `coarser` ones will do, else with more.
+fn other_meshes(search: &Search, coarser: bool) -> Result<Vec<Option<Other>>, Error> {
+    let other = |experiment: &Experiment| {
+        let problem = &experiment.problem;
+        let own = problem.segments() as f64;
+        let fewer = (own / COARSER).round();
+        let needed = FEWEST_EDGES.max(FEWEST_PER_MODE * experiment.highest_mode() as f64);
+        let segments = if coarser && fewer >= needed { fewer } else { (own * FINER).round() };
+        let other = problem.like_it(problem.remeshed(segments as usize))?;
+        Ok(Some((experiment.posed_as(other), to_zero(segments / own))))
+    };
+    search.experiments.iter().map(other).collect()
 }
 
-/// The experiment with a smaller step, unless nothing moves or its beta is to be found.
-fn finer_step(experiment: &Experiment, unknowns: &[Unknown]) -> Result<Option<Finer>, Error> {
-    let beta = |u: &Unknown| u.parameter == Parameter::Beta && u.is_of(experiment);
-    if unknowns.iter().any(beta) || !experiment.moves() {
-        return Ok(None);
-    }
-    let mut scene = experiment.problem.scene().clone();
-    if let Some(time) = &mut scene.time {
-        time.step /= FINER;
-    }
-    let finer: Problem = experiment.problem.like_it(scene)?;
-    Ok(Some((experiment.posed_as(finer), to_zero(FINER))))
+/// The experiments with a larger step where `coarser` ones will do, else with a smaller one; none where
+/// nothing moves or beta is to be found.
+fn other_steps(search: &Search, coarser: bool) -> Result<Vec<Option<Other>>, Error> {
+    let other = |(experiment, first): (&Experiment, f64)| {
+        let beta = |u: &Unknown| u.parameter == Parameter::Beta && u.is_of(experiment);
+        if search.unknowns.iter().any(beta) || !experiment.moves() {
+            return Ok(None);
+        }
+        let mut scene = experiment.problem.scene().clone();
+        let good = scene.supports.largest_good_step();
+        let mut ratio = FINER;
+        if let Some(time) = &mut scene.time {
+            let explicit = time.scheme.traits().stability_limit.is_some();
+            if coarser && !explicit && COARSER * time.step <= (first / FEWEST_STEPS).min(good) {
+                ratio = COARSER.recip();
+            }
+            time.step /= ratio;
+        }
+        let other = experiment.problem.like_it(scene)?;
+        Ok(Some((experiment.posed_as(other), to_zero(ratio))))
+    };
+    search.experiments.iter().zip(search.first_periods(1.0)).map(other).collect()
 }
 
-/// How far the unknowns, on their scales, are from those of the limit that the models `finer` than
-/// those of `task` are on the way to, one per experiment; and the work that took. None if no
-/// experiment has a finer one.
+/// How far the unknowns, on their scales, are from those of the limit that the models of `task` and
+/// the `others`, one per experiment, are on the way to; and the work that took. None if no experiment has
+/// another one.
 fn change(
     task: Task,
-    finer: Vec<Option<Finer>>,
+    others: Vec<Option<Other>>,
     optimum: &Optimum,
     (covariance, weights): (&Covariance, &[f64]),
     how: Refinement,
 ) -> Result<Option<Change>, Error> {
-    if finer.iter().all(Option::is_none) {
+    if others.iter().all(Option::is_none) {
         return Ok(None);
     }
-    let (experiments, to_zero): (Vec<Experiment>, Vec<f64>) = finer
+    let (experiments, to_zero): (Vec<Experiment>, Vec<f64>) = others
         .into_iter()
         .zip(task.experiments)
-        .map(|(finer, experiment)| finer.unwrap_or_else(|| (experiment.clone(), 0.0)))
+        .map(|(other, experiment)| other.unwrap_or_else(|| (experiment.clone(), 0.0)))
         .unzip();
     let search = Task { experiments: &experiments, ..task }.search();
     let (moved, left): (Vec<Option<f64>>, f64) = match how {
@@ -199,13 +221,19 @@ fn errors(
     (covariance, weights): (&Covariance, &[f64]),
     how: Refinement,
 ) -> Result<(Vec<DiscretizationError>, f64), Error> {
-    let mesh = search.experiments.iter().map(|e| finer_mesh(e).map(Some));
-    let mesh = mesh.collect::<Result<Vec<_>, Error>>()?;
-    let step = search.experiments.iter().map(|e| finer_step(e, search.unknowns));
-    let step = step.collect::<Result<Vec<_>, Error>>()?;
     let task = search.task();
-    let part = |finer| change(task, finer, optimum, (covariance, weights), how);
-    let (mesh, step) = rayon::join(|| part(mesh), || part(step));
+    let part = |others: fn(&Search, bool) -> Result<Vec<Option<Other>>, Error>| {
+        let change = |coarser| {
+            change(task, others(search, coarser)?, optimum, (covariance, weights), how)
+        };
+        // A fit of a coarser model may end elsewhere.
+        match change(how == Refinement::Linearized) {
+            Err(Error::Interrupted) => Err(Error::Interrupted),
+            Err(_) if how == Refinement::Linearized => change(false),
+            found => found,
+        }
+    };
+    let (mesh, step) = rayon::join(|| part(other_meshes), || part(other_steps));
     let mut left = 0.0_f64;
     let moved = [mesh?, step?].map(|part| {
         part.map(|change| {
