@@ -178,7 +178,8 @@ pub(crate) fn values(unknowns: &[Unknown], x: &[f64]) -> Vec<f64> {
     unknowns.iter().zip(x).map(|(unknown, x)| unknown.from_scale(*x)).collect()
 }
 
-fn distance(x: &[f64], y: &[f64]) -> f64 {
+/// The largest difference between two points on the unknowns' scales.
+pub(crate) fn distance(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 

@@ -2,7 +2,7 @@
 //! explain.
 
 use crate::fit::measurement::Measurement;
-use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::misfit::noise::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
@@ -23,6 +23,16 @@ impl Search<'_> {
                 || size == 0.0
                 || is_noisy(experiment, measurement, rms, own)
         })
+    }
+
+    /// The part of what was measured that a misfit leaves, as the root of squares, where `counts` values
+    /// of each measurement are looked at.
+    pub fn left(&self, cost: f64, counts: &[usize]) -> f64 {
+        let own = all(self.experiments).zip(&self.sigmas).zip(counts);
+        let square = |(((e, m), sigma), count): (((&Experiment, &Measurement), &f64), &usize)| {
+            *count as f64 * (m.size(&e.problem) / sigma).powi(2)
+        };
+        (2.0 * cost / own.map(square).sum::<f64>()).sqrt()
     }
 
     /// Whether nothing but rounding errors is left of any measurement.

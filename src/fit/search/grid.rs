@@ -46,31 +46,67 @@ impl Grid {
         self.axes.iter().enumerate().filter(|(_, axis)| axis.len() > 2).map(over).collect()
     }
 
+    /// Number of values of each unknown.
+    fn lengths(&self) -> Vec<usize> {
+        self.axes.iter().map(Vec::len).collect()
+    }
+
+    /// Where on each axis a point is.
+    fn place(&self, index: usize) -> Vec<usize> {
+        let mut rest = index;
+        let mut place = vec![0; self.axes.len()];
+        for (slot, axis) in place.iter_mut().zip(&self.axes).rev() {
+            (*slot, rest) = (rest % axis.len(), rest / axis.len());
+        }
+        place
+    }
+
+    fn cost(&self, place: &[usize]) -> f64 {
+        let index = place.iter().zip(&self.axes).fold(0, |index, (i, axis)| index * axis.len() + i);
+        self.points[index].1
+    }
+
+    /// Whether a point is below all its neighbours, diagonal ones too; of equal ones the first.
+    fn is_lowest(&self, index: usize) -> bool {
+        let (here, cost) = (self.place(index), self.points[index].1);
+        neighbours(&here, &self.lengths()).iter().all(|there| {
+            let other = self.cost(there);
+            cost < other || cost == other && here < *there
+        })
+    }
+
+    /// The least misfit that a descent from a point may end with. Infinite on a slope, which leads to
+    /// where a better point leads. In a hollow it may be lower than the point by eight times as much as
+    /// parabolas through the neighbours can be: hollows are sharper than those. Anything, where an
+    /// unknown has fewer than three values: the scan says nothing about it.
+    pub fn floor(&self, index: usize) -> f64 {
+        if self.axes.iter().any(|axis| axis.len() < 3) {
+            return f64::NEG_INFINITY;
+        }
+        if !self.is_lowest(index) {
+            return f64::INFINITY;
+        }
+        let (here, cost) = (self.place(index), self.points[index].1);
+        let rise = |(k, axis): (usize, &Vec<f64>)| {
+            let at = |i: usize| {
+                let mut there = here.clone();
+                there[k] = i;
+                self.cost(&there) - cost
+            };
+            // At an end of the axis as if it went on alike.
+            let (low, high) = (here[k].checked_sub(1), Some(here[k] + 1).filter(|i| *i < axis.len()));
+            at(low.or(high).unwrap_or(here[k])) + at(high.or(low).unwrap_or(here[k]))
+        };
+        cost - self.axes.iter().enumerate().map(rise).sum::<f64>()
+    }
+
     /// Inner points below all their neighbours, diagonal ones too, with the grid's spacing there;
     /// best first. The edges are slopes, not basins.
     pub fn minima(&self) -> Vec<(Vec<f64>, f64, Vec<f64>)> {
-        let lengths: Vec<usize> = self.axes.iter().map(Vec::len).collect();
-        let place = |index: usize| {
-            let mut rest = index;
-            let mut place = vec![0; lengths.len()];
-            for (slot, length) in place.iter_mut().zip(&lengths).rev() {
-                (*slot, rest) = (rest % length, rest / length);
-            }
-            place
-        };
-        let cost = |place: &[usize]| {
-            let index = place.iter().zip(&lengths).fold(0, |index, (i, n)| index * n + i);
-            self.points[index].1
-        };
+        let lengths = self.lengths();
         let is_minimum = |index: usize| {
-            let here = place(index);
             let inner = |(i, n): (&usize, &usize)| *n < 3 || (*i > 0 && i + 1 < *n);
-            here.iter().zip(&lengths).all(inner)
-                && neighbours(&here, &lengths).iter().all(|there| {
-                    // Of equal ones the first.
-                    let (a, b) = (self.points[index].1, cost(there));
-                    a < b || a == b && here < *there
-                })
+            self.place(index).iter().zip(&lengths).all(inner) && self.is_lowest(index)
         };
         let spacing = |index: usize| {
             let spacing = |(axis, i): (&Vec<f64>, usize)| {
@@ -78,7 +114,7 @@ impl Grid {
                 // A single value says nothing about where others are.
                 if axis.len() < 2 { f64::INFINITY } else { gap(i).max(gap(i.saturating_sub(1))) }
             };
-            self.axes.iter().zip(place(index)).map(spacing).collect()
+            self.axes.iter().zip(self.place(index)).map(spacing).collect()
         };
         let mut minima: Vec<_> = (0..self.points.len())
             .filter(|index| self.points[*index].1.is_finite() && is_minimum(*index))
@@ -121,6 +157,27 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Wells of other grids, seen at whole numbers, are not below what is said of them.
+    #[test]
+    fn descents_from_a_grid_end_above_their_floors() {
+        let grid = Grid::two_wells();
+        for (index, (x, cost)) in grid.points.iter().enumerate() {
+            match x[..] == [1.0, 0.7] || x[..] == [5.0, 0.7] {
+                true => assert!(grid.floor(index) < *cost, "{x:?}"),
+                false => assert_eq!(grid.floor(index), f64::INFINITY, "{x:?}"),
+            }
+        }
+        // A well between two points, as narrow as the basins of a vibration are.
+        for place in [2.5, 2.8, 3.0] {
+            let axis: Vec<f64> = (0..8).map(f64::from).collect();
+            let misfit = |x: &f64| (vec![*x], 1.0 - (-2.0 * (x - place).powi(2)).exp());
+            let grid = Grid { points: axis.iter().map(misfit).collect(), axes: vec![axis] };
+            assert!(grid.floor(3) <= 0.0, "{place}: {}", grid.floor(3));
+        }
+        let one = Grid { axes: vec![vec![0.0]], points: vec![(vec![0.0], 1.0)] };
+        assert_eq!(one.floor(0), f64::NEG_INFINITY);
+    }
 
     #[test]
     fn minima_of_a_grid_are_its_wells() {

@@ -24,6 +24,16 @@ const MOST_POINTS: usize = 6000;
 const BATCH: usize = 16;
 const SHARE: usize = 2;
 
+/// A point on the unknowns' scales from which the coarse model may descend.
+#[derive(Clone, Debug)]
+pub(crate) struct Candidate {
+    pub x: Vec<f64>,
+    /// The misfit there.
+    pub cost: f64,
+    /// The least misfit that a descent from there may end with.
+    pub floor: f64,
+}
+
 /// What a thread finds at a point: the misfit and the residuals, and the work that took.
 struct Look {
     found: Result<(f64, Vec<f64>), Error>,
@@ -49,7 +59,7 @@ impl Search<'_> {
         coarse: &Coarse,
         first: &[f64],
         refinement: usize,
-    ) -> Result<Vec<(Vec<f64>, f64)>, Error> {
+    ) -> Result<Vec<Candidate>, Error> {
         let (axes, points) = self.grid(first, refinement);
         let task = coarse.task(self);
         let counts = task.search().residuals(first)?.counts();
@@ -84,8 +94,11 @@ impl Search<'_> {
             }
             self.report("scan");
         }
-        let scanned: Vec<_> =
-            grid.points.iter().filter(|(_, cost)| *cost < f64::INFINITY).cloned().collect();
+        let points = grid.points.iter().enumerate();
+        let scanned: Vec<Candidate> = points
+            .filter(|(_, (_, cost))| *cost < f64::INFINITY)
+            .map(|(i, (x, cost))| Candidate { x: x.clone(), cost: *cost, floor: grid.floor(i) })
+            .collect();
         self.journal.scan(grid);
         match failure {
             _ if !scanned.is_empty() => Ok(scanned),

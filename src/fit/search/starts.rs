@@ -7,19 +7,23 @@
 
 use crate::error::Error;
 use crate::fit::search::Search;
+use crate::fit::search::basins::distance;
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::journal::{Stage, Visit};
 use crate::fit::search::optimum::Optimum;
+use crate::fit::search::scan::Candidate;
 use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
 const CANDIDATES: usize = 4;
 
+/// The coarse model's horizon grows at least by this factor, and until what it leaves of the motion, which
+/// grows with the horizon where the unknowns are off, would be this part of it.
+const LEAST_GROWTH: f64 = 2.0;
+const LEFT: f64 = 0.1;
+
 /// Simulations after which no finer search is begun: what fits has mostly been found after 50.
 const MOST_WORK: f64 = 1000.0;
-
-/// Values on the unknowns' scales, and the misfit there.
-type Candidate = (Vec<f64>, f64);
 
 /// How much a search does before it believes its start.
 struct Effort {
@@ -43,28 +47,52 @@ const EFFORTS: [Effort; 4] = [
     Effort { stretch: 2.0, grid: 2, trusted_periods: 1.0, growth: 1.5 },
 ];
 
+/// The coarse model over the first periods, s, and where its descents begin, best first.
+struct Field {
+    coarse: Coarse,
+    first: Vec<f64>,
+    /// Those that have descended, and those that have not.
+    descended: Vec<Candidate>,
+    others: Vec<Candidate>,
+}
+
+/// Which candidates of a scan descend: the best, and those that may end lower than it does; or all.
+#[derive(Clone, Copy, PartialEq)]
+enum Descents {
+    Rivals,
+    All,
+}
+
 impl Search<'_> {
     /// The best of all starts; searches again, more finely, when much of what was measured is left
     /// unexplained.
     pub fn globally(&self) -> Result<Optimum, Error> {
         let mut best: Option<Optimum> = None;
         let mut failure = None;
-        for effort in &EFFORTS {
-            for start in self.starts(effort)? {
-                match self.refine(&start, effort) {
-                    Ok(optimum) => {
-                        if best.as_ref().is_none_or(|b| optimum.cost < b.cost) {
-                            best = Some(optimum);
-                        }
+        'efforts: for effort in &EFFORTS {
+            let mut field = self.field(effort)?;
+            let mut tried: Vec<Vec<f64>> = Vec::new();
+            for descents in [Descents::Rivals, Descents::All] {
+                for start in self.starts(&mut field, effort, descents)? {
+                    if tried.iter().any(|other| is_near(other, &start)) {
+                        continue;
                     }
-                    Err(Error::Interrupted) => return Err(Error::Interrupted),
-                    Err(error) => failure = Some(error),
-                }
-                // The first start is nearly always it; the second is for when it was not, or left
-                // more than noise, as a wrong minimum of many unknowns may.
-                let done = |b: &Optimum| b.converged && self.explained(b) && self.is_noise(b);
-                if best.as_ref().is_some_and(done) {
-                    break;
+                    match self.refine(&start, effort) {
+                        Ok(optimum) => {
+                            if best.as_ref().is_none_or(|b| optimum.cost < b.cost) {
+                                best = Some(optimum);
+                            }
+                        }
+                        Err(Error::Interrupted) => return Err(Error::Interrupted),
+                        Err(error) => failure = Some(error),
+                    }
+                    // The first start is nearly always it; others are for when it was not, or left
+                    // more than noise, as a wrong minimum of many unknowns may.
+                    let done = |b: &Optimum| b.converged && self.explained(b) && self.is_noise(b);
+                    if best.as_ref().is_some_and(done) {
+                        break 'efforts;
+                    }
+                    tried.push(start);
                 }
             }
             let hopeless = self.suspicious || self.simulations() > MOST_WORK;
@@ -77,41 +105,76 @@ impl Search<'_> {
         })
     }
 
-    /// Starts for the full model, most promising first.
-    fn starts(&self, effort: &Effort) -> Result<Vec<Vec<f64>>, Error> {
+    /// Scans the coarse model.
+    fn field(&self, effort: &Effort) -> Result<Field, Error> {
         let first = self.first_periods(effort.stretch);
         let coarse = Coarse::new(self, &first)?;
-        let mut candidates = apart(self.scan(&coarse, &first, effort.grid)?, effort);
+        let others = apart(self.scan(&coarse, &first, effort.grid)?, effort);
+        Ok(Field { coarse, first, descended: Vec::new(), others })
+    }
+
+    /// Starts for the full model, most promising first; none where no more descend than before.
+    fn starts(
+        &self,
+        field: &mut Field,
+        effort: &Effort,
+        descents: Descents,
+    ) -> Result<Vec<Vec<f64>>, Error> {
+        let Field { coarse, first, descended, others } = field;
+        let before = descended.len();
+        loop {
+            let least = descended.iter().map(|c| c.cost).fold(f64::INFINITY, f64::min);
+            let (mut next, rest): (Vec<_>, Vec<_>) = match descents {
+                // The best alone says which others are worth it.
+                Descents::Rivals if descended.is_empty() && others.len() > 1 => {
+                    let rest = others.split_off(1);
+                    (std::mem::replace(others, rest.clone()), rest)
+                }
+                Descents::Rivals => others.drain(..).partition(|c| c.floor <= least),
+                Descents::All => (std::mem::take(others), Vec::new()),
+            };
+            *others = rest;
+            if next.is_empty() {
+                break;
+            }
+            self.descend(coarse, first, &mut next)?;
+            descended.append(&mut next);
+        }
+        if descended.len() == before {
+            return Ok(Vec::new());
+        }
+        let mut candidates = descended.clone();
         let durations = self.durations();
         let mut horizons = first.clone();
         loop {
-            self.refine_coarse(&coarse, &horizons, &mut candidates)?;
-            candidates.sort_by(|a, b| a.1.total_cmp(&b.1));
-            let best = candidates[0].1;
-            candidates.retain(|(_, cost)| *cost <= 4.0 * best);
-            candidates.dedup_by(|a, b| a.0.iter().zip(&b.0).all(|(a, b)| (a - b).abs() < 1e-2));
+            candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            let best = candidates[0].cost;
+            candidates.retain(|c| c.cost <= 4.0 * best);
+            candidates.dedup_by(|a, b| is_near(&a.x, &b.x));
             self.report("coarse model");
-            let trusted = first.iter().zip(&durations).map(|(t, end)| {
-                // The coarse model is not trusted further.
-                end.min(effort.trusted_periods * t)
-            });
-            if horizons.iter().zip(trusted).all(|(h, most)| *h >= most) {
+            // The coarse model is not trusted further.
+            let trusted = |(t, end): (&f64, &f64)| end.min(effort.trusted_periods * t);
+            let trusted: Vec<f64> = first.iter().zip(&durations).map(trusted).collect();
+            if horizons.iter().zip(&trusted).all(|(h, most)| h >= most) {
                 break;
             }
-            horizons.iter_mut().zip(&durations).for_each(|(h, end)| *h = (2.0 * *h).min(*end));
+            let counts = self.residuals(&horizons)?.counts();
+            let growth = (LEFT / self.left(best, &counts)).max(LEAST_GROWTH);
+            horizons.iter_mut().zip(&trusted).for_each(|(h, most)| *h = (growth * *h).min(*most));
+            self.descend(coarse, &horizons, &mut candidates)?;
         }
-        Ok(candidates.into_iter().take(2).map(|(x, _)| coarse.correct(self, x)).collect())
+        Ok(candidates.into_iter().take(2).map(|c| coarse.correct(self, c.x)).collect())
     }
 
     /// Fits the coarse model up to `horizons`, s, from every candidate at once.
-    fn refine_coarse(
+    fn descend(
         &self,
         coarse: &Coarse,
         horizons: &[f64],
         candidates: &mut [Candidate],
     ) -> Result<(), Error> {
         let task = coarse.task(self);
-        let fit = |(x, _): &Candidate| {
+        let fit = |Candidate { x, .. }: &Candidate| {
             let search = task.search();
             let residuals = search.residuals(horizons);
             let end = residuals.and_then(|r| search.optimize(r, x, (1e-4, 1e-2, 12), None));
@@ -119,7 +182,7 @@ impl Search<'_> {
         };
         let ends: Vec<_> = candidates.par_iter().map(fit).collect();
         let mut stopped = false;
-        for ((x, cost), (end, work)) in candidates.iter_mut().zip(ends) {
+        for (Candidate { x, cost, .. }, (end, work)) in candidates.iter_mut().zip(ends) {
             self.work.add(work);
             match end {
                 Ok(Optimum { x: there, cost: least, residuals, counts, .. }) => {
@@ -157,13 +220,18 @@ impl Search<'_> {
 
 /// The best of the points scanned that are not near a better one.
 fn apart(mut scanned: Vec<Candidate>, effort: &Effort) -> Vec<Candidate> {
-    scanned.sort_by(|a, b| a.1.total_cmp(&b.1));
+    scanned.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
-    for (x, cost) in scanned {
-        let far = |y: &[f64]| x.iter().zip(y).any(|(a, b)| (a - b).abs() > 0.9);
-        if candidates.iter().all(|(y, _)| far(y)) && candidates.len() < CANDIDATES * effort.grid {
-            candidates.push((x, cost));
+    for candidate in scanned {
+        let far = |other: &Candidate| distance(&candidate.x, &other.x) > 0.9;
+        if candidates.iter().all(far) && candidates.len() < CANDIDATES * effort.grid {
+            candidates.push(candidate);
         }
     }
     candidates
+}
+
+/// Whether two points are one to the coarse model.
+fn is_near(x: &[f64], y: &[f64]) -> bool {
+    distance(x, y) < 1e-2
 }
