@@ -94,7 +94,8 @@ impl Grid {
                 self.cost(&there) - cost
             };
             // At an end of the axis as if it went on alike.
-            let (low, high) = (here[k].checked_sub(1), Some(here[k] + 1).filter(|i| *i < axis.len()));
+            let (low, high) =
+                (here[k].checked_sub(1), Some(here[k] + 1).filter(|i| *i < axis.len()));
             at(low.or(high).unwrap_or(here[k])) + at(high.or(low).unwrap_or(here[k]))
         };
         cost - self.axes.iter().enumerate().map(rise).sum::<f64>()

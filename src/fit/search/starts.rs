@@ -2,8 +2,10 @@
 //!
 //! The misfit over Young's modulus has many minima: a wrong stiffness can match a long vibration
 //! every few periods. Over the first period there is only one. So: scan a coarse model over the
-//! first period, refine the best candidates there while the horizon doubles, and only then turn to
-//! the full model, whose own horizon starts where the coarse model's bias is still harmless.
+//! first period, descend from the best candidate, and from those that may end lower; refine what they
+//! find while the horizon grows, and only then turn to the full model, whose own horizon starts where the
+//! coarse model's bias is still harmless. The candidates that were left out have their turn when what was
+//! found leaves more than noise.
 
 use crate::error::Error;
 use crate::fit::search::Search;
@@ -16,6 +18,11 @@ use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
 const CANDIDATES: usize = 4;
+
+/// Steps of the coarse model in the first period: in the scan, which finds no more than the basin, and in
+/// descents.
+const SCAN_STEPS: f64 = 24.0;
+const COARSE_STEPS: f64 = 48.0;
 
 /// The coarse model's horizon grows at least by this factor, and until what it leaves of the motion, which
 /// grows with the horizon where the unknowns are off, would be this part of it.
@@ -47,6 +54,13 @@ const EFFORTS: [Effort; 4] = [
     Effort { stretch: 2.0, grid: 2, trusted_periods: 1.0, growth: 1.5 },
 ];
 
+impl Effort {
+    /// Whether its coarse models are another's.
+    fn scans_as(&self, other: &Self) -> bool {
+        (self.stretch, self.grid) == (other.stretch, other.grid)
+    }
+}
+
 /// The coarse model over the first periods, s, and where its descents begin, best first.
 struct Field {
     coarse: Coarse,
@@ -65,14 +79,22 @@ enum Descents {
 
 impl Search<'_> {
     /// The best of all starts; searches again, more finely, when much of what was measured is left
-    /// unexplained.
+    /// unexplained, or the way to the minimum was barred: where steps are halved the misfit jumps.
     pub fn globally(&self) -> Result<Optimum, Error> {
         let mut best: Option<Optimum> = None;
         let mut failure = None;
+        let mut scanned: Option<(&Effort, Field)> = None;
         'efforts: for effort in &EFFORTS {
-            let mut field = self.field(effort)?;
+            let same = |(other, _): &(&Effort, Field)| effort.scans_as(other);
+            let mut field = match scanned.take().filter(same) {
+                Some((_, field)) => field,
+                None => self.field(effort)?,
+            };
             let mut tried: Vec<Vec<f64>> = Vec::new();
             for descents in [Descents::Rivals, Descents::All] {
+                if descents == Descents::All && field.others.is_empty() {
+                    continue;
+                }
                 for start in self.starts(&mut field, effort, descents)? {
                     if tried.iter().any(|other| is_near(other, &start)) {
                         continue;
@@ -95,8 +117,10 @@ impl Search<'_> {
                     tried.push(start);
                 }
             }
+            scanned = Some((effort, field));
             let hopeless = self.suspicious || self.simulations() > MOST_WORK;
-            if best.as_ref().is_some_and(|b| self.explained(b) || hopeless) {
+            let enough = |b: &Optimum| b.converged && self.explained(b);
+            if best.as_ref().is_some_and(|b| enough(b) || hopeless) {
                 break;
             }
         }
@@ -105,15 +129,16 @@ impl Search<'_> {
         })
     }
 
-    /// Scans the coarse model.
+    /// Scans a coarse model.
     fn field(&self, effort: &Effort) -> Result<Field, Error> {
         let first = self.first_periods(effort.stretch);
-        let coarse = Coarse::new(self, &first)?;
-        let others = apart(self.scan(&coarse, &first, effort.grid)?, effort);
+        let scanned = Coarse::new(self, &first, SCAN_STEPS)?;
+        let others = apart(self.scan(&scanned, &first, effort.grid)?, effort);
+        let coarse = Coarse::new(self, &first, COARSE_STEPS)?;
         Ok(Field { coarse, first, descended: Vec::new(), others })
     }
 
-    /// Starts for the full model, most promising first; none where no more descend than before.
+    /// Starts for the full model, most promising first.
     fn starts(
         &self,
         field: &mut Field,
@@ -121,27 +146,23 @@ impl Search<'_> {
         descents: Descents,
     ) -> Result<Vec<Vec<f64>>, Error> {
         let Field { coarse, first, descended, others } = field;
-        let before = descended.len();
         loop {
-            let least = descended.iter().map(|c| c.cost).fold(f64::INFINITY, f64::min);
-            let (mut next, rest): (Vec<_>, Vec<_>) = match descents {
+            let least = descended.iter().map(|c| c.cost).reduce(f64::min);
+            let chosen = |(k, candidate): &(usize, Candidate)| match (descents, least) {
+                (Descents::All, _) => true,
                 // The best alone says which others are worth it.
-                Descents::Rivals if descended.is_empty() && others.len() > 1 => {
-                    let rest = others.split_off(1);
-                    (std::mem::replace(others, rest.clone()), rest)
-                }
-                Descents::Rivals => others.drain(..).partition(|c| c.floor <= least),
-                Descents::All => (std::mem::take(others), Vec::new()),
+                (Descents::Rivals, None) => *k == 0,
+                (Descents::Rivals, Some(least)) => candidate.floor <= least,
             };
-            *others = rest;
+            let (next, rest): (Vec<_>, Vec<_>) = others.drain(..).enumerate().partition(chosen);
+            let alone = |(_, candidate)| candidate;
+            *others = rest.into_iter().map(alone).collect();
+            let mut next: Vec<Candidate> = next.into_iter().map(alone).collect();
             if next.is_empty() {
                 break;
             }
             self.descend(coarse, first, &mut next)?;
             descended.append(&mut next);
-        }
-        if descended.len() == before {
-            return Ok(Vec::new());
         }
         let mut candidates = descended.clone();
         let durations = self.durations();

@@ -223,9 +223,8 @@ fn errors(
 ) -> Result<(Vec<DiscretizationError>, f64), Error> {
     let task = search.task();
     let part = |others: fn(&Search, bool) -> Result<Vec<Option<Other>>, Error>| {
-        let change = |coarser| {
-            change(task, others(search, coarser)?, optimum, (covariance, weights), how)
-        };
+        let change =
+            |coarser| change(task, others(search, coarser)?, optimum, (covariance, weights), how);
         // A fit of a coarser model may end elsewhere.
         match change(how == Refinement::Linearized) {
             Err(Error::Interrupted) => Err(Error::Interrupted),
