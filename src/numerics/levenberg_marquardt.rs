@@ -392,4 +392,66 @@ mod tests {
         assert_eq!(x[0], 0.5);
         assert!((x[1] - 0.25).abs() < 1e-10);
     }
+
+    /// A decay at 40 times, with this much noise on it.
+    struct Decay {
+        noise: f64,
+        runs: std::cell::Cell<usize>,
+    }
+
+    impl Operator for &Decay {
+        type Param = Vec<f64>;
+        type Output = Vec<f64>;
+        fn apply(&self, x: &Vec<f64>) -> Result<Vec<f64>, Error> {
+            self.runs.set(self.runs.get() + 1);
+            let residual = |k: usize| {
+                let time = 0.05 * k as f64;
+                x[0] * (-x[1] * time).exp() - (-time).exp() - self.noise * (7.0 * k as f64).sin()
+            };
+            Ok((0..40).map(residual).collect())
+        }
+    }
+    impl Jacobian for &Decay {
+        type Param = Vec<f64>;
+        type Jacobian = Vec<Vec<f64>>;
+        fn jacobian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
+            let row = |k: usize| {
+                let (time, decay) = (0.05 * k as f64, (-x[1] * 0.05 * k as f64).exp());
+                vec![decay, -time * x[0] * decay]
+            };
+            Ok((0..40).map(row).collect())
+        }
+    }
+
+    fn decay(noise: f64, last_step: f64) -> (Vec<f64>, Vec<f64>, usize) {
+        let problem = Decay { noise, runs: Default::default() };
+        let solver = LevenbergMarquardt::new(WIDE.to_vec()).last_step(last_step);
+        let result = Executor::new(&problem, solver)
+            .configure(|state| state.param(vec![1.3, 1.4]).max_iters(50))
+            .run()
+            .unwrap();
+        let state = result.state();
+        let converged = state.get_termination_reason() == Some(&TerminationReason::SolverConverged);
+        assert!(converged);
+        let runs = problem.runs.get();
+        (state.get_param().unwrap().clone(), state.get_residuals().unwrap().clone(), runs)
+    }
+
+    /// The last step saves a run, and is off by less than a thousandth of a standard error; residuals
+    /// and place belong together. Data without noise are fitted to rounding.
+    #[test]
+    fn the_last_step_is_taken_on_the_linear_model() {
+        let (exact, _, most) = decay(0.02, 0.0);
+        let (x, residuals, runs) = decay(0.02, 0.05);
+        assert_eq!(runs, most - 1);
+        // The standard errors are above 0.002.
+        let off = difference(&x, &exact).into_iter().map(f64::abs).fold(0.0, f64::max);
+        assert!(off > 0.0 && off < 2e-6, "{off:e}");
+        let problem = Decay { noise: 0.02, runs: Default::default() };
+        let there = (&problem).apply(&x).unwrap();
+        let apart = (2.0 * half_square(&difference(&there, &residuals))).sqrt();
+        assert!(apart < 1e-3 * 0.02, "{apart:e}");
+        let (x, ..) = decay(0.0, 0.05);
+        assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12), "{x:?}");
+    }
 }
