@@ -69,7 +69,7 @@ pub enum Error {
     /// The scheme gains energy that the motion cannot have.
     #[error(
         "at t = {time} s the total energy has changed by {change:.2e} J{}, which no motion does: {remedy}",
-        of_kinetic(*part)
+        of_kinetic(*fraction)
     )]
     EnergyGrowth {
         /// End of the step that was refused, s.
@@ -78,7 +78,7 @@ pub enum Error {
         /// fall), whichever is larger, J.
         change: f64,
         /// The same over the largest kinetic energy.
-        part: f64,
+        fraction: f64,
         /// What helps with this scheme.
         remedy: &'static str,
     },
@@ -186,8 +186,8 @@ pub enum Error {
 }
 
 /// A change of the energy in words, unless there is hardly any motion to compare it with.
-fn of_kinetic(part: f64) -> String {
-    match 100.0 * part {
+fn of_kinetic(fraction: f64) -> String {
+    match 100.0 * fraction {
         percent @ 0.1..1e6 => format!(", {percent:.1} % of the largest kinetic energy"),
         percent @ 0.0..0.1 => format!(", {percent:.1e} % of the largest kinetic energy"),
         _ => String::new(),

@@ -9,8 +9,8 @@ use crate::rod::Rod;
 use crate::scene::Scheme;
 use std::ops::Range;
 
-/// The part of itself to which the highest frequency is found.
-const PART: f64 = 1e-4;
+/// Relative tolerance of the highest frequency.
+const TOLERANCE: f64 = 1e-4;
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The largest step of the scene's scheme about its start, s; none if every step is stable.
@@ -57,10 +57,10 @@ fn highest_squared<const W: usize>(
     tangent.absolute_product(&vec![1.0; n], &mut sums);
     let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, f64::max);
     // Gershgorin's circles; and no eigenvalue range ends below a diagonal entry.
-    let mut high = largest(&mut range.clone().map(|i| sums[i] / mass[i])) * (1.0 + PART);
+    let mut high = largest(&mut range.clone().map(|i| sums[i] / mass[i])) * (1.0 + TOLERANCE);
     let mut low = largest(&mut range.clone().map(|i| tangent.get(i, i) / mass[i]));
     let mut factors = Ldlt::with_order(n);
-    while high > low * (1.0 + PART) && low > 0.0 {
+    while high > low * (1.0 + TOLERANCE) && low > 0.0 {
         let middle = (low * high).sqrt();
         let all_below = factors.factor_sum(mass, -middle, tangent, 1.0, range.clone()).is_ok()
             && factors.negative_pivots() == range.len();

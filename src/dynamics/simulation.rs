@@ -135,9 +135,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         Energies { kinetic, ..energies }
     }
 
-    /// No less than the energy, J, of a change of all coordinates by `part` of themselves that
+    /// No less than the energy, J, of a change of all coordinates by `relative` of themselves that
     /// takes `h`, s.
-    pub(crate) fn energy_of_motion_by(&self, part: f64, h: f64) -> f64 {
+    pub(crate) fn energy_of_motion_by(&self, relative: f64, h: f64) -> f64 {
         let State { q, frames, .. } = &self.state;
         let n = q.len();
         let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
@@ -148,7 +148,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
             let (mass, q) = (self.system.rod.mass()[i].value(), q[i].value().abs());
             forces[i] * q + mass * (q / h) * (q / h)
         };
-        0.5 * part * part * self.system.free.clone().map(of).sum::<f64>()
+        0.5 * relative * relative * self.system.free.clone().map(of).sum::<f64>()
     }
 
     /// Advances to `time`, s.

@@ -203,7 +203,7 @@ impl StepControl {
             return Err(Error::EnergyGrowth {
                 time: simulation.state().time,
                 change,
-                part: change / kinetic,
+                fraction: change / kinetic,
                 remedy: limits.remedy,
             });
         }

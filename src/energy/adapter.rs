@@ -180,17 +180,17 @@ pub trait AnyEnergy:
 }
 
 impl ForEachScalar for dyn AnyEnergy {
-    type Part<D: Scalar> = dyn Over<D>;
-    fn plain(&self) -> &Self::Part<f64> {
+    type Instance<D: Scalar> = dyn Over<D>;
+    fn plain(&self) -> &Self::Instance<f64> {
         self
     }
-    fn dual(&self) -> &Self::Part<Dual64> {
+    fn dual(&self) -> &Self::Instance<Dual64> {
         self
     }
-    fn hyper_dual(&self) -> &Self::Part<HyperDual64> {
+    fn hyper_dual(&self) -> &Self::Instance<HyperDual64> {
         self
     }
-    fn pair(&self) -> &Self::Part<DualSVec64<2>> {
+    fn pair(&self) -> &Self::Instance<DualSVec64<2>> {
         self
     }
 }

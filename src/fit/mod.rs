@@ -36,7 +36,9 @@ pub use measurement::recording::{Recording, Vertical};
 pub use measurement::shape::{RestShape, Sighting};
 pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
-pub use report::plot_data::{Abscissa, Asked, Measured, PlotData, RodShape, Series, Setup};
+pub use report::plot_data::{
+    Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
+};
 pub use report::{DroppedRows, FitReport};
 pub use search::Progress;
 pub use search::basins::{Basin, Basins, SeenBy};
@@ -46,7 +48,7 @@ pub use uncertainty::analysis::{Analysis, Refinement};
 pub use uncertainty::bootstrap::Bootstrap;
 pub use uncertainty::discretization::DiscretizationError;
 pub use uncertainty::estimate::Estimate;
-pub use uncertainty::identifiability::{Finding, Kind};
+pub use uncertainty::identifiability::{Finding, NonIdentifiability};
 pub use uncertainty::noise::LossEffect;
 pub use uncertainty::prediction::Prediction;
 pub use uncertainty::profile::Profile;

@@ -154,26 +154,26 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
 /// own dual numbers. There are few: what is chosen at run time, such as an [energy of one's
 /// own](crate::energy::own), must be made for each of them beforehand.
 pub trait Nestable: Scalar + DualNum<Primitive = f64> {
-    /// The part for this scalar.
+    /// The instance for this scalar.
     #[doc(hidden)]
-    fn part<T: ForEachScalar + ?Sized>(all: &T) -> &T::Part<Self>;
+    fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self>;
 }
 
-/// Something that has a part for each scalar that rods run in.
+/// Something that has an instance for each scalar that rods run in.
 #[doc(hidden)]
 pub trait ForEachScalar {
-    type Part<D: Scalar>: ?Sized;
-    fn plain(&self) -> &Self::Part<f64>;
-    fn dual(&self) -> &Self::Part<Dual64>;
-    fn hyper_dual(&self) -> &Self::Part<HyperDual64>;
-    fn pair(&self) -> &Self::Part<DualSVec64<2>>;
+    type Instance<D: Scalar>: ?Sized;
+    fn plain(&self) -> &Self::Instance<f64>;
+    fn dual(&self) -> &Self::Instance<Dual64>;
+    fn hyper_dual(&self) -> &Self::Instance<HyperDual64>;
+    fn pair(&self) -> &Self::Instance<DualSVec64<2>>;
 }
 
 macro_rules! nestable {
-    ($($scalar:ty: $part:ident;)*) => {
+    ($($scalar:ty: $instance:ident;)*) => {
         $(impl Nestable for $scalar {
-            fn part<T: ForEachScalar + ?Sized>(all: &T) -> &T::Part<Self> {
-                all.$part()
+            fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
+                all.$instance()
             }
         })*
     };

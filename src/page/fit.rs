@@ -69,7 +69,7 @@ fn verdict(report: &FitReport) -> String {
 type Column<'a> = (&'static str, Box<dyn Fn(usize, &Estimate, &Scale) -> Option<String> + 'a>);
 
 fn parameters(report: &FitReport) -> String {
-    let asked = |i: usize| report.plot_data.as_ref().and_then(|e| e.asked.get(i));
+    let range = |i: usize| report.plot_data.as_ref().and_then(|e| e.ranges.get(i));
     let ends = |[low, high]: [Option<f64>; 2], e: &Estimate, scale: &Scale| {
         let end = |x: Option<f64>| x.map_or("none".into(), |x| scale.show(x, e.std_error));
         format!("{} \u{2026} {}", end(low), end(high))
@@ -129,11 +129,11 @@ fn parameters(report: &FitReport) -> String {
         (
             "bounds",
             Box::new(|i, e, _| {
-                let [low, high] = asked(i)?.bounds?.map(|end| quantity(end, e.name.unit()));
+                let [low, high] = range(i)?.bounds?.map(|end| quantity(end, e.name.unit()));
                 Some(format!("{low} \u{2026} {high}"))
             }),
         ),
-        ("start", Box::new(|i, e, _| Some(quantity(asked(i)?.start?, e.name.unit())))),
+        ("start", Box::new(|i, e, _| Some(quantity(range(i)?.start?, e.name.unit())))),
     ];
     let scales: Vec<Scale> = report
         .parameters
@@ -330,30 +330,30 @@ fn measured(measured: &Measured) -> String {
 fn run(report: &FitReport, plots: Option<&PlotData>) -> String {
     let mut rows: Vec<(String, String)> = Vec::new();
     let mut row = |key: &str, value: String| rows.push((key.into(), escaped(&value)));
-    for setup in plots.map_or(&[][..], |e| &e.setups) {
-        if !setup.experiment.is_empty() {
-            row("experiment", setup.experiment.clone());
+    for settings in plots.map_or(&[][..], |e| &e.settings) {
+        if !settings.experiment.is_empty() {
+            row("experiment", settings.experiment.clone());
         }
-        if let Some(scene) = &setup.scene {
+        if let Some(scene) = &settings.scene {
             row("scene", scene.clone());
         }
-        for measured in &setup.measured {
+        for measured in &settings.measured {
             row("measured", self::measured(measured));
         }
-        row("model", setup.model.clone());
-        if let Some(scheme) = &setup.scheme {
+        row("model", settings.model.clone());
+        if let Some(scheme) = &settings.scheme {
             row("scheme", scheme.clone());
         }
-        if let (Some(step), Some(end)) = (setup.step, setup.end) {
+        if let (Some(step), Some(end)) = (settings.step, settings.end) {
             row("step", format!("{} up to {}", quantity(step, "s"), quantity(end, "s")));
         }
-        let edge = setup.length / setup.segments.max(1) as f64;
+        let edge = settings.length / settings.segments.max(1) as f64;
         row(
             "segments",
             format!(
                 "{} on {}, about {} each",
-                setup.segments,
-                quantity(setup.length, "m"),
+                settings.segments,
+                quantity(settings.length, "m"),
                 quantity(edge, "m")
             ),
         );

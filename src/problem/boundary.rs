@@ -55,11 +55,11 @@ impl<D: Scalar> MovedEnd<D> {
         let zero = D::from(0.0);
         let mut pose = Pose { displacement: [zero; 3], rotation: [zero; 3], twist: zero };
         for motion in &self.motions {
-            let part = motion.part(moment);
-            let share = |v: [D; 3]| v.map(|c| part * c);
+            let fraction = motion.fraction(moment);
+            let share = |v: [D; 3]| v.map(|c| fraction * c);
             pose.displacement = add(pose.displacement, share(motion.displacement));
             pose.rotation = add(pose.rotation, share(motion.rotation));
-            pose.twist += part * motion.twist;
+            pose.twist += fraction * motion.twist;
         }
         pose
     }
@@ -159,7 +159,7 @@ impl BoundaryMotion {
         for end in &self.ends {
             let (start, finish) = (end.pose(from), end.pose(to));
             for i in 0..nodes {
-                let part = weight(end.end, i);
+                let weight = weight(end.end, i);
                 let mut x = [0.0; 3];
                 x[..axes].copy_from_slice(&before[self.stride * i..][..axes]);
                 // Back to where it would be without motion, and on.
@@ -167,20 +167,20 @@ impl BoundaryMotion {
                 let still = turned(start.rotation.map(|r| -r), arm);
                 let there = end.moved(&finish, add(still, end.centre));
                 for c in 0..axes {
-                    q[self.stride * i + c] += part * (there[c] - x[c]);
+                    q[self.stride * i + c] += weight * (there[c] - x[c]);
                 }
                 if self.stride == 4 && i + 1 < nodes {
-                    q[self.stride * i + 3] += part * (finish.twist - start.twist);
+                    q[self.stride * i + 3] += weight * (finish.twist - start.twist);
                 }
             }
         }
     }
 
-    /// Into how many parts the way from no motion to all of it should be cut.
-    pub fn parts(&self, length: f64, settled: bool) -> usize {
+    /// Into how many stages the way from no motion to all of it should be cut.
+    pub fn stages(&self, length: f64, settled: bool) -> usize {
         let size = |v: Vector<f64>| dot(v, v).sqrt();
         let way = |end: &MovedEnd| {
-            let pose = end.pose(Moment::Approach { part: 1.0, settled });
+            let pose = end.pose(Moment::Approach { progress: 1.0, settled });
             (size(pose.displacement) / (LARGEST_SHIFT * length))
                 .max(size(pose.rotation) / LARGEST_TURN)
                 .max(pose.twist.abs() / LARGEST_TWIST)

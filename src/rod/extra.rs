@@ -75,7 +75,7 @@ impl<D: Nestable> Extra<D> {
         mut show: impl FnMut(&dyn Over<D>, Site<D>, &[D], usize),
     ) {
         for placed in &self.0 {
-            let energy = D::part(&*placed.energy);
+            let energy = D::instance(&*placed.energy);
             for spot in &placed.spots {
                 let (own, edges) = placed.span(spot);
                 let first = own.start;
@@ -139,7 +139,7 @@ impl<D: Nestable> Extra<D> {
     pub(crate) fn not_finite(&self, q: &[D], frames: &[EdgeFrame<D>]) -> Option<(String, f64)> {
         let mut local = [D::from(0.0); MOST];
         for placed in &self.0 {
-            let energy = D::part(&*placed.energy);
+            let energy = D::instance(&*placed.energy);
             for spot in &placed.spots {
                 let (own, edges) = placed.span(spot);
                 let (site, own) = (placed.site(spot, &frames[edges]), &q[own]);
@@ -175,7 +175,7 @@ impl Extra<Dual64> {
         let still = |v: [Dual64; 3]| v.map(|c| Dual64::from(c.re));
         let mut references = Vec::with_capacity(2);
         for placed in &self.0 {
-            let energy = Dual64::part(&*placed.energy);
+            let energy = Dual64::instance(&*placed.energy);
             for spot in &placed.spots {
                 let (unknowns, edges) = placed.span(spot);
                 let (first, count) = (unknowns.start, unknowns.len());

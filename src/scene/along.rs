@@ -16,7 +16,7 @@ pub enum Along<D = f64> {
     /// One number for the whole rod.
     Whole(D),
     /// One number for each of as many equal parts of the length.
-    Parts(Vec<D>),
+    Piecewise(Vec<D>),
 }
 
 impl From<f64> for Along {
@@ -27,7 +27,7 @@ impl From<f64> for Along {
 
 impl From<Vec<f64>> for Along {
     fn from(values: Vec<f64>) -> Self {
-        Self::Parts(values)
+        Self::Piecewise(values)
     }
 }
 
@@ -36,7 +36,7 @@ impl<D> Along<D> {
     pub fn values(&self) -> &[D] {
         match self {
             Self::Whole(value) => std::slice::from_ref(value),
-            Self::Parts(values) => values,
+            Self::Piecewise(values) => values,
         }
     }
 
@@ -62,9 +62,9 @@ impl Along {
         let [whole, part] = quantity;
         match self {
             Self::Whole(value) => Along::Whole(n.number(key, *value, whole)),
-            Self::Parts(values) => n.table(key, |n| {
+            Self::Piecewise(values) => n.table(key, |n| {
                 let each = |(i, value): (usize, &f64)| n.number(&i.to_string(), *value, part);
-                Along::Parts(values.iter().enumerate().map(each).collect())
+                Along::Piecewise(values.iter().enumerate().map(each).collect())
             }),
         }
     }
@@ -79,7 +79,7 @@ impl Along {
             Self::Whole(value) if !value.is_finite() => {
                 Err(Error::invalid(key, value, "a finite number"))
             }
-            Self::Parts(values)
+            Self::Piecewise(values)
                 if values.is_empty() || values.iter().any(|value| !value.is_finite()) =>
             {
                 Err(Error::invalid(key, format!("{values:?}"), "one finite number or more"))

@@ -135,7 +135,7 @@ pub enum Moment<D> {
     /// the one where every ramp has come to its end.
     Approach {
         /// How much of the way is done, from 0 to 1.
-        part: D,
+        progress: D,
         /// Whether ramps have come to their end.
         settled: bool,
     },
@@ -147,24 +147,24 @@ struct Pace {
     key: &'static str,
     value: f64,
     unit: &'static str,
-    /// What steps are counted by, and which part of a period it is.
+    /// What steps are counted by, and which fraction of a period it is.
     of: &'static str,
-    part: f64,
+    fraction: f64,
 }
 
 impl Pace {
     /// The largest step that makes so many a period, s.
     fn step(&self, per_period: f64) -> f64 {
-        let time = if self.part < 1.0 { self.value } else { 1.0 / self.value };
-        time / (self.part * per_period)
+        let time = if self.fraction < 1.0 { self.value } else { 1.0 / self.value };
+        time / (self.fraction * per_period)
     }
 
     /// Whether a step is too large for so many a period: what is found, and what is needed.
     fn too_large(&self, step: f64, per_period: f64) -> Option<[String; 2]> {
-        let Self { value, unit, of, part, .. } = self;
+        let Self { value, unit, of, fraction, .. } = self;
         let largest = self.step(per_period);
         (step > largest * (1.0 + 1e-9)).then(|| {
-            let steps = part * per_period;
+            let steps = fraction * per_period;
             let found = steps * largest / step;
             [
                 format!("{value} {unit} with time.step = {step} s, {found:.2} steps a {of}"),
@@ -179,7 +179,9 @@ impl<D> Moment<D> {
     pub fn map<E>(self, convert: impl Fn(D) -> E) -> Moment<E> {
         match self {
             Self::Time(time) => Moment::Time(convert(time)),
-            Self::Approach { part, settled } => Moment::Approach { part: convert(part), settled },
+            Self::Approach { progress, settled } => {
+                Moment::Approach { progress: convert(progress), settled }
+            }
         }
     }
 }
@@ -197,13 +199,13 @@ impl<D: crate::Scalar> Motion<D> {
         }
     }
 
-    /// The part of the motion that is done at a moment; its own numbers carry derivatives, and so
+    /// The fraction of the motion that is done at a moment; its own numbers carry derivatives, and so
     /// does the moment.
-    pub(crate) fn part(&self, moment: Moment<D>) -> D {
+    pub(crate) fn fraction(&self, moment: Moment<D>) -> D {
         let (zero, one) = (D::from(0.0), D::from(1.0));
         match (moment, self.ramp, self.frequency) {
             (Moment::Time(_), None, None) => one,
-            (Moment::Approach { part, .. }, None, None) => part,
+            (Moment::Approach { progress, .. }, None, None) => progress,
             (Moment::Time(t), None, Some(frequency)) => (t * frequency * TAU).sin(),
             (Moment::Time(t), Some(ramp), _) => {
                 // The quintic without velocity and acceleration at its ends.
@@ -214,7 +216,7 @@ impl<D: crate::Scalar> Motion<D> {
                     _ => u * u * u * ((u * 6.0 - 15.0) * u + 10.0),
                 }
             }
-            (Moment::Approach { part, settled: true }, Some(_), _) => part,
+            (Moment::Approach { progress, settled: true }, Some(_), _) => progress,
             (Moment::Approach { .. }, _, _) => zero,
         }
     }
@@ -236,9 +238,9 @@ impl Motion {
     fn pace(&self) -> Option<Pace> {
         let moves = self.displacement != [0.0; 3] || self.rotation != [0.0; 3] || self.twist != 0.0;
         let pace = match (self.ramp, self.frequency) {
-            (Some(value), _) => Pace { key: "ramp", value, unit: "s", of: "ramp", part: 0.5 },
+            (Some(value), _) => Pace { key: "ramp", value, unit: "s", of: "ramp", fraction: 0.5 },
             (None, Some(value)) => {
-                Pace { key: "frequency", value, unit: "Hz", of: "period", part: 1.0 }
+                Pace { key: "frequency", value, unit: "Hz", of: "period", fraction: 1.0 }
             }
             (None, None) => return None,
         };

@@ -68,14 +68,15 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         self.problem.check_stop()?;
         let (mut q, mut frames) = self.begin(self.setup);
         let boundary_motion = self.boundary_motion(self.setup);
-        let parts = boundary_motion
+        let stages = boundary_motion
             .as_ref()
-            .map_or(1, |boundary_motion| boundary_motion.parts(self.problem.length(), settled));
+            .map_or(1, |boundary_motion| boundary_motion.stages(self.problem.length(), settled));
         let mut iterations = 0;
-        for k in 1..=parts {
+        for k in 1..=stages {
             if let Some(boundary_motion) = &boundary_motion {
-                let part = |k: usize| k as f64 / parts as f64;
-                let [from, to] = [k - 1, k].map(|k| Moment::Approach { part: part(k), settled });
+                let progress = |k: usize| k as f64 / stages as f64;
+                let [from, to] =
+                    [k - 1, k].map(|k| Moment::Approach { progress: progress(k), settled });
                 boundary_motion.carry(from, to, &mut q, |end, node| self.reach(end, node));
                 boundary_motion.advance::<M::Rod<f64>, W>(from, to, &mut q, &frames);
             }
@@ -85,24 +86,24 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             let rest =
                 Descent::new(rod, self.free(), scales, edges, derivatives, q).descend(frames)?;
             iterations += rest.newton_iterations;
-            if k == parts {
+            if k == stages {
                 return Ok(Rest { newton_iterations: iterations, ..rest });
             }
             (q, frames) = (rest.q, rest.frames);
         }
-        unreachable!("there is at least one part")
+        unreachable!("there is at least one stage")
     }
 
     /// How far node `i` goes along with a moved end: wholly where nothing holds the other end, else
     /// less and less towards it.
     fn reach(&self, end: End, i: usize) -> f64 {
         let supports = &self.problem.scene().supports;
-        let part = i as f64 / (self.nodes() - 1) as f64;
-        let (other, part) = match end {
-            End::Start => (supports.end, 1.0 - part),
-            End::End => (supports.start, part),
+        let along = i as f64 / (self.nodes() - 1) as f64;
+        let (other, share) = match end {
+            End::Start => (supports.end, 1.0 - along),
+            End::End => (supports.start, along),
         };
-        if other == Support::Free { 1.0 } else { part }
+        if other == Support::Free { 1.0 } else { share }
     }
 
     /// The edges of a long rod that hangs from its start, as unknowns.
@@ -227,7 +228,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
         let frames = M::frames_over(&rest.frames);
-        self.hold(setup, Moment::Approach { part: 1.0, settled: true }, &mut q, &frames);
+        self.hold(setup, Moment::Approach { progress: 1.0, settled: true }, &mut q, &frames);
         self.follow(&rod, &frames, &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         Ok((rod, q))

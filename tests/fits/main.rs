@@ -8,6 +8,6 @@ mod experiments;
 mod helix;
 mod layout;
 mod nist;
-mod parts;
+mod piecewise;
 mod planar;
 mod refusals;

@@ -1,13 +1,13 @@
 //! What is wrong with data, model or mesh does not look fine, and what is not is not warned of.
 
-use rodfit::fit::{FitReport, Grade, Kind, Sample};
+use rodfit::fit::{FitReport, Grade, NonIdentifiability, Sample};
 use rodfit::scene::{Clamp, Time};
 use rodfit::{Fit, Parameter, Unknown};
 
 use crate::common::fits::{fit, fit_with, noisy, observe, same_mesh};
 use crate::intervals::small;
 
-fn refused(report: &FitReport, kind: Kind, words: &[&str]) {
+fn refused(report: &FitReport, kind: NonIdentifiability, words: &[&str]) {
     assert!(!report.is_success(), "{report}");
     assert!(report.not_identifiable.iter().any(|f| f.kind == kind), "{report:?}");
     for word in words {
@@ -24,7 +24,7 @@ fn what_is_not_identifiable_is_named() {
     let data = noisy(&observe(&scene, 100), 2.7e-3, 1);
     let report =
         fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::Density, Parameter::DampingMass]);
-    refused(&report, Kind::Structural, &["youngs_modulus/density"]);
+    refused(&report, NonIdentifiability::Structural, &["youngs_modulus/density"]);
     assert!(report.parameters[2].identifiable, "{report}");
     // Bending goes with E r^2 at a given density; only stretching tells them apart.
     // Of a thinner rod the digits lose even that, and the finding is structural.
@@ -35,24 +35,24 @@ fn what_is_not_identifiable_is_named() {
         .solve()
         .unwrap();
     println!("{}", report.status);
-    refused(&report, Kind::Practical, &["youngs_modulus*radius^2", "practically"]);
+    refused(&report, NonIdentifiability::Practical, &["youngs_modulus*radius^2", "practically"]);
     assert!(report.parameters.iter().all(|e| !e.identifiable), "{report}");
     let report =
         fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::Radius, Parameter::Density]);
     println!("{}", report.status);
-    refused(&report, Kind::Structural, &[]);
+    refused(&report, NonIdentifiability::Structural, &[]);
     assert!(report.parameters.iter().all(|e| !e.identifiable), "{report}");
     // Twist does not enter in a plane.
     scene.material.shear_modulus = Some(3e7);
     let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::ShearModulus]);
-    refused(&report, Kind::Structural, &["shear_modulus has no effect"]);
+    refused(&report, NonIdentifiability::Structural, &["shear_modulus has no effect"]);
     assert!(report.parameters[0].identifiable && !report.parameters[1].identifiable);
     scene.loads.gravity = [0.0; 3];
     let data = noisy(&observe(&scene, 100), 1e-3, 1);
     let report = fit(&scene, &data, &[Parameter::YoungsModulus, Parameter::DampingMass]);
     refused(
         &report,
-        Kind::Structural,
+        NonIdentifiability::Structural,
         &["youngs_modulus has no effect", "damping.mass has no effect"],
     );
 }

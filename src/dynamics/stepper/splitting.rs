@@ -9,7 +9,7 @@ use crate::numerics::scalar::Scalar;
 use crate::rod::{Rod, State};
 use crate::scene::Scheme;
 
-/// The parts of a step.
+/// The composition of a step.
 #[derive(Debug)]
 struct Composition {
     /// One more than drifts. A last kick of zero spares the forces there.
@@ -34,7 +34,7 @@ const PEFRL: Composition = {
 /// A composition for a rod of known masses.
 #[derive(Clone, Debug)]
 pub struct Splitting<D> {
-    parts: &'static Composition,
+    composition: &'static Composition,
     inverse_mass: Vec<D>,
 }
 
@@ -51,7 +51,7 @@ impl<D: Scalar> Splitting<D> {
     /// A scheme's, if it is a splitting, for a rod of these masses, kg (kg m^2 for angles).
     pub(crate) fn of(scheme: Scheme, mass: &[D]) -> Option<Self> {
         let inverse_mass = || mass.iter().map(|m| m.recip()).collect();
-        composition(scheme).map(|parts| Self { parts, inverse_mass: inverse_mass() })
+        composition(scheme).map(|composition| Self { composition, inverse_mass: inverse_mass() })
     }
 
     /// `state.unbalanced` is the gradient at `state.q`, before and after; unless the scheme does
@@ -62,7 +62,7 @@ impl<D: Scalar> Splitting<D> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) {
-        let Composition { kicks, drifts } = self.parts;
+        let Composition { kicks, drifts } = self.composition;
         self.kick(kicks[0], step, state);
         for (kick, drift) in kicks[1..].iter().zip(*drifts) {
             let State { q, frames, v, unbalanced, .. } = &mut *state;
@@ -81,8 +81,8 @@ impl<D: Scalar> Splitting<D> {
 
     /// `dv/dt = -gradient/mass - c v`, with the mass damping `c`, for a part of the step, exactly.
     #[inline]
-    fn kick<R, F>(&self, part: f64, step: &Step<'_, D, R>, state: &mut State<D, F>) {
-        let (h, free) = (part * step.h, step.system.free.clone());
+    fn kick<R, F>(&self, weight: f64, step: &Step<'_, D, R>, state: &mut State<D, F>) {
+        let (h, free) = (weight * step.h, step.system.free.clone());
         let forces = state.unbalanced[free.clone()].iter().zip(&self.inverse_mass[free.clone()]);
         let all = state.v[free].iter_mut().zip(forces);
         if step.system.damping.mass.value() == 0.0 && D::ORDER == 0 {
@@ -125,12 +125,12 @@ mod tests {
     #[test]
     fn limits_of_stability() {
         let splittings = Scheme::all().filter_map(|scheme| Some((composition(scheme)?, scheme)));
-        for (parts, scheme) in splittings {
+        for (composition, scheme) in splittings {
             let limit = scheme.traits().stability_limit.expect("explicit schemes have one");
             let trace = |x: f64| {
                 let turn = |mut q: f64, mut v: f64| {
-                    v -= parts.kicks[0] * x * q;
-                    for (kick, drift) in parts.kicks[1..].iter().zip(parts.drifts) {
+                    v -= composition.kicks[0] * x * q;
+                    for (kick, drift) in composition.kicks[1..].iter().zip(composition.drifts) {
                         q += drift * x * v;
                         v -= kick * x * q;
                     }
@@ -141,8 +141,8 @@ mod tests {
             let bounded = |x: f64| trace(x).abs() <= 2.0 + 1e-12;
             assert!((1..=1000).all(|k| bounded(limit * f64::from(k) / 1000.0)));
             assert!(!bounded(1.002 * limit));
-            assert!((parts.kicks.iter().sum::<f64>() - 1.0).abs() < 1e-15);
-            assert!((parts.drifts.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            assert!((composition.kicks.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            assert!((composition.drifts.iter().sum::<f64>() - 1.0).abs() < 1e-15);
         }
     }
 }

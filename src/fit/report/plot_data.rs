@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct PlotData {
-    /// What was asked for, in the order of the report's parameters.
-    pub asked: Vec<Asked>,
+    /// Where each parameter was looked for, in the order of the report's parameters.
+    pub ranges: Vec<SearchRange>,
     /// Data and model, one per observation and coordinate.
     pub series: Vec<Series>,
     /// The rod at about a dozen moments.
@@ -27,15 +27,15 @@ pub struct PlotData {
     /// Profiles of the likelihood, where they were asked for.
     pub profiles: Vec<Profile>,
     /// What was simulated, one per experiment.
-    pub setups: Vec<Setup>,
+    pub settings: Vec<SimulationSettings>,
     /// Version of this crate.
     pub version: String,
 }
 
-/// What was known of a parameter before.
+/// Where a parameter was looked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Asked {
+pub struct SearchRange {
     /// The parameter.
     pub name: Parameter,
     /// The start, if one was given.
@@ -108,7 +108,7 @@ pub struct RodShape {
 /// What an experiment was simulated with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Setup {
+pub struct SimulationSettings {
     /// The experiment; empty where there is only one.
     pub experiment: String,
     /// The scene's file, if it was read from one.

@@ -6,7 +6,9 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::comparison::Run;
-use crate::fit::report::plot_data::{Abscissa, Asked, Measured, PlotData, RodShape, Series, Setup};
+use crate::fit::report::plot_data::{
+    Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
+};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
@@ -20,23 +22,23 @@ const CURVE: usize = 400;
 /// What was asked for, and what was seen and simulated at the `optimum`, if there is one. `sigma`
 /// is the noise that is reported.
 pub(crate) fn still(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -> PlotData {
-    let asked = |unknown: &Unknown| Asked {
+    let range = |unknown: &Unknown| SearchRange {
         name: unknown.parameter,
         start: unknown.start,
         bounds: unknown.bounds,
     };
     PlotData {
-        asked: search.unknowns.iter().map(asked).collect(),
+        ranges: search.unknowns.iter().map(range).collect(),
         series: optimum.map_or(Vec::new(), |optimum| series(search, optimum, sigma)),
         history: search.journal.history(search.unknowns, &search.sigmas),
         landscape: search.journal.landscape(search.unknowns),
-        setups: search.experiments.iter().map(setup).collect(),
+        settings: search.experiments.iter().map(settings).collect(),
         version: env!("CARGO_PKG_VERSION").into(),
         ..PlotData::default()
     }
 }
 
-fn setup(experiment: &Experiment) -> Setup {
+fn settings(experiment: &Experiment) -> SimulationSettings {
     let measured = |measurement: &Measurement| Measured {
         label: experiment.label(measurement),
         points: measurement.points(),
@@ -47,7 +49,7 @@ fn setup(experiment: &Experiment) -> Setup {
     let (model, reason) = problem.model();
     let moves = experiment.moves();
     let time = problem.scene().time.as_ref().filter(|_| moves);
-    Setup {
+    SimulationSettings {
         experiment: experiment.name.clone(),
         scene: problem.scene().path.as_ref().map(|path| path.display().to_string()),
         model: format!("{model}: {reason}"),

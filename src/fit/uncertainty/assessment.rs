@@ -74,7 +74,7 @@ pub(crate) fn assess(
     against_priors(unknowns, optimum, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     if !search.explained(optimum) {
-        suspicions.iter().for_each(|words| warnings.add(Weight::Setup, words));
+        suspicions.iter().for_each(|words| warnings.add(Weight::Suspicion, words));
     }
     let (mut residual_tests, mut discretization) = (Vec::new(), Vec::new());
     // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave

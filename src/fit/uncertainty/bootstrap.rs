@@ -131,9 +131,9 @@ fn spread_of(unknown: &Unknown, at: f64, mut x: Vec<f64>) -> Option<Bootstrap> {
     let sd = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
     let percentile = |p: f64| {
         let place = p * (n - 1.0);
-        let (below, part) = (place.floor(), place.fract());
+        let (below, fraction) = (place.floor(), place.fract());
         let above = x[(below as usize + 1).min(x.len() - 1)];
-        unknown.from_scale(x[below as usize] * (1.0 - part) + above * part)
+        unknown.from_scale(x[below as usize] * (1.0 - fraction) + above * fraction)
     };
     let value = unknown.from_scale(at);
     Some(Bootstrap {

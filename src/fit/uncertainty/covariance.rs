@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::uncertainty::identifiability::{
-    Finding, Kind, SUSPICIOUS, findings, sparsest, without_effect,
+    Finding, NonIdentifiability, SUSPICIOUS, findings, sparsest, without_effect,
 };
 use crate::fit::uncertainty::vanishing::Vanishing;
 use crate::fit::unknown::Unknown;
@@ -120,14 +120,19 @@ impl Covariance {
         let (unseen, hidden) = sparsest(unseen, hidden);
         let named = |j: usize| unseen.iter().chain(&hidden).any(|along| along[j] != 0.0);
         let mut refused: Vec<bool> = (0..n).map(named).collect();
-        let structural = findings(unknowns, unseen, Kind::Structural, deviation);
-        let mut practical = findings(unknowns, hidden, Kind::Practical, deviation);
+        let structural = findings(unknowns, unseen, NonIdentifiability::Structural, deviation);
+        let mut practical = findings(unknowns, hidden, NonIdentifiability::Practical, deviation);
         for j in active.iter().copied().filter(|j| deviation(*j) > limit(*j)) {
             // No single direction is to blame.
             if !refused[j] {
                 let mut alone = vec![0.0; n];
                 alone[j] = 1.0;
-                practical.extend(findings(unknowns, vec![alone], Kind::Practical, deviation));
+                practical.extend(findings(
+                    unknowns,
+                    vec![alone],
+                    NonIdentifiability::Practical,
+                    deviation,
+                ));
             }
             refused[j] = true;
         }

@@ -20,7 +20,7 @@ pub(crate) const SUSPICIOUS: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
-pub enum Kind {
+pub enum NonIdentifiability {
     /// No record of these points determines the combination, however good.
     Structural,
     /// The noise of these data hides it.
@@ -32,7 +32,7 @@ pub enum Kind {
 #[non_exhaustive]
 pub struct Finding {
     /// Whether better data would help.
-    pub kind: Kind,
+    pub kind: NonIdentifiability,
     /// The parameters in the combination.
     pub parameters: Vec<Parameter>,
     /// What is wrong, in a sentence.
@@ -43,10 +43,11 @@ pub struct Finding {
 /// come out at zero.
 pub(crate) fn without_effect(unknown: &Unknown, alone: bool) -> Finding {
     let (kind, words) = match is_damping(unknown) && !alone {
-        true => {
-            (Kind::Practical, format!("{unknown} came out at zero: these data show none of it"))
-        }
-        false => (Kind::Structural, no_effect(unknown)),
+        true => (
+            NonIdentifiability::Practical,
+            format!("{unknown} came out at zero: these data show none of it"),
+        ),
+        false => (NonIdentifiability::Structural, no_effect(unknown)),
     };
     Finding { kind, parameters: vec![unknown.parameter], words }
 }
@@ -60,16 +61,16 @@ fn no_effect(unknown: &Unknown) -> String {
 pub(crate) fn findings(
     unknowns: &[Unknown],
     directions: Vec<Vec<f64>>,
-    kind: Kind,
+    kind: NonIdentifiability,
     deviation: impl Fn(usize) -> f64,
 ) -> Vec<Finding> {
     let name = |direction: Vec<f64>| {
-        let part: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
+        let involved: Vec<usize> = (0..unknowns.len()).filter(|j| direction[*j] != 0.0).collect();
         let combination: Vec<(&Unknown, f64)> =
-            part.iter().map(|j| (&unknowns[*j], direction[*j])).collect();
+            involved.iter().map(|j| (&unknowns[*j], direction[*j])).collect();
         let words = match kind {
-            Kind::Structural => structural(&combination),
-            Kind::Practical => practical(&combination, &part, &deviation),
+            NonIdentifiability::Structural => structural(&combination),
+            NonIdentifiability::Practical => practical(&combination, &involved, &deviation),
         };
         let parameters = combination.iter().map(|(u, _)| u.parameter).collect();
         Finding { kind, parameters, words }
@@ -134,7 +135,7 @@ fn structural(combination: &[(&Unknown, f64)]) -> String {
 
 fn practical(
     combination: &[(&Unknown, f64)],
-    part: &[usize],
+    involved: &[usize],
     deviation: &impl Fn(usize) -> f64,
 ) -> String {
     let size = |(k, j): (usize, &usize)| {
@@ -145,8 +146,8 @@ fn practical(
             false => format!("{sd:.2}"),
         }
     };
-    let sizes: Vec<String> = part.iter().enumerate().map(size).collect();
-    let far = part.iter().enumerate().any(|(k, j)| {
+    let sizes: Vec<String> = involved.iter().enumerate().map(size).collect();
+    let far = involved.iter().enumerate().any(|(k, j)| {
         deviation(*j) > if combination[k].0.parameter.is_positive() { 1.0 } else { 0.25 }
     });
     let why = match far {
@@ -214,7 +215,7 @@ mod tests {
         let (directions, practical) = sparsest(directions, vec![vec![0.0, 3.0, 0.0, 1.0]]);
         // What is known of E and the radius ends up in the other two.
         assert_eq!(practical[0].iter().filter(|d| **d != 0.0).count(), 1, "{practical:?}");
-        let found = findings(&unknowns, directions, Kind::Structural, |_| 0.0);
+        let found = findings(&unknowns, directions, NonIdentifiability::Structural, |_| 0.0);
         assert_eq!(found.len(), 2);
         for finding in &found {
             assert_eq!(finding.parameters.len(), 2, "{finding:?}");

@@ -13,13 +13,12 @@ pub(crate) fn one_sided95(freedom: Option<f64>) -> f64 {
     quantile(0.95, freedom)
 }
 
-fn quantile(part: f64, freedom: Option<f64>) -> f64 {
-    let normal = || Normal::standard().inverse_cdf(part);
+fn quantile(probability: f64, freedom: Option<f64>) -> f64 {
+    let normal = || Normal::standard().inverse_cdf(probability);
     match freedom {
         None => normal(),
-        Some(freedom) => {
-            StudentsT::new(0.0, 1.0, freedom).map_or_else(|_| normal(), |t| t.inverse_cdf(part))
-        }
+        Some(freedom) => StudentsT::new(0.0, 1.0, freedom)
+            .map_or_else(|_| normal(), |t| t.inverse_cdf(probability)),
     }
 }
 

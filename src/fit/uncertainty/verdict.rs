@@ -49,7 +49,7 @@ pub(crate) enum Weight {
     /// The values mean nothing.
     Worthless,
     /// Before the search something looked wrong that explains what is left.
-    Setup,
+    Suspicion,
     /// Mesh and step are to blame for what is left.
     Mesh,
     /// Much of what was measured is left.
@@ -88,9 +88,9 @@ impl Warnings {
         match self.0.iter().map(|(weight, _)| *weight).min() {
             Some(Weight::Worthless) => Grade::NotUsable,
             Some(Weight::Mesh | Weight::Numerics) => Grade::RefineNumerics,
-            Some(Weight::Setup | Weight::Unexplained | Weight::Misfit | Weight::Contradiction) => {
-                Grade::ModelDoesNotExplain
-            }
+            Some(
+                Weight::Suspicion | Weight::Unexplained | Weight::Misfit | Weight::Contradiction,
+            ) => Grade::ModelDoesNotExplain,
             Some(Weight::Note) | None => Grade::Trustworthy,
         }
     }
@@ -130,7 +130,7 @@ pub(crate) struct Conclusion {
 pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -> Conclusion {
     let words: Vec<&str> = findings.iter().map(|f| f.words.as_str()).collect();
     let unknown = words.join("; ");
-    let cause = warnings.first(Weight::Setup);
+    let cause = warnings.first(Weight::Suspicion);
     let cause = cause.map_or(String::new(), |words| format!("; most likely as {words}"));
     let worthless = warnings.first(Weight::Worthless);
     let worthless = worthless.map_or(String::new(), |words| format!("{words}{cause}"));
@@ -178,7 +178,7 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
 impl Warnings {
     /// What is wrong with the model or its set-up.
     fn of_the_model(&self) -> String {
-        if let Some(words) = self.first(Weight::Setup) {
+        if let Some(words) = self.first(Weight::Suspicion) {
             return format!("much of what was observed is left, most likely as {words}");
         }
         if self.first(Weight::Unexplained).is_some() {
@@ -198,8 +198,8 @@ impl Warnings {
 }
 
 /// A part of a whole as a person says it: never hundreds of digits.
-pub(crate) fn percent(part: f64) -> String {
-    match 100.0 * part {
+pub(crate) fn percent(fraction: f64) -> String {
+    match 100.0 * fraction {
         p if p.is_nan() || p > 1000.0 => "more than 1000 %".into(),
         p if p < 0.01 => format!("{p:.0e} %"),
         p if p < 9.5 => format!("{p:.2} %"),
@@ -221,8 +221,8 @@ mod tests {
             (0.0213, "2.13 %"),
             (1e-6, "1e-4 %"),
         ];
-        for (part, words) in cases {
-            assert_eq!(percent(part), words);
+        for (fraction, words) in cases {
+            assert_eq!(percent(fraction), words);
         }
     }
 

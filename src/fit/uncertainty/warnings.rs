@@ -34,13 +34,13 @@ pub(crate) fn unexplained(search: &Search, optimum: &Optimum, warnings: &mut War
         let size = measurement.size(&experiment.problem);
         let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
         if rms > (UNEXPLAINED * size).max(noise) && !is_noisy(experiment, measurement, rms, own) {
-            let part = rms / size.max(f64::MIN_POSITIVE);
+            let relative = rms / size.max(f64::MIN_POSITIVE);
             // Standing still at the mean of what was observed leaves no more.
-            let weight = if part >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
+            let weight = if relative >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
             let words = format!(
                 "{label}: the model leaves {} of what was observed unexplained ({rms:.3e} {unit} of \
                  {size:.3e} {unit})",
-                percent(part)
+                percent(relative)
             );
             warnings.add(weight, words);
         }

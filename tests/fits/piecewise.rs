@@ -8,12 +8,12 @@ use rodfit::{Fit, Observation, Parameter, Point, Problem};
 use crate::common::differences::{at_rest, difference};
 use crate::common::{coarse, helix_with, simulate};
 
-fn curvature_of(part: usize) -> Parameter {
-    format!("natural_curvature.{part}").parse().unwrap()
+fn curvature_of(section: usize) -> Parameter {
+    format!("natural_curvature.{section}").parse().unwrap()
 }
 
-fn twist_of(part: usize) -> Parameter {
-    format!("natural_twist.{part}").parse().unwrap()
+fn twist_of(section: usize) -> Parameter {
+    format!("natural_twist.{section}").parse().unwrap()
 }
 
 fn arc() -> Scene {
@@ -129,8 +129,8 @@ fn scenes_say_a_number_or_a_list() {
     assert_eq!(Parameter::NaturalCurvature.of(&scene), None);
     assert_eq!(curvature_of(2).of(&scene), Some(0.8));
     for part in [3, 255] {
-        assert_eq!(curvature_of(part).of(&scene), None);
-        assert!(scene.problem().unwrap().with([(curvature_of(part), 1.0)]).is_err());
+        assert_eq!(curvature_of(section).of(&scene), None);
+        assert!(scene.problem().unwrap().with([(curvature_of(section), 1.0)]).is_err());
     }
     for wrong in [vec![], vec![1.0, f64::NAN]] {
         scene.rod.natural_curvature = wrong.into();
