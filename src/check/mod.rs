@@ -18,8 +18,7 @@ pub use scene::check_problem;
 
 use crate::check::finite_difference::{Difference, STEPS, difference, relative, scale};
 use crate::energy::{Analytic, Energy};
-use nalgebra::SVector;
-use num_dual::{Dual2SVec64, DualSVec64};
+use num_dual::{Dual64, HyperDual64};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -194,10 +193,10 @@ impl CheckReport {
             energy: &|q| energy.energy(q),
             gradient: &|q| energy.gradient(q),
             hand: (energy.gradient(q), energy.hessian(q)),
-            dual: dual(energy, q),
+            dual: (dual_gradient(energy, q), dual_hessian(energy, q)),
             terms: energy.energy(&Terms::unknowns(q)),
         };
-        self.compare_routes(routes, q, element, dof);
+        self.compare_routes(routes, q, element, &dof);
     }
 
     /// The same of what is known of an energy at `q`.
@@ -206,18 +205,18 @@ impl CheckReport {
         routes: Routes<'_, N>,
         q: &[f64; N],
         element: &str,
-        dof: impl Fn(usize) -> String,
+        dof: &dyn Fn(usize) -> String,
     ) {
         let Routes { energy, gradient: by_hand, hand, dual, terms } = routes;
         let ((hand_gradient, hand_hessian), (gradient, hessian)) = (hand, dual);
         for i in 0..N {
             let name = || dof(i);
             let pair = [hand_gradient[i], gradient[i]];
-            self.entry("gradient", pair, terms.first[i], element, name);
+            self.entry("gradient", pair, terms.first[i], element, &name);
             for j in 0..N {
                 let name = || format!("{} {}", dof(i), dof(j));
                 let pair = [hand_hessian[i][j], hessian[i][j]];
-                self.entry("hessian", pair, terms.second[i][j], element, name);
+                self.entry("hessian", pair, terms.second[i][j], element, &name);
             }
         }
         // A difference sees the values around the state too, so where a derivative vanishes its
@@ -238,11 +237,11 @@ impl CheckReport {
             point.hessian = point.hessian.max(by_gradient[k]);
         }
         for d in gradients.into_iter().flatten() {
-            self.third_opinion("gradient", d, element, || dof(d.place[0]));
+            self.third_opinion("gradient", d, element, &|| dof(d.place[0]));
         }
         for d in hessians.into_iter().flatten() {
             let [j, i] = d.place;
-            self.third_opinion("hessian", d, element, || format!("{} {}", dof(i), dof(j)));
+            self.third_opinion("hessian", d, element, &|| format!("{} {}", dof(i), dof(j)));
         }
         self.states += 1;
     }
@@ -253,7 +252,7 @@ impl CheckReport {
         [hand, dual]: [f64; 2],
         terms: f64,
         element: &str,
-        dof: impl Fn() -> String,
+        dof: &dyn Fn() -> String,
     ) {
         let relative_error = relative(hand - dual, terms);
         let (largest, allowed) = match quantity {
@@ -288,7 +287,7 @@ impl CheckReport {
         quantity: &'static str,
         d: Difference,
         element: &str,
-        dof: impl Fn() -> String,
+        dof: &dyn Fn() -> String,
     ) {
         let largest = &mut self.max_relative_error.finite_difference;
         *largest = largest.max(d.error);
@@ -338,11 +337,26 @@ struct Routes<'a, const N: usize> {
     terms: Terms<N>,
 }
 
-/// Gradient and Hessian by num-dual.
-fn dual<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> ([f64; N], [[f64; N]; N]) {
-    let of = |q: SVector<Dual2SVec64<N>, N>| energy.energy(&q.data.0[0]);
-    let (_, gradient, hessian) = num_dual::hessian(of, &SVector::from(*q));
-    (gradient.data.0[0], hessian.data.0)
+/// The gradient by num-dual, by one unknown at a time: what numbers of a size for each number of
+/// unknowns would save is nothing beside the time to compile them.
+fn dual_gradient<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [f64; N] {
+    let slope = |i: usize| {
+        let along = |k: usize| Dual64::new(q[k], f64::from(u8::from(k == i)));
+        energy.energy(&std::array::from_fn(along)).eps
+    };
+    std::array::from_fn(slope)
+}
+
+/// The Hessian by num-dual, by two unknowns at a time.
+fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64; N]; N] {
+    let mut hessian = [[0.0; N]; N];
+    for (i, j) in (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+        let one = |along: bool| f64::from(u8::from(along));
+        let along = |k: usize| HyperDual64::new(q[k], one(k == i), one(k == j), 0.0);
+        let slope = energy.energy(&std::array::from_fn(along)).eps1eps2;
+        (hessian[i][j], hessian[j][i]) = (slope, slope);
+    }
+    hessian
 }
 
 /// Checks the hand-derived gradient and Hessian of an energy at `states`.
@@ -386,8 +400,7 @@ pub fn check_hessian<const N: usize>(
     }
     impl<E: Energy<N>, const N: usize> Analytic<N> for Foreign<'_, E, N> {
         fn gradient(&self, q: &[f64; N]) -> [f64; N] {
-            let of = |q: SVector<DualSVec64<N>, N>| self.0.energy(&q.data.0[0]);
-            num_dual::gradient(of, &SVector::from(*q)).1.data.0[0]
+            dual_gradient(self.0, q)
         }
         fn hessian(&self, _: &[f64; N]) -> [[f64; N]; N] {
             *self.1

@@ -140,7 +140,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
     fn gradient(&self, inputs: &[f64; M]) -> [f64; M] {
         let slopes = self
             .with(inputs, |place, p, nodes, edges| self.energy.gradient(place, p, nodes, edges));
-        let Some(slopes) = slopes else { return crate::check::dual(self, inputs).0 };
+        let Some(slopes) = slopes else { return crate::check::dual_gradient(self, inputs) };
         let all: Vec<Vector<f64>> = By::all(N).map(|by| slopes.by(by)).collect();
         std::array::from_fn(|i| all[i / 3][i % 3])
     }
@@ -148,7 +148,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize, const M: usize> Analyti
     fn hessian(&self, inputs: &[f64; M]) -> [[f64; M]; M] {
         let curvatures =
             self.with(inputs, |place, p, nodes, edges| self.energy.hessian(place, p, nodes, edges));
-        let Some(curvatures) = curvatures else { return crate::check::dual(self, inputs).1 };
+        let Some(curvatures) = curvatures else { return crate::check::dual_hessian(self, inputs) };
         let all: Vec<By> = By::all(N).collect();
         std::array::from_fn(|r| {
             std::array::from_fn(|c| curvatures.by(all[r / 3], all[c / 3])[r % 3][c % 3])
@@ -238,7 +238,7 @@ fn compare_sized<const N: usize>(
         dual: by(Derivatives::Dual, q),
         terms: Terms { value: 0.0, first: first_terms, second: second_terms },
     };
-    report.compare_routes(routes, &x, name, |k| {
+    report.compare_routes(routes, &x, name, &|k| {
         format!("{}{}", ["x", "y", "z", "theta"][k % stride], first + k / stride)
     });
 }

@@ -117,13 +117,19 @@ impl<'a, D> Numbers<'a, D> {
 
     /// What stands in a table, or in a place of a list.
     pub fn table<T>(&mut self, key: impl Display, inside: impl FnOnce(&mut Self) -> T) -> T {
+        let outside = self.enter(&key);
+        let found = inside(self);
+        self.path.truncate(outside);
+        found
+    }
+
+    /// Adds a key to the path, and returns its length before.
+    fn enter(&mut self, key: &dyn Display) -> usize {
         use std::fmt::Write;
         let outside = self.path.len();
         let dot = if outside == 0 { "" } else { "." };
         write!(self.path, "{dot}{key}").expect("strings take what is written");
-        let found = inside(self);
-        self.path.truncate(outside);
-        found
+        outside
     }
 
     /// Every entry of a list of tables.
