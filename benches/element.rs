@@ -1,6 +1,6 @@
 //! One element: value, gradient and Hessian, by hand and by num-dual.
 //!
-//! `cargo bench --bench element`
+//! `cargo bench --package rodfit-benches --bench element`
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rodfit::energy::bend_twist::{self, BendTwist, Stiffness};

@@ -1,6 +1,6 @@
 //! The shipped fits, from no start, with and without their discretisation errors.
 //!
-//! `cargo bench --bench fit`
+//! `cargo bench --package rodfit-benches --bench fit`
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rodfit::fit::{Analysis, FitFile, Refinement};
@@ -9,7 +9,9 @@ fn shipped(c: &mut Criterion) {
     let mut group = c.benchmark_group("shipped fit");
     group.sample_size(20);
     for file in ["cantilever-fit.toml", "beta-fit.toml", "helix-fit.toml"] {
-        let fit = FitFile::load(format!("data/{file}")).expect("shipped").fit();
+        let fit = FitFile::load(format!("{}/../data/{file}", env!("CARGO_MANIFEST_DIR")))
+            .expect("shipped")
+            .fit();
         let report = fit.solve().expect("a fit");
         println!("{file}: {:.2} simulations", report.simulations);
         group.bench_function(file, |b| b.iter(|| fit.solve()));

@@ -1,7 +1,7 @@
 //! The parts of a Newton iteration, the band solver against faer's sparse LDL^T, and the time per
 //! step over the number of nodes.
 //!
-//! `cargo bench --bench step`; `cargo bench --bench step -- scaling` prints the exponent as well.
+//! `cargo bench --package rodfit-benches --bench step`; `cargo bench --package rodfit-benches --bench step -- scaling` prints the exponent as well.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -16,10 +16,11 @@ use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Problem, Scene, Tr
 use std::hint::black_box;
 use std::time::Duration;
 
+const DATA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data");
 const SCENES: [&str; 2] = ["cantilever", "helix"];
 
 fn scene(name: &str, segments: usize, steps: usize) -> Problem {
-    let mut scene = Scene::load(format!("data/{name}.toml")).expect("shipped scene");
+    let mut scene = Scene::load(format!("{DATA}/{name}.toml")).expect("shipped scene");
     scene.rod.segments = Some(segments);
     if let Some(time) = &mut scene.time {
         time.end = steps as f64 * time.step;
@@ -231,7 +232,7 @@ fn with_scheme(problem: &Problem, scheme: Scheme, steps: usize) -> Problem {
 
 /// A helix whose length grows with its segments, weightless but for a pull at its tip.
 fn long_helix(segments: usize, steps: usize) -> Problem {
-    let mut scene = Scene::load("data/helix.toml").expect("shipped scene");
+    let mut scene = Scene::load(format!("{DATA}/helix.toml")).expect("shipped scene");
     if let rodfit::scene::Shape::Helix { length, .. } = &mut scene.rod.shape {
         *length = 0.01 * segments as f64;
     }
