@@ -115,7 +115,7 @@ fn files_are_read_from_memory() {
         let report = fit.keep_plot_data().solve().unwrap();
         let json = serde_json::to_value(&report).unwrap();
         assert_eq!(json["parameters"][0]["name"], name);
-        assert_eq!(json["plot_data"]["asked"][0]["name"], name);
+        assert_eq!(json["plot_data"]["ranges"][0]["name"], name);
         assert_eq!(json["plot_data"]["landscape"][0]["label"], name);
         assert!(report.to_string().contains(&format!("\n  {name} ")), "{report}");
         assert!(rodfit::page::fit_page(&report, "").contains(&format!(">{name}<")));

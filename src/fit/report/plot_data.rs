@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub struct PlotData {
     /// Where each parameter was looked for, in the order of the report's parameters.
+    #[serde(alias = "asked")]
     pub ranges: Vec<SearchRange>,
     /// Data and model, one per observation and coordinate.
     pub series: Vec<Series>,
@@ -27,6 +28,7 @@ pub struct PlotData {
     /// Profiles of the likelihood, where they were asked for.
     pub profiles: Vec<Profile>,
     /// What was simulated, one per experiment.
+    #[serde(alias = "setups")]
     pub settings: Vec<SimulationSettings>,
     /// Version of this crate.
     pub version: String,

@@ -1,6 +1,6 @@
 //! L D L^T of bands from the first row down, for several bands in step.
 
-use super::array;
+use crate::numerics::banded::array;
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! L D L^T of one band, from both ends at once.
 
-use super::elimination::Elimination;
-use super::{BandMatrix, array};
+use crate::numerics::banded::elimination::Elimination;
+use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
 
