@@ -9,7 +9,7 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{Energies, Rod, State};
-use crate::scene::{Damping, Scheme};
+use crate::scene::{Damping, Scheme, Tolerance};
 use std::ops::Range;
 
 /// A rod on its way through time. Generic over the scalar: with dual numbers the whole simulation
@@ -24,20 +24,20 @@ pub struct Simulation<D: Nestable, R: Rod<D, W>, const W: usize> {
 }
 
 impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
-    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. `length`, m,
-    /// is the scale of the stopping rule.
+    /// A rod at rest at `q` with the given frames. Only the unknowns in `free` move. The length, m,
+    /// is the scale of the tolerance.
     pub fn new(
         rod: R,
         (q, frames): (Vec<D>, R::Frames),
         free: Range<usize>,
         damping: Damping<D>,
         (scheme, beta): (Scheme, D),
-        length: f64,
+        tolerance: (Tolerance, f64),
         derivatives: Derivatives,
     ) -> Self {
         let mut state = State::at_rest(q, frames);
         let system = System { rod, derivatives, free, damping, boundary_motion: None };
-        let mut stepper = Stepper::new((scheme, beta), &system, length, &mut state);
+        let mut stepper = Stepper::new((scheme, beta), &system, tolerance, &mut state);
         stepper.find_forces(&system, &mut state);
         Self { system, previous: state.clone(), state, stepper, work: Work::default() }
     }

@@ -63,7 +63,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             self.free(),
             scene.loads.damping,
             (scene.scheme(), scene.time.as_ref().map_or(D::from(0.5), |time| time.beta)),
-            self.problem.length(),
+            (scene.tolerance(), self.problem.length()),
             self.problem.derivatives(),
         );
         if let Some(boundary_motion) = boundary_motion {

@@ -19,6 +19,7 @@ pub mod section;
 pub mod shape;
 pub mod supports;
 pub mod time;
+pub mod tolerance;
 pub(crate) mod validate;
 
 pub use along::Along;
@@ -36,6 +37,7 @@ pub use section::Section;
 pub use shape::{Handedness, Shape};
 pub use supports::{Clamp, End, Motion, Support, Supports};
 pub use time::Time;
+pub use tolerance::Tolerance;
 
 use crate::error::Error;
 use crate::input::missing_keys::parse;
@@ -93,6 +95,11 @@ impl<D> Scene<D> {
     /// The time integrator.
     pub fn scheme(&self) -> Scheme {
         self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
+    }
+
+    /// How exactly its steps are solved; the default without `[time]`.
+    pub fn tolerance(&self) -> Tolerance {
+        self.time.as_ref().map(|time| time.tolerance).unwrap_or_default()
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::scheme::Scheme;
+use crate::scene::tolerance::Tolerance;
 use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
 
@@ -21,9 +22,11 @@ pub struct Time<D = f64> {
     pub scheme: Scheme,
     /// Of Newmark-beta, in [0.5, 1]; 1 is implicit Euler.
     pub beta: D,
+    /// Of Newmark-beta: which error of a step's solution is left.
+    pub tolerance: Tolerance,
 }
 
-/// `[time]` as it is written: `beta` stands beside the scheme it belongs to only.
+/// `[time]` as it is written: `beta` and `tolerance` stand beside the scheme they belong to only.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 struct TimeForm<D> {
@@ -33,23 +36,34 @@ struct TimeForm<D> {
     scheme: Scheme,
     #[serde(skip_serializing_if = "Option::is_none")]
     beta: Option<D>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerance: Option<Tolerance>,
 }
 
 impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
-        let TimeForm { end, step, scheme, beta } = form;
+        let TimeForm { end, step, scheme, beta, tolerance } = form;
         if beta.is_some() && !scheme.traits().takes_beta {
             return Err("time.beta: found beside another scheme, allowed: with newmark-beta only");
         }
-        Ok(Self { end, step, scheme, beta: beta.unwrap_or(D::from(0.5)) })
+        if tolerance.is_some() && !scheme.traits().takes_beta {
+            return Err(
+                "time.tolerance: found beside another scheme, allowed: with newmark-beta only",
+            );
+        }
+        let (beta, tolerance) = (beta.unwrap_or(D::from(0.5)), tolerance.unwrap_or_default());
+        Ok(Self { end, step, scheme, beta, tolerance })
     }
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
-    fn from(Time { end, step, scheme, beta }: Time<D>) -> Self {
-        Self { end, step, scheme, beta: scheme.traits().takes_beta.then_some(beta) }
+    fn from(Time { end, step, scheme, beta, tolerance }: Time<D>) -> Self {
+        let traits = scheme.traits();
+        let chosen = traits.takes_beta && tolerance != Tolerance::default();
+        let tolerance = chosen.then_some(tolerance);
+        Self { end, step, scheme, beta: traits.takes_beta.then_some(beta), tolerance }
     }
 }
 
@@ -65,12 +79,13 @@ impl Time {
                 true => n.number("beta", self.beta, beta),
                 false => D::from(self.beta),
             },
+            tolerance: self.tolerance,
         }
     }
 
     /// Duration and step in s, Newmark-beta at beta = 0.5.
     pub fn new(end: f64, step: f64) -> Self {
-        Self { end, step, scheme: Scheme::default(), beta: 0.5 }
+        Self { end, step, scheme: Scheme::default(), beta: 0.5, tolerance: Tolerance::default() }
     }
 
     /// Number of steps to the end; the last may be shorter.
@@ -90,6 +105,7 @@ impl Time {
         if !(0.5..=1.0).contains(&self.beta) {
             return Err(Error::invalid("time.beta", self.beta, "in [0.5, 1]"));
         }
+        self.tolerance.check()?;
         if self.end / self.step > MOST_STEPS {
             let found = format!("{:e}, which needs {:.3e} steps", self.step, self.end / self.step);
             return Err(Error::invalid("time.step", found, "at most 1e9 steps"));

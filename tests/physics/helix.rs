@@ -7,7 +7,7 @@ use rodfit::energy::bend_twist::Published;
 use rodfit::energy::frame::Frames;
 use rodfit::numerics::banded::BandMatrix;
 use rodfit::rod::{Energies, Rod, SpatialRod};
-use rodfit::scene::Clamp;
+use rodfit::scene::{Clamp, Tolerance};
 use rodfit::{Derivatives, Problem};
 
 use crate::common::{extremum, helix_with};
@@ -176,8 +176,15 @@ fn the_exact_tangent_saves_iterations() {
     let undamped = rodfit::scene::Damping { mass: 0.0, stiffness: 0.0 };
     let (rod, hand) = (PublishedRod(discretized.rod()), Derivatives::Hand);
     let scheme = (rodfit::scene::Scheme::NewmarkBeta, 0.5);
-    let mut published =
-        Simulation::new(rod, start, discretized.free(), undamped, scheme, 0.5, hand);
+    let mut published = Simulation::new(
+        rod,
+        start,
+        discretized.free(),
+        undamped,
+        scheme,
+        (Tolerance::default(), 0.5),
+        hand,
+    );
     for k in 1..=200 {
         exact.step_to(f64::from(k) * 5e-3).unwrap();
         published.step_to(f64::from(k) * 5e-3).unwrap();

@@ -61,7 +61,7 @@ use crate::dynamics::stepper::splitting::Splitting;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::{Rod, State};
-use crate::scene::Scheme;
+use crate::scene::{Scheme, Tolerance};
 
 /// What carries out a scheme's steps, with the room it works in.
 #[derive(Clone, Debug)]
@@ -75,12 +75,12 @@ pub(crate) enum Stepper<D: Nestable, R: Rod<D, W>, const W: usize> {
 }
 
 impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
-    /// The stepper of a scheme with its parameter, for a rod that starts in `state`. `length`, m,
-    /// is the scale of its stopping rule.
+    /// The stepper of a scheme with its parameter, for a rod that starts in `state`. The length, m,
+    /// is the scale of the tolerance.
     pub fn new(
         (scheme, beta): (Scheme, D),
         system: &System<D, R>,
-        length: f64,
+        tolerance: (Tolerance, f64),
         state: &mut State<D, R::Frames>,
     ) -> Self {
         let mass = system.rod.mass();
@@ -89,7 +89,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
         }
         match scheme {
             Scheme::Rodas4 => Self::Rosenbrock(Box::new(Rosenbrock::with_order(mass.len()))),
-            _ => Self::Newton(Box::new(Newton::new((scheme, beta), system, length, state))),
+            _ => Self::Newton(Box::new(Newton::new((scheme, beta), system, tolerance, state))),
         }
     }
 

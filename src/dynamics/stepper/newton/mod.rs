@@ -1,5 +1,14 @@
 //! Schemes whose steps are equations: Newton's method on an exact banded tangent solves
 //! [them](crate::dynamics::coefficients).
+//!
+//! A step starts from a [guess], forms one tangent there, and corrects with its factors until the
+//! error that is [predicted](convergence) to be left is below the [tolerance](crate::scene::Tolerance);
+//! where that would take long, with a new tangent. The residual at the end is never looked at: the
+//! forces there follow from the linear system. Averaging schemes, numbers that carry derivatives and
+//! those who ask for it iterate until nothing but rounding errors is left.
+
+mod convergence;
+mod guess;
 
 use crate::dynamics::coefficients::{END, StepCoefficients};
 use crate::dynamics::linearization::{Linearization, StageForces};
@@ -8,17 +17,21 @@ use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State};
-use crate::scene::Scheme;
-use crate::scene::supports::Moment;
+use crate::scene::{Scheme, Tolerance};
+use convergence::{Convergence, Next};
+use guess::Guess;
 
 /// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
 /// stored to `eps/2`, and forming strains from them costs a few roundings more.
 const ROUNDING: f64 = 8.0;
-/// A Newton step below this part of the rod's length ends the iteration.
+/// To rounding, a Newton step below this part of the rod's length ends the iteration.
 const SMALLEST_STEP: f64 = 1e-12;
 /// After a Newton step below this part of the rod's length the next iterate is expected to be the
 /// solution, so its tangent is formed only when that turns out wrong.
 const LAST_STEP: f64 = 1e-8;
+/// Corrections that a step takes without trouble. After these, and before another tangent is formed,
+/// its residual is looked at: a tolerance may be below what rounding errors leave.
+const UNTROUBLED: usize = 2;
 /// Quadratic convergence needs 2 to 5; a simulation that needs more than this has lost the branch.
 const MAX_ITERATIONS: usize = 40;
 
@@ -28,8 +41,11 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     scheme: Scheme,
     /// The scheme's parameter.
     beta: D,
-    /// The scale of the stopping rule, m.
+    /// When to stop, with its scale, m.
+    tolerance: Tolerance,
     length: f64,
+    convergence: Convergence,
+    guess: Guess<D>,
     /// Whether the tangent and its factors are formed again at the solution.
     keeps_tangent: bool,
     /// The rod with Kelvin-Voigt stress over the current step, or of an averaging scheme that stress
@@ -55,11 +71,11 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
 
 impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     /// For a rod that starts in `state`, whose internal variables it prepares. `length`, m, is the
-    /// scale of the stopping rule.
+    /// scale of the tolerance.
     pub fn new(
         (scheme, beta): (Scheme, D),
         system: &System<D, R>,
-        length: f64,
+        (tolerance, length): (Tolerance, f64),
         state: &mut State<D, R::Frames>,
     ) -> Self {
         let coefficients = StepCoefficients::new(scheme, beta, 1.0);
@@ -74,7 +90,10 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         Self {
             scheme,
             beta,
+            tolerance,
             length,
+            convergence: Convergence::new(tolerance.part() * length),
+            guess: Guess::new(),
             keeps_tangent: false,
             dashpots: viscous.clone().filter(|_| averages),
             viscous,
@@ -160,9 +179,20 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work: &mut Work,
     ) -> Result<(), Error> {
         self.coefficients = StepCoefficients::new(self.scheme, self.beta, step.h);
-        predict::<D, R, W>(step, before, state);
         self.set_viscous(step, before);
-        self.solve(step, before, state, work)
+        let guessed = self.guess.place(step, &self.coefficients, before, state);
+        let solved = match self.tolerance {
+            Tolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
+                self.solve_as_predicted(step, before, state, work)
+            }
+            _ => self.solve_to_rounding(step, before, state, work),
+        };
+        if solved.is_err() && guessed {
+            // Velocities did not go on as before: from where they stay what they are, with all care.
+            self.guess.place_steadily(step, before, state);
+            return self.solve_to_rounding(step, before, state, work);
+        }
+        solved
     }
 
     /// The rod with the viscous stress at the end of the step.
@@ -244,9 +274,80 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         }
     }
 
-    /// Newton's method. Stops when the residual is rounding error or the correction vanishes;
-    /// numbers that carry derivatives get one more correction per order.
-    fn solve(
+    /// Corrects until the error left is predicted to be below the tolerance.
+    fn solve_as_predicted(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+        work: &mut Work,
+    ) -> Result<(), Error> {
+        self.convergence.begin();
+        let mut next = Next::Tangent;
+        for iteration in 0..=MAX_ITERATIONS {
+            let fresh = next == Next::Tangent;
+            let troubled = iteration >= UNTROUBLED + usize::from(!fresh);
+            self.evaluate(step, before, state, fresh && !troubled, work);
+            if troubled {
+                self.set_rounding(step, state);
+            }
+            let (residual, tolerance, at_rounding) = self.residual(step, before, state);
+            if troubled && at_rounding {
+                break;
+            }
+            if !residual.is_finite() || iteration == MAX_ITERATIONS {
+                let (time, iterations) = (step.time, iteration);
+                return Err(Error::Newton { time, iterations, residual, tolerance });
+            }
+            if fresh {
+                if troubled {
+                    self.evaluate(step, before, state, true, work);
+                }
+                self.factor(step, work)?;
+            }
+            let by_end = self.coefficients.end.recip();
+            let (free, mass) = (step.system.free.clone(), step.system.rod.mass());
+            for i in free.clone() {
+                state.unbalanced[i] += self.correction[i] * by_end;
+            }
+            let size = self.correct(step, state, work);
+            next = self.convergence.corrected(size, fresh);
+            if next == Next::Done {
+                // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.
+                for i in free {
+                    state.unbalanced[i] -= mass[i] * self.correction[i] * by_end;
+                }
+                break;
+            }
+        }
+        if self.keeps_tangent {
+            self.evaluate(step, before, state, true, work);
+            self.factor(step, work)?;
+        }
+        Ok(())
+    }
+
+    /// Solves for the correction and takes it; returns its largest entry, m.
+    fn correct(
+        &mut self,
+        step: &Step<'_, D, R>,
+        state: &mut State<D, R::Frames>,
+        work: &mut Work,
+    ) -> f64 {
+        self.factors.solve(&mut self.correction);
+        let mut largest = 0.0_f64;
+        for i in step.system.free.clone() {
+            state.q[i] += self.correction[i];
+            let unit = if R::is_angle(i) { self.length } else { 1.0 };
+            largest = largest.max(self.correction[i].value().abs() * unit);
+        }
+        work.newton_iterations += 1;
+        largest
+    }
+
+    /// Corrects until the residual is rounding error or the correction vanishes; numbers that carry
+    /// derivatives get one more correction per order.
+    fn solve_to_rounding(
         &mut self,
         step: &Step<'_, D, R>,
         before: &State<D, R::Frames>,
@@ -283,14 +384,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 self.evaluate(step, before, state, true, work);
             }
             self.factor(step, work)?;
-            self.factors.solve(&mut self.correction);
-            let mut largest = 0.0_f64;
-            for i in step.system.free.clone() {
-                state.q[i] += self.correction[i];
-                let unit = if R::is_angle(i) { self.length } else { 1.0 };
-                largest = largest.max(self.correction[i].value().abs() * unit);
-            }
-            work.newton_iterations += 1;
+            let largest = self.correct(step, state, work);
             last = done || largest <= SMALLEST_STEP * self.length;
             expect_solution = !self.keeps_tangent && largest <= LAST_STEP * self.length;
         }
@@ -370,6 +464,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) {
+        self.guess.remember(before);
         for i in step.system.free.clone() {
             state.v[i] = self.coefficients.rate(state.q[i] - before.q[i], before.v[i]);
         }
@@ -385,27 +480,5 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             state.unbalanced.fill(D::from(0.0));
         }
         R::rebase(&mut state.frames, &state.q);
-    }
-}
-
-/// The guess q0 + h v0, with the supports where they are at the end of the step.
-fn predict<D: Nestable, R: Rod<D, W>, const W: usize>(
-    step: &Step<'_, D, R>,
-    before: &State<D, R::Frames>,
-    state: &mut State<D, R::Frames>,
-) {
-    let State { q, frames, v, .. } = state;
-    frames.clone_from(&before.frames);
-    for (q, (q0, v0)) in q.iter_mut().zip(before.q.iter().zip(&before.v)) {
-        *q = *q0 + *v0 * step.h;
-    }
-    if let Some(boundary_motion) = &step.system.boundary_motion {
-        // Held angles count on from where they were.
-        let (start, end) = (step.system.free.start, step.system.free.end);
-        q[..start].copy_from_slice(&before.q[..start]);
-        q[end..].copy_from_slice(&before.q[end..]);
-        let [from, to] = [before.time, step.time].map(Moment::Time);
-        boundary_motion.advance::<R, W>(from, to, q, frames);
-        boundary_motion.velocities(step.time, v);
     }
 }

@@ -1,0 +1,156 @@
+//! What the corrections of Newton's method say about the error they leave.
+//!
+//! A correction `d` with the tangent of the place it starts from leaves an error of `C d^2`, where `C`
+//! belongs to the curvature of the step's equations and changes little from step to step. One with the
+//! tangent of another place, a chord, leaves `B b d`, where `b` is the distance of that place from the
+//! solution. Along one direction `B` is `2 C`; but the corrections of a rod bend it first and stretch
+//! it then, and `B` is ten times that, which is seen whenever a step takes three corrections. So what
+//! is left is known without looking, and what another correction with the old factors or with new
+//! ones would leave.
+
+/// A correction with a tangent of its own costs as much as this many with the old one.
+const TANGENT: f64 = 2.5;
+/// Corrections with the old tangent must shrink to this part each.
+const SLOWEST: f64 = 0.3;
+/// More corrections than this are never planned.
+const MOST: usize = 8;
+
+/// Part of `B` that is kept from step to step where less is seen.
+const KEPT: f64 = 0.9;
+
+/// What is to be done after a correction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// Nothing: the error that is left is below the tolerance.
+    Done,
+    /// Another correction with the same factors.
+    Chord,
+    /// Another correction with a new tangent.
+    Tangent,
+}
+
+/// The corrections of a step so far.
+#[derive(Clone, Debug)]
+pub struct Convergence {
+    /// Error that may be left, m.
+    tolerance: f64,
+    /// The error that a correction with its own tangent leaves, by the square of the correction, 1/m.
+    curvature: f64,
+    /// The part of a correction that a chord leaves, by the distance of its place, 1/m.
+    spread: f64,
+    /// Distance of the place of the last tangent from the solution, m.
+    base: f64,
+    /// The last correction, m, and whether its tangent was its own.
+    last: Option<(f64, bool)>,
+}
+
+impl Convergence {
+    /// Before the first step; errors below `tolerance`, m, may be left.
+    pub fn new(tolerance: f64) -> Self {
+        Self { tolerance, curvature: f64::INFINITY, spread: 0.0, base: 0.0, last: None }
+    }
+
+    /// A new step, which knows from the last one how curved its equations are.
+    pub fn begin(&mut self) {
+        self.last = None;
+    }
+
+    /// Takes note of a correction, m, made with the tangent of its own place (`fresh`) or an earlier one.
+    pub fn corrected(&mut self, size: f64, fresh: bool) -> Next {
+        if fresh {
+            self.base = size;
+        }
+        // What the correction before has left is what this one has found.
+        let mut slowness = 0.0;
+        match self.last {
+            Some((before, true)) => self.curvature = size / (before * before),
+            Some((before, false)) => {
+                slowness = size / before;
+                self.spread = (slowness / self.base).max(KEPT * self.spread);
+            }
+            None => {}
+        }
+        let observed = self.last.is_some();
+        self.last = Some((size, fresh));
+        let chord = slowness.max(self.spread.max(2.0 * self.curvature) * self.base);
+        let left = size * if fresh { self.curvature * size } else { chord };
+        // The first correction has nothing but the last step's word for it.
+        if size <= self.tolerance || (observed && left <= self.tolerance) {
+            return Next::Done;
+        }
+        let (curvature, spread) = (self.curvature, self.spread.max(2.0 * self.curvature));
+        let chords = self.corrections(left, chord);
+        let own = TANGENT + self.corrections(curvature * left * left, spread * left);
+        match chord < SLOWEST && chords <= own {
+            true => Next::Chord,
+            false => Next::Tangent,
+        }
+    }
+
+    /// How many corrections that leave the part `chord` each bring an error from `left` below the
+    /// tolerance.
+    fn corrections(&self, mut left: f64, chord: f64) -> f64 {
+        let mut corrections = 0;
+        while left > self.tolerance && corrections < MOST {
+            left *= chord;
+            corrections += 1;
+        }
+        corrections as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Solves `x + c x^2 = 0` from `x0`; returns the error that is left and how many tangents and
+    /// corrections that took.
+    fn solve(convergence: &mut Convergence, c: f64, x0: f64) -> (f64, usize, usize) {
+        let (mut x, mut slope) = (x0, 0.0);
+        let (mut next, mut tangents) = (Next::Tangent, 0);
+        convergence.begin();
+        for corrections in 0..50 {
+            let fresh = next == Next::Tangent;
+            if fresh {
+                (slope, tangents) = (1.0 + 2.0 * c * x, tangents + 1);
+            }
+            let d = -(x + c * x * x) / slope;
+            x += d;
+            next = convergence.corrected(d.abs(), fresh);
+            if next == Next::Done {
+                return (x.abs(), tangents, corrections + 1);
+            }
+        }
+        panic!("no end");
+    }
+
+    #[test]
+    fn what_is_left_is_below_the_tolerance() {
+        for tolerance in [1e-8, 1e-12] {
+            for c in [1e-3, 0.1, 1.0, 20.0] {
+                let mut convergence = Convergence::new(tolerance);
+                for x0 in [1e-3, -2e-3, 1e-5, 3e-7, 1e-2, 1e-3] {
+                    let (left, ..) = solve(&mut convergence, c, x0);
+                    assert!(left <= 1.2 * tolerance, "{tolerance} {c} {x0}: {left:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn one_tangent_does_for_small_steps_and_more_for_large_ones() {
+        let mut convergence = Convergence::new(1e-12);
+        solve(&mut convergence, 1.0, 1e-4);
+        assert_eq!(solve(&mut convergence, 1.0, 1e-5).1, 1);
+        // 0.1, 1e-2, 1e-4, 1e-8: the old tangent does for the last bit only.
+        let (_, tangents, corrections) = solve(&mut convergence, 1.0, 0.1);
+        assert!(tangents >= 3 && corrections <= 5, "{tangents} {corrections}");
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_done() {
+        let mut convergence = Convergence::new(1e-12);
+        assert_ne!(convergence.corrected(f64::NAN, true), Next::Done);
+        assert_ne!(convergence.corrected(f64::NAN, false), Next::Done);
+    }
+}

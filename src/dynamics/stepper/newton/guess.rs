@@ -1,0 +1,104 @@
+//! Where the iteration of a step starts.
+
+use crate::dynamics::coefficients::StepCoefficients;
+use crate::dynamics::step::Step;
+use crate::numerics::scalar::Nestable;
+use crate::rod::{Rod, State};
+use crate::scene::supports::Moment;
+
+/// Steps count as equally long when their lengths differ by less than this part.
+const EQUAL: f64 = 1e-6;
+/// A scheme that remembers less than this of what a step does not resolve leaves velocities smooth
+/// enough for a parabola through them.
+const SMOOTH: f64 = 0.5;
+
+/// Velocities at the starts of the last steps, oldest first: the next one is guessed from how they
+/// went on.
+#[derive(Clone, Debug)]
+pub struct Guess<D> {
+    earlier: Vec<(f64, Vec<D>)>,
+}
+
+impl<D: Nestable> Guess<D> {
+    /// Before the first step.
+    pub fn new() -> Self {
+        Self { earlier: Vec::new() }
+    }
+
+    /// Keeps the velocities of `before`, from where a step was taken.
+    pub fn remember<F>(&mut self, before: &State<D, F>) {
+        if self.earlier.len() < 2 {
+            self.earlier.push((before.time, before.v.clone()));
+            return;
+        }
+        self.earlier.swap(0, 1);
+        let (time, v) = &mut self.earlier[1];
+        *time = before.time;
+        v.copy_from_slice(&before.v);
+    }
+
+    /// Writes the guess into `state`, with the supports where they are at the end of the step: free
+    /// unknowns move by `h (beta v1 + (1 - beta) v0)` with a velocity `v1` at the end that changes as it
+    /// did in the step before, or of a dissipative scheme as a parabola through three velocities has
+    /// it. What a step of beta = 1/2 does not resolve turns its sign with every step, so that the
+    /// change of the step before is the best guess there. Returns whether there was a step before.
+    pub fn place<R: Rod<D, W>, const W: usize>(
+        &mut self,
+        step: &Step<'_, D, R>,
+        coefficients: &StepCoefficients<D>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+    ) -> bool {
+        // A step that was taken back is not part of the way.
+        while self.earlier.last().is_some_and(|(time, _)| *time >= before.time) {
+            self.earlier.pop();
+        }
+        self.place_steadily(step, before, state);
+        let (h, free) = (step.h, step.system.free.clone());
+        let (q, v0) = (&mut state.q[free.clone()], &before.v[free.clone()]);
+        let part = coefficients.rate.recip();
+        match &self.earlier[..] {
+            [(t2, v2), (t1, v1)]
+                if coefficients.memory.value() < SMOOTH
+                    && (before.time - t1 - h).abs() < EQUAL * h
+                    && (t1 - t2 - h).abs() < EQUAL * h =>
+            {
+                let (v1, v2) = (&v1[free.clone()], &v2[free.clone()]);
+                for i in 0..free.len() {
+                    q[i] += ((v0[i] - v1[i]) * 2.0 - (v1[i] - v2[i])) * part;
+                }
+            }
+            [.., (t1, v1)] => {
+                let (v1, part) = (&v1[free.clone()], part * (h / (before.time - t1)));
+                for i in 0..free.len() {
+                    q[i] += (v0[i] - v1[i]) * part;
+                }
+            }
+            [] => return false,
+        }
+        true
+    }
+
+    /// The guess `q0 + h v0`, with the supports where they are at the end of the step.
+    pub fn place_steadily<R: Rod<D, W>, const W: usize>(
+        &self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+    ) {
+        let State { q, frames, v, .. } = state;
+        frames.clone_from(&before.frames);
+        for (q, (q0, v0)) in q.iter_mut().zip(before.q.iter().zip(&before.v)) {
+            *q = *q0 + *v0 * step.h;
+        }
+        if let Some(boundary_motion) = &step.system.boundary_motion {
+            // Held angles count on from where they were.
+            let (start, end) = (step.system.free.start, step.system.free.end);
+            q[..start].copy_from_slice(&before.q[..start]);
+            q[end..].copy_from_slice(&before.q[end..]);
+            let [from, to] = [before.time, step.time].map(Moment::Time);
+            boundary_motion.advance::<R, W>(from, to, q, frames);
+            boundary_motion.velocities(step.time, v);
+        }
+    }
+}
