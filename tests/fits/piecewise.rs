@@ -8,12 +8,12 @@ use rodfit::{Fit, Observation, Parameter, Point, Problem};
 use crate::common::differences::{at_rest, difference};
 use crate::common::{coarse, helix_with, simulate};
 
-fn curvature_of(section: usize) -> Parameter {
-    format!("natural_curvature.{section}").parse().unwrap()
+fn curvature_of(piece: usize) -> Parameter {
+    format!("natural_curvature.{piece}").parse().unwrap()
 }
 
-fn twist_of(section: usize) -> Parameter {
-    format!("natural_twist.{section}").parse().unwrap()
+fn twist_of(piece: usize) -> Parameter {
+    format!("natural_twist.{piece}").parse().unwrap()
 }
 
 fn arc() -> Scene {
@@ -128,9 +128,9 @@ fn scenes_say_a_number_or_a_list() {
     assert_eq!(read.rod.natural_curvature, scene.rod.natural_curvature);
     assert_eq!(Parameter::NaturalCurvature.of(&scene), None);
     assert_eq!(curvature_of(2).of(&scene), Some(0.8));
-    for part in [3, 255] {
-        assert_eq!(curvature_of(section).of(&scene), None);
-        assert!(scene.problem().unwrap().with([(curvature_of(section), 1.0)]).is_err());
+    for piece in [3, 255] {
+        assert_eq!(curvature_of(piece).of(&scene), None);
+        assert!(scene.problem().unwrap().with([(curvature_of(piece), 1.0)]).is_err());
     }
     for wrong in [vec![], vec![1.0, f64::NAN]] {
         scene.rod.natural_curvature = wrong.into();
