@@ -208,11 +208,16 @@ impl Outputs {
         self.end(writing, written, false)
     }
 
-    /// Prints a summary, unless it is not wanted or standard output holds a result.
+    /// Whether a summary is printed: it may be unwanted, or standard output holds a result.
+    pub fn has_summary(&self) -> bool {
+        !self.manner.quiet && !self.targets.iter().any(Target::is_stdout)
+    }
+
+    /// Prints a summary, if there is one.
     pub fn summary(&self, summary: &impl Display) -> Result<(), Error> {
-        match self.manner.quiet || self.targets.iter().any(Target::is_stdout) {
-            true => Ok(()),
-            false => terminal::print(summary),
+        match self.has_summary() {
+            true => terminal::print(summary),
+            false => Ok(()),
         }
     }
 

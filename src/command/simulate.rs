@@ -40,8 +40,12 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let mut trajectory = Trajectory::unrecorded(&problem)?;
     let bar = terminal::progress_bar(manner, steps as u64);
     let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);
+    // The report sums all energies after every step.
+    let is_told = json.is_some() || outputs.has_summary();
     let outcome = trajectory.run(&problem, steps, |simulation| {
-        report.push(&problem, simulation);
+        if is_told {
+            report.push(&problem, simulation);
+        }
         if let (Some(table), Ok(())) = (&mut table, &written) {
             written = table.push(simulation);
             if outputs.reader_left() && json.is_none() {
