@@ -128,14 +128,15 @@ where
     S: Rod<Dual64, W>,
 {
     let at_last = halvings == HALVINGS;
-    match simulation.step_to(time).and_then(|()| control.check(simulation, at_last)) {
+    let stepped = sensitivity::step_to(simulation, sensitivities, time);
+    match stepped.and_then(|()| control.check(simulation, at_last)) {
         Ok(()) => {
             control.accept();
             taken.push(time);
             sensitivity::advance(simulation, sensitivities, room)
         }
         Err(error) => {
-            simulation.step_back();
+            sensitivity::step_back(simulation, sensitivities);
             if at_last {
                 return Err(error);
             }

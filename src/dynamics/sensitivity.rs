@@ -23,7 +23,8 @@ use num_dual::Dual64;
 pub enum Sensitivity<S: Rod<Dual64, W>, const W: usize> {
     /// That of a scheme whose steps are equations: by the implicit function theorem.
     Implicit(Box<ImplicitSensitivity<S, W>>),
-    /// That of any other scheme: the same step in dual numbers.
+    /// That of any other scheme: the same step in dual numbers. The first of them makes the
+    /// simulation's steps too.
     Direct {
         /// What goes along.
         simulation: Box<Simulation<Dual64, S, W>>,
@@ -306,6 +307,46 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     }
 }
 
+/// Makes the next step of `simulation`, to `time`: where its derivatives come from the same step in
+/// dual numbers, the first of them makes it.
+///
+/// # Errors
+/// Those of [`Simulation::step_to`].
+pub fn step_to<R, S, const W: usize>(
+    simulation: &mut Simulation<f64, R, W>,
+    sensitivities: &mut [Sensitivity<S, W>],
+    time: f64,
+) -> Result<(), Error>
+where
+    R: Rod<f64, W, Dual = S>,
+    S: Rod<Dual64, W>,
+{
+    match sensitivities.first_mut() {
+        Some(Sensitivity::Direct { simulation: dual, .. }) => {
+            dual.step_to(time).inspect_err(|_| simulation.stay())?;
+            simulation.adopt(dual);
+            Ok(())
+        }
+        _ => simulation.step_to(time),
+    }
+}
+
+/// Takes back the step that was just made, or tried.
+pub fn step_back<R, S, const W: usize>(
+    simulation: &mut Simulation<f64, R, W>,
+    sensitivities: &mut [Sensitivity<S, W>],
+) where
+    R: Rod<f64, W, Dual = S>,
+    S: Rod<Dual64, W>,
+{
+    simulation.step_back();
+    if let Some(Sensitivity::Direct { simulation: dual, .. }) = sensitivities.first_mut()
+        && dual.state().time > simulation.state().time
+    {
+        dual.step_back();
+    }
+}
+
 /// Advances several sensitivities over the step `simulation` has just made. One of a scheme that
 /// solves equations must [keep its tangents](Simulation::keep_tangent).
 ///
@@ -330,7 +371,10 @@ where
                 }
             }
             Sensitivity::Direct { simulation: dual, q, v } => {
-                dual.step_to(simulation.state().time)?;
+                let time = simulation.state().time;
+                if dual.state().time < time {
+                    dual.step_to(time)?;
+                }
                 let state = dual.state();
                 for (to, from) in [(q, &state.q), (v, &state.v)] {
                     to.iter_mut().zip(from).for_each(|(to, from)| *to = from.eps);

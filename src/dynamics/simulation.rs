@@ -10,6 +10,7 @@ use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{Energies, Rod, State};
 use crate::scene::{Damping, Scheme, Tolerance};
+use num_dual::Dual64;
 use std::ops::Range;
 
 /// A rod on its way through time. Generic over the scalar: with dual numbers the whole simulation
@@ -189,5 +190,25 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// Takes back the last step.
     pub fn step_back(&mut self) {
         self.state.restore(&self.previous);
+    }
+}
+
+impl<R: Rod<f64, W>, const W: usize> Simulation<f64, R, W> {
+    /// Takes the step that a simulation of the same rod in dual numbers has just made for its own.
+    pub(crate) fn adopt(&mut self, dual: &Simulation<Dual64, R::Dual, W>) {
+        std::mem::swap(&mut self.state, &mut self.previous);
+        let (state, of) = (&mut self.state, &dual.state);
+        let both = [(&mut state.q, &of.q), (&mut state.v, &of.v)];
+        for (to, from) in both.into_iter().chain([(&mut state.unbalanced, &of.unbalanced)]) {
+            to.iter_mut().zip(from).for_each(|(to, from)| *to = from.re);
+        }
+        R::real_frames(&of.frames, &mut state.frames);
+        (state.time, state.wound, self.work) = (of.time, of.wound, dual.work);
+    }
+
+    /// Takes a step that failed elsewhere for its own: [taken back](Self::step_back), the state is what
+    /// it is.
+    pub(crate) fn stay(&mut self) {
+        self.previous.restore(&self.state);
     }
 }

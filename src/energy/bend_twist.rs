@@ -119,7 +119,7 @@ pub struct JointLaw<D> {
 
 impl<D: Scalar> JointLaw<D> {
     /// The node with a reference.
-    #[inline(always)]
+    #[inline]
     pub fn at(&self, frames: [EdgeFrame<D>; 2], twist: D) -> BendTwist<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
     }
@@ -133,7 +133,7 @@ impl<D: Scalar> JointLaw<D> {
     }
 
     /// The same node with Kelvin-Voigt stress over one step: see [`crate::dynamics::coefficients`].
-    #[inline(always)]
+    #[inline]
     pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
         Self {
             stiffness: self.stiffness.map(|k| k * factor),
@@ -142,13 +142,13 @@ impl<D: Scalar> JointLaw<D> {
     }
 }
 
-#[inline(always)]
+#[inline]
 fn split<D: Copy>(q: &[D; UNKNOWNS]) -> ([Vector<D>; 3], [D; 2]) {
     ([[q[0], q[1], q[2]], [q[4], q[5], q[6]], [q[8], q[9], q[10]]], [q[3], q[7]])
 }
 
 /// The unknowns in terms of edges.
-#[inline(always)]
+#[inline]
 fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
     let ([x0, x1, x2], [te, tf]) = split(q);
     let (e, f) = (sub(x1, x0), sub(x2, x1));
@@ -156,14 +156,14 @@ fn to_edges<D: Scalar>(q: &[D; UNKNOWNS]) -> [D; EDGE_UNKNOWNS] {
 }
 
 /// Spreads a gradient with respect to the edges' unknowns over the nodes.
-#[inline(always)]
+#[inline]
 fn to_nodes<D: Scalar>(g: &[D; EDGE_UNKNOWNS]) -> [D; UNKNOWNS] {
     let [e0, e1, e2, te, f0, f1, f2, tf] = *g;
     [-e0, -e1, -e2, te, e0 - f0, e1 - f1, e2 - f2, tf, f0, f1, f2]
 }
 
 /// Spreads a Hessian with respect to the edges' unknowns over the nodes.
-#[inline(always)]
+#[inline]
 fn hessian_to_nodes<D: Scalar>(
     h: &[[D; EDGE_UNKNOWNS]; EDGE_UNKNOWNS],
 ) -> [[D; UNKNOWNS]; UNKNOWNS] {
@@ -177,6 +177,23 @@ fn hessian_to_nodes<D: Scalar>(
         }
     }
     out
+}
+
+impl JointLaw<Dual64> {
+    /// By how much its derivatives change the first derivatives of the energy between two edges that
+    /// stay where they are; `from` are their reference tangents, `twist` is the reference twist, rad.
+    #[inline(always)]
+    pub(crate) fn pull_rate(
+        &self,
+        (e, f, turn): (&EdgeState<f64>, &EdgeState<f64>, f64),
+        from: [Vector<f64>; 2],
+        twist: f64,
+    ) -> Pull<f64> {
+        let transported = transported_twist(from, [e.edge.tangent, f.edge.tangent]);
+        let joint = Joint::new(&e.edge, &f.edge, turn + (twist - transported));
+        let strain = sub(joint.strains.map(Dual64::from), self.natural);
+        joint.pull(&e.edge, &f.edge, &self.stiffness.times(&strain).map(|w| w.eps))
+    }
 }
 
 /// Two edges and the joint between them.
@@ -219,13 +236,13 @@ impl<D: Scalar> BendTwist<D> {
     }
 
     /// Integrated curvatures and twist (rad) in the material frame.
-    #[inline(always)]
+    #[inline]
     pub fn strains(&self, q: &[D; UNKNOWNS]) -> [D; 3] {
         self.joined(&to_edges(q)).2.strains
     }
 
     /// Energies of bending and twisting, J; of a coupling between them, half each.
-    #[inline(always)]
+    #[inline]
     pub fn energies(&self, q: &[D; UNKNOWNS]) -> [D; 2] {
         self.energies_of(&self.strains(q))
     }
@@ -243,7 +260,7 @@ impl<D: Scalar> BendTwist<D> {
     }
 
     /// The energy as a function of the edges: eight unknowns instead of eleven.
-    #[inline(always)]
+    #[inline]
     fn energy_of_edges(&self, edges: &[D; EDGE_UNKNOWNS]) -> D {
         let (stress, strain) = self.stress(&self.joined(edges).2.strains);
         dot(stress, strain) * 0.5
@@ -257,7 +274,7 @@ impl<D: Scalar> BendTwist<D> {
     }
 
     /// Gradient with respect to the edges' unknowns for given stresses.
-    #[inline(always)]
+    #[inline]
     fn gradient_of((e, f, joint): &Joined<D>, w: &[D; 3]) -> [D; EDGE_UNKNOWNS] {
         let pull = joint.pull(&e.edge, &f.edge, w);
         let zero = D::from(0.0);
@@ -292,7 +309,7 @@ impl<D: Scalar> BendTwist<D> {
 }
 
 /// Fills the upper triangle from the lower.
-#[inline(always)]
+#[inline]
 fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
     for r in 0..N {
         for c in r + 1..N {
@@ -303,7 +320,7 @@ fn symmetric<D: Copy, const N: usize>(mut h: [[D; N]; N]) -> [[D; N]; N] {
 }
 
 /// Spreads energy and derivatives over the nodes.
-#[inline(always)]
+#[inline]
 fn spread<D: Scalar>(local: Local<D, EDGE_UNKNOWNS>) -> Local<D, UNKNOWNS> {
     Local {
         energy: local.energy,
@@ -329,7 +346,7 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
         }
     }
 
-    #[inline(always)]
+    #[inline]
     fn energy(&self, q: &[D; UNKNOWNS]) -> D {
         self.energy_of_edges(&to_edges(q))
     }

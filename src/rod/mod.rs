@@ -130,6 +130,9 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
         self.gradient(q, frames, derivatives, gradient);
     }
 
+    /// Writes frames without their derivatives.
+    fn real_frames(dual: &DualFrames<Self, D, W>, frames: &mut Self::Frames);
+
     /// Measures the angles of `q`, which are from `from`, from `to` instead.
     fn refer(q: &mut [D], from: &Self::Frames, to: &Self::Frames);
 

@@ -147,25 +147,15 @@ impl<D: Nestable> PlanarRod<D> {
     #[inline(always)]
     fn hand_gradient(&self, q: &[D], gradient: &mut [D]) {
         let zero = D::from(0.0);
-        let (gradient, _) = gradient.as_chunks_mut::<2>();
-        let (mut carried, mut before) = ([zero; 2], zero);
-        let mut close = |i: usize, edge: &Edge<D>, moment: D| {
-            let axial = self.stretch[i].force(edge.squared, edge.length);
-            let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
-            let force = [axial * t0 + moment * n0, axial * t1 + moment * n1];
-            let load = &self.load[i].force;
-            gradient[i] = [carried[0] - force[0] - load[0], carried[1] - force[1] - load[1]];
-            carried = force;
-        };
+        let mut nodes = Forces { rod: self, gradient, carried: [zero; 2] };
+        let mut before = zero;
         let last = self.each_bend(q, |i, bend, (edge, _, curvature)| {
             let [moment, _] = bend.response(curvature);
-            close(i, edge, before - moment);
+            nodes.edge(i, edge, before - moment);
             before = moment;
         });
-        let end = self.stretch.len();
-        close(end - 1, &last, before);
-        let load = &self.load[end].force;
-        gradient[end] = [carried[0] - load[0], carried[1] - load[1]];
+        nodes.edge(self.bend.len(), &last, before);
+        nodes.end();
     }
 
     fn set_loads(&self, q: &[D], gradient: &mut [D]) {
@@ -236,6 +226,40 @@ impl<D: Scalar> ByEdge<D> {
             gradient: std::array::from_fn(|c| self.gradient[c] + gradient[c]),
             vector: std::array::from_fn(|c| self.vector[c] + vector[c]),
         }
+    }
+}
+
+/// Writes the gradient alone by nodes.
+struct Forces<'a, D> {
+    rod: &'a PlanarRod<D>,
+    gradient: &'a mut [D],
+    /// By the edge before, N.
+    carried: [D; 2],
+}
+
+impl<D: Scalar> Forces<'_, D> {
+    /// Edge `i`, on which its joints act with the `moment`, N m.
+    #[inline(always)]
+    fn edge(&mut self, i: usize, edge: &Edge<D>, moment: D) {
+        let axial = self.rod.stretch[i].force(edge.squared, edge.length);
+        let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
+        let force = [axial * t0 + moment * n0, axial * t1 + moment * n1];
+        self.node(i, [self.carried[0] - force[0], self.carried[1] - force[1]]);
+        self.carried = force;
+    }
+
+    /// The last node.
+    #[inline(always)]
+    fn end(mut self) {
+        self.node(self.rod.stretch.len(), self.carried);
+    }
+
+    /// Node `i` with the elastic gradient there, N.
+    #[inline(always)]
+    fn node(&mut self, i: usize, elastic: [D; 2]) {
+        let load = &self.rod.load[i].force;
+        let node: &mut [D; 2] = self.gradient[2 * i..].first_chunk_mut().expect("a node");
+        *node = [elastic[0] - load[0], elastic[1] - load[1]];
     }
 }
 
@@ -429,6 +453,8 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn rebase((): &mut (), _: &[D]) {}
+
+    fn real_frames((): &(), (): &mut ()) {}
 
     fn refer(_: &mut [D], (): &(), (): &()) {}
 

@@ -5,7 +5,7 @@
 use crate::energy::BendTwist;
 use crate::energy::bend_twist;
 use crate::energy::bend_twist::{EdgeState, JointLaw};
-use crate::energy::frame::{Frames, one_plus_dot, transport, transported_twist};
+use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot, transport, transported_twist};
 use crate::energy::joint::{ByEdge, Edge, Sum, between};
 use crate::energy::{
     DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
@@ -82,6 +82,41 @@ struct Open<D> {
     /// The axial force, N, and the derivatives by the joint before.
     force: D,
     pull: [D; 3],
+}
+
+impl<D: Scalar> Open<D> {
+    /// The gradient by the edge's vector and angle, with the derivatives by the joint after.
+    #[inline(always)]
+    fn closed(&self, by: [D; 3]) -> [D; 4] {
+        let [p, q, torque] = add(self.pull, by);
+        let along = scale(self.edge.tangent, self.force);
+        let [x, y, z] = add(along, self.edge.across([p, q]));
+        [x, y, z, torque]
+    }
+}
+
+/// Writes a gradient by nodes from that by edges, one after the other.
+struct Forces<'a, D> {
+    gradient: &'a mut [D],
+    /// By the edge before, N.
+    carried: Vector<D>,
+}
+
+impl<D: Scalar> Forces<'_, D> {
+    /// Edge `i` with the gradient by its vector and angle, and the `load` on its first node, N.
+    #[inline(always)]
+    fn edge(&mut self, i: usize, [x, y, z, torque]: [D; 4], load: Vector<D>) {
+        let [a, b, c] = sub(sub(self.carried, [x, y, z]), load);
+        let node: &mut [D; 4] = self.gradient[STRIDE * i..].first_chunk_mut().expect("a node");
+        *node = [a, b, c, torque];
+        self.carried = [x, y, z];
+    }
+
+    /// The last node, `i`.
+    #[inline(always)]
+    fn end(self, i: usize, load: Vector<D>) {
+        self.gradient[STRIDE * i..].copy_from_slice(&sub(self.carried, load));
+    }
 }
 
 impl<D: Nestable> SpatialRod<D> {
@@ -176,29 +211,18 @@ impl<D: Nestable> SpatialRod<D> {
     #[inline(always)]
     fn hand_gradient(&self, q: &[D], frames: &Frames<D>, gradient: &mut [D]) {
         let zero = D::from(0.0);
-        let (mut open, mut carried) = ([zero; 3], [zero; 3]);
-        let mut close = |i: usize, edge: &EdgeState<D>, pull: [D; 3]| {
-            let force = self.stretch[i].force(edge.squared, edge.length);
-            let [x, y, z, torque] = edge.gradient(pull, force);
-            self.complete(i, sub(carried, [x, y, z]), gradient);
-            gradient[STRIDE * i + 3] = torque;
-            carried = [x, y, z];
-        };
+        let mut open = [zero; 3];
+        let mut nodes = Forces { gradient, carried: [zero; 3] };
+        let axial =
+            |i: usize, edge: &EdgeState<D>| self.stretch[i].force(edge.squared, edge.length);
         let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
             let pull = joint.pull_between(e, f, turn);
-            close(i, e, add(open, pull.e));
+            nodes.edge(i, e.gradient(add(open, pull.e), axial(i, e)), self.load[i].force);
             open = pull.f;
         });
-        let end = self.stretch.len();
-        close(end - 1, &last, open);
-        self.complete(end, carried, gradient);
-    }
-
-    /// Writes the gradient of node `i`: its elastic part less its load.
-    #[inline(always)]
-    fn complete(&self, i: usize, elastic: Vector<D>, gradient: &mut [D]) {
-        let total = sub(elastic, self.load[i].force);
-        gradient[STRIDE * i..STRIDE * i + 3].copy_from_slice(&total);
+        let i = self.joint.len();
+        nodes.edge(i, last.gradient(open, axial(i, &last)), self.load[i].force);
+        nodes.end(i + 1, self.load[i + 1].force);
     }
 
     fn subtract_loads(&self, gradient: &mut [D]) {
@@ -206,6 +230,39 @@ impl<D: Nestable> SpatialRod<D> {
             add_at(gradient, i, &load.force.map(|f| -f));
         }
     }
+}
+
+/// The derivative of the hand-derived gradient along the parameter that `dual` carries, at fixed
+/// unknowns and frames.
+fn hand_gradient_rate(
+    dual: &SpatialRod<Dual64>,
+    q: &[f64],
+    frames: &Frames<Dual64>,
+    rate: &mut [f64],
+) {
+    let real = |v: Vector<Dual64>| v.map(|c| c.re);
+    let state = |i: usize| {
+        let EdgeFrame { tangent, director } = frames.edges[i];
+        let frame = EdgeFrame { tangent: real(tangent), director: real(director) };
+        EdgeState::new(&frame, edge(q, i), q[STRIDE * i + 3])
+    };
+    let load = |i: usize| dual.load[i].force.map(|f| f.eps);
+    let axial = |i: usize, edge: &EdgeState<f64>| {
+        dual.stretch[i].force(Dual64::from(edge.squared), Dual64::from(edge.length)).eps
+    };
+    let mut nodes = Forces { gradient: rate, carried: [0.0; 3] };
+    let (mut before, mut open) = (state(0), [0.0; 3]);
+    for (i, law) in dual.joint.iter().enumerate() {
+        let next = state(i + 1);
+        let turn = q[STRIDE * (i + 1) + 3] - q[STRIDE * i + 3];
+        let from = [real(frames.edges[i].tangent), real(frames.edges[i + 1].tangent)];
+        let pull = law.pull_rate((&before, &next, turn), from, frames.twist[i].re);
+        nodes.edge(i, before.gradient(add(open, pull.e), axial(i, &before)), load(i));
+        (before, open) = (next, pull.f);
+    }
+    let i = dual.joint.len();
+    nodes.edge(i, before.gradient(open, axial(i, &before)), load(i));
+    nodes.end(i + 1, load(i + 1));
 }
 
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
@@ -285,33 +342,27 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         derivatives: Derivatives,
         rate: &mut [f64],
     ) {
-        rate.fill(0.0);
-        for (i, load) in dual.load.iter().enumerate() {
-            add_at(rate, i, &load.force.map(|f| -f.eps));
-        }
-        let hand = derivatives == Derivatives::Hand;
-        for (i, element) in dual.stretch.iter().enumerate() {
-            let own = ends(q, i);
-            let local = if hand {
-                <Stretch<f64, 3> as Element<f64, 6>>::gradient_rate(element, &own)
-            } else {
-                dual_gradient_rate(element, &own)
-            };
-            for r in 0..6 {
-                rate[STRIDE * i + ENDS[r]] += local[r];
-            }
-        }
-        for i in 0..dual.joint.len() {
-            let own = around(q, i);
-            let element = dual.bend_twist(i, frames);
-            let local = if hand {
-                <BendTwist<f64> as Element<f64, WINDOW>>::gradient_rate(&element, own)
-            } else {
-                bend_twist::dual_gradient(&element.with_still_reference(), &own.map(Dual64::from))
-                    .map(|g| g.eps)
-            };
-            for (to, from) in rate[STRIDE * i..].iter_mut().zip(&local) {
-                *to += *from;
+        match derivatives {
+            Derivatives::Hand => hand_gradient_rate(dual, q, frames, rate),
+            Derivatives::Dual => {
+                rate.fill(0.0);
+                for (i, load) in dual.load.iter().enumerate() {
+                    add_at(rate, i, &load.force.map(|f| -f.eps));
+                }
+                for (i, element) in dual.stretch.iter().enumerate() {
+                    let local = dual_gradient_rate(element, &ends(q, i));
+                    for r in 0..6 {
+                        rate[STRIDE * i + ENDS[r]] += local[r];
+                    }
+                }
+                for i in 0..dual.joint.len() {
+                    let element = dual.bend_twist(i, frames).with_still_reference();
+                    let own = around(q, i).map(Dual64::from);
+                    let local = bend_twist::dual_gradient(&element, &own);
+                    for (to, from) in rate[STRIDE * i..].iter_mut().zip(&local) {
+                        *to += from.eps;
+                    }
+                }
             }
         }
         dual.own.add_gradient_rate(q, &frames.edges, derivatives, rate);
@@ -362,14 +413,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         }
         let zero = D::from(0.0);
         let mut last: Option<Open<D>> = None;
-        let mut carried = [zero; 3];
-        let mut close = |i: usize, open: &Open<D>, by: [D; 3]| {
-            let [p, q, torque] = add(open.pull, by);
-            let force = add(scale(open.edge.tangent, open.force), open.edge.across([p, q]));
-            self.complete(i, sub(carried, force), gradient);
-            gradient[STRIDE * i + 3] = torque;
-            carried = force;
-        };
+        let mut nodes = Forces { gradient, carried: [zero; 3] };
         for (j, law) in self.stretch.iter().enumerate() {
             let e = edge(q, j);
             let squared = dot(e, e);
@@ -383,17 +427,27 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 let i = j - 1;
                 let turn = q[STRIDE * j + 3] - q[STRIDE * i + 3];
                 let both = self.joint[i].pull(&open.edge, &next, turn + frames.twist[i]);
-                close(i, open, both.e);
+                nodes.edge(i, open.closed(both.e), self.load[i].force);
                 pull = both.f;
             }
             last = Some(Open { edge: next, from, force: law.force(squared, length), pull });
         }
+        let i = self.joint.len();
         if let Some(open) = last {
-            let end = self.stretch.len();
-            close(end - 1, &open, [zero; 3]);
-            self.complete(end, carried, gradient);
+            nodes.edge(i, open.closed([zero; 3]), self.load[i].force);
         }
+        nodes.end(i + 1, self.load[i + 1].force);
         self.own.add_gradient(q, &frames.edges, derivatives, gradient);
+    }
+
+    fn real_frames(dual: &Frames<Dual64>, frames: &mut Frames<D>) {
+        let real = |v: Vector<Dual64>| v.map(|c| D::from(c.re));
+        for (to, from) in frames.edges.iter_mut().zip(&dual.edges) {
+            *to = EdgeFrame { tangent: real(from.tangent), director: real(from.director) };
+        }
+        for (to, from) in frames.twist.iter_mut().zip(&dual.twist) {
+            *to = D::from(from.re);
+        }
     }
 
     fn refer(q: &mut [D], from: &Frames<D>, to: &Frames<D>) {

@@ -143,6 +143,9 @@ impl Rod<f64, 10> for PublishedRod {
     fn rebase(frames: &mut Frames<f64>, q: &[f64]) {
         SpatialRod::<f64>::rebase(frames, q);
     }
+    fn real_frames(dual: &Frames<Dual64>, frames: &mut Frames<f64>) {
+        <SpatialRod<f64> as Rod<f64, 10>>::real_frames(dual, frames);
+    }
     fn refer(q: &mut [f64], from: &Frames<f64>, to: &Frames<f64>) {
         SpatialRod::<f64>::refer(q, from, to);
     }
