@@ -62,10 +62,9 @@ fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
 pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
     let values = |v: Vector<D>| v.map(|x| x.value());
     let (near, far) = (dot(values(e), values(f0)), dot(values(e0), values(f)));
-    let (a, b) = match near > far {
-        true => (half_area(e0, e, f0), half_area(e, f, f0)),
-        false => (half_area(e0, e, f), half_area(e0, f, f0)),
-    };
+    // A selection, so that joints can go side by side.
+    let (x, y) = if near > far { (f0, e) } else { (f, e0) };
+    let (a, b) = (half_area(e0, e, x), half_area(y, f, f0));
     argument(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]) * 2.0
 }
 

@@ -299,62 +299,54 @@ impl<D: Scalar> Joint<D> {
         let gradient_e = [-(p_e + w3 * a2), w3 * a1 - q_e, h_e - w3];
         let gradient_f = [p_f + w3 * b2, q_f - w3 * b1, h_f + w3];
 
-        // The stresses times the strains' second derivatives.
+        // The stresses times the strains' second derivatives, and the stiffness of every strain: one
+        // block after the other, so that little waits.
         let kw = w1 * self.strains[0] + w2 * self.strains[1];
         let (around, half) = (-(rho * kw), w3 * 0.5);
         let (w11, w12, w21, w22) = (w1 * a1, w1 * a2, w2 * a1, w2 * a2);
         let (x11, x12, x21, x22) = (w1 * b1, w1 * b2, w2 * b1, w2 * b2);
+
+        let k = [stiffness.times(&by_e[0]), stiffness.times(&by_e[1]), stiffness.times(&by_e[2])];
+        let stiff = |r: usize, s: usize| dot(by_e[r], k[s]);
         let twisted = w3 * aa[1];
-        let mut ee = [
-            around + (p_e * a1) * 2.0 + w22 + twisted,
-            p_e * a2 + q_e * a1 - (w12 + w21) * 0.5 + half * (aa[2] - aa[0]),
-            around + (q_e * a2) * 2.0 + w11 - twisted,
-            w2 * (sigma + aa[0]) - w1 * aa[1],
-            w2 * aa[1] - w1 * (sigma + aa[2]),
-            -(w11 + w22),
+        let ee = [
+            stiff(0, 0) + around + (p_e * a1) * 2.0 + w22 + twisted,
+            stiff(1, 0) + p_e * a2 + q_e * a1 - (w12 + w21) * 0.5 + half * (aa[2] - aa[0]),
+            stiff(1, 1) + around + (q_e * a2) * 2.0 + w11 - twisted,
+            stiff(2, 0) + w2 * (sigma + aa[0]) - w1 * aa[1],
+            stiff(2, 1) + w2 * aa[1] - w1 * (sigma + aa[2]),
+            stiff(2, 2) - (w11 + w22),
         ];
-        let twisted = w3 * bb[1];
-        let mut ff = [
-            around - (p_f * b1) * 2.0 - x22 - twisted,
-            (x12 + x21) * 0.5 - p_f * b2 - q_f * b1 + half * (bb[0] - bb[2]),
-            around - (q_f * b2) * 2.0 - x11 + twisted,
-            w1 * bb[1] - w2 * (sigma + bb[0]),
-            w1 * (sigma + bb[2]) - w2 * bb[1],
-            x11 + x22,
-        ];
+
         let (r1, r2) = (p_e - kw * a1, q_e - kw * a2);
         let (kc, kv, wc, wv) = (kw * c, kw * v, w3 * c, w3 * v);
         let (c1, c2, v1, v2) = (w1 * c, w2 * c, w1 * v, w2 * v);
-        let mut fe = [
+        let stiff = |r: usize, s: usize| dot(by_f[r], k[s]);
+        let fe = [
             [
-                r1 * b1 - a1 * p_f + (w11 - x11) - kc - wv,
-                r2 * b1 - a2 * p_f + (w12 - x21) - kv + wc,
-                v1 - c2,
+                stiff(0, 0) + r1 * b1 - a1 * p_f + (w11 - x11) - kc - wv,
+                stiff(0, 1) + r2 * b1 - a2 * p_f + (w12 - x21) - kv + wc,
+                stiff(0, 2) + v1 - c2,
             ],
             [
-                r1 * b2 - a1 * q_f + (w21 - x12) + kv - wc,
-                r2 * b2 - a2 * q_f + (w22 - x22) - kc - wv,
-                c1 + v2,
+                stiff(1, 0) + r1 * b2 - a1 * q_f + (w21 - x12) + kv - wc,
+                stiff(1, 1) + r2 * b2 - a2 * q_f + (w22 - x22) - kc - wv,
+                stiff(1, 2) + c1 + v2,
             ],
-            [v1 + c2, v2 - c1, D::from(0.0)],
+            [stiff(2, 0) + v1 + c2, stiff(2, 1) + v2 - c1, stiff(2, 2)],
         ];
 
-        // The stiffness of every strain.
-        let stiff = |by: &[[D; 3]; 3]| {
-            [stiffness.times(&by[0]), stiffness.times(&by[1]), stiffness.times(&by[2])]
-        };
-        let (k_e, k_f) = (stiff(&by_e), stiff(&by_f));
-        let mut i = 0;
-        for r in 0..3 {
-            for s in 0..=r {
-                ee[i] += dot(by_e[r], k_e[s]);
-                ff[i] += dot(by_f[r], k_f[s]);
-                i += 1;
-            }
-            for s in 0..3 {
-                fe[r][s] += dot(by_f[r], k_e[s]);
-            }
-        }
+        let k = [stiffness.times(&by_f[0]), stiffness.times(&by_f[1]), stiffness.times(&by_f[2])];
+        let stiff = |r: usize, s: usize| dot(by_f[r], k[s]);
+        let twisted = w3 * bb[1];
+        let ff = [
+            stiff(0, 0) + around - (p_f * b1) * 2.0 - x22 - twisted,
+            stiff(1, 0) + (x12 + x21) * 0.5 - p_f * b2 - q_f * b1 + half * (bb[0] - bb[2]),
+            stiff(1, 1) + around - (q_f * b2) * 2.0 - x11 + twisted,
+            stiff(2, 0) + w1 * bb[1] - w2 * (sigma + bb[0]),
+            stiff(2, 1) + w1 * (sigma + bb[2]) - w2 * bb[1],
+            stiff(2, 2) + x11 + x22,
+        ];
         Tangent {
             e: Sum { gradient: gradient_e, hessian: ee },
             f: Sum { gradient: gradient_f, hessian: ff },
