@@ -52,10 +52,11 @@ fn differences(residuals: &Residuals, x: &[f64]) -> Vec<Vec<f64>> {
             above.iter().zip(below).map(|(a, b)| (a - b) / (2.0 * h)).collect()
         };
         // Angles and times in steps that stay within a time step, where the interpolant is smooth. The
-        // misfit depends on beta so little that rounding errors of its gradients need twice the step.
+        // misfit depends on beta so little that rounding errors of its gradients, 1e-7 of its second
+        // derivative at twice the step, need four times.
         let parameter = residuals.unknowns()[i].parameter;
         let h = match parameter {
-            _ if parameter == Parameter::Beta => 8e-4,
+            _ if parameter == Parameter::Beta => 1.6e-3,
             _ if parameter.is_positive() => 8e-3,
             _ => 4e-4,
         };
