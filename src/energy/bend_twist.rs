@@ -50,6 +50,7 @@
 use crate::energy::frame::{EdgeFrame, transported_twist};
 pub use crate::energy::joint::EdgeState;
 use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
+pub use crate::energy::stiffness::Stiffness;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, dot, sub};
@@ -60,40 +61,6 @@ use num_dual::{Dual2SVec, Dual64, DualSVec};
 pub const UNKNOWNS: usize = 11;
 /// Unknowns in terms of its edges: `[e, theta_e, f, theta_f]`, m and rad.
 const EDGE_UNKNOWNS: usize = 8;
-
-/// Stiffnesses of an inner node, all over the Voronoi length, N m.
-#[derive(Clone, Copy, Debug)]
-pub struct Stiffness<D> {
-    /// Of bending: `[b11, b12, b22]`, symmetric in the material frame; `[EI1, 0, EI2]/dl` where
-    /// nothing couples them.
-    pub bend: [D; 3],
-    /// Stiffness of twisting, GJ/dl, N m.
-    pub twist: D,
-    /// Between each curvature and twisting, zero where nothing couples them.
-    pub coupling: [D; 2],
-}
-
-impl<D: Scalar> Stiffness<D> {
-    /// Applied to three strains.
-    #[inline(always)]
-    pub(crate) fn times(&self, s: &[D; 3]) -> [D; 3] {
-        let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
-        [
-            b11 * s[0] + b12 * s[1] + c1 * s[2],
-            b12 * s[0] + b22 * s[1] + c2 * s[2],
-            c1 * s[0] + c2 * s[1] + self.twist * s[2],
-        ]
-    }
-
-    /// Converts every number.
-    pub fn map<E>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
-        Stiffness {
-            bend: self.bend.map(&mut convert),
-            twist: convert(self.twist),
-            coupling: self.coupling.map(&mut convert),
-        }
-    }
-}
 
 /// One inner node, with the reference its frames are transported from.
 #[derive(Clone, Copy, Debug)]

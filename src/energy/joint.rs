@@ -22,8 +22,8 @@
 //! [`EdgeState`] makes derivatives by an edge's vector and angle of them, once for the sum of the
 //! edge's two joints.
 
-use crate::energy::bend_twist::Stiffness;
 use crate::energy::frame::EdgeFrame;
+use crate::energy::stiffness::Stiffness;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, combine, dot, scale, sub};
 

@@ -17,6 +17,7 @@ pub(crate) mod joint;
 pub mod own;
 pub mod place;
 pub mod planar_bend;
+mod stiffness;
 pub mod stretch;
 
 pub use crate::scene::At;

@@ -4,7 +4,10 @@ use crate::energy::DeadLoad;
 use crate::energy::joint::{Between, ByEdge};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
-use crate::rod::spatial::HALF_BANDWIDTH as W;
+
+/// Half-bandwidth of the spatial tangent.
+pub const HALF_BANDWIDTH: usize = 10;
+const W: usize = HALF_BANDWIDTH;
 
 /// What is shown the edges of a spatial rod, from the first on.
 pub(super) trait TakesEdges<D> {

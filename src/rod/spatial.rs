@@ -13,13 +13,12 @@ use crate::energy::{
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 
-/// Half-bandwidth of the spatial tangent.
-pub const HALF_BANDWIDTH: usize = 10;
 /// Unknowns from one node to the next.
 const STRIDE: usize = 4;
 /// Unknowns of a bend and twist.
