@@ -52,6 +52,8 @@ pub struct DiscretizationError {
 
 /// An experiment with another mesh or step, and the error over the change that makes, at first order.
 type Other = (Experiment, f64);
+/// That of every experiment, where there is one.
+type Others = Result<Vec<Option<Other>>, Error>;
 
 /// The error over the change when what it is proportional to becomes smaller by `ratio`.
 fn to_zero(ratio: f64) -> f64 {
@@ -59,7 +61,7 @@ fn to_zero(ratio: f64) -> f64 {
 }
 
 /// The experiments with fewer edges where `coarser` ones will do, else with more.
-fn other_meshes(search: &Search, coarser: bool) -> Result<Vec<Option<Other>>, Error> {
+fn other_meshes(search: &Search, coarser: bool) -> Others {
     let other = |experiment: &Experiment| {
         let problem = &experiment.problem;
         let own = problem.segments() as f64;
@@ -74,7 +76,7 @@ fn other_meshes(search: &Search, coarser: bool) -> Result<Vec<Option<Other>>, Er
 
 /// The experiments with a larger step where `coarser` ones will do, else with a smaller one; none where
 /// nothing moves or beta is to be found.
-fn other_steps(search: &Search, coarser: bool) -> Result<Vec<Option<Other>>, Error> {
+fn other_steps(search: &Search, coarser: bool) -> Others {
     let other = |(experiment, first): (&Experiment, f64)| {
         let beta = |u: &Unknown| u.parameter == Parameter::Beta && u.is_of(experiment);
         if search.unknowns.iter().any(beta) || !experiment.moves() {
@@ -222,7 +224,7 @@ fn errors(
     how: Refinement,
 ) -> Result<(Vec<DiscretizationError>, f64), Error> {
     let task = search.task();
-    let part = |others: fn(&Search, bool) -> Result<Vec<Option<Other>>, Error>| {
+    let part = |others: fn(&Search, bool) -> Others| {
         let change =
             |coarser| change(task, others(search, coarser)?, optimum, (covariance, weights), how);
         // A fit of a coarser model may end elsewhere.
