@@ -71,6 +71,17 @@ impl Residuals {
         Self { work, ..self }
     }
 
+    /// Knows plain residuals and their Jacobian at `x` from before.
+    pub(crate) fn knowing(
+        self,
+        x: &[f64],
+        (residuals, jacobian): (Vec<f64>, Vec<Vec<f64>>),
+        halved: bool,
+    ) -> Self {
+        let known = Evaluation { x: x.to_vec(), residuals, jacobian: Some(jacobian), halved };
+        Self { last: Mutex::new(Some(known)), ..self }
+    }
+
     /// The unknowns, in the order of the solver's vector.
     pub fn unknowns(&self) -> &[Unknown] {
         &self.unknowns

@@ -42,9 +42,27 @@ pub(crate) struct Optimum {
 impl Search<'_> {
     /// Fits the full model to the whole record.
     pub fn polish(&self, start: &[f64]) -> Result<Optimum, Error> {
+        self.finish(self.all_residuals()?, start)
+    }
+
+    /// Fits the full model again, from an optimum that had the sigmas `before`: what it does there is
+    /// known, in other units.
+    pub fn polish_reweighted(&self, known: &Optimum, before: &[f64]) -> Result<Optimum, Error> {
+        let units = before.iter().zip(&self.sigmas).zip(&known.counts);
+        let mut units: Vec<f64> = units
+            .flat_map(|((before, now), count)| std::iter::repeat_n(before / now, *count))
+            .collect();
+        units.resize(known.residuals.len(), 1.0);
+        let residuals = known.residuals.iter().zip(&units).map(|(r, unit)| r * unit).collect();
+        let row = |(row, unit): (&Vec<f64>, &f64)| row.iter().map(|d| d * unit).collect();
+        let jacobian = known.jacobian.iter().zip(&units).map(row).collect();
+        let there = (residuals, jacobian);
+        self.finish(self.all_residuals()?.knowing(&known.x, there, known.halved), &known.x)
+    }
+
+    fn finish(&self, residuals: Residuals, start: &[f64]) -> Result<Optimum, Error> {
         let tolerances = (1e-10, 1e-3, 60);
-        let mut optimum =
-            self.optimize(self.all_residuals()?, start, tolerances, Some(Stage::Full))?;
+        let mut optimum = self.optimize(residuals, start, tolerances, Some(Stage::Full))?;
         // What leaves nothing but rounding errors has nothing to gain from another step.
         optimum.converged |= self.is_rounding(&optimum);
         Ok(optimum)

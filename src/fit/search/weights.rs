@@ -24,7 +24,7 @@ impl Search<'_> {
             let sigmas = self.estimated_sigmas(&optimum);
             let before = std::mem::replace(&mut self.sigmas, sigmas);
             self.journal.reweight(&self.sigmas);
-            optimum = self.polish(&optimum.x)?;
+            optimum = self.polish_reweighted(&optimum, &before)?;
             let settled = |(a, b): (&f64, &f64)| (a / b - 1.0).abs() < 1e-3;
             if self.sigmas.iter().zip(&before).all(settled) {
                 break;
