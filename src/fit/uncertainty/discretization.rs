@@ -77,17 +77,18 @@ fn other_meshes(search: &Search, coarser: bool) -> Others {
 /// The experiments with a larger step where `coarser` ones will do, else with a smaller one; none where
 /// nothing moves or beta is to be found.
 fn other_steps(search: &Search, coarser: bool) -> Others {
-    let other = |(experiment, first): (&Experiment, f64)| {
+    let other = |experiment: &Experiment| {
         let beta = |u: &Unknown| u.parameter == Parameter::Beta && u.is_of(experiment);
         if search.unknowns.iter().any(beta) || !experiment.moves() {
             return Ok(None);
         }
         let mut scene = experiment.problem.scene().clone();
-        let good = scene.supports.largest_good_step();
+        let swing = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
+        let most = (swing / FEWEST_STEPS).min(scene.supports.largest_good_step());
         let mut ratio = FINER;
         if let Some(time) = &mut scene.time {
             let explicit = time.scheme.traits().stability_limit.is_some();
-            if coarser && !explicit && COARSER * time.step <= (first / FEWEST_STEPS).min(good) {
+            if coarser && !explicit && COARSER * time.step <= most {
                 ratio = COARSER.recip();
             }
             time.step /= ratio;
@@ -95,7 +96,7 @@ fn other_steps(search: &Search, coarser: bool) -> Others {
         let other = experiment.problem.like_it(scene)?;
         Ok(Some((experiment.posed_as(other), to_zero(ratio))))
     };
-    search.experiments.iter().zip(search.first_periods(1.0)).map(other).collect()
+    search.experiments.iter().map(other).collect()
 }
 
 /// How far the unknowns, on their scales, are from those of the limit that the models of `task` and
