@@ -41,19 +41,24 @@ impl<D: Nestable> Guess<D> {
     /// unknowns move by `h (beta v1 + (1 - beta) v0)` with a velocity `v1` at the end that changes as it
     /// did in the step before, or of a dissipative scheme as a parabola through three velocities has
     /// it. What a step of beta = 1/2 does not resolve turns its sign with every step, so that the
-    /// change of the step before is the best guess there. Returns whether there was a step before.
+    /// change of the step before is the best guess there. `steady` takes velocities as they are. Returns
+    /// whether they were taken to change.
     pub fn place<R: Rod<D, W>, const W: usize>(
         &mut self,
         step: &Step<'_, D, R>,
         coefficients: &StepCoefficients<D>,
         before: &State<D, R::Frames>,
         state: &mut State<D, R::Frames>,
+        steady: bool,
     ) -> bool {
         // A step that was taken back is not part of the way.
         while self.earlier.last().is_some_and(|(time, _)| *time >= before.time) {
             self.earlier.pop();
         }
         self.place_steadily(step, before, state);
+        if steady {
+            return false;
+        }
         let (h, free) = (step.h, step.system.free.clone());
         let (q, v0) = (&mut state.q[free.clone()], &before.v[free.clone()]);
         let part = coefficients.rate.recip();

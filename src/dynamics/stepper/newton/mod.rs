@@ -180,7 +180,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     ) -> Result<(), Error> {
         self.coefficients = StepCoefficients::new(self.scheme, self.beta, step.h);
         self.set_viscous(step, before);
-        let guessed = self.guess.place(step, &self.coefficients, before, state);
+        // The equations of an average have many roots at large steps, the motion nearest to a steady one.
+        let steady = self.coefficients.averages();
+        let guessed = self.guess.place(step, &self.coefficients, before, state, steady);
         let solved = match self.tolerance {
             Tolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
                 self.solve_as_predicted(step, before, state, work)
