@@ -58,8 +58,8 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Linearization<'_, D, R, W> {
 
     /// Refuses a solution `x` of the factored matrix and right-hand side `b` that is not one to
     /// about half of all digits. A positive definite matrix is always solved well; one with
-    /// negative pivots may not be. (Newton's corrections need no such check: the next residual is
-    /// it.)
+    /// negative pivots may not be. (Newton's corrections need no such check: one that does not
+    /// shrink as predicted is followed by another.)
     ///
     /// # Errors
     /// [`Error::SingularTangent`].

@@ -87,3 +87,36 @@ impl<'de> Deserialize<'de> for Tolerance {
         deserializer.deserialize_any(Written)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Time;
+
+    fn read(line: &str) -> Result<Time, String> {
+        let text = format!("end = 1.0\nstep = 1e-3\n{line}");
+        let time: Time = toml::from_str(&text).map_err(|error| error.to_string())?;
+        time.tolerance.check().map_err(|error| error.to_string())?;
+        Ok(time)
+    }
+
+    #[test]
+    fn a_number_or_a_word() {
+        for (line, tolerance) in [
+            ("", Tolerance::default()),
+            ("tolerance = 1e-10", Tolerance::Predicted(1e-10)),
+            ("tolerance = \"rounding\"", Tolerance::Rounding),
+        ] {
+            let time = read(line).unwrap();
+            assert_eq!(time.tolerance, tolerance);
+            let again: Time = toml::from_str(&toml::to_string(&time).unwrap()).unwrap();
+            assert_eq!(again, time);
+        }
+        for line in ["tolerance = 0.0", "tolerance = -1", "tolerance = nan", "tolerance = 1e-3"] {
+            assert!(read(line).unwrap_err().contains("in (0, 1e-6]"), "{line}");
+        }
+        assert!(read("tolerance = \"exact\"").unwrap_err().contains("or \"rounding\""));
+        let beside = read("scheme = \"verlet\"\ntolerance = 1e-10").unwrap_err();
+        assert!(beside.contains("with newmark-beta only"), "{beside}");
+    }
+}
