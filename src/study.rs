@@ -140,7 +140,7 @@ impl Study {
 
         let mut schemes: Vec<(Scheme, f64)> =
             Scheme::all().filter(|s| takes(*s)).map(|s| (s, 0.5)).collect();
-        if time.scheme.traits().takes_beta && time.beta > 0.5 {
+        if time.scheme.takes_beta() && time.beta > 0.5 {
             schemes.push((time.scheme, time.beta));
         }
         let steps_of = |scheme: Scheme| match scheme.traits().stability_limit {
@@ -260,7 +260,7 @@ impl Study {
 
 /// A row's scheme in words.
 pub fn name(row: &Row) -> String {
-    match row.scheme.traits().takes_beta {
+    match row.scheme.takes_beta() {
         true => format!("{} {}", row.scheme.name(), row.beta),
         false => row.scheme.name().into(),
     }

@@ -51,6 +51,30 @@
 //! every edge that turns, by `alpha^2/8` in the middle of a turn by `alpha`, and the dissipation of
 //! that stretching, `eta EA alpha^4/24` a step and length, is more than that of bending in a wire.
 
+//!
+//! # Generalised-alpha
+//!
+//! Chung and Hulbert's scheme (1993), with forces and accelerations between the ends of the step,
+//!
+//! ```text
+//! (1 - am) M a1 + am M a0 + (1 - af) n1 + af n0 = 0
+//! q1 = q0 + h v0 + h^2 ((1/2 - b) a0 + b a1)
+//! v1 = v0 + h ((1 - g) a0 + g a1)
+//! ```
+//!
+//! where `am = (2 rho - 1)/(rho + 1)`, `af = rho/(rho + 1)`, `g = 1/2 - am + af` and
+//! `b = (1 - am + af)^2/4` for the factor `rho` by which a step takes down what is far too fast for
+//! it: second order at every `rho`, and so little dissipation of what is slow that rods which hardly
+//! stretch go in large steps without ringing. Without `a1` the first line is, times
+//! `b h^2/(1 - am)`, of Newmark's form with one more term, `M h^2 (am b/(1 - am) + b - 1/2) a0`.
+//!
+//! The rate of a strain where the forces are taken is `d1 + (1/2 - af)(d1 - d0)`, from the mean rates
+//! of this step and the last, so that the rate at the end counts as
+//! `((3/2 - af) d1 - d0/2)/(1 - af)` beside `d0` at the start: what Newmark-beta takes at `rho = 1`,
+//! and at `rho = 0` the difference formula BDF2, which is stable however stiff the damping.
+//!
+//! Where accelerations at the start are not known, the first step is one of implicit Euler.
+
 use crate::numerics::scalar::Scalar;
 use crate::scene::Scheme;
 
@@ -67,8 +91,24 @@ pub struct StepCoefficients<D> {
     pub rate: D,
     /// (1 - beta)/beta.
     pub memory: D,
+    /// What the acceleration at the start does, if the scheme goes on from it.
+    pub acceleration: Option<Acceleration<D>>,
+    /// Factors of the changes of strains and of their rates before in the rates at the end, 1/s and 1.
+    strain_rate: [D; 2],
     /// Where between start (0) and end (1) the forces are taken, and with which weight.
     pub stages: &'static [Stage],
+}
+
+/// The terms of the accelerations.
+#[derive(Clone, Copy, Debug)]
+pub struct Acceleration<D> {
+    /// Factor of the masses and the acceleration at the start in the residual, s^2.
+    pub inertia: D,
+    /// Factor of the acceleration at the start in the velocity at the end, s.
+    pub velocity: D,
+    /// The acceleration at the end: factors of the change of place, 1/s^2, of the velocity at the start,
+    /// 1/s, and of the acceleration there.
+    pub end: [D; 3],
 }
 
 /// A point on the straight way from the start of a step to its end.
@@ -92,31 +132,69 @@ const AVERAGE: [Stage; 4] = [
 ];
 
 impl<D: Scalar> StepCoefficients<D> {
-    /// The step of length `h`, s.
+    /// The step of length `h`, s, of a scheme with its `parameter`. `knows_acceleration`: whether the
+    /// accelerations at its start are known.
     #[inline]
-    pub fn new(scheme: Scheme, beta: D, h: f64) -> Self {
+    pub fn new(scheme: Scheme, parameter: D, knows_acceleration: bool, h: f64) -> Self {
         match scheme {
-            Scheme::AverageVectorField => Self {
-                h,
-                end: D::from(0.5 * h * h),
-                start: D::from(0.5 * h * h),
-                rate: D::from(2.0 / h),
-                memory: D::from(1.0),
-                stages: &AVERAGE,
-            },
-            // Schemes that solve no equations never ask.
-            _ => {
-                let rest = -beta + 1.0;
-                let inverse = beta.recip();
+            Scheme::AverageVectorField => {
+                let (rate, memory) = (D::from(2.0 / h), D::from(1.0));
                 Self {
                     h,
-                    end: beta * beta * (h * h),
-                    start: beta * rest * (h * h),
-                    rate: inverse * (1.0 / h),
-                    memory: rest * inverse,
-                    stages: &[END],
+                    end: D::from(0.5 * h * h),
+                    start: D::from(0.5 * h * h),
+                    rate,
+                    memory,
+                    acceleration: None,
+                    strain_rate: [rate, memory],
+                    stages: &AVERAGE,
                 }
             }
+            Scheme::GeneralisedAlpha if knows_acceleration => Self::generalised_alpha(parameter, h),
+            Scheme::GeneralisedAlpha => Self::newmark(D::from(1.0), h),
+            // Schemes that solve no equations never ask.
+            _ => Self::newmark(parameter, h),
+        }
+    }
+
+    #[inline]
+    fn newmark(beta: D, h: f64) -> Self {
+        let rest = -beta + 1.0;
+        let inverse = beta.recip();
+        let (rate, memory) = (inverse * (1.0 / h), rest * inverse);
+        Self {
+            h,
+            end: beta * beta * (h * h),
+            start: beta * rest * (h * h),
+            rate,
+            memory,
+            acceleration: None,
+            strain_rate: [rate, memory],
+            stages: &[END],
+        }
+    }
+
+    fn generalised_alpha(rho: D, h: f64) -> Self {
+        let part = (rho + 1.0).recip();
+        let (masses, forces) = ((rho * 2.0 - 1.0) * part, rho * part);
+        let gamma = forces - masses + 0.5;
+        let beta = (forces - masses + 1.0).powi(2) * 0.25;
+        let inverse = beta.recip();
+        let (now, weight) = (-forces + 1.0, beta / (-masses + 1.0));
+        let strain_rate = [-forces + 1.5, D::from(0.5)].map(|factor| factor / now);
+        Self {
+            h,
+            end: weight * now * (h * h),
+            start: weight * forces * (h * h),
+            rate: gamma * inverse * (1.0 / h),
+            memory: gamma * inverse - 1.0,
+            acceleration: Some(Acceleration {
+                inertia: (weight * masses + beta - 0.5) * (h * h),
+                velocity: -(gamma * inverse * 0.5 - 1.0) * h,
+                end: [inverse * (1.0 / (h * h)), -(inverse * (1.0 / h)), -(inverse * 0.5 - 1.0)],
+            }),
+            strain_rate: [strain_rate[0] * (1.0 / h), strain_rate[1]],
+            stages: &[END],
         }
     }
 
@@ -126,16 +204,31 @@ impl<D: Scalar> StepCoefficients<D> {
         self.stages.len() > 1
     }
 
-    /// Rate at the end of a quantity that changed by `change`: Eq. (6c).
+    /// Velocity at the end of an unknown that changed by `change` from the velocity `v0`, Eq. (6c), and
+    /// the acceleration `a0`, of which schemes without know nothing.
     #[inline]
-    pub fn rate(&self, change: D, rate0: D) -> D {
-        change * self.rate - self.memory * rate0
+    pub fn velocity(&self, change: D, v0: D, a0: D) -> D {
+        let v1 = change * self.rate - self.memory * v0;
+        match &self.acceleration {
+            Some(acceleration) => v1 + acceleration.velocity * a0,
+            None => v1,
+        }
     }
 
     /// The velocity that mass damping acts on: at the end, or the mean.
     #[inline]
-    pub fn damped_velocity(&self, change: D, v0: D) -> D {
-        if self.averages() { change * (1.0 / self.h) } else { self.rate(change, v0) }
+    pub fn damped_velocity(&self, change: D, v0: D, a0: D) -> D {
+        if self.averages() { change * (1.0 / self.h) } else { self.velocity(change, v0, a0) }
+    }
+
+    /// Acceleration at the end of a step in which an unknown changed by `change`, and its velocity from
+    /// `v0` to `v1`.
+    #[inline]
+    pub fn acceleration_at_end(&self, change: D, [v0, v1]: [D; 2], a0: D) -> D {
+        match &self.acceleration {
+            Some(Acceleration { end, .. }) => end[0] * change + end[1] * v0 + end[2] * a0,
+            None => (v1 - v0) * (1.0 / self.h),
+        }
     }
 
     /// Derivative of the [damped velocity](Self::damped_velocity) by the change, 1/s.
@@ -146,8 +239,12 @@ impl<D: Scalar> StepCoefficients<D> {
 
     /// Residual of one degree of freedom, N s^2: the corrected Eq. (6a).
     #[inline]
-    pub fn residual(&self, mass: D, change: D, v0: D, n1: D, n0: D) -> D {
-        mass * (change - v0 * self.h) + self.end * n1 + self.start * n0
+    pub fn residual(&self, mass: D, change: D, [v0, a0]: [D; 2], n1: D, n0: D) -> D {
+        let mut inertial = change - v0 * self.h;
+        if let Some(acceleration) = &self.acceleration {
+            inertial += acceleration.inertia * a0;
+        }
+        mass * inertial + self.end * n1 + self.start * n0
     }
 
     /// The part of the viscous stress at an end that its forces count with: an average counts both
@@ -161,14 +258,15 @@ impl<D: Scalar> StepCoefficients<D> {
     /// that of the viscous stress alone.
     #[inline]
     pub fn viscous_factor(&self, eta: D) -> D {
-        let viscous = self.viscous(eta) * self.rate;
+        let viscous = self.viscous(eta) * self.strain_rate[0];
         if self.averages() { viscous } else { viscous + 1.0 }
     }
 
     /// Shift of a natural strain under Kelvin-Voigt damping.
     #[inline]
     pub fn viscous_shift(&self, eta: D, strain0: D, rate0: D) -> D {
-        self.viscous(eta) * (strain0 * self.rate + self.memory * rate0)
+        let [rate, memory] = self.strain_rate;
+        self.viscous(eta) * (strain0 * rate + memory * rate0)
     }
 
     /// The same at the start of a step, where the rate is known and the factor is 1.

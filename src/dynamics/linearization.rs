@@ -51,9 +51,11 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
 }
 
 impl<D: Scalar, R: Rod<D, W>, const W: usize> Linearization<'_, D, R, W> {
-    /// The numbers of the step, for a scheme's parameter `beta` that may carry derivatives.
-    pub fn coefficients<E: Scalar>(&self, beta: E) -> StepCoefficients<E> {
-        StepCoefficients::new(self.scheme, beta, self.after.time - self.before.time)
+    /// The numbers of the step, for a scheme's `parameter` that may carry derivatives.
+    pub fn coefficients<E: Scalar>(&self, parameter: E) -> StepCoefficients<E> {
+        let knows_acceleration = !self.before.acceleration.is_empty();
+        let h = self.after.time - self.before.time;
+        StepCoefficients::new(self.scheme, parameter, knows_acceleration, h)
     }
 
     /// Refuses a solution `x` of the factored matrix and right-hand side `b` that is not one to

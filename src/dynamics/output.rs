@@ -6,7 +6,7 @@ use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::Point;
-use crate::scene::Scene;
+use crate::scene::{Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
@@ -206,7 +206,7 @@ impl SimulationReport {
         let (start, end) = (self.start_energy, self.end_energy);
         let damping = scene.loads.damping;
         let time = scene.time.as_ref();
-        let beta = time.filter(|t| t.scheme.traits().takes_beta).map_or(0.5, |t| t.beta);
+        let beta = time.filter(|t| t.scheme.takes_beta()).map_or(0.5, |t| t.beta);
         if self.is_still() {
             "the rod stays where it is".into()
         } else if !scene.supports.motion.is_empty() {
@@ -216,6 +216,10 @@ impl SimulationReport {
         } else if beta > 0.5 {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
             format!("beta = {beta} took {part} of the largest kinetic energy")
+        } else if let Some(time) = time.filter(|t| t.scheme == Scheme::GeneralisedAlpha) {
+            let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
+            let rho_inf = time.rho_inf;
+            format!("rho_inf = {rho_inf} took {part} of the largest kinetic energy")
         } else {
             format!("energy kept to {} of the largest kinetic energy", percent(drift))
         }

@@ -74,9 +74,10 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     moves_supports: bool,
     dashpots: Option<S>,
     damping: Damping<Dual64>,
-    beta: Dual64,
+    parameter: Dual64,
     q: Vec<f64>,
     v: Vec<f64>,
+    acceleration: Vec<f64>,
     /// The frames with their derivatives.
     frames: S::Frames,
     unbalanced: Vec<f64>,
@@ -90,6 +91,27 @@ pub struct ImplicitSensitivity<S: Rod<Dual64, W>, const W: usize> {
     dual_q: Vec<Dual64>,
     dual_strain: Vec<Dual64>,
     dual_forces: Vec<Dual64>,
+}
+
+/// The accelerations that a step goes on from, with their derivatives; zero where it does not.
+struct Accelerations<'a>(Option<(&'a [f64], &'a [f64])>);
+
+impl<'a> Accelerations<'a> {
+    #[inline]
+    fn of<R: Rod<f64, W>, const W: usize>(
+        coefficients: &StepCoefficients<Dual64>,
+        step: &Linearization<'a, f64, R, W>,
+        rates: &'a [f64],
+    ) -> Self {
+        let free = step.free.clone();
+        let both = || (&step.before.acceleration[free.clone()], &rates[free.clone()]);
+        Self(coefficients.acceleration.as_ref().map(|_| both()))
+    }
+
+    #[inline]
+    fn at(&self, i: usize) -> Dual64 {
+        self.0.map_or(Dual64::from(0.0), |(a, rates)| Dual64::new(a[i], rates[i]))
+    }
 }
 
 impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
@@ -110,10 +132,11 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
             dashpots: newton.dashpots().cloned(),
             rod,
             damping: simulation.damping(),
-            beta: newton.beta(),
+            parameter: newton.parameter(),
             frames: state.frames.clone(),
             q: rates(&state.q),
             v: rates(&state.v),
+            acceleration: rates(&state.acceleration),
             unbalanced: rates(&state.unbalanced),
             internal: InternalVariables {
                 strain: rates(&state.internal.strain),
@@ -133,7 +156,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     where
         R: Rod<f64, W, Dual = S>,
     {
-        let coefficients = step.coefficients(self.beta);
+        let coefficients = step.coefficients(self.parameter);
         let (before, now) = (step.before, step.after);
         let held = self.held(step);
         if coefficients.averages() {
@@ -158,19 +181,21 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         let n0 = &before.unbalanced[free.clone()];
         let (dq, dv) = (&mut self.q[free.clone()], &self.v[free.clone()]);
         let (dn, direct) = (&self.unbalanced[free.clone()], &mut self.direct[free.clone()]);
+        let a0 = Accelerations::of(&coefficients, step, &self.acceleration);
         let mass = &self.rod.mass()[free.clone()];
         let mass_damping = self.damping.mass;
         let damped = mass_damping.re != 0.0 || mass_damping.eps != 0.0;
         for i in 0..free.len() {
             let change = Dual64::new(q1[i] - q0[i], -dq[i]);
             let v0 = Dual64::new(v0[i], dv[i]);
+            let a0 = a0.at(i);
             let mut n1 = Dual64::new(gradient[i], direct[i]);
             if damped {
-                n1 += mass_damping * mass[i] * coefficients.damped_velocity(change, v0);
+                n1 += mass_damping * mass[i] * coefficients.damped_velocity(change, v0, a0);
                 direct[i] = n1.eps;
             }
             let n0 = Dual64::new(n0[i], dn[i]);
-            dq[i] = -coefficients.residual(mass[i], change, v0, n1, n0).eps;
+            dq[i] = -coefficients.residual(mass[i], change, [v0, a0], n1, n0).eps;
         }
     }
 
@@ -259,7 +284,7 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
     where
         R: Rod<f64, W, Dual = S>,
     {
-        let coefficients = step.coefficients(self.beta);
+        let coefficients = step.coefficients(self.parameter);
         let (before, now) = (step.before, step.after);
         let free = step.free.clone();
         let by_end = coefficients.end.re.recip();
@@ -269,11 +294,18 @@ impl<S: Rod<Dual64, W>, const W: usize> ImplicitSensitivity<S, W> {
         let (dq, start) = (&mut self.q[free.clone()], &self.start[free.clone()]);
         let (dv, dn) = (&mut self.v[free.clone()], &mut self.unbalanced[free.clone()]);
         let (direct, solution) = (&self.direct[free.clone()], &solution[free.clone()]);
+        self.acceleration.resize(now.acceleration.len(), 0.0);
         for i in 0..free.len() {
             // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
             dn[i] = direct[i] + (dq[i] - mass[i].re * solution[i]) * by_end;
             let change = Dual64::new(q1[i] - q0[i], solution[i] - start[i]);
-            dv[i] = coefficients.rate(change, Dual64::new(v0[i], dv[i])).eps;
+            let v0 = Dual64::new(v0[i], dv[i]);
+            let a0 = Accelerations::of(&coefficients, step, &self.acceleration).at(i);
+            let v1 = coefficients.velocity(change, v0, a0);
+            dv[i] = v1.eps;
+            if let Some(acceleration) = self.acceleration.get_mut(free.start + i) {
+                *acceleration = coefficients.acceleration_at_end(change, [v0, v1], a0).eps;
+            }
             dq[i] = solution[i];
         }
         if self.viscous.is_some() || S::HAS_FRAMES {

@@ -40,6 +40,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         let system = System { rod, derivatives, free, damping, boundary_motion: None };
         let mut stepper = Stepper::new((scheme, beta), &system, tolerance, &mut state);
         stepper.find_forces(&system, &mut state);
+        stepper.find_acceleration(&system, &mut state);
         Self { system, previous: state.clone(), state, stepper, work: Work::default() }
     }
 
@@ -67,6 +68,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// The forces that the next step counts by its start.
     fn find_forces(&mut self) {
         self.stepper.find_forces(&self.system, &mut self.state);
+        self.stepper.find_acceleration(&self.system, &mut self.state);
     }
 
     /// The rod.

@@ -62,7 +62,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             start,
             self.free(),
             scene.loads.damping,
-            (scene.scheme(), scene.time.as_ref().map_or(D::from(0.5), |time| time.beta)),
+            (scene.scheme(), scene.time.as_ref().map_or(D::from(0.5), |time| time.parameter())),
             (scene.tolerance(), self.problem.length()),
             self.problem.derivatives(),
         );

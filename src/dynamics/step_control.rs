@@ -17,8 +17,8 @@
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::Rod;
-use crate::scene::Scene;
-use crate::scene::scheme::EnergyKept;
+use crate::scene::scheme::{EnergyKept, SchemeParameter};
+use crate::scene::{Scene, Scheme};
 
 /// How often a step is halved before the run ends.
 pub(crate) const HALVINGS: u32 = 6;
@@ -34,6 +34,8 @@ const EXPLICIT_INTERVAL: usize = 32;
 const EASY: usize = 5;
 /// Above this beta the scheme dissipates.
 const DISSIPATES: f64 = 0.505;
+/// Below this `rho_inf` generalised-alpha does.
+const DISSIPATES_BELOW: f64 = 0.98;
 /// Coordinates are right to this part of themselves.
 const COORDINATES: f64 = 8.0 * f64::EPSILON;
 
@@ -83,7 +85,11 @@ impl Limits {
                 remedy: SMALLER,
             });
         }
-        let dissipates = traits.takes_beta && time.beta >= DISSIPATES;
+        let dissipates = match traits.parameter {
+            Some(SchemeParameter::Beta) => time.beta >= DISSIPATES,
+            Some(SchemeParameter::RhoInf) => time.rho_inf <= DISSIPATES_BELOW,
+            None => false,
+        };
         let explicit = traits.stability_limit.is_some();
         Some(Self {
             per_step: 0.01,
@@ -94,8 +100,11 @@ impl Limits {
             interval: if explicit { EXPLICIT_INTERVAL } else { INTERVAL },
             rounding: 1e-8,
             remedy: match traits.energy {
+                EnergyKept::Roughly if time.scheme == Scheme::GeneralisedAlpha => {
+                    SMALLER_OR_SMALLER_RHO
+                }
                 EnergyKept::Roughly if dissipates => SMALLER_OR_LARGER_BETA,
-                EnergyKept::Roughly if traits.takes_beta => SMALLER_OR_DISSIPATION,
+                EnergyKept::Roughly if time.scheme.takes_beta() => SMALLER_OR_DISSIPATION,
                 EnergyKept::Roughly => SMALLER_OR_KEEPING,
                 EnergyKept::Exactly | EnergyKept::OnAverage => SMALLER,
             },
@@ -108,6 +117,8 @@ const SMALLER: &str = "take a smaller time.step";
 const SMALLER_OR_KEEPING: &str = "take a smaller time.step, or scheme = \"average-vector-field\"";
 const SMALLER_OR_DISSIPATION: &str =
     "take a smaller time.step, a beta above 0.5, or scheme = \"average-vector-field\"";
+const SMALLER_OR_SMALLER_RHO: &str =
+    "take a smaller time.step, a smaller rho_inf, or scheme = \"average-vector-field\"";
 const SMALLER_OR_LARGER_BETA: &str =
     "take a smaller time.step, a larger beta, or scheme = \"average-vector-field\"";
 

@@ -13,6 +13,9 @@ pub struct State<D, F> {
     pub frames: F,
     /// Velocities, m/s (rad/s).
     pub v: Vec<D>,
+    /// Accelerations, m/s^2 (rad/s^2), of a scheme that goes on from them; empty of others, and as
+    /// long as none are known.
+    pub acceleration: Vec<D>,
     /// Elastic gradient less loads plus damping: minus the force that accelerates, N. Explicit
     /// and linearly implicit schemes leave the damping out; of an average it is half of the viscous force alone.
     pub unbalanced: Vec<D>,
@@ -48,6 +51,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
         Self {
             time: 0.0,
             v: zero.clone(),
+            acceleration: Vec::new(),
             unbalanced: zero,
             q,
             frames,
@@ -63,6 +67,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
         self.q.clone_from(&other.q);
         self.frames.clone_from(&other.frames);
         self.v.clone_from(&other.v);
+        self.acceleration.clone_from(&other.acceleration);
         self.unbalanced.clone_from(&other.unbalanced);
         self.internal.restore(&other.internal);
     }

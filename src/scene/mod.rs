@@ -32,7 +32,7 @@ pub use parameter::Parameter;
 pub use plane::Plane;
 pub use point::{Point, Stencil};
 pub use rod::{Dimension, Discretization, RodSpec};
-pub use scheme::Scheme;
+pub use scheme::{Scheme, SchemeParameter};
 pub use section::Section;
 pub use shape::{Handedness, Shape};
 pub use supports::{Clamp, End, Motion, Support, Supports};

@@ -262,6 +262,7 @@ impl Parameter {
             "rod.section.radius" => "with a circular section",
             "rod.section.width" | "rod.section.height" => "with a rectangular section",
             "time.beta" => "with [time] and the scheme newmark-beta",
+            "time.rho_inf" => "with [time] and the scheme generalised-alpha",
             "rod.natural_curvature" | "rod.natural_twist" => {
                 "with one number there, not a list, whose parts are counted, .1, .2, .."
             }

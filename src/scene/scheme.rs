@@ -21,6 +21,18 @@ pub enum Scheme {
     Verlet,
     /// Explicit, fourth order, symplectic; likewise.
     Pefrl,
+    /// Second order, and damps what the step does not resolve as much as `time.rho_inf` says.
+    GeneralisedAlpha,
+}
+
+/// The number that belongs to a scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SchemeParameter {
+    /// `time.beta` in [0.5, 1]: above 0.5 it dissipates, at first order.
+    Beta,
+    /// `time.rho_inf` in [0, 1]: by which factor a step takes vibrations down that are far too fast for
+    /// it.
+    RhoInf,
 }
 
 /// What a scheme is like.
@@ -40,8 +52,8 @@ pub struct Traits {
     pub stability_limit: Option<f64>,
     /// What becomes of the energy of a rod without damping.
     pub energy: EnergyKept,
-    /// Whether `time.beta` belongs to it.
-    pub takes_beta: bool,
+    /// The number in `[time]` that belongs to it. Schemes with one have a `time.tolerance` too.
+    pub parameter: Option<SchemeParameter>,
 }
 
 /// What a scheme makes of the energy of a rod without damping.
@@ -57,7 +69,7 @@ pub enum EnergyKept {
 
 /// One row a scheme, in the order of the variants. A study tries them in this order, so that
 /// explicit schemes of low order come before those of high order.
-const TRAITS: [Traits; 5] = [
+const TRAITS: [Traits; 6] = [
     Traits {
         scheme: Scheme::NewmarkBeta,
         name: "newmark-beta",
@@ -66,7 +78,7 @@ const TRAITS: [Traits; 5] = [
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Roughly,
-        takes_beta: true,
+        parameter: Some(SchemeParameter::Beta),
     },
     Traits {
         scheme: Scheme::AverageVectorField,
@@ -76,7 +88,7 @@ const TRAITS: [Traits; 5] = [
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Exactly,
-        takes_beta: false,
+        parameter: None,
     },
     Traits {
         scheme: Scheme::Rodas4,
@@ -86,7 +98,7 @@ const TRAITS: [Traits; 5] = [
         takes_boundary_motion: false,
         stability_limit: None,
         energy: EnergyKept::Roughly,
-        takes_beta: false,
+        parameter: None,
     },
     Traits {
         scheme: Scheme::Verlet,
@@ -96,7 +108,7 @@ const TRAITS: [Traits; 5] = [
         takes_boundary_motion: false,
         stability_limit: Some(2.0),
         energy: EnergyKept::OnAverage,
-        takes_beta: false,
+        parameter: None,
     },
     Traits {
         scheme: Scheme::Pefrl,
@@ -106,7 +118,17 @@ const TRAITS: [Traits; 5] = [
         takes_boundary_motion: false,
         stability_limit: Some(2.989),
         energy: EnergyKept::OnAverage,
-        takes_beta: false,
+        parameter: None,
+    },
+    Traits {
+        scheme: Scheme::GeneralisedAlpha,
+        name: "generalised-alpha",
+        order: 2,
+        takes_viscosity: true,
+        takes_boundary_motion: true,
+        stability_limit: None,
+        energy: EnergyKept::Roughly,
+        parameter: Some(SchemeParameter::RhoInf),
     },
 ];
 
@@ -120,6 +142,11 @@ const _: () = {
 };
 
 impl Scheme {
+    /// Whether `time.beta` belongs to it.
+    pub fn takes_beta(self) -> bool {
+        self.traits().parameter == Some(SchemeParameter::Beta)
+    }
+
     /// All schemes, explicit ones of low order before those of high order.
     pub fn all() -> impl Iterator<Item = Self> {
         TRAITS.iter().map(|traits| traits.scheme)
@@ -156,6 +183,9 @@ mod tests {
             let written = serde_json::to_value(scheme).unwrap();
             assert_eq!(written, scheme.name());
         }
-        assert_eq!(Scheme::names(|t| t.takes_viscosity), "newmark-beta and average-vector-field");
+        assert_eq!(
+            Scheme::names(|t| t.takes_viscosity),
+            "newmark-beta, average-vector-field and generalised-alpha"
+        );
     }
 }

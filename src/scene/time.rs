@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
-use crate::scene::scheme::Scheme;
+use crate::scene::scheme::{Scheme, SchemeParameter};
 use crate::scene::tolerance::Tolerance;
 use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
@@ -22,11 +22,18 @@ pub struct Time<D = f64> {
     pub scheme: Scheme,
     /// Of Newmark-beta, in [0.5, 1]; 1 is implicit Euler.
     pub beta: D,
-    /// Of Newmark-beta: which error of a step's solution is left.
+    /// Of generalised-alpha, in [0, 1]: by which factor a step takes vibrations down that are far too
+    /// fast for it. At 1 none, at 0 they are gone after a step.
+    pub rho_inf: D,
+    /// Of Newmark-beta and generalised-alpha: which error of a step's solution is left.
     pub tolerance: Tolerance,
 }
 
-/// `[time]` as it is written: `beta` and `tolerance` stand beside the scheme they belong to only.
+/// The `rho_inf` of a scene that gives none.
+const RHO_INF: f64 = 0.5;
+
+/// `[time]` as it is written: `beta`, `rho_inf` and `tolerance` stand beside the scheme they belong to
+/// only.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 struct TimeForm<D> {
@@ -37,6 +44,8 @@ struct TimeForm<D> {
     #[serde(skip_serializing_if = "Option::is_none")]
     beta: Option<D>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    rho_inf: Option<D>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<Tolerance>,
 }
 
@@ -44,26 +53,53 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
     type Error = &'static str;
 
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
-        let TimeForm { end, step, scheme, beta, tolerance } = form;
-        if beta.is_some() && !scheme.traits().takes_beta {
+        let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
+        let parameter = scheme.traits().parameter;
+        if beta.is_some() && parameter != Some(SchemeParameter::Beta) {
             return Err("time.beta: found beside another scheme, allowed: with newmark-beta only");
         }
-        if tolerance.is_some() && !scheme.traits().takes_beta {
+        if rho_inf.is_some() && parameter != Some(SchemeParameter::RhoInf) {
             return Err(
-                "time.tolerance: found beside another scheme, allowed: with newmark-beta only",
+                "time.rho_inf: found beside another scheme, allowed: with generalised-alpha only",
             );
         }
-        let (beta, tolerance) = (beta.unwrap_or(D::from(0.5)), tolerance.unwrap_or_default());
-        Ok(Self { end, step, scheme, beta, tolerance })
+        if tolerance.is_some() && parameter.is_none() {
+            return Err("time.tolerance: found beside another scheme, allowed: with newmark-beta \
+                        and generalised-alpha only");
+        }
+        Ok(Self {
+            end,
+            step,
+            scheme,
+            beta: beta.unwrap_or(D::from(0.5)),
+            rho_inf: rho_inf.unwrap_or(D::from(RHO_INF)),
+            tolerance: tolerance.unwrap_or_default(),
+        })
     }
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
-    fn from(Time { end, step, scheme, beta, tolerance }: Time<D>) -> Self {
-        let traits = scheme.traits();
-        let chosen = traits.takes_beta && tolerance != Tolerance::default();
-        let tolerance = chosen.then_some(tolerance);
-        Self { end, step, scheme, beta: traits.takes_beta.then_some(beta), tolerance }
+    fn from(Time { end, step, scheme, beta, rho_inf, tolerance }: Time<D>) -> Self {
+        let parameter = scheme.traits().parameter;
+        let chosen = parameter.is_some() && tolerance != Tolerance::default();
+        Self {
+            end,
+            step,
+            scheme,
+            beta: (parameter == Some(SchemeParameter::Beta)).then_some(beta),
+            rho_inf: (parameter == Some(SchemeParameter::RhoInf)).then_some(rho_inf),
+            tolerance: chosen.then_some(tolerance),
+        }
+    }
+}
+
+impl<D: Copy> Time<D> {
+    /// The number that belongs to the scheme: `rho_inf` of generalised-alpha, else `beta`.
+    pub fn parameter(&self) -> D {
+        match self.scheme.traits().parameter {
+            Some(SchemeParameter::RhoInf) => self.rho_inf,
+            Some(SchemeParameter::Beta) | None => self.beta,
+        }
     }
 }
 
@@ -71,13 +107,20 @@ impl Time {
     pub(super) fn over<D: From<f64>>(&self, n: &mut Numbers<'_, D>) -> Time<D> {
         let beta = Quantity::signed("").within(0.5, 1.0);
         let beta = beta.searched(Candidates::Values(&[0.55, 0.75, 0.95]));
+        let rho_inf = Quantity::signed("").within(0.0, 1.0);
+        let rho_inf = rho_inf.searched(Candidates::Values(&[0.1, 0.5, 0.9]));
+        let parameter = self.scheme.traits().parameter;
         Time {
             end: self.end,
             step: self.step,
             scheme: self.scheme,
-            beta: match self.scheme.traits().takes_beta {
-                true => n.number("beta", self.beta, beta),
-                false => D::from(self.beta),
+            beta: match parameter {
+                Some(SchemeParameter::Beta) => n.number("beta", self.beta, beta),
+                _ => D::from(self.beta),
+            },
+            rho_inf: match parameter {
+                Some(SchemeParameter::RhoInf) => n.number("rho_inf", self.rho_inf, rho_inf),
+                _ => D::from(self.rho_inf),
             },
             tolerance: self.tolerance,
         }
@@ -85,7 +128,14 @@ impl Time {
 
     /// Duration and step in s, Newmark-beta at beta = 0.5.
     pub fn new(end: f64, step: f64) -> Self {
-        Self { end, step, scheme: Scheme::default(), beta: 0.5, tolerance: Tolerance::default() }
+        Self {
+            end,
+            step,
+            scheme: Scheme::default(),
+            beta: 0.5,
+            rho_inf: RHO_INF,
+            tolerance: Tolerance::default(),
+        }
     }
 
     /// Number of steps to the end; the last may be shorter.
@@ -104,6 +154,9 @@ impl Time {
         positive("time.step", self.step)?;
         if !(0.5..=1.0).contains(&self.beta) {
             return Err(Error::invalid("time.beta", self.beta, "in [0.5, 1]"));
+        }
+        if !(0.0..=1.0).contains(&self.rho_inf) {
+            return Err(Error::invalid("time.rho_inf", self.rho_inf, "in [0, 1]"));
         }
         self.tolerance.check()?;
         if self.end / self.step > MOST_STEPS {

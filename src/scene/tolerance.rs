@@ -117,6 +117,6 @@ mod tests {
         }
         assert!(read("tolerance = \"exact\"").unwrap_err().contains("or \"rounding\""));
         let beside = read("scheme = \"verlet\"\ntolerance = 1e-10").unwrap_err();
-        assert!(beside.contains("with newmark-beta only"), "{beside}");
+        assert!(beside.contains("with newmark-beta"), "{beside}");
     }
 }

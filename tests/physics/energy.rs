@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use rodfit::dynamics::SimulationReport;
 use rodfit::problem::Model;
 use rodfit::scene::{
-    Clamp, Initial, InitialState, Material, Motion, PointForce, Scene, Scheme, Section, Shape,
-    Support, Time, Tolerance,
+    Clamp, Damping, Initial, InitialState, Material, Motion, PointForce, Scene, Scheme, Section,
+    Shape, Support, Time, Tolerance,
 };
 use rodfit::{Error, Problem, Trajectory};
 
@@ -160,10 +160,11 @@ fn swing(scene: &Scene, speed: f64, h: f64, end: f64) -> ([f64; 2], Vec<f64>) {
 /// Observed orders between steps h, h/2, h/4, against h/32. Six edges and steps that resolve
 /// their fastest mode (axial, 7,000 rad/s), over all its 20 periods: to the scheme, the motion is
 /// smooth.
-fn orders(scene: &Scene, beta: f64, scheme: Scheme) -> [f64; 2] {
+fn orders(scene: &Scene, parameter: f64, scheme: Scheme) -> [f64; 2] {
     let mut scene = scene.clone();
     scene.rod.segments = Some(6);
-    scene.time = Some(Time { beta, scheme, ..Time::new(0.02, 1e-3) });
+    let (beta, rho_inf) = (parameter.max(0.5), parameter);
+    scene.time = Some(Time { beta, rho_inf, scheme, ..Time::new(0.02, 1e-3) });
     let at = |h: f64| swing(&scene, 1.0, h, 0.02).0;
     let h = 2e-5;
     let exact = at(h / 32.0);
@@ -182,15 +183,19 @@ fn orders_in_the_step() {
     damped.loads.damping.mass = 20.0;
     damped.loads.damping.stiffness = 2e-6;
     for (name, scene) in [("undamped", &plain), ("damped", &damped)] {
-        for (beta, scheme, order) in [
+        for (parameter, scheme, order) in [
             (0.5, Scheme::NewmarkBeta, 2.0),
             (0.75, Scheme::NewmarkBeta, 1.0),
             (1.0, Scheme::NewmarkBeta, 1.0),
             (0.5, Scheme::AverageVectorField, 2.0),
+            (0.0, Scheme::GeneralisedAlpha, 2.0),
+            (0.5, Scheme::GeneralisedAlpha, 2.0),
+            (0.9, Scheme::GeneralisedAlpha, 2.0),
         ] {
-            let found = orders(scene, beta, scheme);
-            println!("{name}, {scheme:?}, beta {beta}: orders {found:.3?}");
-            assert!(found.iter().all(|p| (p - order).abs() < 0.15), "{name} {beta}: {found:?}");
+            let found = orders(scene, parameter, scheme);
+            println!("{name}, {scheme:?}, {parameter}: orders {found:.3?}");
+            let right = found.iter().all(|p| (p - order).abs() < 0.15);
+            assert!(right, "{name} {scheme:?} {parameter}: {found:?}");
         }
     }
 }
@@ -307,7 +312,12 @@ fn what_is_left_by_newton() {
         ("helix", helix_with(0.5, 1e-3, 1.0, Clamp::Nodes)),
         ("helix", helix_with(0.5, 5e-3, 1.0, Clamp::Nodes)),
     ];
-    for (name, mut scene) in scenes {
+    let alpha = [1, 3, 4].map(|k| {
+        let (name, mut scene) = scenes[k].clone();
+        scene.time.as_mut().unwrap().scheme = Scheme::GeneralisedAlpha;
+        (name, scene)
+    });
+    for (name, mut scene) in scenes.into_iter().chain(alpha) {
         let mut run = |tolerance: Tolerance| {
             scene.time.as_mut().unwrap().tolerance = tolerance;
             scene.problem().unwrap().simulate().unwrap()
@@ -320,7 +330,8 @@ fn what_is_left_by_newton() {
         };
         let time = scene.time.unwrap();
         println!(
-            "{name}, {} s, beta {}: the tip is off by {:.1e} of the length after 1 s, by {:.1e} with 1e-10",
+            "{name}, {}, {} s, beta {}: the tip is off by {:.1e} of the length after 1 s, by {:.1e} with 1e-10",
+            time.scheme.name(),
             time.step,
             time.beta,
             left(&usual),
@@ -349,6 +360,58 @@ fn newmark(beta: f64, end: f64, step: f64) -> Option<Time> {
     Some(Time { beta, ..Time::new(end, step) })
 }
 
+/// At rho = 1 generalised-alpha takes the steps of Newmark's scheme at beta = 1/2, damped or not.
+#[test]
+fn generalised_alpha_without_dissipation_is_newmarks() {
+    for (mass, stiffness) in [(0.0, 0.0), (2.0, 3e-4)] {
+        for mut scene in [cantilever(), helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge)] {
+            scene.loads.damping = Damping { mass, stiffness };
+            let mut run = |scheme| {
+                let tolerance = Tolerance::Rounding;
+                let (beta, rho_inf) = (0.5, 1.0);
+                let time = Time::new(0.2, 1e-3);
+                scene.time = Some(Time { scheme, beta, rho_inf, tolerance, ..time });
+                scene.problem().unwrap().simulate().unwrap()
+            };
+            let [newmark, alpha] = [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha].map(&mut run);
+            let way = Vector3::from(newmark.tip(0)) - Vector3::from(newmark.tip(200));
+            let apart = Vector3::from(alpha.tip(200)) - Vector3::from(newmark.tip(200));
+            println!("after {:.3} m apart by {:.1e} m", way.norm(), apart.norm());
+            assert!(way.norm() > 0.01 && apart.norm() < 1e-10);
+        }
+    }
+}
+
+/// What is far too fast for the step goes down by rho with every step: a rod let go stretched, in steps
+/// of many of its axial periods.
+#[test]
+fn generalised_alpha_damps_what_is_too_fast() {
+    for rho_inf in [0.6, 0.5, 0.4] {
+        let mut scene = cantilever_with(0.5, 2e-2, 0.4, Clamp::MidEdge);
+        scene.material.youngs_modulus = 1e10;
+        scene.loads.gravity = [0.0; 3];
+        scene.initial.state = InitialState::Equilibrium;
+        scene.initial.point = at_tip([1e-3, 0.0, 0.0]);
+        let time = scene.time.as_mut().unwrap();
+        (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, rho_inf);
+        let problem = scene.problem().unwrap();
+        let mut simulation = planar(&problem).simulation().unwrap();
+        let tip = simulation.state().q.len() - 2;
+        let length = planar(&problem).rest()[tip];
+        // Its energy may rise before it falls, which step control would not have.
+        let mut stretch = vec![simulation.state().q[tip] - length];
+        for k in 1..=20 {
+            simulation.step_to(f64::from(k) * 2e-2).unwrap();
+            stretch.push(simulation.state().q[tip] - length);
+        }
+        // The factor of a mode that is much too fast is a double one: k steps leave (c + k) rho^k.
+        let left = (stretch[19].abs().max(stretch[20].abs()) / stretch[0]).ln() / 20.0;
+        let part = left / f64::ln(rho_inf);
+        println!("rho {rho_inf}: {part:.2} of its logarithm a step");
+        assert!(stretch[0] > 1e-10 && (0.6..1.1).contains(&part), "{part}");
+    }
+}
+
 /// A nitinol wire that a force bent, let go, under Kelvin-Voigt damping of up to 16 times the time
 /// sound takes along an edge: nothing but damping takes energy, and it takes the same at every step
 /// and in both schemes that know it.
@@ -362,7 +425,8 @@ fn kelvin_voigt_damping_of_a_stiff_wire() {
     scene.initial.point = at_tip([0.0, -0.12, 0.0]);
     let mut dissipated = |scheme, step, eta| {
         scene.loads.damping.stiffness = eta;
-        scene.time = Some(Time { scheme, ..Time::new(0.6, step) });
+        // Generalised-alpha with little dissipation of its own.
+        scene.time = Some(Time { scheme, rho_inf: 0.95, ..Time::new(0.6, step) });
         let (report, outcome) = run(&scene);
         outcome.unwrap_or_else(|error| panic!("{scheme:?}, {step} s, {eta} s: {error}"));
         let total = totals(&report);
@@ -373,7 +437,7 @@ fn kelvin_voigt_damping_of_a_stiff_wire() {
     };
     for eta in [1e-5, 1e-4, 4e-4] {
         let exact = dissipated(Scheme::NewmarkBeta, 1e-4, eta);
-        for scheme in [Scheme::NewmarkBeta, Scheme::AverageVectorField] {
+        for scheme in [Scheme::NewmarkBeta, Scheme::AverageVectorField, Scheme::GeneralisedAlpha] {
             let errors = [1e-3, 5e-4].map(|step| dissipated(scheme, step, eta) / exact - 1.0);
             println!(
                 "{eta} s, {scheme:?}: {errors:.4?} of the dissipation at steps of 1 and 0.5 ms"

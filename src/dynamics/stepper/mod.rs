@@ -3,6 +3,7 @@
 //! | scheme | order | a step takes | keeps | for |
 //! |---|---|---|---|---|
 //! | [Newmark-beta](crate::dynamics::coefficients), 0.5 | 2 | 2 to 4 Newton iterations | energy to O(h^2), not for good | a per cent, Kelvin-Voigt damping |
+//! | [generalised-alpha](crate::dynamics::coefficients#generalised-alpha), 0.5 | 2 | the same | energy roughly, and nothing that is too fast for the step | rods that hardly stretch, stiff damping, recorded ends |
 //! | [average vector field](crate::dynamics::coefficients#average-vector-field) | 2 | the same, of four stages | energy exactly | long runs at large steps |
 //! | [rodas4](rosenbrock) | 4 | 1 factorisation, 6 gradients | momentum | 1e-3 to 1e-5 of the length |
 //! | [verlet](splitting) | 2 | 1 gradient | momenta, phase volume; it runs backwards | 1e-6 |
@@ -116,6 +117,13 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
                 let State { q, frames, unbalanced, .. } = state;
                 system.rod.gradient(q, frames, system.derivatives, unbalanced);
             }
+        }
+    }
+
+    /// Writes the accelerations at the start, of a scheme that goes on from them.
+    pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
+        if let Self::Newton(newton) = self {
+            newton.find_acceleration(system, state);
         }
     }
 

@@ -12,7 +12,7 @@ use crate::fit::report::plot_data::{
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
-use crate::scene::Point;
+use crate::scene::{Point, SchemeParameter};
 
 /// Shapes of a moving rod that are kept.
 const SHAPES: usize = 12;
@@ -53,9 +53,14 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
         experiment: experiment.name.clone(),
         scene: problem.scene().path.as_ref().map(|path| path.display().to_string()),
         model: format!("{model}: {reason}"),
-        scheme: time.map(|time| match time.scheme.traits().takes_beta {
-            true => format!("{}, beta = {}", time.scheme.name(), time.beta),
-            false => time.scheme.name().to_string(),
+        scheme: time.map(|time| match time.scheme.traits().parameter {
+            Some(SchemeParameter::Beta) => {
+                format!("{}, beta = {}", time.scheme.name(), time.beta)
+            }
+            Some(SchemeParameter::RhoInf) => {
+                format!("{}, rho_inf = {}", time.scheme.name(), time.rho_inf)
+            }
+            None => time.scheme.name().to_string(),
         }),
         step: time.map(|time| time.step),
         end: time.map(|time| time.end),

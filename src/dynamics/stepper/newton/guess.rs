@@ -81,6 +81,12 @@ impl<D: Nestable> Guess<D> {
             }
             [] => return false,
         }
+        if let Some(acceleration) = &coefficients.acceleration {
+            let (part, a0) = (part * acceleration.velocity, &before.acceleration[free]);
+            for (q, a0) in q.iter_mut().zip(a0) {
+                *q -= *a0 * part;
+            }
+        }
         true
     }
 

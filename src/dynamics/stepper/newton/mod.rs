@@ -35,12 +35,22 @@ const UNTROUBLED: usize = 2;
 /// Quadratic convergence needs 2 to 5; a simulation that needs more than this has lost the branch.
 const MAX_ITERATIONS: usize = 40;
 
+/// The accelerations that a step goes on from, if it does.
+#[inline]
+fn accelerations<'a, D: Nestable>(
+    coefficients: &StepCoefficients<D>,
+    all: &'a [D],
+    range: std::ops::Range<usize>,
+) -> Option<&'a [D]> {
+    coefficients.acceleration.as_ref().map(|_| &all[range])
+}
+
 /// What Newton's method needs of a scheme and a rod, and the room it works in.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     scheme: Scheme,
     /// The scheme's parameter.
-    beta: D,
+    parameter: D,
     /// When to stop, with its scale, m.
     tolerance: Tolerance,
     length: f64,
@@ -73,12 +83,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     /// For a rod that starts in `state`, whose internal variables it prepares. `length`, m, is the
     /// scale of the tolerance.
     pub fn new(
-        (scheme, beta): (Scheme, D),
+        (scheme, parameter): (Scheme, D),
         system: &System<D, R>,
         (tolerance, length): (Tolerance, f64),
         state: &mut State<D, R::Frames>,
     ) -> Self {
-        let coefficients = StepCoefficients::new(scheme, beta, 1.0);
+        let coefficients = StepCoefficients::new(scheme, parameter, false, 1.0);
         let (rod, averages) = (&system.rod, coefficients.averages());
         let viscous = (system.damping.stiffness.value() > 0.0).then(|| {
             let State { q, frames, internal, .. } = state;
@@ -89,7 +99,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let n = state.q.len();
         Self {
             scheme,
-            beta,
+            parameter,
             tolerance,
             length,
             convergence: Convergence::new(tolerance.part() * length),
@@ -114,8 +124,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         self.keeps_tangent = true;
     }
     /// The scheme's parameter.
-    pub fn beta(&self) -> D {
-        self.beta
+    pub fn parameter(&self) -> D {
+        self.parameter
     }
     /// What the viscous stress of an averaging scheme is made from.
     pub fn dashpots(&self) -> Option<&R> {
@@ -149,7 +159,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let System { rod, derivatives, free, damping, .. } = system;
         let State { q, frames, v, internal, unbalanced, .. } = state;
         // What is asked of them does not depend on the length of the step.
-        let coefficients = StepCoefficients::new(self.scheme, self.beta, 1.0);
+        let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
         match &mut self.viscous {
             Some(viscous) => {
                 let strains = internal.strain.iter().zip(&internal.strain_rate);
@@ -170,6 +180,18 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         }
     }
 
+    /// Writes the accelerations at the start, of a scheme that goes on from them.
+    pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
+        if self.scheme != Scheme::GeneralisedAlpha {
+            return;
+        }
+        state.acceleration.clear();
+        state.acceleration.resize(state.q.len(), D::from(0.0));
+        for i in system.free.clone() {
+            state.acceleration[i] = -state.unbalanced[i] / system.rod.mass()[i];
+        }
+    }
+
     /// Makes `state` what follows `before`.
     pub fn step(
         &mut self,
@@ -178,7 +200,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) -> Result<(), Error> {
-        self.coefficients = StepCoefficients::new(self.scheme, self.beta, step.h);
+        let knows_acceleration = !before.acceleration.is_empty();
+        self.coefficients =
+            StepCoefficients::new(self.scheme, self.parameter, knows_acceleration, step.h);
         self.set_viscous(step, before);
         // The equations of an average have many roots at large steps, the motion nearest to a steady one.
         let steady = self.coefficients.averages();
@@ -433,6 +457,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let (q1, n1) = (&now.q[free.clone()], &mut now.unbalanced[free.clone()]);
         let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
         let n0 = &before.unbalanced[free.clone()];
+        let a0 = accelerations(coefficients, &before.acceleration, free.clone());
         let mass = &step.system.rod.mass()[free.clone()];
         let gradient = &self.gradient[free.clone()];
         let rounding = &self.rounding[free.clone()];
@@ -443,11 +468,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
         for i in 0..free.len() {
             let change = q1[i] - q0[i];
+            let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
             n1[i] = gradient[i];
             if damped {
-                n1[i] += mass_damping * mass[i] * coefficients.damped_velocity(change, v0[i]);
+                n1[i] += mass_damping * mass[i] * coefficients.damped_velocity(change, v0[i], a0);
             }
-            let residual = coefficients.residual(mass[i], change, v0[i], n1[i], n0[i]);
+            let residual = coefficients.residual(mass[i], change, [v0[i], a0], n1[i], n0[i]);
             correction[i] = -residual;
             let size = residual.value().abs();
             at_rounding &= size <= rounding[i];
@@ -467,8 +493,19 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work: &mut Work,
     ) {
         self.guess.remember(before);
-        for i in step.system.free.clone() {
-            state.v[i] = self.coefficients.rate(state.q[i] - before.q[i], before.v[i]);
+        let (free, coefficients) = (step.system.free.clone(), &self.coefficients);
+        let a0 = accelerations(coefficients, &before.acceleration, 0..before.v.len());
+        for i in free.clone() {
+            let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
+            state.v[i] = coefficients.velocity(state.q[i] - before.q[i], before.v[i], a0);
+        }
+        if self.scheme == Scheme::GeneralisedAlpha {
+            state.acceleration.resize(state.q.len(), D::from(0.0));
+            for i in free {
+                let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
+                let (change, v) = (state.q[i] - before.q[i], [before.v[i], state.v[i]]);
+                state.acceleration[i] = coefficients.acceleration_at_end(change, v, a0);
+            }
         }
         if self.viscous.is_some() {
             let State { q, frames, internal, .. } = state;
