@@ -89,6 +89,7 @@ pub(crate) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
     }
     let loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
     setup::nodal(&scene.initial.point, "initial", mesh)?;
+    setup::nodal_masses(scene, mesh)?;
     Ok(Checked { start, loads })
 }
 

@@ -82,6 +82,15 @@ pub struct NodalLoad<D = f64> {
     pub moment: [D; 3],
 }
 
+/// What is fixed on a node and weighs.
+#[derive(Clone, Copy, Debug)]
+pub struct NodalMass<D = f64> {
+    /// The node it is on.
+    pub node: usize,
+    /// kg.
+    pub mass: D,
+}
+
 /// Which constants the elements get: decided once for a problem.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Correction {
@@ -117,6 +126,14 @@ pub trait Model<const W: usize> {
 
     /// The rod with the numbers of a scene.
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Self::Rod<D>;
+
+    /// Adds masses on nodes, with their weight, to a rod.
+    fn add_masses<D: Nestable>(
+        &self,
+        rod: &mut Self::Rod<D>,
+        scene: &Scene<D>,
+        masses: &[NodalMass<D>],
+    );
 
     /// Adds forces and moments on nodes to a rod's loads.
     fn add_loads<D: Nestable>(

@@ -4,7 +4,9 @@ use crate::energy::adapter::Chart;
 use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, sub};
-use crate::problem::model::{Correction, Model, NodalLoad, first_director, rolling, tilted};
+use crate::problem::model::{
+    Correction, Model, NodalLoad, NodalMass, first_director, rolling, tilted,
+};
 use crate::problem::own;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::planar::HALF_BANDWIDTH;
@@ -203,6 +205,21 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             moment: Vec::new(),
             heading: rest.direction(0),
             own: Extra::default(),
+        }
+    }
+
+    fn add_masses<D: Nestable>(
+        &self,
+        rod: &mut PlanarRod<D>,
+        scene: &Scene<D>,
+        masses: &[NodalMass<D>],
+    ) {
+        let gravity = self.projected(scene.loads.gravity);
+        for NodalMass { node, mass } in masses {
+            for c in 0..2 {
+                rod.mass[2 * node + c] += *mass;
+                rod.load[*node].force[c] += *mass * gravity[c];
+            }
         }
     }
 

@@ -3,9 +3,9 @@
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
-use crate::problem::model::{Model, NodalLoad};
+use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::scene::mesh::Mesh;
-use crate::scene::{PointForce, Scene};
+use crate::scene::{PointForce, PointMass, Scene};
 
 /// A scene with its mesh and its rest shape in a model's terms.
 #[derive(Clone, Debug)]
@@ -28,9 +28,15 @@ impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
     /// The rod under its loads.
     pub fn rod(&self, model: &M) -> M::Rod<D> {
         let mut rod = model.rod(&self.scene, &self.rest);
+        model.add_masses(&mut rod, &self.scene, &self.masses());
         model.add_loads(&mut rod, &self.rest, &self.loads());
         model.attach(&mut rod, &self.scene, &self.mesh, &self.rest);
         rod
+    }
+
+    /// The masses on nodes.
+    fn masses(&self) -> Vec<NodalMass<D>> {
+        nodal_masses(&self.scene, &self.mesh).expect("checked when the model was chosen")
     }
 
     /// The loads on nodes.
@@ -66,18 +72,37 @@ pub(crate) fn nodal<D: Scalar>(
 ) -> Result<Vec<NodalLoad<D>>, Error> {
     let mut nodal = Vec::with_capacity(loads.len());
     for (k, load) in loads.iter().enumerate() {
-        let stencil = load.node.stencil(mesh).map_err(|error| match error {
-            Error::OutOfRange { what, found, low, high } => {
-                let key = if what == "node" { "node" } else { "node.arc_length" };
-                let allowed = format!("{low} .. {high}, or \"tip\"");
-                Error::invalid(format!("{table}.point[{k}].{key}"), found, allowed)
-            }
-            error => error,
-        })?;
+        let stencil = load.node.stencil(mesh).map_err(|e| off_the_rod(e, table, "point", k))?;
         nodal.extend(stencil.nodes.into_iter().map(|(node, weight)| {
             let share = |vector: Vector<D>| vector.map(|c| c * weight);
             NodalLoad { node, force: share(load.force), moment: share(load.moment) }
         }));
     }
     Ok(nodal)
+}
+
+/// The masses on the nodes of a mesh.
+pub(crate) fn nodal_masses<D: Scalar>(
+    scene: &Scene<D>,
+    mesh: &Mesh<D>,
+) -> Result<Vec<NodalMass<D>>, Error> {
+    let mut nodal = Vec::with_capacity(scene.rod.mass.len());
+    for (k, PointMass { node, mass }) in scene.rod.mass.iter().enumerate() {
+        let shares = node.shares(mesh).map_err(|error| off_the_rod(error, "rod", "mass", k))?;
+        let share = |(node, part)| NodalMass { node, mass: *mass * part };
+        nodal.extend(shares.nodes.into_iter().map(share));
+    }
+    Ok(nodal)
+}
+
+/// Names the key of a point that is not on the rod.
+fn off_the_rod(error: Error, table: &str, list: &str, k: usize) -> Error {
+    match error {
+        Error::OutOfRange { what, found, low, high } => {
+            let key = if what == "node" { "node" } else { "node.arc_length" };
+            let allowed = format!("{low} .. {high}, or \"tip\"");
+            Error::invalid(format!("{table}.{list}[{k}].{key}"), found, allowed)
+        }
+        error => error,
+    }
 }

@@ -8,7 +8,9 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, dot, sub, unit};
 use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
-use crate::problem::model::{Correction, Model, NodalLoad, first_director, rolling, tilted};
+use crate::problem::model::{
+    Correction, Model, NodalLoad, NodalMass, first_director, rolling, tilted,
+};
 use crate::problem::own;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::spatial::HALF_BANDWIDTH;
@@ -162,6 +164,21 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         }
         let own = Extra::default();
         SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load, own }
+    }
+
+    fn add_masses<D: Nestable>(
+        &self,
+        rod: &mut SpatialRod<D>,
+        scene: &Scene<D>,
+        masses: &[NodalMass<D>],
+    ) {
+        let gravity = self.components(scene.loads.gravity);
+        for NodalMass { node, mass } in masses {
+            for c in 0..3 {
+                rod.mass[4 * node + c] += *mass;
+                rod.load[*node].force[c] += *mass * gravity[c];
+            }
+        }
     }
 
     fn add_loads<D: Nestable>(

@@ -4,6 +4,7 @@ pub mod along;
 pub mod camera;
 pub mod initial;
 pub mod loads;
+pub mod mass;
 pub mod material;
 pub mod mesh;
 pub mod number;
@@ -26,6 +27,7 @@ pub use along::Along;
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Loads, PointForce};
+pub use mass::PointMass;
 pub use material::Material;
 pub use own::{At, Attached};
 pub use parameter::Parameter;
@@ -234,14 +236,12 @@ impl Scene {
         self.path.iter().cloned().chain(polylines).collect()
     }
 
-    /// Whether the mesh is given with the scene, by loads on nodes that are named by their index.
-    /// Another number of segments would be another scene.
+    /// Whether the mesh is given with the scene, by loads and masses on nodes that are named by their
+    /// index. Another number of segments would be another scene.
     pub(crate) fn mesh_is_given(&self) -> bool {
-        self.loads
-            .point
-            .iter()
-            .chain(&self.initial.point)
-            .any(|load| matches!(load.node, Point::Node(_)))
+        let loads = self.loads.point.iter().chain(&self.initial.point).map(|load| load.node);
+        let masses = self.rod.mass.iter().map(|mass| mass.node);
+        loads.chain(masses).any(|node| matches!(node, Point::Node(_)))
     }
 
     /// The constants the elements get.

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::scene::Scene;
 use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Loads, PointForce};
+use crate::scene::mass::PointMass;
 use crate::scene::material::Material;
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;
@@ -435,6 +436,7 @@ fn specimens() -> [Scene; 4] {
         let motion = Motion { ramp: Some(1.0), frequency: Some(1.0), ..Motion::default() };
         scene.supports = Supports { motion: vec![motion], ..Supports::default() };
         let node = Point::ArcLength(1.0);
+        scene.rod.mass = vec![PointMass { node, mass: 1.0 }];
         let point = vec![PointForce { node, ..PointForce::default() }];
         scene.loads =
             Loads { damping: Damping::default(), point: point.clone(), ..Loads::default() };

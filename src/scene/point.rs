@@ -107,6 +107,15 @@ impl<D: Scalar> Point<D> {
         }
     }
 
+    /// The nodes that share a mass at the point, and the part of each: the two next to it, by the
+    /// lever. A cubic's parts may be negative, and so might the mass of a node then.
+    pub(crate) fn shares(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
+        match self.arc_length(mesh)? {
+            Ok(node) => Ok(Stencil::node(node)),
+            Err(s) => Ok(Stencil::lever(&mesh.arc_length, s)),
+        }
+    }
+
     /// The nodes that the point may be a sum of, at this length of the rod and at others near it.
     pub(crate) fn nodes_around(self, mesh: &Mesh<D>) -> Result<Range<usize>, Error> {
         match self.arc_length(mesh)? {
@@ -156,6 +165,15 @@ impl<D: Scalar> Stencil<D> {
         let right = arc_length.partition_point(|a| a.value() < s).clamp(1, n.max(2) - 1);
         let first = right.saturating_sub(2).min(n.saturating_sub(4));
         first..(first + 4).min(n)
+    }
+
+    /// The two nodes next to an arc length, by the lever.
+    fn lever(arc_length: &[D], s: D) -> Self {
+        let right = arc_length.partition_point(|a| a.value() < s.value());
+        let right = right.clamp(1, arc_length.len() - 1);
+        let [a, b] = [right - 1, right].map(|i| arc_length[i]);
+        let part = (s - a) / (b - a);
+        Self { nodes: vec![(right - 1, -part + 1.0), (right, part)] }
     }
 
     /// Interpolates between nodes of the given arc lengths: a cubic through the four nearest, so

@@ -3,12 +3,13 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// What a scene file must have.
-pub(crate) const REQUIRED: [Rule; 9] = [
+pub(crate) const REQUIRED: [Rule; 10] = [
     always("rod", rod_keys),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
     if_there("rod.section", section_keys),
     if_there("initial.shape", shape_keys),
+    if_there("rod.mass[]", |_| &["node", "mass"]),
     if_there("time", |_| &["end", "step"]),
     if_there("loads.point[]", |_| &["node"]),
     if_there("initial.point[]", |_| &["node"]),

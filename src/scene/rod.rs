@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::along::Along;
+use crate::scene::mass::PointMass;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::section::Section;
 use crate::scene::shape::{Shape, no_segments};
@@ -30,6 +31,9 @@ pub struct RodSpec<D = f64> {
     /// Twist per length that the rod has when nothing acts on it, rad/m; or a list likewise.
     #[serde(default = "zero", skip_serializing_if = "is_zero")]
     pub natural_twist: Along<D>,
+    /// What is fixed on the rod and weighs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mass: Vec<PointMass<D>>,
     /// Which model to use.
     #[serde(default)]
     pub dimension: Dimension,
@@ -90,6 +94,7 @@ impl RodSpec {
             section: n.table("section", |n| self.section.over(n)),
             natural_curvature: self.natural_curvature.over("natural_curvature", factors, n),
             natural_twist: self.natural_twist.over("natural_twist", twists, n),
+            mass: n.list("mass", &self.mass, PointMass::over),
             dimension: self.dimension,
             discretization: self.discretization,
         }
@@ -103,6 +108,7 @@ impl RodSpec {
             section,
             natural_curvature: one(),
             natural_twist: zero(),
+            mass: Vec::new(),
             dimension: Dimension::Auto,
             discretization: None,
         }
@@ -130,6 +136,7 @@ impl RodSpec {
         }
         self.natural_curvature.check("rod.natural_curvature")?;
         self.natural_twist.check("rod.natural_twist")?;
-        Ok(())
+        let mut masses = self.mass.iter().enumerate();
+        masses.try_for_each(|(k, mass)| mass.check(&format!("rod.mass[{k}]")))
     }
 }

@@ -144,6 +144,11 @@ fn scene(seed: u64, planar: bool) -> Scene {
         scene.supports.angle = c.of(&[0.0, 0.2]);
     }
     scene.time = Some(time);
+    let marker = PointMass::new(Point::Tip, c.near(2e-3));
+    // Derivatives jump where a mass passes a node.
+    let disc = PointMass::new(Point::ArcLength(0.27 * length), 3e-3);
+    scene.rod.mass =
+        c.of(&[vec![], vec![marker], vec![PointMass::new(Point::Node(4), 2e-3), disc]]);
     scene
 }
 

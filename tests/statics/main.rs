@@ -5,4 +5,5 @@ mod common;
 
 mod bifurcations;
 mod equilibrium;
+mod masses;
 mod modes;

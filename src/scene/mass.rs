@@ -1,0 +1,36 @@
+//! What is fixed on the rod and weighs: markers, clamps, bobs.
+
+use crate::error::Error;
+use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::point::Point;
+use crate::scene::validate::positive;
+use serde::{Deserialize, Serialize};
+
+/// `[[rod.mass]]`
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct PointMass<D = f64> {
+    /// Where: `"tip"`, a node by its index, or `{ arc_length = metres from the wall }`. Between nodes
+    /// the two next to it share it by the lever.
+    pub node: Point<D>,
+    /// kg; gravity and mass-proportional damping act on it as on the rod's own.
+    pub mass: D,
+}
+
+impl PointMass {
+    /// So many kg at a point.
+    pub fn new(node: Point, mass: f64) -> Self {
+        Self { node, mass }
+    }
+
+    pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> PointMass<D> {
+        PointMass {
+            node: self.node.over("node", n),
+            mass: n.number("mass", self.mass, Quantity::positive("kg")),
+        }
+    }
+
+    pub(super) fn check(&self, key: &str) -> Result<(), Error> {
+        positive(&format!("{key}.mass"), self.mass)
+    }
+}

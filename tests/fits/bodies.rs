@@ -1,0 +1,42 @@
+//! What is fixed on a rod belongs to the rod: without its mass, moduli come out wrong.
+
+use rodfit::scene::{Dimension, PointMass};
+use rodfit::{Parameter, Point};
+
+use crate::common::coarse;
+use crate::common::fits::{fit_with, found, observe, same_mesh, value};
+
+/// A marker of 1 g on a rod of 50 g: with it in the scene the modulus is right, without it the rod seems
+/// softer, by what the marker adds to the inertia of the first mode and to the sag, 5 to 8 %.
+#[test]
+fn a_marker_that_weighs() {
+    for dimension in [Dimension::Planar, Dimension::Spatial] {
+        let mut scene = coarse(20, 2e-3, 0.4);
+        scene.rod.dimension = dimension;
+        scene.material.poisson_ratio = Some(0.5);
+        scene.rod.mass = vec![PointMass::new(Point::Tip, 1e-3)];
+        let data = observe(&scene, 200);
+        let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], same_mesh());
+        found(&report, &[(Parameter::YoungsModulus, 1e8)], 1e-7);
+        scene.rod.mass.clear();
+        let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], same_mesh());
+        let softer = 1.0 - value(&report, Parameter::YoungsModulus) / 1e8;
+        println!("{dimension:?}: without the marker {:.1} % softer", 100.0 * softer);
+        assert!((0.04..0.09).contains(&softer), "{softer}\n{report}");
+    }
+}
+
+/// The mass and its place are numbers as any others: they are found beside the modulus.
+#[test]
+fn a_mass_and_its_place_are_found() {
+    let mut scene = coarse(20, 2e-3, 0.4);
+    let at = |s: f64, mass: f64| vec![PointMass::new(Point::ArcLength(s), mass)];
+    scene.rod.mass = at(0.33, 4e-3);
+    let data = observe(&scene, 200);
+    scene.rod.mass = at(0.36, 2e-3);
+    let [mass, place]: [Parameter; 2] =
+        ["rod.mass.0.mass", "rod.mass.0.node.arc_length"].map(|name| name.parse().unwrap());
+    let report = fit_with(&scene, &data, &[Parameter::YoungsModulus, mass, place], same_mesh());
+    let truths = [(Parameter::YoungsModulus, 1e8), (mass, 4e-3), (place, 0.33)];
+    found(&report, &truths, 1e-6);
+}
