@@ -233,9 +233,9 @@ impl SimulationReport {
 
 /// The kinetic energy of a rod that goes a thousand-millionth of its length in the time of the scene, J.
 fn negligible_energy(problem: &Problem) -> f64 {
-    let area = problem.scene().rod.section.moments().area;
+    let (section, material) = problem.scene().at(0.5);
     let (mass, end) = (
-        problem.scene().material.density * area * problem.length(),
+        material.density * section.moments().area * problem.length(),
         problem.scene().time.as_ref().map_or(f64::INFINITY, |time| time.end),
     );
     0.5 * mass * (1e-9 * problem.length() / end).powi(2)

@@ -8,6 +8,7 @@ mod modelled;
 mod own;
 mod parameters;
 mod planar;
+mod profile;
 mod remesh;
 mod setup;
 mod spatial;
@@ -108,7 +109,7 @@ impl Problem {
         check_edges("rod.shape", &mesh.nodes)?;
         let natural = &scene.rod.natural_curvature;
         if natural.values().iter().any(|factor| *factor != 1.0) && mesh.is_straight() {
-            let found = match natural.values() {
+            let found = match &natural.values()[..] {
                 [factor] => factor.to_string(),
                 factors => format!("{factors:?}"),
             };
@@ -478,9 +479,10 @@ impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
         self.problem.normal()
     }
 
-    /// The square of the frequency scale of bending, `E I/(rho A L^4)`, 1/s^2.
+    /// The square of the frequency scale of bending, `E I/(rho A L^4)` halfway along the rod, 1/s^2.
     pub(crate) fn bending_frequency_squared(&self) -> f64 {
-        let (material, section) = (&self.scene().material, self.scene().rod.section.moments());
+        let (section, material) = self.scene().at(0.5);
+        let section = section.moments();
         let [i1, i2] = section.second_moments;
         let length = self.problem.length();
         material.youngs_modulus * i1.min(i2) / (material.density * section.area * length.powi(4))

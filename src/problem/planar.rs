@@ -8,6 +8,7 @@ use crate::problem::model::{
     Correction, Model, NodalLoad, NodalMass, first_director, rolling, tilted,
 };
 use crate::problem::own;
+use crate::problem::profile::Profile;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::rod::{Extra, PlanarRod};
@@ -35,7 +36,7 @@ pub struct PlanarRest<D> {
     length: Vec<D>,
     tributary: TributaryLengths<D>,
     curvature: Vec<D>,
-    /// Where the joints are, as parts of the length.
+    /// Where the nodes are, as parts of the length.
     places: Vec<f64>,
 }
 
@@ -104,13 +105,15 @@ impl PlanarModel {
         let Directions { mut within, mut across } = Directions::of(scene, &mesh.nodes, start);
         within.extend(mesh.nodes.iter().map(|x| ("rod.shape".into(), *x)));
         if let Some(up) = scene.rod.section.up_across(&mesh.nodes) {
-            let [i1, i2] = scene.rod.section.moments().second_moments;
+            let moments = scene.second_moments_along();
             let key = "rod.section.up".to_string();
             let [x, y, z] = self.components(up.map(|c| c.re));
             let (in_plane, out) = (x.hypot(y), z.abs());
-            if i1.re != i2.re {
+            if moments.iter().any(|[i1, i2]| i1.re != i2.re) {
                 if in_plane > out { &mut within } else { &mut across }.push((key, up));
-            } else if i1.eps != i2.eps && in_plane.min(out) > TOLERANCE {
+            } else if moments.iter().any(|[i1, i2]| i1.eps != i2.eps)
+                && in_plane.min(out) > TOLERANCE
+            {
                 // A square has no axes of its own until it stops being one.
                 return Some("rod.section".into());
             }
@@ -175,25 +178,24 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
     }
 
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
-        let (material, section) = (&scene.material, scene.rod.section.moments());
-        let axial = material.youngs_modulus * section.area;
-        let bending = material.youngs_modulus * section.second_moments[self.second_moment];
-        let stretch = rest.length.iter().zip(&rest.tributary.stretch).map(|(l, arc)| Stretch {
-            stiffness: axial * (*l / *arc),
+        let profile = Profile::new(scene, &rest.places);
+        let edges = rest.length.iter().zip(&rest.tributary.stretch).enumerate();
+        let stretch = edges.map(|(j, (l, arc))| Stretch {
+            stiffness: profile.edge(j).axial * (*l / *arc),
             rest_length: *l,
             natural_strain: D::from(0.0),
         });
-        let bends = rest.tributary.joint.iter().zip(&rest.curvature).zip(&rest.places);
-        let bend = bends.map(|((l, k), place)| {
-            let natural = scene.rod.natural_curvature.at(*place) * *k;
+        let joints = rest.tributary.joint.iter().zip(&rest.curvature).enumerate();
+        let bend = joints.map(|(i, (l, k))| {
+            let natural = scene.rod.natural_curvature.at(rest.places[i + 1]) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
-            let mut stiffness = bending * l.recip();
+            let mut stiffness = profile.joint(i).bending[self.second_moment] * l.recip();
             if self.correction.arcs {
                 stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });
-        let node_mass = rest.tributary.masses(scene);
+        let node_mass = rest.tributary.masses(&profile);
         let gravity = self.projected(scene.loads.gravity);
         let load: Vec<DeadLoad<D, 2>> =
             node_mass.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();
@@ -343,7 +345,8 @@ impl<D: Scalar> Directions<D> {
 
 /// What turns the rod about itself, rad or rad/m.
 fn turns_of_the_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
-    let twists = scene.rod.natural_twist.values().iter().map(|t| ("rod.natural_twist".into(), *t));
+    let twists = scene.rod.natural_twist.values().into_iter();
+    let twists = twists.map(|t| ("rod.natural_twist".into(), t));
     let motions = scene.supports.motion.iter().enumerate();
     let motions = motions.map(|(i, motion)| (format!("supports.motion[{i}].twist"), motion.twist));
     twists.chain(motions).collect()
@@ -353,13 +356,13 @@ fn turns_of_the_rod<D: Scalar>(scene: &Scene<D>) -> Vec<(String, D)> {
 /// when bending leaves the plane.
 fn second_moment_in(scene: &Scene, plane: &Plane, nodes: &[Vector<f64>]) -> Option<usize> {
     let Some(up) = scene.rod.section.up_across(nodes) else { return Some(0) };
-    let [i1, i2] = scene.rod.section.moments().second_moments;
+    let square = scene.second_moments_along().iter().all(|[i1, i2]| i1 == i2);
     let (in_plane, out) = plane.components(up.into());
     match () {
         // Of a square's two equal ones, the one that it is when the square stops being one.
         () if out.abs() <= TOLERANCE => Some(0),
         () if in_plane.norm() <= TOLERANCE => Some(1),
-        () if i1 == i2 => Some(0),
+        () if square => Some(0),
         () => None,
     }
 }

@@ -12,6 +12,7 @@ use crate::problem::model::{
     Correction, Model, NodalLoad, NodalMass, first_director, rolling, tilted,
 };
 use crate::problem::own;
+use crate::problem::profile::{Constants, Profile};
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::rod::{Extra, SpatialRod};
@@ -41,7 +42,7 @@ pub struct SpatialRest<D> {
     slants: Option<Vec<[D; 2]>>,
     /// Integrated curvatures in the material frame.
     curvature: Vec<[D; 2]>,
-    /// Where the joints are, as parts of the length.
+    /// Where the nodes are, as parts of the length.
     places: Vec<f64>,
     /// Space-parallel: no twist.
     frames: Frames<D>,
@@ -121,20 +122,19 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
     }
 
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
-        let (material, section) = (&scene.material, scene.rod.section.moments());
-        let axial = material.youngs_modulus * section.area;
-        let [ei1, ei2] = section.second_moments.map(|i| material.youngs_modulus * i);
-        let gj = material.shear_modulus() * section.torsion_constant;
-        let stretch = rest.length.iter().zip(&rest.tributary.stretch).map(|(l, arc)| Stretch {
-            stiffness: axial * (*l / *arc),
+        let profile = Profile::new(scene, &rest.places);
+        let edges = rest.length.iter().zip(&rest.tributary.stretch).enumerate();
+        let stretch = edges.map(|(j, (l, arc))| Stretch {
+            stiffness: profile.edge(j).axial * (*l / *arc),
             rest_length: *l,
             natural_strain: D::from(0.0),
         });
         let joint = rest.curvature.iter().enumerate().map(|(i, k)| {
             let per_length = rest.tributary.joint[i].recip();
-            let factor = scene.rod.natural_curvature.at(rest.places[i]);
+            let Constants { bending: [ei1, ei2], torsion: gj, .. } = profile.joint(i);
+            let factor = scene.rod.natural_curvature.at(rest.places[i + 1]);
             let natural = k.map(|k| factor * k);
-            let twist = scene.rod.natural_twist.at(rest.places[i])
+            let twist = scene.rod.natural_twist.at(rest.places[i + 1])
                 * ((rest.tributary.spin[i] + rest.tributary.spin[i + 1]) * 0.5);
             let [a, b, c] = match &rest.slants {
                 Some(slants) => resistances(natural, lean(slants[i], factor, *k, twist)),
@@ -152,14 +152,12 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
                 natural: [natural[0], natural[1], twist],
             }
         });
-        let [i1, i2] = section.second_moments;
-        let line_inertia = material.density * (i1 + i2);
         let gravity = self.components(scene.loads.gravity);
         let mut mass = Vec::with_capacity(self.dof());
         let mut load = Vec::with_capacity(rest.nodes.len());
-        for (i, node_mass) in rest.tributary.masses(scene).into_iter().enumerate() {
+        for (i, node_mass) in rest.tributary.masses(&profile).into_iter().enumerate() {
             mass.extend([node_mass; 3]);
-            mass.extend(rest.tributary.spin.get(i).map(|l| line_inertia * *l));
+            mass.extend(rest.tributary.spin.get(i).map(|l| profile.edge(i).line_inertia * *l));
             load.push(DeadLoad { force: gravity.map(|g| node_mass * g) });
         }
         let own = Extra::default();

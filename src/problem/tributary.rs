@@ -1,7 +1,7 @@
 //! How much of the rod's line every joint, edge and node stands for.
 
 use crate::numerics::scalar::Scalar;
-use crate::scene::Scene;
+use crate::problem::profile::Profile;
 
 /// The curve between the nodes, and which of its ends a wall cuts in the middle of an edge.
 #[derive(Clone, Copy, Debug)]
@@ -30,9 +30,9 @@ pub(crate) struct TributaryLengths<D> {
 
 impl<D: Scalar> TributaryLengths<D> {
     /// The mass of every node, kg.
-    pub fn masses(&self, scene: &Scene<D>) -> Vec<D> {
-        let line_density = scene.material.density * scene.rod.section.moments().area;
-        self.node.iter().map(|l| line_density * *l).collect()
+    pub fn masses(&self, profile: &Profile<D>) -> Vec<D> {
+        let nodes = self.node.iter().enumerate();
+        nodes.map(|(i, l)| profile.node(i).line_density * *l).collect()
     }
 
     /// As published: halves of the adjacent edges.

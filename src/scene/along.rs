@@ -1,22 +1,36 @@
 //! Numbers that may change along the rod.
 
 use crate::error::Error;
+use crate::numerics::scalar::Scalar;
 use crate::scene::number::{Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 
-/// A number that holds all along the rod, or a list with one for each of as many equal parts of its
-/// length, from the start. In code, `0.5.into()` or `vec![0.5, 0.8].into()`.
+/// A number that holds all along the rod, a list with one for each of as many equal parts of its
+/// length, from the start, or a straight line from one end to the other. In code, `0.5.into()`,
+/// `vec![0.5, 0.8].into()` or `Along::linear(1.0, 0.5)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
     bound = "D: Written",
-    expecting = "expected a number, or a list of numbers, one for each part of the rod"
+    expecting = "expected a number, a list of numbers, one for each part of the rod, or { from = number, to = number }"
 )]
 pub enum Along<D = f64> {
     /// One number for the whole rod.
     Whole(D),
     /// One number for each of as many equal parts of the length.
     Piecewise(Vec<D>),
+    /// From a number at the start to one at the end.
+    Linear(Linear<D>),
+}
+
+/// A straight line from one end of the rod to the other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Linear<D = f64> {
+    /// At the start.
+    pub from: D,
+    /// At the end.
+    pub to: D,
 }
 
 impl From<f64> for Along {
@@ -32,23 +46,46 @@ impl From<Vec<f64>> for Along {
 }
 
 impl<D> Along<D> {
-    /// The numbers, one for each part.
-    pub fn values(&self) -> &[D] {
-        match self {
-            Self::Whole(value) => std::slice::from_ref(value),
-            Self::Piecewise(values) => values,
-        }
+    /// In a straight line from one number to another.
+    pub fn linear(from: D, to: D) -> Self {
+        Self::Linear(Linear { from, to })
     }
 
-    /// The number at a place, given as a part of the rod's length. Where two parts meet, the second's.
-    pub fn at(&self, place: f64) -> D
+    /// The numbers: one for each part, or those at the ends.
+    pub fn values(&self) -> Vec<D>
     where
         D: Copy,
     {
-        let values = self.values();
-        // Rounding errors of arc lengths do not count.
-        let part = (place * values.len() as f64 + 1e-9).max(0.0) as usize;
-        values[part.min(values.len() - 1)]
+        match self {
+            Self::Whole(value) => vec![*value],
+            Self::Piecewise(values) => values.clone(),
+            Self::Linear(line) => vec![line.from, line.to],
+        }
+    }
+
+    /// Where parts meet, as parts of the rod's length.
+    pub(crate) fn breaks(&self) -> impl Iterator<Item = f64> {
+        let parts = match self {
+            Self::Piecewise(values) => values.len(),
+            _ => 1,
+        };
+        (1..parts).map(move |part| part as f64 / parts as f64)
+    }
+}
+
+impl<D: Scalar> Along<D> {
+    /// The number at a place, given as a part of the rod's length. Where two parts meet, the second's;
+    /// beyond an end, that of the end.
+    pub fn at(&self, place: f64) -> D {
+        match self {
+            Self::Whole(value) => *value,
+            Self::Piecewise(values) => {
+                // Rounding errors of arc lengths do not count.
+                let part = (place * values.len() as f64 + 1e-9).max(0.0) as usize;
+                values[part.min(values.len() - 1)]
+            }
+            Self::Linear(Linear { from, to }) => *from + (*to - *from) * place.clamp(0.0, 1.0),
+        }
     }
 }
 
@@ -65,6 +102,9 @@ impl Along {
             Self::Piecewise(values) => n.table(key, |n| {
                 let each = |(i, value): (usize, &f64)| n.number(&i.to_string(), *value, part);
                 Along::Piecewise(values.iter().enumerate().map(each).collect())
+            }),
+            Self::Linear(Linear { from, to }) => n.table(key, |n| {
+                Along::linear(n.number("from", *from, part), n.number("to", *to, part))
             }),
         }
     }
@@ -83,6 +123,9 @@ impl Along {
                 if values.is_empty() || values.iter().any(|value| !value.is_finite()) =>
             {
                 Err(Error::invalid(key, format!("{values:?}"), "one finite number or more"))
+            }
+            Self::Linear(Linear { from, to }) if !(from.is_finite() && to.is_finite()) => {
+                Err(Error::invalid(key, format!("from {from} to {to}"), "finite numbers"))
             }
             _ => Ok(()),
         }

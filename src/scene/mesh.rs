@@ -19,10 +19,9 @@ pub struct Mesh<D = f64> {
 }
 
 impl<D: Scalar> Mesh<D> {
-    /// Where the inner nodes are, as parts of the length.
+    /// Where the nodes are, as parts of the length.
     pub(crate) fn places(&self) -> Vec<f64> {
-        let inner = &self.arc_length[1..self.arc_length.len() - 1];
-        inner.iter().map(|s| s.value() / self.length.value()).collect()
+        self.arc_length.iter().map(|s| s.value() / self.length.value()).collect()
     }
 }
 

@@ -19,11 +19,12 @@ pub mod scheme;
 pub mod section;
 pub mod shape;
 pub mod supports;
+pub mod taper;
 pub mod time;
 pub mod tolerance;
 pub(crate) mod validate;
 
-pub use along::Along;
+pub use along::{Along, Linear};
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Loads, PointForce};
@@ -38,11 +39,13 @@ pub use scheme::{Scheme, SchemeParameter};
 pub use section::Section;
 pub use shape::{Handedness, Shape};
 pub use supports::{Clamp, End, Motion, Support, Supports};
+pub use taper::Taper;
 pub use time::Time;
 pub use tolerance::Tolerance;
 
 use crate::error::Error;
 use crate::input::missing_keys::parse;
+use crate::numerics::scalar::Scalar;
 use crate::scene::number::{Numbers, Quantity, Written};
 use crate::scene::required::REQUIRED;
 use serde::{Deserialize, Serialize};
@@ -102,6 +105,22 @@ impl<D> Scene<D> {
     /// How exactly its steps are solved; the default without `[time]`.
     pub fn tolerance(&self) -> Tolerance {
         self.time.as_ref().map(|time| time.tolerance).unwrap_or_default()
+    }
+}
+
+impl<D: Scalar> Scene<D> {
+    /// Section and material at a place, given as a part of the rod's length.
+    pub(crate) fn at(&self, place: f64) -> (Section<D>, Material<D>) {
+        self.rod.taper.at(place, &self.rod.section, &self.material)
+    }
+
+    /// Both second moments, at so many places that two which are equal there are equal all along.
+    pub(crate) fn second_moments_along(&self) -> Vec<[D; 2]> {
+        let of = |place: f64| self.at(place).0.moments().second_moments;
+        let breaks = self.rod.taper.breaks();
+        let between =
+            breaks.windows(2).flat_map(|w| [0.25, 0.75].map(|p| w[0] + p * (w[1] - w[0])));
+        between.map(of).collect()
     }
 }
 
@@ -265,6 +284,7 @@ impl Scene {
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
         self.material.check()?;
+        self.rod.taper.check(&self.rod.section, &self.material)?;
         self.loads.check()?;
         self.initial.check()?;
         self.camera.check()?;

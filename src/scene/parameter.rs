@@ -3,6 +3,7 @@
 
 use crate::error::Error;
 use crate::scene::Scene;
+use crate::scene::along::Along;
 use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Loads, PointForce};
 use crate::scene::mass::PointMass;
@@ -13,6 +14,7 @@ use crate::scene::rod::RodSpec;
 use crate::scene::section::Section;
 use crate::scene::shape::{Handedness, Shape};
 use crate::scene::supports::{Motion, Supports};
+use crate::scene::taper::Taper;
 use crate::scene::time::Time;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -260,7 +262,7 @@ impl Parameter {
         let names: Vec<&str> = Self::all(scene).into_iter().map(short).collect();
         let place = self.path.rsplit_once('.').map_or("", |(table, _)| table);
         let needs = match self.path {
-            "rod.section.radius" => "with a circular section",
+            "rod.section.radius" => "with a circular section or a tube",
             "rod.section.width" | "rod.section.height" => "with a rectangular section",
             "time.beta" => "with [time] and the scheme newmark-beta",
             "time.rho_inf" => "with [time] and the scheme generalised-alpha",
@@ -275,6 +277,7 @@ impl Parameter {
                 "rod.natural_curvature" | "rod.natural_twist" => {
                     "with a list of so many numbers there"
                 }
+                _ if place.starts_with("rod.taper") => "with that factor in rod.taper",
                 "initial.velocity" | "initial.angular_velocity" => "with a [time]",
                 _ => "a number that the scene has",
             },
@@ -410,7 +413,7 @@ fn quantities() -> &'static BTreeMap<String, Quantity> {
 }
 
 /// Scenes that have every number there is between them.
-fn specimens() -> [Scene; 4] {
+fn specimens() -> [Scene; 6] {
     let up = [0.0, 1.0, 0.0];
     let circle = Section::Circle { radius: 1.0 };
     let rectangle = Section::Rectangle { width: 1.0, height: 1.0, up };
@@ -420,8 +423,16 @@ fn specimens() -> [Scene; 4] {
     let (axis, handedness) = (up, Handedness::Left);
     let helix = Shape::Helix { length: 1.0, radius: 1.0, pitch: 1.0, axis, handedness };
     let polyline = Shape::polyline("");
-    let kinds = [(straight, circle.clone()), (arc, rectangle), (helix, custom), (polyline, circle)];
-    kinds.map(|(shape, section)| {
+    let tube = Section::Tube { radius: 1.0, thickness: 1.0 };
+    let kinds = [
+        (straight.clone(), circle.clone(), 1.0.into()),
+        (arc.clone(), rectangle, vec![1.0].into()),
+        (helix, custom, Along::linear(1.0, 1.0)),
+        (polyline, circle, Along::linear(1.0, 1.0)),
+        (straight, tube.clone(), vec![1.0].into()),
+        (arc, tube, Along::linear(1.0, 1.0)),
+    ];
+    kinds.map(|(shape, section, along)| {
         let material = Material {
             poisson_ratio: Some(0.3),
             shear_modulus: Some(1.0),
@@ -432,7 +443,12 @@ fn specimens() -> [Scene; 4] {
         if !whole {
             let RodSpec { natural_curvature, natural_twist, .. } = &mut scene.rod;
             (*natural_curvature, *natural_twist) = (vec![1.0].into(), vec![0.0].into());
+            if matches!(along, Along::Linear(_)) {
+                (*natural_curvature, *natural_twist) = (along.clone(), along.clone());
+            }
         }
+        // Whatever the section: these are only looked at for the kinds of their numbers.
+        scene.rod.taper = Taper::all(along);
         let motion = Motion { ramp: Some(1.0), frequency: Some(1.0), ..Motion::default() };
         scene.supports = Supports { motion: vec![motion], ..Supports::default() };
         let node = Point::ArcLength(1.0);

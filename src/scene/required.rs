@@ -37,6 +37,7 @@ fn shape_keys(shape: &toml::Table) -> Keys {
 fn section_keys(section: &toml::Table) -> Keys {
     match section.get("kind").and_then(toml::Value::as_str) {
         Some("circle") => &["radius"],
+        Some("tube") => &["radius", "thickness"],
         Some("rectangle") => &["width", "height", "up"],
         Some("custom") => &["area", "i1", "i2", "j", "up"],
         _ => &["kind"],

@@ -6,6 +6,7 @@ use crate::scene::mass::PointMass;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::section::Section;
 use crate::scene::shape::{Shape, no_segments};
+use crate::scene::taper::Taper;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -21,8 +22,11 @@ pub struct RodSpec<D = f64> {
     pub segments: Option<usize>,
     /// Shape of the rod when nothing acts on it.
     pub shape: Shape<D>,
-    /// Cross-section, the same all along the rod.
+    /// Cross-section.
     pub section: Section<D>,
+    /// Factors on section and material where they change along the rod.
+    #[serde(default, skip_serializing_if = "Taper::is_none")]
+    pub taper: Taper<D>,
     /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
     /// so many times as curved. A list gives one for each of as many equal parts of its length; a
     /// rest shape that is straight has no curvature to be multiplied.
@@ -92,6 +96,7 @@ impl RodSpec {
             segments: self.segments,
             shape: n.table("shape", |n| self.shape.over(n)),
             section: n.table("section", |n| self.section.over(n)),
+            taper: n.table("taper", |n| self.taper.over(n)),
             natural_curvature: self.natural_curvature.over("natural_curvature", factors, n),
             natural_twist: self.natural_twist.over("natural_twist", twists, n),
             mass: n.list("mass", &self.mass, PointMass::over),
@@ -106,6 +111,7 @@ impl RodSpec {
             segments: Some(segments),
             shape,
             section,
+            taper: Taper::default(),
             natural_curvature: one(),
             natural_twist: zero(),
             mass: Vec::new(),

@@ -17,6 +17,13 @@ pub enum Section<D = f64> {
         /// Radius, m.
         radius: D,
     },
+    /// A circle with a round hole in its middle.
+    Tube {
+        /// Outer radius, m.
+        radius: D,
+        /// Of the wall, m; up to the radius.
+        thickness: D,
+    },
     /// A rectangle, `height` along `up`.
     Rectangle {
         /// Across `up`, m.
@@ -50,6 +57,10 @@ impl Section {
         let axis = Quantity::signed("");
         match *self {
             Self::Circle { radius } => Section::Circle { radius: n.number("radius", radius, size) },
+            Self::Tube { radius, thickness } => Section::Tube {
+                radius: n.number("radius", radius, size),
+                thickness: n.number("thickness", thickness, size),
+            },
             Self::Rectangle { width, height, up } => Section::Rectangle {
                 width: n.number("width", width, size),
                 height: n.number("height", height, size),
@@ -69,6 +80,15 @@ impl Section {
         let key = |name: &str| format!("rod.section.{name}");
         match self {
             Self::Circle { radius } => positive(&key("radius"), *radius),
+            Self::Tube { radius, thickness } => {
+                positive(&key("radius"), *radius)?;
+                positive(&key("thickness"), *thickness)?;
+                if thickness > radius {
+                    let allowed = format!("up to the radius, {radius} m");
+                    return Err(Error::invalid(key("thickness"), thickness, allowed));
+                }
+                Ok(())
+            }
             Self::Rectangle { width, height, up } => {
                 positive(&key("width"), *width)?;
                 positive(&key("height"), *height)?;
@@ -99,15 +119,15 @@ impl Section {
 }
 
 impl<D: Scalar> Section<D> {
-    /// The direction the section is oriented by; none for a circle.
+    /// The direction the section is oriented by; none for a circle or a tube.
     pub fn up(&self) -> Option<Vector<D>> {
         match self {
-            Self::Circle { .. } => None,
+            Self::Circle { .. } | Self::Tube { .. } => None,
             Self::Rectangle { up, .. } | Self::Custom { up, .. } => Some(*up),
         }
     }
 
-    /// The unit part of `up` across the first edge; none for a circle.
+    /// The unit part of `up` across the first edge; none for a circle or a tube.
     pub(crate) fn up_across(&self, nodes: &[Vector<D>]) -> Option<Vector<D>> {
         let first_edge = unit(sub(nodes[1], nodes[0]));
         self.up().map(|up| unit(sub(up, scale(first_edge, dot(first_edge, up)))))
@@ -117,6 +137,7 @@ impl<D: Scalar> Section<D> {
     pub fn moments(&self) -> Moments<D> {
         match *self {
             Self::Circle { radius } => circle(radius),
+            Self::Tube { radius, thickness } => tube(radius, thickness),
             Self::Rectangle { width, height, .. } => rectangle(width, height),
             Self::Custom { area, i1, i2, j, .. } => {
                 Moments { area, second_moments: [i1, i2], torsion_constant: j }
@@ -132,7 +153,7 @@ pub struct Moments<D> {
     pub area: D,
     /// Second moments of area in the plane of `up` and across it, m^4.
     pub second_moments: [D; 2],
-    /// Torsion constant J, m^4: the polar moment of a circle, Saint-Venant's of a rectangle.
+    /// Torsion constant J, m^4: the polar moment of a circle or a tube, Saint-Venant's of a rectangle.
     pub torsion_constant: D,
 }
 
@@ -145,6 +166,15 @@ pub fn circle<D: Scalar>(radius: D) -> Moments<D> {
         second_moments: [second_moment; 2],
         torsion_constant: second_moment * 2.0,
     }
+}
+
+/// Of a tube of an outer radius and a wall in m, without the difference of two circles, in which a thin
+/// wall would lose its digits.
+pub fn tube<D: Scalar>(radius: D, thickness: D) -> Moments<D> {
+    let inner = radius - thickness;
+    let area = thickness * (radius + inner) * PI;
+    let second_moment = area * (radius * radius + inner * inner) * 0.25;
+    Moments { area, second_moments: [second_moment; 2], torsion_constant: second_moment * 2.0 }
 }
 
 /// Of a rectangle of a width and a height in m.
@@ -178,6 +208,22 @@ mod tests {
         let [in_plane, across] = section.moments().second_moments;
         assert_relative_eq!(in_plane, 0.01 * 0.002_f64.powi(3) / 12.0);
         assert_relative_eq!(across / in_plane, 25.0, max_relative = 1e-14);
+    }
+
+    #[test]
+    fn a_tube_is_the_difference_of_two_circles() {
+        for (outer, wall) in [(0.005, 0.001), (0.005, 0.005), (0.02, 1e-5)] {
+            let (tube, whole, hole) = (tube(outer, wall), circle(outer), circle(outer - wall));
+            let differences = [
+                (tube.area, whole.area - hole.area),
+                (tube.second_moments[0], whole.second_moments[0] - hole.second_moments[0]),
+                (tube.second_moments[1], whole.second_moments[1] - hole.second_moments[1]),
+                (tube.torsion_constant, whole.torsion_constant - hole.torsion_constant),
+            ];
+            for (of_tube, difference) in differences {
+                assert_relative_eq!(of_tube, difference, max_relative = 1e-12);
+            }
+        }
     }
 
     /// Timoshenko & Goodier, Theory of Elasticity, table of section 109: J = k1 (long) (short)^3.

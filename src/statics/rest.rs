@@ -118,7 +118,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// edges lie askew to the axes. A rod that no end holds moves along itself, against all of them
     /// and those of eliminating one edge after the other.
     pub(crate) fn zero_frequency_squared(&self) -> f64 {
-        let material = &self.scene().material;
+        let (_, material) = self.scene().at(0.5);
         let speed_squared = material.youngs_modulus / material.density;
         let supports = &self.scene().supports;
         let held = [supports.start, supports.end]
@@ -135,7 +135,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// that goes with the fourth power of the mesh, or in edge coordinates with the second.
     pub(crate) fn negligible(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let nodes = self.nodes() as f64;
-        let (p, section) = (&self.scene().material, self.scene().rod.section.moments());
+        let (section, p) = self.scene().at(0.5);
+        let section = section.moments();
         let [i1, i2] = section.second_moments;
         let length = self.problem.length();
         let power = if edges.is_some() { 2 } else { 4 };

@@ -152,7 +152,34 @@ fn scene(seed: u64, planar: bool) -> Scene {
     let disc = PointMass::new(Point::ArcLength(0.27 * length), 3e-3);
     scene.rod.mass =
         c.of(&[vec![], vec![marker], vec![PointMass::new(Point::Node(4), 2e-3), disc]]);
+    taper(&mut scene, &mut c);
+    if curved && c.yes() {
+        scene.rod.natural_curvature = Along::linear(1.1, 0.7);
+    }
     scene
+}
+
+/// Factors along the rod on the numbers that its section and material have.
+fn taper(scene: &mut Scene, c: &mut Choice) {
+    if c.yes() {
+        return;
+    }
+    let along = [Some(vec![0.9, 1.2, 0.8].into()), Some(Along::linear(1.1, 0.7))];
+    let mut factor = || c.of(&[None, along[0].clone(), along[1].clone()]);
+    let taper = &mut scene.rod.taper;
+    (taper.density, taper.youngs_modulus) = (factor(), factor());
+    if scene.material.shear_modulus.is_some() {
+        taper.shear_modulus = factor();
+    }
+    match scene.rod.section {
+        Section::Circle { radius } => {
+            taper.radius = factor();
+            scene.rod.section = Section::Tube { radius, thickness: 0.4 * radius };
+            taper.thickness = factor();
+        }
+        Section::Rectangle { .. } => (taper.width, taper.height) = (factor(), factor()),
+        _ => (taper.area, taper.i1, taper.i2, taper.j) = (factor(), factor(), factor(), factor()),
+    }
 }
 
 fn supports_hold(supports: &Supports) -> bool {

@@ -1,6 +1,6 @@
-//! What is fixed on a rod belongs to the rod: without its mass, moduli come out wrong.
+//! Rods with masses on them and rods that taper: without that in the scene, moduli come out wrong.
 
-use rodfit::scene::{Dimension, PointMass};
+use rodfit::scene::{Along, Dimension, PointMass};
 use rodfit::{Parameter, Point};
 
 use crate::common::coarse;
@@ -39,4 +39,24 @@ fn a_mass_and_its_place_are_found() {
     let report = fit_with(&scene, &data, &[Parameter::YoungsModulus, mass, place], same_mesh());
     let truths = [(Parameter::YoungsModulus, 1e8), (mass, 4e-3), (place, 0.33)];
     found(&report, &truths, 1e-6);
+}
+
+/// How much thinner a rod is at its tip is found beside its modulus, and so is each part of it.
+#[test]
+fn a_taper_is_found() {
+    let mut scene = coarse(20, 2e-3, 0.4);
+    let [to, second]: [Parameter; 2] =
+        ["rod.taper.radius.to", "rod.taper.youngs_modulus.1"].map(|name| name.parse().unwrap());
+    scene.rod.taper.radius = Some(Along::linear(1.0, 0.7));
+    let data = observe(&scene, 200);
+    scene.rod.taper.radius = Some(Along::linear(1.0, 1.0));
+    let report = fit_with(&scene, &data, &[Parameter::YoungsModulus, to], same_mesh());
+    found(&report, &[(Parameter::YoungsModulus, 1e8), (to, 0.7)], 1e-6);
+
+    scene.rod.taper = Default::default();
+    scene.rod.taper.youngs_modulus = Some(vec![1.0, 0.6].into());
+    let data = observe(&scene, 200);
+    scene.rod.taper.youngs_modulus = Some(vec![1.0, 1.0].into());
+    let report = fit_with(&scene, &data, &[Parameter::YoungsModulus, second], same_mesh());
+    found(&report, &[(Parameter::YoungsModulus, 1e8), (second, 0.6)], 1e-6);
 }

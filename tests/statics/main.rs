@@ -7,3 +7,4 @@ mod bifurcations;
 mod equilibrium;
 mod masses;
 mod modes;
+mod tapered;
