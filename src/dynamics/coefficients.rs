@@ -198,6 +198,25 @@ impl<D: Scalar> StepCoefficients<D> {
         }
     }
 
+    /// Every number made another by `convert`. What follows from the numbers of a step and its beginning
+    /// is of first degree in both: the numbers' derivatives make a rate as the numbers make a value.
+    pub fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> StepCoefficients<E> {
+        StepCoefficients {
+            h: self.h,
+            end: convert(self.end),
+            start: convert(self.start),
+            rate: convert(self.rate),
+            memory: convert(self.memory),
+            acceleration: self.acceleration.as_ref().map(|of| Acceleration {
+                inertia: convert(of.inertia),
+                velocity: convert(of.velocity),
+                end: of.end.map(convert),
+            }),
+            strain_rate: self.strain_rate.map(convert),
+            stages: self.stages,
+        }
+    }
+
     /// Whether the forces are an average over the step.
     #[inline]
     pub fn averages(&self) -> bool {

@@ -1,16 +1,15 @@
 //! A run of a scene: from its start, step by step, each seen and recorded.
 
 use crate::dynamics::record::Record;
-use crate::dynamics::sensitivity::{self, Sensitivity};
+use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::Work;
 use crate::dynamics::step_control::{HALVINGS, StepControl};
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::{Discretized, Model, Problem};
-use crate::rod::{Energies, Rod};
+use crate::rod::{Energies, Sensitive};
 use crate::scene::Parameter;
-use num_dual::Dual64;
 
 /// A running simulation as it looks from outside the model.
 pub trait Snapshot {
@@ -53,16 +52,17 @@ pub(super) fn run<M: Model<W>, const W: usize>(
     (parameters, steps): (&[Parameter], usize),
     record: &mut Record,
     after: &mut dyn FnMut(&dyn Snapshot),
-) -> Result<(), Error> {
+) -> Result<(), Error>
+where
+    M::Rod<f64>: Sensitive<W>,
+{
     let (time, model) = (problem.time()?, discretized.model);
     discretized.check_step()?;
     let mut simulation = discretized.simulation()?;
-    let mut sensitivities: Vec<Sensitivity<_, W>> =
-        parameters.iter().map(|p| discretized.sensitivity(*p)).collect::<Result<_, _>>()?;
-    if !sensitivities.is_empty() {
+    let mut sensitivities = discretized.sensitivities(parameters)?;
+    if !parameters.is_empty() {
         simulation.keep_tangent();
     }
-    let mut room = Vec::new();
     let mut control = StepControl::new(problem.scene(), &simulation);
     keep(discretized, &simulation, &sensitivities, record);
     after(&Running { model, simulation: &simulation });
@@ -72,7 +72,7 @@ pub(super) fn run<M: Model<W>, const W: usize>(
         let result = advance(
             &mut simulation,
             &mut sensitivities,
-            (&mut room, &mut record.taken),
+            &mut record.taken,
             &mut control,
             time.at(k),
             0,
@@ -90,9 +90,11 @@ pub(super) fn run<M: Model<W>, const W: usize>(
 fn keep<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
     simulation: &Simulation<f64, M::Rod<f64>, W>,
-    sensitivities: &[Sensitivity<M::Rod<Dual64>, W>],
+    sensitivities: &Sensitivities<M::Rod<f64>, W>,
     record: &mut Record,
-) {
+) where
+    M::Rod<f64>: Sensitive<W>,
+{
     if !record.keeps {
         record.taken.clear();
         return;
@@ -107,43 +109,40 @@ fn keep<M: Model<W>, const W: usize>(
     let tracked = record.tracked();
     let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
     record.push(state.time, tracked.iter().map(motion));
-    for (k, s) in sensitivities.iter().enumerate() {
-        let rates = |i: &usize| [model.rate(s.q(), *i), model.rate(s.v(), *i)];
+    for k in 0..sensitivities.count() {
+        let of_node = |i: &usize| sensitivities.of_node(k, M::STRIDE * i, M::STRIDE.min(3));
+        let rates = |i: &usize| of_node(i).map(|own| model.rate(&own, 0));
         record.push_derivative(k, tracked.iter().map(rates));
     }
 }
 
 /// Advances a simulation and its sensitivities to `time`, in halves where the step fails. On an
 /// error the state is the last valid one.
-fn advance<R, S, const W: usize>(
+fn advance<R: Sensitive<W>, const W: usize>(
     simulation: &mut Simulation<f64, R, W>,
-    sensitivities: &mut [Sensitivity<S, W>],
-    (room, taken): (&mut Vec<f64>, &mut Vec<f64>),
+    sensitivities: &mut Sensitivities<R, W>,
+    taken: &mut Vec<f64>,
     control: &mut StepControl,
     time: f64,
     halvings: u32,
-) -> Result<(), Error>
-where
-    R: Rod<f64, W, Dual = S>,
-    S: Rod<Dual64, W>,
-{
+) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
-    let stepped = sensitivity::step_to(simulation, sensitivities, time);
+    let stepped = sensitivities.step_to(simulation, time);
     match stepped.and_then(|()| control.check(simulation, at_last)) {
         Ok(()) => {
             control.accept();
             taken.push(time);
-            sensitivity::advance(simulation, sensitivities, room)
+            sensitivities.advance(simulation)
         }
         Err(error) => {
-            sensitivity::step_back(simulation, sensitivities);
+            sensitivities.step_back(simulation);
             if at_last {
                 return Err(error);
             }
             let middle = 0.5 * (simulation.state().time + time);
             let halvings = halvings + 1;
-            advance(simulation, sensitivities, (room, taken), control, middle, halvings)?;
-            advance(simulation, sensitivities, (room, taken), control, time, halvings)
+            advance(simulation, sensitivities, taken, control, middle, halvings)?;
+            advance(simulation, sensitivities, taken, control, time, halvings)
         }
     }
 }

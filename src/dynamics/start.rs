@@ -1,6 +1,6 @@
 //! A simulation at its start: where the rod is at t = 0, at which velocities, and what goes along.
 
-use crate::dynamics::sensitivity::Sensitivity;
+use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
@@ -9,7 +9,7 @@ use crate::problem::Discretized;
 use crate::problem::Model;
 use crate::problem::Placed;
 use crate::problem::Setup;
-use crate::rod::Rod;
+use crate::rod::{Rod, Sensitive};
 use crate::scene::InitialState;
 use crate::scene::Parameter;
 use crate::scene::supports::Moment;
@@ -75,17 +75,23 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         Ok(simulation)
     }
 
-    /// The sensitivity of a simulation to one parameter, at the start.
+    /// The sensitivities of a simulation to parameters, at the start.
     ///
     /// # Errors
     /// Those of [`simulation_over`](Self::simulation_over).
-    pub fn sensitivity(
+    pub fn sensitivities(
         &self,
-        parameter: Parameter,
-    ) -> Result<Sensitivity<M::Rod<Dual64>, W>, Error> {
-        let seed = |p, value| Dual64::new(value, f64::from(p == parameter));
-        let simulation = self.simulation_over(seed)?;
-        Ok(Sensitivity::new(simulation))
+        parameters: &[Parameter],
+    ) -> Result<Sensitivities<M::Rod<f64>, W>, Error>
+    where
+        M::Rod<f64>: Sensitive<W>,
+    {
+        let along = |parameter: &Parameter| {
+            self.simulation_over::<Dual64>(|p, value| {
+                Dual64::new(value, f64::from(p == *parameter))
+            })
+        };
+        Ok(Sensitivities::new(parameters.iter().map(along).collect::<Result<_, _>>()?))
     }
 
     /// The unknowns of the equilibrium that the rod starts from, found when first asked for.

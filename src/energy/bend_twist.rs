@@ -147,19 +147,12 @@ fn hessian_to_nodes<D: Scalar>(
 }
 
 impl JointLaw<Dual64> {
-    /// By how much its derivatives change the first derivatives of the energy between two edges that
-    /// stay where they are; `from` are their reference tangents, `twist` is the reference twist, rad.
-    #[inline(always)]
-    pub(crate) fn pull_rate(
-        &self,
-        (e, f, turn): (&EdgeState<f64>, &EdgeState<f64>, f64),
-        from: [Vector<f64>; 2],
-        twist: f64,
-    ) -> Pull<f64> {
-        let transported = transported_twist(from, [e.edge.tangent, f.edge.tangent]);
-        let joint = Joint::new(&e.edge, &f.edge, turn + (twist - transported));
-        let strain = sub(joint.strains.map(Dual64::from), self.natural);
-        joint.pull(&e.edge, &f.edge, &self.stiffness.times(&strain).map(|w| w.eps))
+    /// The derivatives of the stresses by the strains, the upper triangle row by row, and those at no
+    /// strain.
+    pub(crate) fn stress_rate(&self) -> ([f64; 6], [f64; 3]) {
+        let Stiffness { bend: [b11, b12, b22], twist, coupling: [c1, c2] } = self.stiffness;
+        let offset = self.stiffness.times(&self.natural).map(|w| -w.eps);
+        ([b11, b12, c1, b22, c2, twist].map(|k| k.eps), offset)
     }
 }
 
@@ -176,7 +169,7 @@ impl<D: Scalar> BendTwist<D> {
 
     /// The joint of two edges whose angles differ by `turn`, rad.
     #[inline(always)]
-    fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Joint<D> {
+    pub(crate) fn joint(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Joint<D> {
         let from = [self.frames[0].tangent, self.frames[1].tangent];
         let transported = transported_twist(from, [e.edge.tangent, f.edge.tangent]);
         Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
@@ -301,14 +294,10 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     type Over<E: Scalar> = BendTwist<E>;
 
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> BendTwist<E> {
-        let frame = |frame: EdgeFrame<D>| EdgeFrame {
-            tangent: frame.tangent.map(&convert),
-            director: frame.director.map(&convert),
-        };
         BendTwist {
             stiffness: self.stiffness.map(&convert),
             natural: self.natural.map(&convert),
-            frames: self.frames.map(frame),
+            frames: self.frames.map(|frame| frame.map(&convert)),
             twist: convert(self.twist),
         }
     }
@@ -325,27 +314,6 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
 
     fn tangent(&self, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
         spread(self.tangent_of(&self.joined(&to_edges(q))))
-    }
-
-    /// Only stiffnesses and natural strains carry derivatives here; those of the reference are the
-    /// rod's business.
-    fn gradient_rate(element: &BendTwist<Dual64>, q: &[f64; UNKNOWNS]) -> [f64; UNKNOWNS] {
-        let joined = element.map(|x| x.re).joined(&to_edges(q));
-        let (stress, _) = element.stress(&joined.2.strains.map(Dual64::from));
-        to_nodes(&BendTwist::gradient_of(&joined, &stress.map(|w| w.eps)))
-    }
-}
-
-impl BendTwist<Dual64> {
-    /// Without the derivatives of the reference.
-    pub(crate) fn with_still_reference(mut self) -> Self {
-        let still = |v: Vector<Dual64>| v.map(|x| Dual64::from(x.re));
-        self.frames = self.frames.map(|frame| EdgeFrame {
-            tangent: still(frame.tangent),
-            director: still(frame.director),
-        });
-        self.twist = Dual64::from(self.twist.re);
-        self
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::Scalar;
-use num_dual::Dual64;
 
 /// A constant force on one node: `E = -f.x`. Unknowns: its `M` coordinates, m.
 #[derive(Clone, Copy, Debug)]
@@ -37,9 +36,5 @@ impl<D: Scalar, const M: usize> Element<D, M> for DeadLoad<D, M> {
             gradient: self.gradient(q),
             hessian: [[D::from(0.0); M]; M],
         }
-    }
-    #[inline]
-    fn gradient_rate(element: &DeadLoad<Dual64, M>, _: &[f64; M]) -> [f64; M] {
-        element.force.map(|f| -f.eps)
     }
 }

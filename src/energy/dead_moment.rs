@@ -9,7 +9,6 @@
 
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::Scalar;
-use num_dual::Dual64;
 
 /// A constant moment on one edge. Unknowns: `[x0, y0, x1, y1]` of its nodes, m.
 #[derive(Clone, Copy, Debug)]
@@ -54,8 +53,5 @@ impl<D: Scalar> Element<D, 4> for DeadMoment<D> {
             gradient: self.gradient(q),
             hessian: [[a, b, -a, -b], [b, c, -b, -c], [-a, -b, a, b], [-b, -c, b, c]],
         }
-    }
-    fn gradient_rate(element: &DeadMoment<Dual64>, q: &[f64; 4]) -> [f64; 4] {
-        DeadMoment { moment: element.moment.eps, rest: [0.0; 2] }.gradient(q)
     }
 }

@@ -82,6 +82,12 @@ fn argument<D: Scalar>(x: D, y: D) -> D {
 }
 
 impl<D: Scalar> EdgeFrame<D> {
+    /// Over other numbers.
+    pub(crate) fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> EdgeFrame<E> {
+        let Self { tangent, director } = self;
+        EdgeFrame { tangent: tangent.map(&convert), director: director.map(&convert) }
+    }
+
     /// The frame moved to another unit tangent.
     #[inline]
     pub fn transported(&self, tangent: Vector<D>) -> Self {

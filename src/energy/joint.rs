@@ -52,12 +52,12 @@ impl<D: Scalar> Edge<D> {
 /// An edge, and how it has rotated since its reference.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeState<D> {
-    pub(super) edge: Edge<D>,
+    pub(crate) edge: Edge<D>,
     /// Its length, m, and the square of it.
     pub(crate) length: D,
     pub(crate) squared: D,
     /// The turn of the transported director per change of `p` and `q`: zero at the reference.
-    turn: [D; 2],
+    pub(crate) turn: [D; 2],
 }
 
 /// Derivatives by an edge: of the energies of its stretching and of both its joints.
@@ -208,7 +208,7 @@ pub(crate) fn between<D: Scalar>(
 }
 
 /// How two edges that meet in a node stand to each other, and the strains there.
-pub(super) struct Joint<D> {
+pub(crate) struct Joint<D> {
     /// 1/(1 + t_e.t_f).
     inverse_chi: D,
     a: [D; 2],
@@ -250,6 +250,19 @@ impl<D: Scalar> Joint<D> {
         let Self { inverse_chi, a, b, .. } = self;
         let along = |i: usize| dot(e.m[i], f.m[0]) * *inverse_chi - a[i] * b[0];
         [along(0), along(1)]
+    }
+
+    /// The strains' derivatives (columns) by `p`, `q` and `h` (rows) of both edges.
+    #[inline(always)]
+    pub fn slopes(&self, e: &Edge<D>, f: &Edge<D>) -> [[[D; 3]; 3]; 2] {
+        let [c, v] = self.turned(e, f);
+        let ([a1, a2], [b1, b2], one) = (self.a, self.b, D::from(1.0));
+        let u = c - self.inverse_chi + 1.0;
+        let (aa, bb) = ([a1 * a1, a1 * a2, a2 * a2], [b1 * b1, b1 * b2, b2 * b2]);
+        [
+            [[-(u + aa[0]), v - aa[1], -a2], [-(v + aa[1]), -(u + aa[2]), a1], [a2, -a1, -one]],
+            [[u + bb[0], v + bb[1], b2], [bb[1] - v, u + bb[2], -b1], [-b2, b1, one]],
+        ]
     }
 
     /// The sum of the strains' derivatives times the stresses `w`.

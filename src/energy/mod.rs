@@ -88,9 +88,6 @@ pub trait Element<D: Scalar, const N: usize>: Copy {
     fn gradient(&self, q: &[D; N]) -> [D; N];
     /// E, dE/dq and d2E/dq2, derived by hand, in one pass.
     fn tangent(&self, q: &[D; N]) -> Local<D, N>;
-    /// Derivative of the gradient along a change of the parameters, at fixed unknowns. `element`
-    /// carries the parameters and, in the dual part, their change.
-    fn gradient_rate(element: &Self::Over<Dual64>, q: &[f64; N]) -> [f64; N];
 }
 
 /// dE/dq of an element by num-dual.
@@ -114,7 +111,7 @@ pub fn dual_tangent<D: Nestable, E: Element<D, N>, const N: usize>(
     Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 }
 }
 
-/// [`Element::gradient_rate`] by num-dual.
+/// The derivative of the gradient along that of the parameters at fixed unknowns, by num-dual.
 pub fn dual_gradient_rate<E: Element<Dual64, N>, const N: usize>(
     element: &E,
     q: &[f64; N],

@@ -76,11 +76,18 @@ impl<D: Scalar> PlanarBend<D> {
         bent(q).curvature
     }
 
+    /// The derivative of the curvature `k` by the turning angle.
+    #[inline]
+    pub(crate) fn slope(k: D) -> D {
+        let half = k * 0.5;
+        half * half + 1.0
+    }
+
     /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k`.
     #[inline]
     pub(crate) fn response(&self, k: D) -> [D; 2] {
         let half = k * 0.5;
-        let slope = half * half + 1.0;
+        let slope = Self::slope(k);
         let stress = self.stiffness * (k - self.natural_curvature);
         [stress * slope, slope * (self.stiffness * slope + stress * half)]
     }
@@ -183,14 +190,11 @@ impl<D: Scalar> Element<D, 6> for PlanarBend<D> {
             ],
         }
     }
+}
 
-    #[inline]
-    fn gradient_rate(element: &PlanarBend<Dual64>, q: &[f64; 6]) -> [f64; 6] {
-        let bent = bent(q);
-        let (n_e, n_f) = bent.angle_gradients();
-        let k = bent.curvature;
-        let stress = (element.stiffness * (element.natural_curvature * -1.0 + k)).eps;
-        let moment = stress * (1.0 + 0.25 * k * k);
-        to_nodes([-moment * n_e[0], -moment * n_e[1]], [moment * n_f[0], moment * n_f[1]])
+impl PlanarBend<Dual64> {
+    /// The derivatives of the stress by the curvature, and at no curvature, N m.
+    pub(crate) fn stress_rate(&self) -> [f64; 2] {
+        [self.stiffness.eps, -(self.stiffness * self.natural_curvature).eps]
     }
 }

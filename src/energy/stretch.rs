@@ -77,7 +77,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     }
 
     #[inline]
-    fn strain_of(&self, squared: D, length: D) -> D {
+    pub(crate) fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;
         (squared - rest * rest) / (rest * (length + rest))
     }
@@ -171,23 +171,18 @@ macro_rules! element {
             fn tangent(&self, q: &[D; $n]) -> Local<D, $n> {
                 self.tangent_of(edge(q))
             }
-            /// Only the force depends on the parameters: `d eps/d rest = -(1 + eps)/rest`.
-            #[inline]
-            fn gradient_rate(element: &Stretch<Dual64, $m>, q: &[f64; $n]) -> [f64; $n] {
-                let at_rest = Stretch::<f64, $m> {
-                    stiffness: element.stiffness.re,
-                    rest_length: element.rest_length.re,
-                    natural_strain: element.natural_strain.re,
-                };
-                let Stretched { strain, tangent, .. } = at_rest.stretched(edge(q));
-                let shorter = element.rest_length.eps / at_rest.rest_length;
-                let strain = Dual64::new(strain, -(strain + 1.0) * shorter);
-                let rate = (element.stiffness * (strain - element.natural_strain)).eps;
-                to_nodes(tangent.map(|t| rate * t))
-            }
         }
     };
 }
 
 element!(4, 2);
 element!(6, 3);
+
+impl<const M: usize> Stretch<Dual64, M> {
+    /// The derivatives of the force by the strain, and at no strain, N: `d eps/d rest = -(1 + eps)/rest`.
+    pub(crate) fn force_rate(&self) -> [f64; 2] {
+        let shorter = self.stiffness.re * self.rest_length.eps / self.rest_length.re;
+        let natural = (self.stiffness * self.natural_strain).eps;
+        [self.stiffness.eps - shorter, -shorter - natural]
+    }
+}

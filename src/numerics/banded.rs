@@ -144,16 +144,17 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
-    /// Adds column `j` times `x` to `out`.
+    /// Adds column `j` times each of `x` to `out`.
     #[inline]
-    pub fn add_column(&self, j: usize, x: D, out: &mut [D]) {
-        out[j] += self.diagonal[j] * x;
+    pub fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
+        let add = |out: &mut [D; G], entry: D| (0..G).for_each(|g| out[g] += entry * x[g]);
+        add(&mut out[j], self.diagonal[j]);
         for (out, entry) in out[j + 1..].iter_mut().zip(&self.below[j]) {
-            *out += *entry * x;
+            add(out, *entry);
         }
         // Row j, left of the diagonal.
         for (p, i) in (j.saturating_sub(W)..j).rev().enumerate() {
-            out[i] += self.below[i][p] * x;
+            add(&mut out[i], self.below[i][p]);
         }
     }
 
@@ -386,13 +387,14 @@ mod tests {
     fn columns_add_up_to_the_product() {
         let a = matrix(12, -6.1);
         let x: Vec<f64> = (0..12).map(|i| (i as f64).cos()).collect();
-        let mut found = vec![1.0; 12];
+        let mut found = vec![[1.0; 2]; 12];
         for j in 0..12 {
-            a.add_column(j, x[j], &mut found);
+            a.add_column(j, [x[j], 2.0 * x[j]], &mut found);
         }
         for i in 0..12 {
             let sum: f64 = (0..12).map(|j| a.get(i, j) * x[j]).sum();
-            assert!((found[i] - 1.0 - sum).abs() < 1e-13);
+            assert!((found[i][0] - 1.0 - sum).abs() < 1e-13);
+            assert!((found[i][1] - 1.0 - 2.0 * sum).abs() < 1e-13);
         }
     }
 

@@ -3,6 +3,7 @@
 
 pub mod banded;
 pub(crate) mod hermite;
+pub mod lanes;
 pub mod levenberg_marquardt;
 mod linearized;
 pub mod scalar;

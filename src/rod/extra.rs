@@ -158,21 +158,20 @@ impl<D: Nestable> Extra<D> {
 }
 
 impl Extra<Dual64> {
-    /// Adds the derivative of their gradient along the parameter they carry, at fixed unknowns and
-    /// frames.
+    /// Hands `add` the derivative of their gradient along the parameter they carry, at fixed unknowns
+    /// and frames, place by place with its first unknown.
     pub(crate) fn add_gradient_rate(
         &self,
         q: &[f64],
-        frames: &[EdgeFrame<Dual64>],
+        frames: &[EdgeFrame<f64>],
         derivatives: Derivatives,
-        rate: &mut [f64],
+        mut add: impl FnMut(usize, &[f64]),
     ) {
         if self.0.is_empty() {
             return;
         }
         let mut local = [Dual64::from(0.0); MOST];
         let mut own = [Dual64::from(0.0); MOST];
-        let still = |v: [Dual64; 3]| v.map(|c| Dual64::from(c.re));
         let mut references = Vec::with_capacity(2);
         for placed in &self.0 {
             let energy = Dual64::instance(&*placed.energy);
@@ -181,15 +180,10 @@ impl Extra<Dual64> {
                 let (first, count) = (unknowns.start, unknowns.len());
                 own.iter_mut().zip(&q[unknowns]).for_each(|(to, q)| *to = Dual64::from(*q));
                 references.clear();
-                references.extend(frames[edges].iter().map(|frame| EdgeFrame {
-                    tangent: still(frame.tangent),
-                    director: still(frame.director),
-                }));
+                references.extend(frames[edges].iter().map(|frame| frame.map(Dual64::from)));
                 let site = placed.site(spot, &references);
                 energy.gradient(&site, &own[..count], derivatives, &mut local);
-                for (to, from) in rate[first..].iter_mut().zip(&local[..count]) {
-                    *to += from.eps;
-                }
+                add(first, &local.map(|x| x.eps)[..count]);
             }
         }
     }

@@ -6,12 +6,14 @@
 mod edges;
 mod extra;
 pub mod planar;
+mod sensitive;
 pub mod spatial;
 mod state;
 
 pub use extra::Extra;
 pub(crate) use extra::Placed;
 pub use planar::PlanarRod;
+pub use sensitive::{FrameRate, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
 
@@ -93,26 +95,6 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
         frames: &Self::Frames,
         derivatives: Derivatives,
         tangent: &mut BandMatrix<D, W>,
-    );
-
-    /// Writes the derivative of the gradient along the parameter `dual` carries, at fixed `q` and
-    /// frames (their derivatives are ignored).
-    fn gradient_rate(
-        dual: &Self::Dual,
-        q: &[f64],
-        frames: &DualFrames<Self, D, W>,
-        derivatives: Derivatives,
-        rate: &mut [f64],
-    );
-
-    /// Adds the derivative of the gradient along the derivatives of the frames, at fixed `q`, where
-    /// the gradient and its tangent are those given.
-    fn frame_rate(
-        frames: &DualFrames<Self, D, W>,
-        q: &[f64],
-        gradient: &[f64],
-        tangent: &BandMatrix<f64, W>,
-        rate: &mut [f64],
     );
 
     /// Moves the frames to `q`, without changing any energy there.

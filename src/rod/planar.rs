@@ -2,10 +2,12 @@
 //!
 //! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
 
+mod rates;
+
 use crate::energy::planar_bend::curvature_between;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
-    dual_gradient_rate, dual_tangent,
+    dual_tangent,
 };
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -408,48 +410,6 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             let h = moment.tangent(unknowns(q, *i)).hessian;
             tangent.add_block(2 * i + 2, &[[h[2][2], h[2][3]], [h[3][2], h[3][3]]]);
         }
-    }
-
-    fn gradient_rate(
-        dual: &PlanarRod<Dual64>,
-        q: &[f64],
-        (): &(),
-        derivatives: Derivatives,
-        rate: &mut [f64],
-    ) {
-        rate.fill(0.0);
-        macro_rules! add {
-            ($elements:expr, $rate:expr) => {
-                for (i, element) in $elements.iter().enumerate() {
-                    scatter(&$rate(element, unknowns(q, i)), rate, i);
-                }
-            };
-        }
-        add!(dual.load, <DeadLoad<f64, 2> as Element<f64, 2>>::gradient_rate);
-        for (i, moment) in &dual.moment {
-            let own = <DeadMoment<f64> as Element<f64, 4>>::gradient_rate(moment, unknowns(q, *i));
-            scatter(&own, rate, *i);
-        }
-        match derivatives {
-            Derivatives::Hand => {
-                add!(dual.stretch, <Stretch<f64, 2> as Element<f64, 4>>::gradient_rate);
-                add!(dual.bend, <PlanarBend<f64> as Element<f64, 6>>::gradient_rate);
-            }
-            Derivatives::Dual => {
-                add!(dual.stretch, dual_gradient_rate);
-                add!(dual.bend, dual_gradient_rate);
-            }
-        }
-        dual.own.add_gradient_rate(q, &[], derivatives, rate);
-    }
-
-    fn frame_rate(
-        (): &(),
-        _: &[f64],
-        _: &[f64],
-        _: &BandMatrix<f64, HALF_BANDWIDTH>,
-        _: &mut [f64],
-    ) {
     }
 
     fn rebase((): &mut (), _: &[D]) {}

@@ -2,17 +2,17 @@
 //!
 //! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
 
+mod rates;
+
 use crate::energy::BendTwist;
 use crate::energy::bend_twist;
 use crate::energy::bend_twist::{EdgeState, JointLaw};
-use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot, transport, transported_twist};
+use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::energy::joint::{ByEdge, Edge, Sum, between};
-use crate::energy::{
-    DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_gradient_rate, dual_tangent,
-};
+use crate::energy::{DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::numerics::vector::{Vector, add, dot, scale, sub, unit};
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
@@ -231,39 +231,6 @@ impl<D: Nestable> SpatialRod<D> {
     }
 }
 
-/// The derivative of the hand-derived gradient along the parameter that `dual` carries, at fixed
-/// unknowns and frames.
-fn hand_gradient_rate(
-    dual: &SpatialRod<Dual64>,
-    q: &[f64],
-    frames: &Frames<Dual64>,
-    rate: &mut [f64],
-) {
-    let real = |v: Vector<Dual64>| v.map(|c| c.re);
-    let state = |i: usize| {
-        let EdgeFrame { tangent, director } = frames.edges[i];
-        let frame = EdgeFrame { tangent: real(tangent), director: real(director) };
-        EdgeState::new(&frame, edge(q, i), q[STRIDE * i + 3])
-    };
-    let load = |i: usize| dual.load[i].force.map(|f| f.eps);
-    let axial = |i: usize, edge: &EdgeState<f64>| {
-        dual.stretch[i].force(Dual64::from(edge.squared), Dual64::from(edge.length)).eps
-    };
-    let mut nodes = Forces { gradient: rate, carried: [0.0; 3] };
-    let (mut before, mut open) = (state(0), [0.0; 3]);
-    for (i, law) in dual.joint.iter().enumerate() {
-        let next = state(i + 1);
-        let turn = q[STRIDE * (i + 1) + 3] - q[STRIDE * i + 3];
-        let from = [real(frames.edges[i].tangent), real(frames.edges[i + 1].tangent)];
-        let pull = law.pull_rate((&before, &next, turn), from, frames.twist[i].re);
-        nodes.edge(i, before.gradient(add(open, pull.e), axial(i, &before)), load(i));
-        (before, open) = (next, pull.f);
-    }
-    let i = dual.joint.len();
-    nodes.edge(i, before.gradient(open, axial(i, &before)), load(i));
-    nodes.end(i + 1, load(i + 1));
-}
-
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     type Dual = SpatialRod<Dual64>;
     type Frames = Frames<D>;
@@ -331,66 +298,6 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         match derivatives {
             Derivatives::Hand => self.each_edge(q, frames, &mut edges),
             Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut edges),
-        }
-    }
-
-    fn gradient_rate(
-        dual: &SpatialRod<Dual64>,
-        q: &[f64],
-        frames: &Frames<Dual64>,
-        derivatives: Derivatives,
-        rate: &mut [f64],
-    ) {
-        match derivatives {
-            Derivatives::Hand => hand_gradient_rate(dual, q, frames, rate),
-            Derivatives::Dual => {
-                rate.fill(0.0);
-                for (i, load) in dual.load.iter().enumerate() {
-                    add_at(rate, i, &load.force.map(|f| -f.eps));
-                }
-                for (i, element) in dual.stretch.iter().enumerate() {
-                    let local = dual_gradient_rate(element, &ends(q, i));
-                    for r in 0..6 {
-                        rate[STRIDE * i + ENDS[r]] += local[r];
-                    }
-                }
-                for i in 0..dual.joint.len() {
-                    let element = dual.bend_twist(i, frames).with_still_reference();
-                    let own = around(q, i).map(Dual64::from);
-                    let local = bend_twist::dual_gradient(&element, &own);
-                    for (to, from) in rate[STRIDE * i..].iter_mut().zip(&local) {
-                        *to += from.eps;
-                    }
-                }
-            }
-        }
-        dual.own.add_gradient_rate(q, &frames.edges, derivatives, rate);
-    }
-
-    /// A change of an edge's reference turns its material directors about the tangent, by `psi`, as
-    /// a change of its angle would; and it changes how the director follows the edge, `g` of
-    /// [`bend_twist`].
-    fn frame_rate(
-        frames: &Frames<Dual64>,
-        q: &[f64],
-        gradient: &[f64],
-        tangent: &BandMatrix<f64, HALF_BANDWIDTH>,
-        rate: &mut [f64],
-    ) {
-        for (j, frame) in frames.edges.iter().enumerate() {
-            let e = edge(q, j);
-            let inverse_length = dot(e, e).sqrt().recip();
-            let t = scale(e, inverse_length);
-            let dual_t = t.map(Dual64::from);
-            let d1 = transport(frame.tangent, dual_t, frame.director);
-            let d2 = cross(t, d1.map(|d| d.re));
-            let psi = dot(d1.map(|d| d.eps), d2);
-            let theta = STRIDE * j + 3;
-            tangent.add_column(theta, psi, rate);
-            let by = one_plus_dot(frame.tangent, dual_t).recip() * -inverse_length;
-            let turn = scale(cross(frame.tangent, dual_t), by).map(|g| g.eps * gradient[theta]);
-            add_at(rate, j + 1, &turn);
-            add_at(rate, j, &turn.map(|g| -g));
         }
     }
 

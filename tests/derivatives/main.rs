@@ -8,6 +8,7 @@ mod hessian;
 mod motion;
 mod parameters;
 mod planar_elements;
+mod rates;
 mod rest;
 mod spatial_elements;
 mod starts;

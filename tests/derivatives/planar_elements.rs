@@ -5,9 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::Scalar;
 use rodfit::check::{Terms, Tolerance, check, check_problem};
-use rodfit::energy::{
-    AsEnergy, DeadLoad, Derivatives, Element, PlanarBend, Stretch, dual_gradient_rate,
-};
+use rodfit::energy::{AsEnergy, DeadLoad, Derivatives, Element, PlanarBend, Stretch};
 use rodfit::scene::Clamp;
 
 use crate::common::differences::assembled;
@@ -164,35 +162,6 @@ fn nearly_straight_rods_stay_finite_in_every_scalar() {
             );
             let terms = second_order(&q, |i, _| Terms::<6>::unknowns(&q)[i]);
             assert!(terms.second.iter().flatten().all(|x| x.is_finite()));
-        }
-    }
-}
-
-/// d gradient / d parameter by hand against num-dual's mixed derivatives.
-#[test]
-fn gradient_rates_agree() {
-    let mut random = ChaCha8Rng::seed_from_u64(23);
-    let mut dual = |low: f64, high: f64| {
-        Dual64::new(random.random_range(low..high), random.random_range(-1.0..1.0))
-    };
-    for _ in 0..500 {
-        let bend = PlanarBend { stiffness: dual(0.1, 3.0), natural_curvature: dual(-1.0, 1.0) };
-        let stretch = Stretch {
-            stiffness: dual(10.0, 90.0),
-            rest_length: Dual64::from(0.1),
-            natural_strain: dual(-0.1, 0.1),
-        };
-        let q: [f64; 6] = std::array::from_fn(|i| 0.1 * (i / 2) as f64 + 0.04 * dual(-1.0, 1.0).re);
-        let by_hand = <PlanarBend<f64> as Element<f64, 6>>::gradient_rate(&bend, &q);
-        let size = by_hand.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        for (a, b) in by_hand.iter().zip(dual_gradient_rate(&bend, &q)) {
-            assert!((a - b).abs() <= 1e-13 * size, "{a} {b}");
-        }
-        let q: [f64; 4] = *q.first_chunk().expect("four of six");
-        let by_hand = <Stretch<f64, 2> as Element<f64, 4>>::gradient_rate(&stretch, &q);
-        let size = by_hand.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        for (a, b) in by_hand.iter().zip(dual_gradient_rate(&stretch, &q)) {
-            assert!((a - b).abs() <= 1e-13 * size, "{a} {b}");
         }
     }
 }

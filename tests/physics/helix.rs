@@ -122,24 +122,6 @@ impl Rod<f64, 10> for PublishedRod {
     ) {
         self.0.edge_tangent(q, frames, derivatives, tangent);
     }
-    fn gradient_rate(
-        dual: &SpatialRod<Dual64>,
-        q: &[f64],
-        frames: &Frames<Dual64>,
-        derivatives: Derivatives,
-        rate: &mut [f64],
-    ) {
-        <SpatialRod<f64> as Rod<f64, 10>>::gradient_rate(dual, q, frames, derivatives, rate);
-    }
-    fn frame_rate(
-        frames: &Frames<Dual64>,
-        q: &[f64],
-        gradient: &[f64],
-        tangent: &BandMatrix<f64, 10>,
-        rate: &mut [f64],
-    ) {
-        <SpatialRod<f64> as Rod<f64, 10>>::frame_rate(frames, q, gradient, tangent, rate);
-    }
     fn rebase(frames: &mut Frames<f64>, q: &[f64]) {
         SpatialRod::<f64>::rebase(frames, q);
     }

@@ -1,0 +1,349 @@
+//! The derivatives of an implicit step's solution along several parameters side by side.
+
+use crate::dynamics::coefficients::{END, StepCoefficients};
+use crate::dynamics::linearization::Linearization;
+use crate::dynamics::sensitivity::viscous::Viscous;
+use crate::dynamics::simulation::Simulation;
+use crate::error::Error;
+use crate::problem::boundary::BoundaryMotion;
+use crate::rod::{DualFrames, FrameRate, Rod, Sensitive};
+use crate::scene::Damping;
+use crate::scene::supports::Moment;
+use num_dual::Dual64;
+
+/// The derivatives along `G` parameters.
+#[derive(Clone)]
+pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
+    rods: [R::Dual; G],
+    /// What the parameters change of the rod.
+    rates: R::Rates<G>,
+    /// Derivatives of the masses; none where there are none.
+    mass: Option<Vec<[f64; G]>>,
+    viscous: Option<Viscous<R, W, G>>,
+    damping: [Damping<Dual64>; G],
+    /// The scheme's parameter.
+    parameter: [Dual64; G],
+    /// The supports that move.
+    boundary_motion: Option<[BoundaryMotion<Dual64>; G]>,
+    /// Whether a parameter moves what supports hold.
+    moves_supports: bool,
+    /// The unknowns that supports hold, with the derivatives of their places and velocities at the end of the
+    /// step; none where no parameter moves them.
+    held: Vec<(usize, [f64; G], [f64; G])>,
+    q: Vec<[f64; G]>,
+    v: Vec<[f64; G]>,
+    /// Of a scheme that goes on from accelerations, where they are known.
+    acceleration: Vec<[f64; G]>,
+    unbalanced: Vec<[f64; G]>,
+    frames: Vec<FrameRate<G>>,
+    /// The frames with their derivatives, where dual numbers go through them.
+    dual_frames: [DualFrames<R, f64, W>; G],
+    /// The derivatives of the forces at fixed unknowns.
+    direct: Vec<[f64; G]>,
+    /// The right-hand side `-dR|q1`, and what solves it.
+    right: Vec<[f64; G]>,
+    solution: Vec<[f64; G]>,
+}
+
+/// The lanes of `G` lists.
+fn lanes<T: Copy, const G: usize>(lists: [&[T]; G], of: impl Fn(T) -> f64) -> Vec<[f64; G]> {
+    (0..lists.first().map_or(0, |list| list.len())).map(|i| lists.map(|list| of(list[i]))).collect()
+}
+
+impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
+    /// At the start of simulations, one for each parameter; none of a scheme that solves no equations.
+    pub fn new(simulations: [&Simulation<Dual64, R::Dual, W>; G]) -> Option<Self> {
+        let [first, ..] = &simulations[..] else { return None };
+        first.newton()?;
+        let states = simulations.map(Simulation::state);
+        let rate = |x: Dual64| x.eps;
+        let rods = simulations.map(|simulation| simulation.rod().clone());
+        let mut rates = R::Rates::default();
+        R::set_rates(&rods, &mut rates);
+        let mass = lanes(rods.each_ref().map(|rod| rod.mass()), rate);
+        let q = lanes(states.map(|state| &state.q[..]), rate);
+        let free = first.free();
+        let mut held = (0..q.len()).filter(|i| !free.contains(i));
+        let boundary_motion = first.boundary_motion().is_some();
+        Some(Self {
+            moves_supports: boundary_motion || held.any(|i| q[i] != [0.0; G]),
+            boundary_motion: boundary_motion
+                .then(|| simulations.map(|s| s.boundary_motion().cloned()))
+                .and_then(all),
+            held: Vec::new(),
+            viscous: Viscous::new(simulations),
+            rates,
+            mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
+            damping: simulations.map(Simulation::damping),
+            parameter: all(simulations.map(|simulation| Some(simulation.newton()?.parameter())))?,
+            frames: R::frame_rates(states.map(|state| &state.frames)),
+            dual_frames: states.map(|state| state.frames.clone()),
+            v: lanes(states.map(|state| &state.v[..]), rate),
+            acceleration: lanes(states.map(|state| &state.acceleration[..]), rate),
+            unbalanced: lanes(states.map(|state| &state.unbalanced[..]), rate),
+            direct: vec![[0.0; G]; q.len()],
+            right: vec![[0.0; G]; q.len()],
+            solution: vec![[0.0; G]; q.len()],
+            q,
+            rods,
+        })
+    }
+
+    /// dq/dp and dv/dp of parameter `lane` and unknown `i`.
+    pub fn rate(&self, lane: usize, i: usize) -> [f64; 2] {
+        [self.q[i][lane], self.v[i][lane]]
+    }
+
+    /// Advances over a step; the rod is measured where its forces count, and last where it ends.
+    pub fn advance(
+        &mut self,
+        step: &Linearization<'_, f64, R, W>,
+        places: &[R::Geometry],
+    ) -> Result<(), Error> {
+        let dual = self.parameter.map(|parameter| step.coefficients(parameter));
+        let coefficients = step.coefficients(self.parameter[0].re);
+        // Where the scheme's own numbers change, how.
+        let slopes = dual.map(|dual| dual.map(|x| x.eps));
+        let slopes = self.parameter.iter().any(|parameter| parameter.eps != 0.0).then_some(slopes);
+        if self.viscous.is_some() || self.boundary_motion.is_some() {
+            for (lane, dual) in self.dual_frames.iter_mut().enumerate() {
+                R::set_dual_frames(&step.before.frames, &self.frames, lane, dual);
+            }
+        }
+        self.find_held(step);
+        if let Some(viscous) = &mut self.viscous {
+            viscous.set(&self.rods, &dual, self.damping, step);
+        }
+        self.rate_forces(&coefficients, step, places);
+        self.rate_residual(&coefficients, slopes.as_ref(), step);
+        self.solve(step)?;
+        self.finish(&coefficients, slopes.as_ref(), step);
+        if let Some(viscous) = &mut self.viscous {
+            let (rods, frames) = (&self.rods, &self.dual_frames);
+            viscous.finish(
+                (rods, frames),
+                (&dual, self.damping),
+                step,
+                [&self.q, &self.v],
+                &mut self.unbalanced,
+            );
+        } else if coefficients.averages() {
+            self.unbalanced.fill([0.0; G]);
+        }
+        if let Some(end) = places.last() {
+            R::rebase_rates(&mut self.frames, end, &self.q);
+        }
+        Ok(())
+    }
+
+    /// What supports hold at the end of the step.
+    fn find_held(&mut self, step: &Linearization<'_, f64, R, W>) {
+        self.held.clear();
+        if !self.moves_supports {
+            return;
+        }
+        let (now, free) = (step.after, &step.free);
+        let held = (0..now.q.len()).filter(|i| !free.contains(i));
+        let Some(motions) = &self.boundary_motion else {
+            self.held.extend(held.map(|i| (i, self.q[i], [0.0; G])));
+            return;
+        };
+        let moment = Moment::Time(now.time);
+        let ends: [_; G] = std::array::from_fn(|g| {
+            let dual = |x: &[f64], rates: &[[f64; G]]| -> Vec<Dual64> {
+                x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])).collect()
+            };
+            let (mut q, mut v) = (dual(&now.q, &self.q), dual(&now.v, &self.v));
+            motions[g].advance::<R::Dual, W>(moment, moment, &mut q, &self.dual_frames[g]);
+            motions[g].velocities(now.time, &mut v);
+            (q, v)
+        });
+        let of = |i: usize| {
+            let q = ends.each_ref().map(|(q, _)| q[i].eps);
+            (i, q, ends.each_ref().map(|(_, v)| v[i].eps))
+        };
+        self.held.extend(held.map(of));
+    }
+
+    /// The derivatives of the forces at fixed free unknowns, of an average at a fixed end of the step: by
+    /// the parameters, the frames, the supports, and of an average the start.
+    fn rate_forces(
+        &mut self,
+        coefficients: &StepCoefficients<f64>,
+        step: &Linearization<'_, f64, R, W>,
+        places: &[R::Geometry],
+    ) {
+        let Self { direct, frames, held, .. } = self;
+        let elastic = (&self.rods, &self.rates);
+        let viscous = self.viscous.as_ref().map(Viscous::rods);
+        let before = &step.before.frames;
+        if !coefficients.averages() {
+            let (duals, place, q) = (viscous.unwrap_or(elastic), &places[0], &step.after.q);
+            R::gradient_rate(duals, place, (q, before), step.derivatives, direct);
+            R::frame_rate(frames, place, step.gradient, step.tangent, direct);
+            for (i, rate, _) in held {
+                step.tangent.add_column(*i, *rate, direct);
+            }
+            return;
+        }
+        let mut sum = vec![[0.0; G]; direct.len()];
+        for (k, (forces, place)) in step.stages.iter().zip(places).enumerate() {
+            let (duals, stage) = match (coefficients.stages.get(k), viscous) {
+                (None, Some(viscous)) => (viscous, &END),
+                (stage, _) => (elastic, stage.unwrap_or(&END)),
+            };
+            R::gradient_rate(duals, place, (&forces.q, before), step.derivatives, direct);
+            R::frame_rate(frames, place, &forces.gradient, &forces.tangent, direct);
+            for (j, start) in self.q.iter().enumerate() {
+                forces.tangent.add_column(j, start.map(|x| x * (1.0 - stage.place)), direct);
+            }
+            for (i, rate, _) in &*held {
+                forces.tangent.add_column(*i, rate.map(|x| x * stage.place), direct);
+            }
+            for (sum, direct) in sum.iter_mut().zip(&*direct) {
+                (0..G).for_each(|g| sum[g] += stage.weight * direct[g]);
+            }
+        }
+        *direct = sum;
+    }
+
+    /// The right-hand side of the step. Masses, damping and the scheme's numbers are looked at only
+    /// where they change.
+    fn rate_residual(
+        &mut self,
+        coefficients: &StepCoefficients<f64>,
+        slopes: Option<&[StepCoefficients<f64>; G]>,
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let free = step.free.clone();
+        let mass = &step.rod.mass()[free.clone()];
+        let (q, v) = (&self.q[free.clone()], &self.v[free.clone()]);
+        let n0 = &self.unbalanced[free.clone()];
+        let a0 = coefficients.acceleration.as_ref().map(|_| &self.acceleration[free.clone()]);
+        let a0 = |i: usize, g: usize| a0.map_or(0.0, |a0| a0[i][g]);
+        let (direct, right) = (&mut self.direct[free.clone()], &mut self.right[free.clone()]);
+        let damping = self.damping[0].mass.re;
+        if damping != 0.0 {
+            for i in 0..mass.len() {
+                for g in 0..G {
+                    let velocity = coefficients.damped_velocity(-q[i][g], v[i][g], a0(i, g));
+                    direct[i][g] += damping * mass[i] * velocity;
+                }
+            }
+        }
+        for i in 0..mass.len() {
+            for g in 0..G {
+                let (change, n1, start) = (-q[i][g], direct[i][g], [v[i][g], a0(i, g)]);
+                right[i][g] = -coefficients.residual(mass[i], change, start, n1, n0[i][g]);
+            }
+        }
+        let masses = self.mass.as_ref().map(|mass| &mass[free.clone()]);
+        let damped = self.damping.iter().any(|damping| damping.mass.eps != 0.0);
+        if masses.is_none() && !damped && slopes.is_none() {
+            return;
+        }
+        let still = coefficients.map(|_| 0.0);
+        for (i, k) in free.enumerate() {
+            let Began { change, v0, a0 } = Began::of(step, k);
+            let velocity = coefficients.damped_velocity(change, v0, a0);
+            let n1 = step.gradient[k] + damping * mass[i] * velocity;
+            let n0 = step.before.unbalanced[k];
+            for g in 0..G {
+                let mass_rate = masses.map_or(0.0, |mass| mass[i][g]);
+                let mut rate =
+                    (self.damping[g].mass.eps * mass[i] + damping * mass_rate) * velocity;
+                let slope = slopes.map_or(&still, |slopes| &slopes[g]);
+                if !coefficients.averages() {
+                    rate += damping * mass[i] * slope.damped_velocity(change, v0, a0);
+                }
+                direct[i][g] += rate;
+                right[i][g] -= coefficients.residual(mass_rate, change, [v0, a0], rate, 0.0)
+                    + slope.residual(mass[i], 0.0, [0.0, a0], n1, n0);
+            }
+        }
+    }
+
+    fn solve(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
+        self.solution.copy_from_slice(&self.right);
+        step.factors.solve_many(&mut self.solution);
+        if step.factors.negative_pivots() == 0 {
+            return Ok(());
+        }
+        (0..G).try_for_each(|g| {
+            let [x, b] = [&self.solution, &self.right]
+                .map(|list| list.iter().map(|lanes| lanes[g]).collect::<Vec<f64>>());
+            step.check_solution(&x, &b)
+        })
+    }
+
+    /// Takes the solution `dq1` and derives velocities and forces from it.
+    fn finish(
+        &mut self,
+        coefficients: &StepCoefficients<f64>,
+        slopes: Option<&[StepCoefficients<f64>; G]>,
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let free = step.free.clone();
+        let by_end = coefficients.end.recip();
+        let mass = &step.rod.mass()[free.clone()];
+        let (q, v) = (&mut self.q[free.clone()], &mut self.v[free.clone()]);
+        let n = &mut self.unbalanced[free.clone()];
+        let (direct, right) = (&self.direct[free.clone()], &self.right[free.clone()]);
+        let solution = &self.solution[free.clone()];
+        let goes_on = coefficients.acceleration.is_some();
+        self.acceleration.resize(step.after.acceleration.len(), [0.0; G]);
+        let a = self.acceleration.get_mut(free.clone()).unwrap_or_default();
+        for i in 0..mass.len() {
+            for g in 0..G {
+                let x = solution[i][g];
+                // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
+                n[i][g] = direct[i][g] + (right[i][g] - mass[i] * x) * by_end;
+                let (change, v0) = (x - q[i][g], v[i][g]);
+                let a0 = if goes_on { a[i][g] } else { 0.0 };
+                v[i][g] = coefficients.velocity(change, v0, a0);
+                q[i][g] = x;
+                if !a.is_empty() {
+                    let both = [v0, v[i][g]];
+                    a[i][g] = coefficients.acceleration_at_end(change, both, a0);
+                }
+            }
+        }
+        if let Some(slopes) = slopes {
+            for (i, k) in free.enumerate() {
+                let Began { change, v0, a0 } = Began::of(step, k);
+                for (g, slope) in slopes.iter().enumerate() {
+                    v[i][g] += slope.velocity(change, v0, a0);
+                    if slope.acceleration.is_some() {
+                        let both = [v0, step.after.v[k]];
+                        a[i][g] += slope.acceleration_at_end(change, both, a0);
+                    }
+                }
+            }
+        }
+        for (i, q, v) in &self.held {
+            (self.q[*i], self.v[*i]) = (*q, *v);
+        }
+    }
+}
+
+/// How an unknown began a step, and how much it has changed in it.
+struct Began {
+    change: f64,
+    v0: f64,
+    /// Zero where the scheme does not go on from it.
+    a0: f64,
+}
+
+impl Began {
+    fn of<R: Rod<f64, W>, const W: usize>(step: &Linearization<'_, f64, R, W>, k: usize) -> Self {
+        let (before, now) = (step.before, step.after);
+        let a0 = before.acceleration.get(k).copied().unwrap_or_default();
+        Self { change: now.q[k] - before.q[k], v0: before.v[k], a0 }
+    }
+}
+
+/// All of them, if all are there.
+fn all<T, const G: usize>(some: [Option<T>; G]) -> Option<[T; G]> {
+    let all: Vec<T> = some.into_iter().collect::<Option<_>>()?;
+    all.try_into().ok()
+}

@@ -1,0 +1,122 @@
+//! Derivatives of Kelvin-Voigt stress.
+
+use crate::dynamics::coefficients::StepCoefficients;
+use crate::dynamics::linearization::Linearization;
+use crate::dynamics::simulation::Simulation;
+use crate::rod::{DualFrames, InternalVariables, Rod, Sensitive};
+use crate::scene::Damping;
+use num_dual::Dual64;
+
+/// What `G` parameters change of a step's viscous stress.
+#[derive(Clone)]
+pub struct Viscous<R: Sensitive<W>, const W: usize, const G: usize> {
+    /// The rods with that stress.
+    rods: [R::Dual; G],
+    rates: R::Rates<G>,
+    /// What that stress alone is made from.
+    dashpots: Option<[R::Dual; G]>,
+    /// Derivatives of the internal variables.
+    internal: [InternalVariables<f64>; G],
+    shift: Vec<Dual64>,
+    strain: Vec<Dual64>,
+    q: Vec<Dual64>,
+    forces: Vec<Dual64>,
+}
+
+impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
+    /// At the start of simulations; none of rods that are not viscous.
+    pub fn new(simulations: [&Simulation<Dual64, R::Dual, W>; G]) -> Option<Self> {
+        let [first, ..] = &simulations[..] else { return None };
+        let (state, newton) = (first.state(), first.newton()?);
+        let strains = state.internal.strain.len();
+        let dashpots = newton.dashpots().map(|_| {
+            simulations.map(|simulation| {
+                let dashpots = simulation.newton().and_then(|newton| newton.dashpots());
+                dashpots.unwrap_or(simulation.rod()).clone()
+            })
+        });
+        let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
+        (strains > 0).then(|| Self {
+            rods: dashpots
+                .clone()
+                .unwrap_or(simulations.map(|simulation| simulation.rod().clone())),
+            rates: R::Rates::default(),
+            dashpots,
+            internal: simulations.map(|simulation| {
+                let internal = &simulation.state().internal;
+                InternalVariables {
+                    strain: rates(&internal.strain),
+                    strain_rate: rates(&internal.strain_rate),
+                }
+            }),
+            shift: vec![Dual64::from(0.0); strains],
+            strain: Vec::new(),
+            q: Vec::new(),
+            forces: vec![Dual64::from(0.0); state.q.len()],
+        })
+    }
+
+    /// The rods with the stress of the step, and what the parameters change of them.
+    pub fn rods(&self) -> (&[R::Dual; G], &R::Rates<G>) {
+        (&self.rods, &self.rates)
+    }
+
+    /// Takes the stress at the end of a step.
+    pub fn set(
+        &mut self,
+        rods: &[R::Dual; G],
+        coefficients: &[StepCoefficients<Dual64>; G],
+        damping: [Damping<Dual64>; G],
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let before = &step.before.internal;
+        for g in 0..G {
+            let (coefficients, eta, own) =
+                (&coefficients[g], damping[g].stiffness, &self.internal[g]);
+            for (i, shift) in self.shift.iter_mut().enumerate() {
+                let strain = Dual64::new(before.strain[i], own.strain[i]);
+                let rate = Dual64::new(before.strain_rate[i], own.strain_rate[i]);
+                *shift = coefficients.viscous_shift(eta, strain, rate);
+            }
+            let base = &self.dashpots.as_ref().unwrap_or(rods)[g];
+            self.rods[g].set_viscous(base, coefficients.viscous_factor(eta), &self.shift);
+        }
+        R::set_rates(&self.rods, &mut self.rates);
+    }
+
+    /// Goes on to the end of a step, where the unknowns and velocities have the derivatives `q` and
+    /// `v`, and writes those of the forces there that the next step counts by its start.
+    pub fn finish(
+        &mut self,
+        (rods, frames): (&[R::Dual; G], &[DualFrames<R, f64, W>; G]),
+        (coefficients, damping): (&[StepCoefficients<Dual64>; G], [Damping<Dual64>; G]),
+        step: &Linearization<'_, f64, R, W>,
+        [q, v]: [&[[f64; G]]; 2],
+        unbalanced: &mut [[f64; G]],
+    ) {
+        let now = step.after;
+        for g in 0..G {
+            let (coefficients, eta, own) =
+                (&coefficients[g], damping[g].stiffness, &mut self.internal[g]);
+            self.q.clear();
+            self.q.extend(now.q.iter().zip(q).map(|(q, rate)| Dual64::new(*q, rate[g])));
+            rods[g].strains(&self.q, &frames[g], &mut self.strain);
+            for (i, strain) in self.strain.iter().enumerate() {
+                let slope = (strain.eps - own.strain[i]) / coefficients.h;
+                let rate = Dual64::new(now.internal.strain_rate[i], slope);
+                self.shift[i] = coefficients.viscous_shift_at(eta, *strain, rate);
+                (own.strain[i], own.strain_rate[i]) = (strain.eps, slope);
+            }
+            let base = &self.dashpots.as_ref().unwrap_or(rods)[g];
+            self.rods[g].set_viscous(base, Dual64::from(1.0), &self.shift);
+            self.rods[g].gradient(&self.q, &frames[g], step.derivatives, &mut self.forces);
+            let zero = Dual64::from(0.0);
+            let mass_damping = if coefficients.averages() { zero } else { damping[g].mass };
+            for i in step.free.clone() {
+                let velocity = Dual64::new(now.v[i], v[i][g]);
+                let mass = rods[g].mass()[i];
+                unbalanced[i][g] = (self.forces[i] + mass_damping * mass * velocity).eps;
+            }
+        }
+    }
+}
