@@ -132,7 +132,7 @@ impl Study {
             }
         };
         let damped = scene.loads.damping.stiffness > 0.0;
-        let moved = !scene.supports.motion.is_empty();
+        let moved = scene.supports.move_ends();
         let takes = |scheme: Scheme| {
             let traits = scheme.traits();
             (traits.takes_viscosity || !damped) && (traits.takes_boundary_motion || !moved)

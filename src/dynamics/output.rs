@@ -209,7 +209,7 @@ impl SimulationReport {
         let beta = time.filter(|t| t.scheme.takes_beta()).map_or(0.5, |t| t.beta);
         if self.is_still() {
             "the rod stays where it is".into()
-        } else if !scene.supports.motion.is_empty() {
+        } else if scene.supports.move_ends() {
             format!("energy went from {start:.3e} to {end:.3e} J, with the work of the supports")
         } else if damping.mass > 0.0 || damping.stiffness > 0.0 {
             format!("damping took {:.3e} J of energy", start - end)

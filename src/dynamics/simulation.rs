@@ -65,6 +65,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.find_forces();
     }
 
+    /// Takes accelerations at the start for unknown, where forces there are mostly errors of places.
+    pub(crate) fn forget_acceleration(&mut self) {
+        self.state.acceleration.clear();
+    }
+
     /// The forces that the next step counts by its start.
     fn find_forces(&mut self) {
         self.stepper.find_forces(&self.system, &mut self.state);

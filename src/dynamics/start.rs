@@ -54,8 +54,18 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     ) -> Result<Simulation<D, M::Rod<D>, W>, Error> {
         let scene = &setup.scene;
         let rod = setup.rod(self.model);
-        let start = self.start(setup, &rod)?;
-        let velocity = self.start_velocity(setup, &rod, &start.0);
+        let recorded = self.scene().initial.state == InitialState::Recorded;
+        let (start, velocity) = match recorded {
+            true => {
+                let (start, velocity) = self.recorded_start(setup)?;
+                (start, Some(velocity))
+            }
+            false => {
+                let start = self.start(setup, &rod)?;
+                let velocity = self.start_velocity(setup, &rod, &start.0);
+                (start, velocity)
+            }
+        };
         let boundary_motion = self.boundary_motion(setup);
         let mut simulation = Simulation::new(
             rod,
@@ -71,6 +81,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         }
         if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);
+        }
+        if recorded {
+            simulation.forget_acceleration();
         }
         Ok(simulation)
     }
@@ -101,9 +114,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             let file = self.scene().path.as_deref();
             let found = self.equilibrium_held().map_err(|error| error.in_file(file))?;
             // Another thread may have been quicker, and found the same.
-            let _ = start.set(found);
+            let _ = start.set(vec![found]);
         }
-        Ok(start.get().map_or(&[], Vec::as_slice))
+        Ok(start.get().map_or(&[], |start| start[0].as_slice()))
     }
 
     /// The unknowns at t = 0 with their frames, those of an equilibrium with exact derivatives.

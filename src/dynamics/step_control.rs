@@ -65,7 +65,7 @@ impl Limits {
     /// What the scene's scheme may do; none where supports do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
-        if !scene.supports.motion.is_empty() {
+        if scene.supports.move_ends() {
             return None;
         }
         let damping = scene.loads.damping;

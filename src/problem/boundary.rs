@@ -7,22 +7,25 @@
 //! ```
 //!
 //! and a wall turns its edge about itself by the twist besides. Displacements, rotation vectors and
-//! twists of several motions of one end are added. The masses of held and of free unknowns are
+//! twists of several motions of one end are added. A recorded end has its nodes where markers were seen;
+//! its angles stay what they are, against references that go along by parallel transport. The masses of held and of free unknowns are
 //! apart, so that a step needs to know no more than where the supports are at its end. All vectors
 //! are in the model's axes; in the plane the third component is zero.
 
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, sub, turned};
+use crate::numerics::vector::{Vector, add, dot, scale, sub, turned};
 use crate::problem::model::Model;
 use crate::rod::Rod;
 use crate::scene::supports::Moment;
-use crate::scene::{End, Motion};
-use num_dual::{Dual, Dual2_64};
+use crate::scene::{End, Motion, Track};
+use num_dual::{Dual, Dual2_64, Dual64};
+use std::sync::Arc;
 
 /// The ends that supports hold.
 #[derive(Clone, Debug)]
 pub struct BoundaryMotion<D = f64> {
     ends: Vec<MovedEnd<D>>,
+    recorded: Vec<RecordedEnd>,
     /// Unknowns from one node to the next.
     stride: usize,
 }
@@ -40,6 +43,43 @@ pub struct MovedEnd<D = f64> {
     pub nodes: Vec<(usize, Vector<D>)>,
     /// The held edge with its tangent and its first material director without motion.
     pub edge: Option<(usize, [Vector<D>; 2])>,
+}
+
+/// An end that goes as markers were seen to go.
+#[derive(Clone, Debug)]
+pub struct RecordedEnd {
+    /// The recording.
+    pub track: Arc<Track>,
+    /// Held nodes, each with the two markers it stands between and its part of the way from one to the
+    /// other.
+    pub nodes: Vec<(usize, [usize; 2], f64)>,
+    /// The model's axes in the world.
+    pub axes: [[f64; 3]; 3],
+}
+
+impl RecordedEnd {
+    /// The held nodes and where they are at a time, s, in the model's axes, m.
+    fn places<D: Scalar>(&self, time: D) -> impl Iterator<Item = (usize, Vector<D>)> {
+        self.nodes.iter().map(move |(node, [from, to], part)| {
+            let markers = self.track.markers();
+            let mut x = markers[*from].at(time);
+            if *part != 0.0 {
+                x = add(
+                    scale(x, D::from(1.0 - part)),
+                    scale(markers[*to].at(time), D::from(*part)),
+                );
+            }
+            (*node, self.axes.map(|axis| x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2]))
+        })
+    }
+}
+
+/// The time of a moment, s; on the way to a state at rest recorded ends are where they start.
+fn time<D: Scalar>(moment: Moment<D>) -> D {
+    match moment {
+        Moment::Time(time) => time,
+        Moment::Approach { .. } => D::from(0.0),
+    }
 }
 
 /// A rigid motion.
@@ -86,8 +126,11 @@ impl<D: Scalar> MovedEnd<D> {
 
 impl<D: Nestable> BoundaryMotion<D> {
     /// The motion of these ends, for a model's unknowns.
-    pub fn new<M: Model<W>, const W: usize>(ends: Vec<MovedEnd<D>>) -> Self {
-        Self { ends, stride: M::STRIDE }
+    pub fn new<M: Model<W>, const W: usize>(
+        ends: Vec<MovedEnd<D>>,
+        recorded: Vec<RecordedEnd>,
+    ) -> Self {
+        Self { ends, recorded, stride: M::STRIDE }
     }
 
     /// Moves the held unknowns of `q`, which are where `from` puts them, to where `to` does.
@@ -98,11 +141,18 @@ impl<D: Nestable> BoundaryMotion<D> {
         q: &mut [D],
         frames: &R::Frames,
     ) {
+        let axes = self.stride.min(3);
+        for end in &self.recorded {
+            for (node, place) in end.places(time(to)) {
+                for c in 0..axes {
+                    q[self.stride * node + c] = D::from(place[c]);
+                }
+            }
+        }
         for end in &self.ends {
             let pose = end.pose(to.map(D::from));
             for (node, point) in &end.nodes {
                 let position = end.moved(&pose, *point);
-                let axes = self.stride.min(3);
                 q[self.stride * node..][..axes].copy_from_slice(&position[..axes]);
             }
             if let Some((edge, [tangent, director])) = end.edge {
@@ -116,6 +166,13 @@ impl<D: Nestable> BoundaryMotion<D> {
 
     /// Writes the velocities of the held nodes, m/s.
     pub fn velocities(&self, time: f64, v: &mut [D]) {
+        for end in &self.recorded {
+            for (node, place) in end.places(Dual64::new(time, 1.0)) {
+                for c in 0..self.stride.min(3) {
+                    v[self.stride * node + c] = D::from(place[c].eps);
+                }
+            }
+        }
         for end in &self.ends {
             let end = end.over(Dual::from_re);
             let pose = end.pose(Moment::Time(Dual::new(D::from(time), D::from(1.0))));
@@ -132,6 +189,13 @@ impl<D: Nestable> BoundaryMotion<D> {
 impl BoundaryMotion {
     /// Writes the accelerations of the held nodes, m/s^2.
     pub fn accelerations(&self, time: f64, a: &mut [f64]) {
+        for end in &self.recorded {
+            for (node, place) in end.places(Dual2_64::from_re(time).derivative()) {
+                for c in 0..self.stride.min(3) {
+                    a[self.stride * node + c] = place[c].v2;
+                }
+            }
+        }
         for end in &self.ends {
             let end = end.over(Dual2_64::from_re);
             let pose = end.pose(Moment::Time(Dual2_64::from_re(time).derivative()));

@@ -20,7 +20,7 @@ pub use model::Model;
 pub(crate) use modelled::Modelled;
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
-pub(crate) use setup::Setup;
+pub(crate) use setup::{Setup, between_markers};
 pub use spatial::SpatialModel;
 pub(crate) use start::Placed;
 
@@ -36,7 +36,7 @@ use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
 use crate::scene::mesh::Mesh;
-use crate::scene::{InitialState, Scene, Time};
+use crate::scene::{InitialState, Scene, Support, Time};
 use crate::scene::{Point, Stencil};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -53,9 +53,9 @@ pub struct Problem {
     pub(super) mesh: Mesh,
     /// Parameters that may come to have any value: the layout is for generic ones.
     varying: Vec<Parameter>,
-    /// The unknowns of the equilibrium the rod starts from, angles measured from the frames it
-    /// begins with, once they were asked for; clones share it.
-    pub(crate) start: Arc<OnceLock<Vec<f64>>>,
+    /// The unknowns of the equilibrium the rod starts from, or of the first two frames of a recording,
+    /// angles measured from the frames it begins with, once they were asked for; clones share it.
+    pub(crate) start: Arc<OnceLock<Vec<Vec<f64>>>>,
     /// Ends simulations when set.
     stop: Option<Arc<AtomicBool>>,
 }
@@ -455,8 +455,15 @@ impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
     /// The unknowns that the supports leave free.
     pub fn free(&self) -> Range<usize> {
         let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
-        let start = self.model.held(supports.start).min(dof);
-        start..dof.saturating_sub(self.model.held(supports.end)).max(start)
+        let held = |support| match (support, &supports.path) {
+            // All unknowns up to the innermost held node's place.
+            (Support::Recorded, Some(path)) => {
+                M::STRIDE * path.held_nodes(self.nodes() - 1) - M::STRIDE.saturating_sub(3)
+            }
+            (support, _) => self.model.held(support),
+        };
+        let start = held(supports.start).min(dof);
+        start..dof.saturating_sub(held(supports.end)).max(start)
     }
 
     /// Number of nodes.

@@ -62,10 +62,12 @@
 //! [`PlanarModel`](super::PlanarModel) drops the third coordinate, angles and frames; [`SpatialModel`](super::SpatialModel) has
 //! them all.
 
+use crate::energy::adapter::Chart;
+use crate::energy::frame::EdgeFrame;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, turned, unit};
 use crate::problem::tributary::Arcs;
-use crate::rod::Rod;
+use crate::rod::{Extra, Rod};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Material, Scene, Support};
 use nalgebra::Vector3;
@@ -143,14 +145,14 @@ pub trait Model<const W: usize> {
         loads: &[NodalLoad<D>],
     );
 
-    /// Gives a rod the scene's energies of one's own.
-    fn attach<D: Nestable>(
-        &self,
-        rod: &mut Self::Rod<D>,
-        scene: &Scene<D>,
-        mesh: &Mesh<D>,
-        rest: &Self::Rest<D>,
-    );
+    /// How the rod's unknowns are places and directors of the world.
+    fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
+
+    /// Gives a rod energies of one's own.
+    fn give<D: Nestable>(rod: &mut Self::Rod<D>, own: Extra<D>);
+
+    /// The frames of the edges, if there are any.
+    fn edge_frames<D: Nestable>(frames: &<Self::Rod<D> as Rod<D, W>>::Frames) -> &[EdgeFrame<D>];
 
     /// Number of unknowns, the supported ones included.
     fn dof(&self) -> usize;

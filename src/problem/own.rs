@@ -1,15 +1,19 @@
 //! A scene's energies of one's own on the rod of a model.
 
-use crate::energy::adapter::Chart;
+use crate::energy::adapter::{Adapter, Chart};
 use crate::energy::attach;
 use crate::energy::frame::EdgeFrame;
-use crate::energy::place::spots;
-use crate::numerics::scalar::Nestable;
+use crate::energy::own::{By, Curvatures, OwnEnergy, Slopes};
+use crate::energy::place::{Directors, Place, Spot, numbers, spots};
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::{Vector, dot, scale};
 use crate::rod::{Extra, Placed};
 use crate::scene::mesh::Mesh;
+use crate::scene::number::Quantity;
 use crate::scene::{Attached, Scene};
 use nalgebra::Vector3;
 use num_dual::Dual64;
+use std::sync::Arc;
 
 /// What acts on a rod whose unknowns at rest these are, with the frames of its edges; none in a plane.
 pub(crate) fn extra<D: Nestable>(
@@ -45,6 +49,62 @@ pub(crate) fn extra<D: Nestable>(
         })
     };
     Extra::new(scene.energies.iter().filter_map(placed).collect())
+}
+
+/// A spring between a node and a place in the world, m, which acts at the node alone.
+struct Tie([f64; 3]);
+
+impl OwnEnergy<1, 1> for Tie {
+    const PARAMETERS: [(&'static str, Quantity); 1] = [("stiffness", Quantity::positive("N/m"))];
+
+    fn energy<D: Scalar>(
+        &self,
+        _: &Place<D>,
+        [stiffness]: &[D; 1],
+        [x]: &[Vector<D>; 1],
+        _: &[Directors<D>],
+    ) -> D {
+        let way: Vector<D> = std::array::from_fn(|c| x[c] - self.0[c]);
+        *stiffness * dot(way, way) * 0.5
+    }
+
+    fn gradient<D: Scalar>(
+        &self,
+        _: &Place<D>,
+        [stiffness]: &[D; 1],
+        [x]: &[Vector<D>; 1],
+        _: &[Directors<D>],
+    ) -> Option<Slopes<D, 1>> {
+        let way = std::array::from_fn(|c| x[c] - self.0[c]);
+        Some(Slopes::default().with(By::Node(0), scale(way, *stiffness)))
+    }
+
+    fn hessian<D: Scalar>(
+        &self,
+        _: &Place<D>,
+        [stiffness]: &[D; 1],
+        _: &[Vector<D>; 1],
+        _: &[Directors<D>],
+    ) -> Option<Curvatures<D, 1>> {
+        let block = [0, 1, 2].map(|r| [0, 1, 2].map(|c| *stiffness * f64::from(r == c)));
+        Some(Curvatures::default().with(By::Node(0), By::Node(0), block))
+    }
+}
+
+/// Springs that tie nodes to places in the world, m, each with its stiffness, N/m.
+pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[(usize, [f64; 3], D)]) -> Extra<D> {
+    let tie = |(node, place, stiffness): &(usize, [f64; 3], D)| Placed {
+        name: "tie".into(),
+        energy: Arc::new(Adapter(Tie(*place))),
+        chart: chart.clone(),
+        values: vec![*stiffness],
+        spots: vec![Spot {
+            first: *node,
+            weight: None,
+            numbers: numbers([D::from(0.0); 2], &[place.map(D::from)], &[]),
+        }],
+    };
+    Extra::new(ties.iter().map(tie).collect())
 }
 
 /// The key of an energy that does not keep a plane.

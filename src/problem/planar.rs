@@ -1,6 +1,7 @@
 //! The model of a scene that lies in a plane.
 
 use crate::energy::adapter::Chart;
+use crate::energy::frame::EdgeFrame;
 use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, sub};
@@ -247,27 +248,25 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         }
     }
 
-    fn attach<D: Nestable>(
-        &self,
-        rod: &mut PlanarRod<D>,
-        scene: &Scene<D>,
-        mesh: &Mesh<D>,
-        rest: &PlanarRest<D>,
-    ) {
-        if scene.energies.is_empty() {
-            return;
-        }
-        let tilted = tilted(scene, &mesh.nodes, &self.normal());
+    fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
+        let tilted = tilted(scene, &scene.made_mesh().nodes, &self.normal());
         let [along, aside, out] = self.components(first_director(scene, &tilted));
         let [x, y] = rest.direction(0);
         let length = (x * x + y * y).sqrt();
         let Plane { origin, x: right, y: up } = &self.plane;
-        let chart = Chart::Plane {
+        Chart::Plane {
             origin: (*origin).into(),
             axes: [(*right).into(), (*up).into()],
             across: [(x * aside - y * along) / length, out],
-        };
-        rod.own = own::extra(&chart, scene, mesh, (&self.unknowns(rest), &[]));
+        }
+    }
+
+    fn give<D: Nestable>(rod: &mut PlanarRod<D>, own: Extra<D>) {
+        rod.own = own;
+    }
+
+    fn edge_frames<D: Nestable>((): &()) -> &[EdgeFrame<D>] {
+        &[]
     }
 
     fn dof(&self) -> usize {
@@ -287,7 +286,8 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             Support::Free => 0,
             Support::Roller => 1,
             Support::Pinned => 2,
-            Support::Clamped => 4,
+            // Of recorded ends more nodes may be held.
+            Support::Clamped | Support::Recorded => 4,
         }
     }
 

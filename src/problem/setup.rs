@@ -4,8 +4,9 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
+use crate::problem::own;
 use crate::scene::mesh::Mesh;
-use crate::scene::{PointForce, PointMass, Scene};
+use crate::scene::{PointForce, PointMass, Scene, Track};
 
 /// A scene with its mesh and its rest shape in a model's terms.
 #[derive(Clone, Debug)]
@@ -30,7 +31,23 @@ impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
         let mut rod = model.rod(&self.scene, &self.rest);
         model.add_masses(&mut rod, &self.scene, &self.masses());
         model.add_loads(&mut rod, &self.rest, &self.loads());
-        model.attach(&mut rod, &self.scene, &self.mesh, &self.rest);
+        if !self.scene.energies.is_empty() {
+            let chart = model.chart(&self.scene, &self.rest);
+            let (q, frames) = (model.unknowns(&self.rest), model.frames(&self.rest));
+            let rest = (&q[..], M::edge_frames(&frames));
+            M::give(&mut rod, own::extra(&chart, &self.scene, &self.mesh, rest));
+        }
+        rod
+    }
+
+    /// The rod without loads, whose marked nodes are tied to places in the world, m, by springs of a
+    /// stiffness, N/m.
+    pub fn tied(&self, model: &M, ties: &[(usize, [f64; 3], D)]) -> M::Rod<D> {
+        let mut scene = self.scene.clone();
+        scene.loads.gravity = [D::from(0.0); 3];
+        let mut rod = model.rod(&scene, &self.rest);
+        let chart = model.chart(&scene, &self.rest);
+        M::give(&mut rod, own::ties(&chart, ties));
         rod
     }
 
@@ -56,12 +73,38 @@ impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
     }
 }
 
-/// The nodes of the shape the rod begins in, where the scene gives one.
+/// The nodes of the shape the rod begins in, where the scene gives one or it was recorded.
 pub(crate) fn start_shape<D: Scalar>(
     scene: &Scene<D>,
     rest: &Mesh<D>,
 ) -> Result<Option<Vec<Vector<D>>>, Error> {
+    if let Some(path) = &scene.supports.path {
+        return Ok(Some(between_markers(path.track()?, 0.0, rest.nodes.len() - 1)));
+    }
     scene.initial.shape.as_ref().map(|shape| shape.nodes_of(rest)).transpose()
+}
+
+/// Where the nodes of a rod of so many edges are at a time, s, by the markers along it: straight from one
+/// to the next.
+pub(crate) fn between_markers<D: Scalar>(
+    track: &Track,
+    time: f64,
+    segments: usize,
+) -> Vec<Vector<D>> {
+    let markers = track.markers();
+    let edges = segments / (markers.len() - 1);
+    let place = |i: usize| {
+        let (marker, part) = (i / edges, (i % edges) as f64 / edges as f64);
+        let x = markers[marker].at(time);
+        match part == 0.0 {
+            true => x.map(D::from),
+            false => {
+                let next = markers[marker + 1].at(time);
+                std::array::from_fn(|c| D::from(x[c] + part * (next[c] - x[c])))
+            }
+        }
+    };
+    (0..=segments).map(place).collect()
 }
 
 /// The loads on the nodes of a mesh.

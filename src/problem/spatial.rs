@@ -11,7 +11,6 @@ use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
 use crate::problem::model::{
     Correction, Model, NodalLoad, NodalMass, first_director, rolling, tilted,
 };
-use crate::problem::own;
 use crate::problem::profile::{Constants, Profile};
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::spatial::HALF_BANDWIDTH;
@@ -193,17 +192,18 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         }
     }
 
-    fn attach<D: Nestable>(
-        &self,
-        rod: &mut SpatialRod<D>,
-        scene: &Scene<D>,
-        mesh: &Mesh<D>,
-        rest: &SpatialRest<D>,
-    ) {
+    fn chart<D: Nestable>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {
         let axes = self.axes.map(Into::into);
         let world = [0, 1, 2].map(|k| [0, 1, 2].map(|c| f64::from(c == k)));
-        let chart = Chart::Space { axes: (axes != world).then_some(axes) };
-        rod.own = own::extra(&chart, scene, mesh, (&self.unknowns(rest), &rest.frames.edges));
+        Chart::Space { axes: (axes != world).then_some(axes) }
+    }
+
+    fn give<D: Nestable>(rod: &mut SpatialRod<D>, own: Extra<D>) {
+        rod.own = own;
+    }
+
+    fn edge_frames<D: Nestable>(frames: &Frames<D>) -> &[EdgeFrame<D>] {
+        &frames.edges
     }
 
     fn dof(&self) -> usize {
@@ -239,7 +239,8 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             Support::Free => 0,
             Support::Roller => 2,
             Support::Pinned => 3,
-            Support::Clamped => 7,
+            // Of recorded ends more nodes may be held.
+            Support::Clamped | Support::Recorded => 7,
         }
     }
 

@@ -4,14 +4,14 @@
 use crate::energy::frame::Frames;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, scale, sub, unit};
-use crate::problem::boundary::{BoundaryMotion, MovedEnd};
+use crate::problem::boundary::{BoundaryMotion, MovedEnd, RecordedEnd};
 use crate::problem::model::Model;
 use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
 use crate::problem::{Discretized, SpatialProblem};
 use crate::rod::{Rod, SpatialRod};
 use crate::scene::supports::Moment;
-use crate::scene::{Clamp, End, Motion, Support};
+use crate::scene::{Clamp, End, Motion, Recorded, Support};
 
 /// Frames over any scalar.
 type FramesOver<D, M, const W: usize> = <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames;
@@ -63,7 +63,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         &self,
         setup: &Setup<D, M, W>,
     ) -> Option<BoundaryMotion<D>> {
-        (!setup.scene.supports.motion.is_empty()).then(|| self.held_ends(setup))
+        setup.scene.supports.move_ends().then(|| self.held_ends(setup))
     }
 
     /// The same in plain numbers.
@@ -114,7 +114,26 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 ),
             }
         });
-        BoundaryMotion::new::<M, W>(ends.collect())
+        BoundaryMotion::new::<M, W>(ends.collect(), self.recorded_ends())
+    }
+
+    /// The ends that a recording leads.
+    fn recorded_ends(&self) -> Vec<RecordedEnd> {
+        let supports = &self.scene().supports;
+        let Some(Recorded { track: Some(track), .. }) = &supports.path else { return Vec::new() };
+        let path = supports.path.as_ref().expect("there is a recording");
+        let columns = [0, 1, 2].map(|c| {
+            self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))
+        });
+        let axes = [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]));
+        let led =
+            [End::Start, End::End].into_iter().filter(|e| supports.at(*e) == Support::Recorded);
+        let of = |end| RecordedEnd {
+            track: track.clone(),
+            nodes: path.held_at(end, self.nodes() - 1),
+            axes,
+        };
+        led.map(of).collect()
     }
 
     /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.

@@ -49,6 +49,8 @@ pub enum InitialState {
     Shape,
     /// In equilibrium under its loads.
     Equilibrium,
+    /// Where, and as fast as, the markers of `supports.path` were in its first two frames.
+    Recorded,
 }
 
 impl<D: Written> Initial<D> {
@@ -101,7 +103,7 @@ impl Initial {
                 let allowed = "a shape beside state = \"shape\"";
                 Err(Error::invalid("initial.shape", "no such key", allowed))
             }
-            (Some(_), InitialState::Rest) => {
+            (Some(_), InitialState::Rest | InitialState::Recorded) => {
                 let (found, allowed) =
                     ("a shape", "with state = \"shape\" or \"equilibrium\" only");
                 Err(Error::invalid("initial.shape", found, allowed))

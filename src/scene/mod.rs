@@ -10,6 +10,7 @@ pub mod mesh;
 pub mod number;
 pub mod own;
 pub mod parameter;
+pub mod path;
 pub mod plane;
 pub mod point;
 mod polyline;
@@ -22,6 +23,7 @@ pub mod supports;
 pub mod taper;
 pub mod time;
 pub mod tolerance;
+pub mod track;
 pub(crate) mod validate;
 
 pub use along::{Along, Linear};
@@ -32,6 +34,7 @@ pub use mass::PointMass;
 pub use material::Material;
 pub use own::{At, Attached};
 pub use parameter::Parameter;
+pub use path::Recorded;
 pub use plane::Plane;
 pub use point::{Point, Stencil};
 pub use rod::{Dimension, Discretization, RodSpec};
@@ -42,6 +45,7 @@ pub use supports::{Clamp, End, Motion, Support, Supports};
 pub use taper::Taper;
 pub use time::Time;
 pub use tolerance::Tolerance;
+pub use track::Track;
 
 use crate::error::Error;
 use crate::input::missing_keys::parse;
@@ -163,10 +167,13 @@ impl Scene {
         }
     }
 
-    /// Reads the points of polylines, once.
+    /// Reads the points of polylines and recordings, once.
     pub(crate) fn read_shapes(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         self.rod.shape.read(&folder, false)?;
+        if let Some(path) = &mut self.supports.path {
+            path.read(&folder)?;
+        }
         self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
     }
 
@@ -240,6 +247,12 @@ impl Scene {
                 *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
             }
         }
+        if let Some(path) = &mut self.supports.path
+            && !path.file.as_os_str().is_empty()
+        {
+            let file = folder.join(&path.file);
+            path.file = std::path::absolute(&file).map_err(|source| Error::io(&file, source))?;
+        }
         Ok(())
     }
 
@@ -252,7 +265,9 @@ impl Scene {
             }
             _ => None,
         });
-        self.path.iter().cloned().chain(polylines).collect()
+        let recording = self.supports.path.iter().filter(|path| !path.file.as_os_str().is_empty());
+        let recording = recording.map(|path| self.folder().join(&path.file));
+        self.path.iter().cloned().chain(polylines).chain(recording).collect()
     }
 
     /// Whether the mesh is given with the scene, by loads and masses on nodes that are named by their
@@ -281,6 +296,26 @@ impl Scene {
         self.check().map_err(|error| error.in_file(self.path.as_deref()))
     }
 
+    /// Refuses a start that does not fit to recorded ends.
+    fn check_recorded_start(&self) -> Result<(), Error> {
+        let Initial { state, shape, .. } = &self.initial;
+        let recorded = *state == InitialState::Recorded;
+        let (found, allowed) = match &self.supports.path {
+            None if recorded => ("\"recorded\"", "beside [supports.path] only"),
+            Some(_) if !recorded && *state != InitialState::Equilibrium => {
+                ("a start elsewhere than the recorded ends", "\"recorded\" or \"equilibrium\"")
+            }
+            Some(_) if shape.is_some() => {
+                ("initial.shape beside recorded ends", "none: markers say where the rod begins")
+            }
+            Some(_) if recorded && self.initial.moves() => {
+                ("a velocity beside a recorded start", "none: markers say how fast it is")
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::invalid("initial.state", found, allowed))
+    }
+
     fn check(&self) -> Result<(), Error> {
         self.rod.check()?;
         self.material.check()?;
@@ -294,6 +329,7 @@ impl Scene {
             return Err(Error::invalid("supports.angle", self.supports.angle, allowed));
         }
         self.supports.check()?;
+        self.check_recorded_start()?;
         if let Some(time) = &self.time {
             time.check()?;
             let eta = self.loads.damping.stiffness;
@@ -303,7 +339,7 @@ impl Scene {
                 let allowed = format!("0 with {}; the schemes {takers} take it", traits.name);
                 return Err(Error::invalid("loads.damping.stiffness", eta, allowed));
             }
-            if !self.supports.motion.is_empty() && !traits.takes_boundary_motion {
+            if self.supports.move_ends() && !traits.takes_boundary_motion {
                 let found = format!("a motion beside the scheme {}", traits.name);
                 let takers = Scheme::names(|traits| traits.takes_boundary_motion);
                 let allowed = format!("with the schemes {takers}");

@@ -14,6 +14,7 @@ pub(crate) const REQUIRED: [Rule; 10] = [
     if_there("loads.point[]", |_| &["node"]),
     if_there("initial.point[]", |_| &["node"]),
     if_there("supports.motion[]", |_| &["end"]),
+    if_there("supports.path", |_| &["file"]),
 ];
 
 fn rod_keys(rod: &toml::Table) -> Keys {

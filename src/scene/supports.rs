@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::path::Recorded;
 use crate::scene::validate::{direction, finite, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -41,6 +42,9 @@ pub struct Supports<D = f64> {
     /// How the ends are moved.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<Motion<D>>,
+    /// The recording that recorded ends follow.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<Recorded>,
 }
 
 fn is_zero<D: Written>(value: &D) -> bool {
@@ -60,6 +64,7 @@ impl<D: From<f64>> Default for Supports<D> {
             angle: D::from(0.0),
             roller: None,
             motion: Vec::new(),
+            path: None,
         }
     }
 }
@@ -77,6 +82,8 @@ pub enum Support {
     Roller,
     /// A wall: position and direction stay.
     Clamped,
+    /// A hand that leads the end as `supports.path` has recorded it.
+    Recorded,
 }
 
 /// Where the wall of a clamped end stands.
@@ -273,14 +280,21 @@ impl Motion {
             Support::Pinned => {
                 invalid("rotation", &"a turn of a pinned end", "turns of clamped ends")
             }
-            Support::Free | Support::Roller => {
-                invalid("end", &"a motion of an end that nothing holds", "clamped or pinned ends")
-            }
+            Support::Free | Support::Roller | Support::Recorded => invalid(
+                "end",
+                &"a motion of an end that no wall or hinge holds",
+                "clamped or pinned ends",
+            ),
         }
     }
 }
 
 impl<D> Supports<D> {
+    /// Whether an end moves, by a formula or as it was recorded.
+    pub(crate) fn move_ends(&self) -> bool {
+        !self.motion.is_empty() || self.path.is_some()
+    }
+
     /// The support of an end.
     pub fn at(&self, end: End) -> Support {
         match end {
@@ -299,6 +313,7 @@ impl Supports {
             angle: n.number("angle", self.angle, Quantity::ANGLE),
             roller: self.roller,
             motion: n.list("motion", &self.motion, Motion::over),
+            path: self.path.clone(),
         }
     }
 
@@ -369,6 +384,15 @@ impl Supports {
                 let allowed = "with start or end = \"roller\" only";
                 return Err(Error::invalid("supports.roller", "no end that rolls", allowed));
             }
+        }
+        let ends = [self.start, self.end];
+        match &self.path {
+            Some(path) => path.check(ends)?,
+            None if ends.contains(&Support::Recorded) => {
+                let allowed = "with the file of a recording beside \"recorded\" ends";
+                return Err(Error::invalid("supports.path", "no such table", allowed));
+            }
+            None => {}
         }
         for (i, motion) in self.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");

@@ -7,6 +7,7 @@ mod pencil;
 mod reaction;
 mod rest;
 
+pub(crate) use descent::Descent;
 pub use descent::Rest;
 pub use equilibrium::Equilibrium;
 pub(crate) use equilibrium::nodes_over;

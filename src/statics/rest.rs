@@ -123,7 +123,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let supports = &self.scene().supports;
         let held = [supports.start, supports.end]
             .iter()
-            .any(|s| matches!(s, Support::Clamped | Support::Pinned));
+            .any(|s| matches!(s, Support::Clamped | Support::Pinned | Support::Recorded));
         let nodes = self.nodes() as f64;
         let noise = f64::EPSILON * if held { nodes.powf(1.5) } else { 10.0 * nodes.powi(2) };
         self.bending_frequency_squared() * 1e-9

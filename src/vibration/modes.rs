@@ -239,7 +239,9 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
     /// In how many ways at most it moves freely.
     pub fn most_free(&self) -> usize {
         let supports = &self.discretized.scene().supports;
-        let clamped = [supports.start, supports.end].contains(&Support::Clamped);
+        let clamped = [Support::Clamped, Support::Recorded]
+            .iter()
+            .any(|held| [supports.start, supports.end].contains(held));
         match (clamped, self.plane) {
             (true, _) => 0,
             (false, Some(_)) => 3,

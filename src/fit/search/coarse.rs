@@ -78,7 +78,8 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<P
     let turns = problem.turning() / most;
     let modes = COARSE_PER_MODE * experiment.highest_mode();
     let coarse = COARSE_SEGMENTS.max(turns.ceil() as usize).max(modes);
-    if coarse < problem.segments() {
+    // Markers along a rod stand at its nodes.
+    if coarse < problem.segments() && scene.supports.path.is_none() {
         scene = problem.remeshed(coarse);
     }
     let good = scene.supports.largest_good_step();

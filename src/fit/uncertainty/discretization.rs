@@ -67,7 +67,13 @@ fn other_meshes(search: &Search, coarser: bool) -> Others {
         let own = problem.segments() as f64;
         let fewer = (own / COARSER).round();
         let needed = FEWEST_EDGES.max(FEWEST_PER_MODE * experiment.highest_mode() as f64);
-        let segments = if coarser && fewer >= needed { fewer } else { (own * FINER).round() };
+        // Markers along a rod stand at its nodes: a node between any two is the next mesh.
+        let marked = problem.scene().supports.path.is_some();
+        let segments = match coarser && fewer >= needed {
+            _ if marked => 2.0 * own,
+            true => fewer,
+            false => (own * FINER).round(),
+        };
         let other = problem.like_it(problem.remeshed(segments as usize))?;
         Ok(Some((experiment.posed_as(other), to_zero(segments / own))))
     };

@@ -1,0 +1,208 @@
+//! The start of a recording: where the rod is, how it lies about itself, and how fast it is, from the
+//! first two frames of the markers along it.
+//!
+//! Markers are seen a little beside the rod, and their distances are not quite its edges' lengths. A rod
+//! put right on them would begin stretched, and ring. So in both frames the rod takes the shape of least
+//! energy with springs between its marked nodes and the markers: much weaker than the rod is along
+//! itself, and much stronger than it is in bending. Its velocity is the change from one to the other.
+//!
+//! Markers on the rod's line say nothing of its turn about itself. A curved rod is given the turn of least
+//! energy out of a dozen before it relaxes; angles keep what they have found in the first frame.
+
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
+use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::sub;
+use crate::problem::{Discretized, Model, Placed, Setup, between_markers};
+use crate::rod::Rod;
+use crate::scene::supports::Moment;
+use crate::scene::{Recorded, Track};
+use crate::statics::Descent;
+use std::f64::consts::TAU;
+
+/// Turns about itself that are tried before a rod relaxes.
+const TURNS: usize = 12;
+/// By how much the springs of held markers are stiffer than those of free ones.
+const HELD: f64 = 1e3;
+
+/// The unknowns in the first two frames, with the frames of the edges that all angles count from.
+type Relaxed<D, M, const W: usize> = (Placed<D, M, W>, Vec<D>);
+
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+    /// The unknowns and frames at the start of the recording, and the velocities there.
+    pub(crate) fn recorded_start<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+    ) -> Result<(Placed<D, M, W>, Vec<D>), Error> {
+        let track = self.track()?;
+        let ((mut q, frames), next) = self.relaxed_over(setup, track)?;
+        let rate = (track.times()[1] - track.times()[0]).recip();
+        let angle = |i: usize| M::Rod::<D>::is_angle(i);
+        let change = |(i, (q0, q1)): (usize, (&D, &D))| match angle(i) {
+            true => D::from(0.0),
+            false => (*q1 - *q0) * rate,
+        };
+        let v = q.iter().zip(&next).enumerate().map(change).collect();
+        if let Some(boundary_motion) = self.boundary_motion(setup) {
+            let moment = Moment::Time(0.0);
+            boundary_motion.advance::<M::Rod<D>, W>(moment, moment, &mut q, &frames);
+        }
+        Ok(((q, frames), v))
+    }
+
+    fn track(&self) -> Result<&Track, Error> {
+        let path = self.scene().supports.path.as_ref();
+        path.map_or_else(
+            || Err(Error::invalid("supports.path", "no such table", "one beside a recorded start")),
+            Recorded::track,
+        )
+    }
+
+    /// The rod with springs to the markers of a frame.
+    fn tied<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        track: &Track,
+        frame: usize,
+    ) -> Result<M::Rod<D>, Error> {
+        let path = setup.scene.supports.path.as_ref();
+        let segments = self.nodes() - 1;
+        let nodes = path.map_or(Ok(Vec::new()), |path| path.nodes(segments))?;
+        let stiffness = spring(setup, segments);
+        let free = self.free();
+        let time = track.times()[frame];
+        let tie = |(node, marker): (&usize, &crate::scene::track::Marker)| {
+            let held = !free.contains(&(M::STRIDE * node));
+            (*node, marker.at(time), stiffness * if held { HELD } else { 1.0 })
+        };
+        let ties: Vec<_> = nodes.iter().zip(track.markers()).map(tie).collect();
+        Ok(setup.tied(self.model, &ties))
+    }
+
+    /// The unknowns of both frames, in plain numbers; found when first asked for.
+    fn relaxed(&self, track: &Track) -> Result<&[Vec<f64>], Error> {
+        let start = &self.problem.start;
+        if start.get().is_none() {
+            let file = self.scene().path.as_deref();
+            let found = self.relax(track).map_err(|error| error.in_file(file))?;
+            // Another thread may have been quicker, and found the same.
+            let _ = start.set(found);
+        }
+        Ok(start.get().map_or(&[], Vec::as_slice))
+    }
+
+    fn relax(&self, track: &Track) -> Result<Vec<Vec<f64>>, Error> {
+        let (mut q, frames) = self.begin(self.setup);
+        let rod = self.tied(self.setup, track, 0)?;
+        turn_about_itself::<M, W>(&rod, &mut q, &frames);
+        let reference = frames.clone();
+        let descend = |rod: &M::Rod<f64>, q: Vec<f64>, frames| {
+            let scales = (self.problem.length(), self.negligible(None));
+            let all = 0..q.len();
+            Descent::new(rod, all, scales, None, self.problem.derivatives(), q).descend(frames)
+        };
+        let first = descend(&rod, q, frames)?;
+        let rod = self.tied(self.setup, track, 1)?;
+        // From there by as much as the markers have gone.
+        let mut q = first.q.clone();
+        let [before, after] = [0, 1]
+            .map(|frame| between_markers::<f64>(track, track.times()[frame], self.nodes() - 1));
+        for (i, (before, after)) in before.iter().zip(&after).enumerate() {
+            let way = self.model.components(sub(*after, *before));
+            for c in 0..M::STRIDE.min(3) {
+                q[M::STRIDE * i + c] += way[c];
+            }
+        }
+        let second = descend(&rod, q, first.frames.clone())?;
+        Ok([first, second]
+            .into_iter()
+            .map(|rest| {
+                let mut q = rest.q;
+                M::Rod::<f64>::refer(&mut q, &rest.frames, &reference);
+                q
+            })
+            .collect())
+    }
+
+    /// The unknowns of both frames with the derivatives that `D` carries.
+    fn relaxed_over<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        track: &Track,
+    ) -> Result<Relaxed<D, M, W>, Error> {
+        let (_, frames) = self.begin(setup);
+        let found = self.relaxed(track)?;
+        let mut both = [0, 1].map(|k| found[k].iter().map(|x| D::from(*x)).collect::<Vec<D>>());
+        if D::ORDER > 0 {
+            for (frame, q) in both.iter_mut().enumerate() {
+                let rod = self.tied(setup, track, frame)?;
+                self.follow_tied(&rod, &frames, q)
+                    .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
+            }
+        }
+        let [first, second] = both;
+        Ok(((first, frames), second))
+    }
+
+    /// Gives the unknowns `q` of a tied rod at rest their derivatives: one step of Newton's method per
+    /// order, and one more for what is added to what nothing resists, the turn of a straight rod about
+    /// itself.
+    fn follow_tied<D: Nestable>(
+        &self,
+        rod: &M::Rod<D>,
+        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+        q: &mut [D],
+    ) -> Result<(), Singular> {
+        let n = q.len();
+        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        let mut factors = Ldlt::with_order(n);
+        let added: Vec<D> = self.negligible(None).into_iter().map(D::from).collect();
+        for _ in 0..=D::ORDER {
+            rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+            factors.factor_sum(&added, D::from(1.0), &tangent, D::from(1.0), 0..n)?;
+            factors.solve(&mut gradient);
+            for (q, correction) in q.iter_mut().zip(&gradient) {
+                *q -= *correction;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The stiffness of the springs to free markers, N/m: between that of an edge along itself and that of
+/// bending at its length.
+fn spring<D: Nestable, M: Model<W>, const W: usize>(setup: &Setup<D, M, W>, segments: usize) -> D {
+    let (material, section) = (&setup.scene.material, setup.scene.rod.section.moments());
+    let edge = setup.mesh.length * (segments as f64).recip();
+    let [i1, _] = section.second_moments;
+    material.youngs_modulus * (section.area * i1).sqrt() / (edge * edge)
+}
+
+/// Turns a rod as a whole about itself to where its energy is least, of a few turns.
+fn turn_about_itself<M: Model<W>, const W: usize>(
+    rod: &M::Rod<f64>,
+    q: &mut [f64],
+    frames: &<M::Rod<f64> as Rod<f64, W>>::Frames,
+) {
+    if !M::Rod::<f64>::HAS_FRAMES {
+        return;
+    }
+    let angles: Vec<usize> = (0..q.len()).filter(|i| M::Rod::<f64>::is_angle(*i)).collect();
+    let begun: Vec<f64> = angles.iter().map(|i| q[*i]).collect();
+    let turned = |turn: f64, q: &mut [f64]| {
+        angles.iter().zip(&begun).for_each(|(i, begun)| q[*i] = begun + turn);
+        rod.energies(q, frames).total()
+    };
+    let still = turned(0.0, q);
+    let mut least = (still, 0.0);
+    for k in 1..TURNS {
+        let turn = k as f64 * TAU / TURNS as f64;
+        let energy = turned(turn, q);
+        // A straight round rod has the same energy in all of them.
+        if energy < least.0 - 1e-9 * still.abs() {
+            least = (energy, turn);
+        }
+    }
+    turned(least.1, q);
+}

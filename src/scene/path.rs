@@ -1,0 +1,127 @@
+//! `[supports.path]`: ends that go as markers on the rod were seen to go.
+
+use crate::error::Error;
+use crate::scene::supports::{End, Support};
+use crate::scene::track::Track;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A recording of markers on the rod, of which the outermost lead `"recorded"` ends.
+///
+/// A recorded end turns about itself as little as its direction allows, by parallel transport in time:
+/// markers on the rod's line do not show its turn.
+///
+/// The markers stand in the order of the file's columns, from the start of the rod to its end, equally many
+/// edges apart: the first at the first node and the last at the last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recorded {
+    /// A CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, relative to the scene
+    /// file.
+    pub file: PathBuf,
+    /// How many markers are held at a recorded end, from that end inwards. The nodes between them stay
+    /// on the chords.
+    #[serde(default = "two")]
+    pub held: usize,
+    /// The recording, once it is read.
+    #[serde(skip)]
+    pub track: Option<Arc<Track>>,
+}
+
+fn two() -> usize {
+    2
+}
+
+impl Recorded {
+    /// The recording of this file, with two markers held at each recorded end.
+    pub fn new(file: impl Into<PathBuf>) -> Self {
+        Self { file: file.into(), held: two(), track: None }
+    }
+
+    /// A recording that is no file's.
+    pub fn of(track: Track) -> Self {
+        Self { track: Some(track.into()), ..Self::new("") }
+    }
+
+    /// Reads the recording, once.
+    pub(crate) fn read(&mut self, folder: &Path) -> Result<(), Error> {
+        if self.track.is_none() {
+            self.track = Some(Arc::new(Track::read(&folder.join(&self.file))?));
+        }
+        Ok(())
+    }
+
+    /// The recording.
+    pub(crate) fn track(&self) -> Result<&Track, Error> {
+        self.track.as_deref().ok_or_else(|| {
+            let found = format!("{}, which has not been read", self.file.display());
+            Error::invalid("supports.path.file", found, "that of a loaded scene or a problem")
+        })
+    }
+
+    /// The node of every marker on a rod of so many edges.
+    ///
+    /// # Errors
+    /// Where the markers are not equally many edges apart, or a recorded end holds more than there are.
+    pub(crate) fn nodes(&self, segments: usize) -> Result<Vec<usize>, Error> {
+        let markers = self.track()?.markers().len();
+        let spans = markers.saturating_sub(1);
+        if spans == 0 || !segments.is_multiple_of(spans) {
+            let found = format!("{segments} with {markers} markers along the rod");
+            let allowed = format!("a multiple of {spans}: markers stand at nodes, one at each end");
+            return Err(Error::invalid("rod.segments", found, allowed));
+        }
+        Ok((0..markers).map(|j| j * (segments / spans)).collect())
+    }
+
+    /// How many nodes a recorded end of a rod of so many edges holds.
+    pub(crate) fn held_nodes(&self, segments: usize) -> usize {
+        let spans = self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1);
+        (self.held.max(1) - 1) * (segments / spans) + 1
+    }
+
+    /// Refuses what makes no sense beside these supports.
+    pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
+        let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
+        if recorded == 0 {
+            let found = "a recording without an end that it moves";
+            let allowed = "beside start or end = \"recorded\" only";
+            return Err(Error::invalid("supports.path", found, allowed));
+        }
+        if self.held == 0 {
+            return Err(Error::invalid("supports.path.held", 0, "1 or more markers"));
+        }
+        Ok(())
+    }
+
+    /// Refuses a rod that has no free node left.
+    pub(crate) fn check_nodes(&self, ends: usize, segments: usize) -> Result<(), Error> {
+        self.nodes(segments)?;
+        let held = ends * self.held_nodes(segments);
+        if held > segments {
+            let found = format!("{} at {ends} ends, {held} of {} nodes", self.held, segments + 1);
+            let allowed = "fewer, so that a node is free";
+            return Err(Error::invalid("supports.path.held", found, allowed));
+        }
+        Ok(())
+    }
+
+    /// The held nodes of an end, each with the two markers it stands between and its part of the way from
+    /// the first to the second.
+    pub(crate) fn held_at(&self, end: End, segments: usize) -> Vec<(usize, [usize; 2], f64)> {
+        let Some(track) = &self.track else { return Vec::new() };
+        let markers = track.markers().len();
+        let edges = segments / (markers - 1);
+        let last = self.held_nodes(segments) - 1;
+        let place = |k: usize| {
+            let (marker, part) = (k / edges, (k % edges) as f64 / edges as f64);
+            let next = (marker + 1).min(markers - 1);
+            match end {
+                End::Start => (k, [marker, next], part),
+                End::End => (segments - k, [markers - 1 - marker, markers - 1 - next], part),
+            }
+        };
+        (0..=last).map(place).collect()
+    }
+}

@@ -1,0 +1,217 @@
+//! Markers that were followed in time: a table of places, and the smooth way through them.
+
+use crate::error::Error;
+use crate::input::table::{LENGTHS, TIMES, Table};
+use crate::numerics::hermite::Hermite;
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::Vector;
+use std::path::Path;
+
+/// Where markers were at increasing times.
+///
+/// Between two times a marker goes along the cubic with the slopes of the central differences, and of
+/// the neighbouring interval at the ends. Markers that were not seen for a while go on through the gap
+/// likewise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    times: Vec<f64>,
+    markers: Vec<Marker>,
+}
+
+/// A marker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Marker {
+    /// What follows x, y and z in the names of its columns.
+    pub name: String,
+    /// Where it was seen, m; none where it was not.
+    pub seen: Vec<Option<[f64; 3]>>,
+    /// When it was seen, s, where, m, and with which velocity, m/s.
+    way: Vec<(f64, [[f64; 3]; 2])>,
+}
+
+impl Track {
+    /// Reads a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`; units in brackets,
+    /// SI without. Without columns z all of it lies at z = 0.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or a line of it that makes no sense, with its number.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let table = Table::read(path)?;
+        let clock = table.find("t").or_else(|| table.find("time"));
+        let clock = clock.ok_or_else(|| table.error(1, "no column t or time"))?;
+        let unit = table.factor(clock, &TIMES, "")?;
+        let mut names: Vec<&str> = Vec::new();
+        for (i, (column, _)) in table.columns.iter().enumerate() {
+            let name = column.strip_prefix(['x', 'y', 'z']).filter(|_| i != clock);
+            let Some(name) = name else {
+                if i == clock {
+                    continue;
+                }
+                let message =
+                    format!("column `{column}`, allowed: t, and x.., y.., z.. of markers");
+                return Err(table.error(1, &message));
+            };
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let mut times = Vec::with_capacity(table.rows.len());
+        for row in &table.rows {
+            let time = row.values[clock]
+                .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?
+                * unit;
+            if let Some(before) = times.last().filter(|before| **before >= time) {
+                let message = format!("t = {time} s after {before} s, allowed: increasing times");
+                return Err(table.error(row.line, &message));
+            }
+            times.push(time);
+        }
+        let mut markers = Vec::with_capacity(names.len());
+        for name in names {
+            let mut axes = [None; 3];
+            for (axis, letter) in axes.iter_mut().zip(['x', 'y', 'z']) {
+                if let Some(column) = table.find(&format!("{letter}{name}")) {
+                    *axis = Some((column, table.factor(column, &LENGTHS, "")?));
+                }
+            }
+            if axes[..2].contains(&None) {
+                let message = format!("marker `{name}` without a column x{name} or y{name}");
+                return Err(table.error(1, &message));
+            }
+            let seen = table.rows.iter().map(|row| {
+                let mut place = [0.0; 3];
+                for (to, axis) in place.iter_mut().zip(axes) {
+                    if let Some((column, factor)) = axis {
+                        *to = row.values[column]? * factor;
+                    }
+                }
+                Some(place)
+            });
+            markers.push((name.to_string(), seen.collect()));
+        }
+        let found = markers.len();
+        let track = Self::new(times, markers);
+        track.map_err(|message| table.error(1, &format!("{message}; {found} markers")))
+    }
+
+    /// Markers by name, each seen at these increasing times, s, or not.
+    ///
+    /// # Errors
+    /// A marker that was seen less than twice, in words.
+    pub fn new(
+        times: Vec<f64>,
+        markers: Vec<(String, Vec<Option<[f64; 3]>>)>,
+    ) -> Result<Self, String> {
+        let of = |(name, seen): (String, Vec<Option<[f64; 3]>>)| {
+            let known = times.iter().zip(&seen);
+            let known: Vec<(f64, [f64; 3])> =
+                known.filter_map(|(t, x)| Some((*t, (*x)?))).collect();
+            if known.len() < 2 {
+                return Err(format!("marker `{name}` seen {} times, allowed: twice", known.len()));
+            }
+            Ok(Marker { way: way(&known), name, seen })
+        };
+        let markers = markers.into_iter().map(of).collect::<Result<Vec<_>, _>>()?;
+        if markers.is_empty() {
+            return Err("no marker, allowed: one at least".into());
+        }
+        Ok(Self { times, markers })
+    }
+
+    /// When the markers were looked at, s.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The markers, in the order of their columns.
+    pub fn markers(&self) -> &[Marker] {
+        &self.markers
+    }
+}
+
+impl Marker {
+    /// Where the marker is at a time, m; before the first time it was seen, and after the last, it goes
+    /// on straight.
+    pub fn at<D: Scalar>(&self, time: D) -> Vector<D> {
+        let after = self.way.partition_point(|(t, _)| *t <= time.value());
+        let straight =
+            |(t, [x, v]): &(f64, [[f64; 3]; 2])| std::array::from_fn(|c| (time - *t) * v[c] + x[c]);
+        if after == 0 {
+            return straight(&self.way[0]);
+        }
+        let Some((t1, [x1, v1])) = self.way.get(after) else {
+            return straight(&self.way[after - 1]);
+        };
+        let (t0, [x0, v0]) = &self.way[after - 1];
+        let w = Hermite::new(*t0, *t1, time);
+        std::array::from_fn(|c| w.x0 * x0[c] + w.x1 * x1[c] + w.v0 * v0[c] + w.v1 * v1[c])
+    }
+}
+
+/// Places with their velocities: central differences, of unequal intervals the parabola's.
+fn way(known: &[(f64, [f64; 3])]) -> Vec<(f64, [[f64; 3]; 2])> {
+    let slope = |i: usize| {
+        let ((t0, x0), (t1, x1)) = (known[i], known[i + 1]);
+        std::array::from_fn::<f64, 3, _>(|c| (x1[c] - x0[c]) / (t1 - t0))
+    };
+    let last = known.len() - 1;
+    let velocity = |i: usize| match i {
+        0 => slope(0),
+        _ if i == last => slope(last - 1),
+        _ => {
+            let (before, after) = (slope(i - 1), slope(i));
+            let [h0, h1] = [known[i].0 - known[i - 1].0, known[i + 1].0 - known[i].0];
+            std::array::from_fn(|c| (before[c] * h1 + after[c] * h0) / (h0 + h1))
+        }
+    };
+    known.iter().enumerate().map(|(i, (t, x))| (*t, [*x, velocity(i)])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_dual::Dual64;
+
+    /// A parabola is followed exactly inside, through a gap too, and rates are its rates.
+    #[test]
+    fn a_parabola_is_followed() {
+        let place = |t: f64| [t, 2.0 * t * t - 0.3, -t * t];
+        let times: Vec<f64> = (0..9).map(|k| 0.1 * f64::from(k)).collect();
+        let seen = times.iter().enumerate().map(|(k, t)| (k != 4).then(|| place(*t))).collect();
+        let track = Track::new(times, vec![("7".into(), seen)]).unwrap();
+        for t in [0.1, 0.17, 0.3, 0.38, 0.41, 0.5, 0.63] {
+            let found = track.markers()[0].at(Dual64::new(t, 1.0));
+            let rates = [1.0, 4.0 * t, -2.0 * t];
+            for c in 0..3 {
+                assert!((found[c].re - place(t)[c]).abs() < 1e-15, "{t}");
+                assert!((found[c].eps - rates[c]).abs() < 1e-14, "{t}");
+            }
+        }
+    }
+
+    #[test]
+    fn files_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("clip.csv");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Track::read(&path).map_err(|error| error.to_string())
+        };
+        let track = read("t,x0[mm],y0[mm],xtip,ytip\n0,1,2,3,4\n0.5,2,,3,5\n1,3,4,3,6\n").unwrap();
+        let names: Vec<&str> = track.markers().iter().map(|m| m.name.as_str()).collect();
+        assert_eq!((names, track.times()), (vec!["0", "tip"], &[0.0, 0.5, 1.0][..]));
+        assert_eq!(track.markers()[0].seen[1], None);
+        assert_eq!(track.markers()[0].seen[2], Some([3e-3, 4e-3, 0.0]));
+        assert_eq!(track.markers()[1].at(0.75), [3.0, 5.5, 0.0]);
+        for (text, words) in [
+            ("x0,y0\n1,2\n", "no column t"),
+            ("t,a0\n1,2\n", "column `a0`"),
+            ("t,x0\n1,2\n", "marker `0` without"),
+            ("t,x0,y0\n1,2,3\n", "seen 1 times"),
+            ("t,x0,y0\n1,2,3\n1,2,4\n", "increasing"),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+}
