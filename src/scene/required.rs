@@ -3,7 +3,7 @@
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// What a scene file must have.
-pub(crate) const REQUIRED: [Rule; 10] = [
+pub(crate) const REQUIRED: [Rule; 11] = [
     always("rod", rod_keys),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),

@@ -9,6 +9,7 @@ mod motion;
 mod parameters;
 mod planar_elements;
 mod rates;
+mod recorded;
 mod rest;
 mod spatial_elements;
 mod starts;

@@ -187,13 +187,13 @@ fn supports_hold(supports: &Supports) -> bool {
 }
 
 /// Where all nodes are at the end, m.
-fn end(problem: &Problem) -> Vec<f64> {
+pub fn end(problem: &Problem) -> Vec<f64> {
     let run = problem.simulate().unwrap();
     (0..problem.nodes()).flat_map(|i| run.node(i, STEPS)).collect()
 }
 
 /// The same with its derivative by a parameter, as fits use it.
-fn derivative(problem: &Problem, parameter: Parameter) -> Vec<f64> {
+pub fn derivative(problem: &Problem, parameter: Parameter) -> Vec<f64> {
     let run = problem.simulate_with(&[parameter]).unwrap();
     let at = |i: usize| {
         let end = run.times()[STEPS];
@@ -203,7 +203,7 @@ fn derivative(problem: &Problem, parameter: Parameter) -> Vec<f64> {
 }
 
 /// The derivative carried through the whole run.
-fn in_duals(problem: &Problem, parameter: Parameter) -> Vec<f64> {
+pub fn in_duals(problem: &Problem, parameter: Parameter) -> Vec<f64> {
     let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == parameter)));
     let time = problem.time().unwrap();
     let nodes = problem.nodes();
@@ -222,11 +222,11 @@ fn in_duals(problem: &Problem, parameter: Parameter) -> Vec<f64> {
     }
 }
 
-fn largest(x: &[f64]) -> f64 {
+pub fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |most, x| most.max(x.abs()))
 }
 
-fn apart(a: &[f64], b: &[f64]) -> f64 {
+pub fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 

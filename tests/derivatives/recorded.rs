@@ -1,0 +1,122 @@
+//! Rods whose ends go as markers were seen to go: their starts and their motion by every number.
+
+use rodfit::scene::{
+    InitialState, Material, Recorded, Scene, Scheme, Section, Shape, Support, Time, Tolerance,
+    Track,
+};
+use rodfit::{Parameter, Problem};
+
+use crate::common::differences::difference;
+use crate::parameters::{apart, derivative, end, in_duals, largest};
+
+/// Markers of a hanging line between two hands that move, in steps of 10 ms; in the plane z stays 0.
+fn track(markers: usize, planar: bool, noise: f64) -> Track {
+    let times: Vec<f64> = (0..30).map(|k| 0.01 * f64::from(k)).collect();
+    let place = |j: usize, t: f64| {
+        let u = j as f64 / (markers - 1) as f64;
+        let beside = if planar { 0.0 } else { 0.04 * (3.0 * t + u).sin() };
+        let seen = noise * ((j * 7919) as f64 + 311.0 * t).sin();
+        let hand = 0.05 * (9.0 * t).sin() * (1.0 - u);
+        [0.42 * u + hand, 0.5 * u * (u - 1.0) + 0.03 * (7.0 * t).cos() + seen, beside]
+    };
+    let seen = (0..markers)
+        .map(|j| (format!("{j}"), times.iter().map(|t| Some(place(j, *t))).collect()))
+        .collect();
+    Track::new(times, seen).unwrap()
+}
+
+/// A slightly curved cable of 7 markers, two edges between any two in space.
+fn scene(planar: bool, scheme: Scheme) -> Scene {
+    let points: Vec<[f64; 3]> = (0..7)
+        .map(|i| {
+            let s = 0.085 * f64::from(i);
+            [s, 0.3 * s * s, if planar { 0.0 } else { 0.5 * s * s * s }]
+        })
+        .collect();
+    let shape = Shape::points(points);
+    let material = Material { poisson_ratio: Some(0.4), ..Material::new(1100.0, 4e7) };
+    let segments = if planar { 6 } else { 12 };
+    let mut scene = Scene::new(segments, shape, Section::Circle { radius: 2e-3 }, material);
+    scene.rod.natural_curvature = 0.7.into();
+    scene.loads.gravity = [0.0, -9.8, if planar { 0.0 } else { 1.0 }];
+    scene.loads.damping.mass = 0.4;
+    scene.loads.damping.stiffness = 5e-3;
+    scene.supports.start = Support::Recorded;
+    scene.supports.end = if planar { Support::Free } else { Support::Recorded };
+    scene.supports.path = Some(Recorded::of(track(7, planar, 2e-4)));
+    scene.initial.state = InitialState::Recorded;
+    let rho_inf = if scheme == Scheme::GeneralisedAlpha { 0.4 } else { 0.5 };
+    let beta = if scheme == Scheme::NewmarkBeta { 0.7 } else { 0.5 };
+    let tolerance = match scheme.traits().parameter {
+        Some(_) => Tolerance::Rounding,
+        None => Tolerance::default(),
+    };
+    scene.time = Some(Time { scheme, rho_inf, beta, tolerance, ..Time::new(0.06, 5e-3) });
+    scene
+}
+
+/// `smooth`: whether a step of a parameter keeps the solution of a step in time that was found.
+fn check(problem: &Problem, smooth: bool) -> usize {
+    let mut checked = 0;
+    for parameter in Parameter::all(problem.scene()) {
+        if parameter.is_of_the_camera() || problem.check_parameter(parameter).is_err() {
+            continue;
+        }
+        let (exact, dual) = (derivative(problem, parameter), in_duals(problem, parameter));
+        let value = parameter.of(problem.scene()).unwrap().abs();
+        let size = largest(&dual);
+        if size * if value == 0.0 { 1.0 } else { value } < 1e-9 {
+            continue;
+        }
+        let off = apart(&exact, &dual) / size;
+        // A rod that hardly stretches is bent much by little of its length.
+        let h = 2e-4 * if value == 0.0 { 1.0 } else { value };
+        let difference = apart(&exact, &difference(problem, parameter, h, end)) / size;
+        println!("{parameter}: {size:.1e}, off by {off:.1e}, differences {difference:.1e}");
+        assert!(
+            off < 1e-9 && (difference < 1e-6 || !smooth),
+            "{parameter}: {off:e} {difference:e}"
+        );
+        checked += 1;
+    }
+    checked
+}
+
+#[test]
+fn recorded_ends_by_every_number() {
+    for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
+        for planar in [true, false] {
+            let problem = scene(planar, scheme).problem().unwrap();
+            assert_eq!(problem.planar().is_some(), planar, "{}", problem.model().1);
+            println!("{scheme:?}, planar: {planar}");
+            // Averaged over a step, forces of what is far too fast for it have many roots.
+            let smooth = planar || scheme != Scheme::AverageVectorField;
+            assert!(check(&problem, smooth) >= 6);
+        }
+    }
+}
+
+/// Held nodes are where the markers are, at every step, also between the frames; and a marker that is
+/// followed exactly starts with the velocity it was seen with.
+#[test]
+fn held_nodes_are_where_the_markers_are() {
+    let scene = scene(false, Scheme::GeneralisedAlpha);
+    let problem = scene.problem().unwrap();
+    let run = problem.simulate().unwrap();
+    let track = track(7, false, 2e-4);
+    for (k, t) in run.times().iter().enumerate() {
+        for (node, marker) in [(0, 0), (2, 1), (10, 5), (12, 6)] {
+            let (found, seen) = (run.node(node, k), track.markers()[marker].at(*t));
+            assert!((0..3).all(|c| (found[c] - seen[c]).abs() < 1e-15), "{k} {node}");
+        }
+        let (found, seen) = (run.node(1, k), [0, 1].map(|m| track.markers()[m].at(*t)));
+        assert!((0..3).all(|c| (found[c] - 0.5 * (seen[0][c] + seen[1][c])).abs() < 1e-15));
+    }
+    // Free markers begin near where they were seen, nearer than the rod's length differs.
+    for (node, marker) in [(4, 2), (6, 3), (8, 4)] {
+        let (found, seen) = (run.node(node, 0), track.markers()[marker].at(0.0));
+        let away = (0..3).map(|c| (found[c] - seen[c]).powi(2)).sum::<f64>().sqrt();
+        println!("marker {marker} begins {:.2} mm off", 1e3 * away);
+        assert!(away < 0.02);
+    }
+}
