@@ -6,6 +6,7 @@ use crate::numerics::hermite::Hermite;
 use crate::numerics::scalar::Scalar;
 use crate::rod::Energies;
 use crate::scene::Stencil;
+use crate::scene::marker::Marker;
 use crate::statics::Reactions;
 use num_dual::Dual64;
 use std::sync::Arc;
@@ -19,9 +20,11 @@ pub(crate) type Motion<D = f64> = [[D; 3]; 2];
 pub(crate) struct Record<D = f64> {
     /// The nodes that are recorded, ascending.
     tracked: Arc<[usize]>,
+    /// The edges whose axes are recorded, ascending: three behind the nodes each.
+    edges: Arc<[usize]>,
     /// Times of the records, s: the start and the end of every step of the scene.
     times: Vec<f64>,
-    /// Of every tracked node, step after step.
+    /// Of every tracked node and axis, step after step.
     motion: Vec<Motion<D>>,
     /// The same derived by every parameter, where a run in plain numbers carries derivatives along.
     derivatives: Vec<Vec<Motion>>,
@@ -45,6 +48,7 @@ impl<D: Scalar> Record<D> {
     pub fn new(tracked: impl Into<Arc<[usize]>>, parameters: usize) -> Self {
         Self {
             tracked: tracked.into(),
+            edges: Arc::new([]),
             times: Vec::new(),
             motion: Vec::new(),
             derivatives: vec![Vec::new(); parameters],
@@ -57,6 +61,15 @@ impl<D: Scalar> Record<D> {
         }
     }
 
+    /// With the axes of these edges, ascending.
+    pub fn with_axes(self, edges: impl Into<Arc<[usize]>>) -> Self {
+        Self { edges: edges.into(), ..self }
+    }
+
+    /// The edges whose axes are recorded, ascending.
+    pub fn edges(&self) -> Arc<[usize]> {
+        self.edges.clone()
+    }
     /// The nodes that are recorded, ascending.
     pub fn tracked(&self) -> Arc<[usize]> {
         self.tracked.clone()
@@ -70,7 +83,7 @@ impl<D: Scalar> Record<D> {
         &self.motion
     }
 
-    /// Appends the motions of the tracked nodes, in their order, at `time`, s.
+    /// Appends the motions of the tracked nodes and axes, in their order, at `time`, s.
     pub fn push(&mut self, time: f64, motions: impl Iterator<Item = Motion<D>>) {
         self.times.push(time);
         self.motion.extend(motions);
@@ -84,14 +97,31 @@ impl<D: Scalar> Record<D> {
     /// What was recorded of a node after `k` steps; none where it was not.
     pub fn motion_of(&self, node: usize, k: usize) -> Option<&Motion<D>> {
         let column = self.tracked.binary_search(&node).ok()?;
-        self.motion.get(k * self.tracked.len() + column)
+        self.motion.get(k * self.width() + column)
+    }
+
+    /// How many motions a step has.
+    fn width(&self) -> usize {
+        self.tracked.len() + 3 * self.edges.len()
     }
 
     /// The position of a point at a time, m: between steps the cubic Hermite interpolant of
     /// positions and velocities.
     pub fn position(&self, stencil: &Stencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
-        self.interpolate(stencil, k, &hermite, |index| self.motion[index])
+        self.interpolate(&self.columns(stencil)?, k, &hermite, |index| self.motion[index])
+    }
+
+    /// The position of a marker at a time, m, likewise.
+    pub fn marker(&self, marker: &Marker<D>, time: D) -> Result<[D; 3], Error> {
+        let (k, hermite) = self.around(time)?;
+        let mut columns = self.columns(&marker.centre)?;
+        for (edge, weight) in &marker.edges {
+            let first = self.tracked.len()
+                + 3 * place_in(&self.edges, *edge, "an edge that was not tracked")?;
+            columns.extend([0, 1, 2].map(|c| (first + c, *weight * marker.offset[c])));
+        }
+        self.interpolate(&columns, k, &hermite, |index| self.motion[index])
     }
 
     /// Position and velocity of a point at a time, m and m/s, by the same interpolant.
@@ -102,7 +132,8 @@ impl<D: Scalar> Record<D> {
             Some(end) => Hermite::rates(self.times[k - 1], *end, D::from(time)),
             None => return Ok([position, [D::from(0.0); 3]]),
         };
-        Ok([position, self.interpolate(stencil, k, &rates, |index| self.motion[index])?])
+        let columns = self.columns(stencil)?;
+        Ok([position, self.interpolate(&columns, k, &rates, |index| self.motion[index])?])
     }
 
     /// The step a time lies in, by its end, and the interpolant there.
@@ -125,17 +156,16 @@ impl<D: Scalar> Record<D> {
     /// The interpolant in the step that ends with record `k`, of what `at` reads of the record.
     fn interpolate<E: Scalar>(
         &self,
-        stencil: &Stencil<E>,
+        columns: &[(usize, E)],
         k: usize,
         hermite: &Hermite<E>,
         at: impl Fn(usize) -> Motion<E>,
     ) -> Result<[E; 3], Error> {
-        let width = self.tracked.len();
+        let width = self.width();
         // A rod at rest has one record.
         let after = if k < self.times.len() { k } else { k - 1 };
         let mut sum = [E::from(0.0); 3];
-        for (node, weight) in &stencil.nodes {
-            let column = self.column(*node)?;
+        for (column, weight) in columns {
             let ([x0, v0], [x1, v1]) = (at((k - 1) * width + column), at(after * width + column));
             for (c, sum) in sum.iter_mut().enumerate() {
                 let value = hermite.x0 * x0[c]
@@ -148,28 +178,38 @@ impl<D: Scalar> Record<D> {
         Ok(sum)
     }
 
-    /// Where a tracked node stands among the tracked.
-    fn column(&self, node: usize) -> Result<usize, Error> {
-        self.tracked.binary_search(&node).map_err(|_| Error::OutOfRange {
-            what: "a node that was not tracked",
-            found: node as f64,
-            low: self.tracked.first().map_or(0.0, |i| *i as f64),
-            high: self.tracked.last().map_or(0.0, |i| *i as f64),
-        })
+    /// Where the nodes of a stencil stand among the recorded motions, and their weights.
+    fn columns<E: Scalar>(&self, stencil: &Stencil<E>) -> Result<Vec<(usize, E)>, Error> {
+        let column = |(node, weight): &(usize, E)| {
+            Ok((place_in(&self.tracked, *node, "a node that was not tracked")?, *weight))
+        };
+        stencil.nodes.iter().map(column).collect()
     }
+}
+
+/// Where a node or an edge stands among the recorded.
+fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usize, Error> {
+    recorded.binary_search(&wanted).map_err(|_| Error::OutOfRange {
+        what,
+        found: wanted as f64,
+        low: recorded.first().map_or(0.0, |i| *i as f64),
+        high: recorded.last().map_or(0.0, |i| *i as f64),
+    })
 }
 
 impl Record {
     /// The record with its derivative by parameter `k`, or by one that changes nothing.
     pub fn along(&self, k: Option<usize>) -> Record<Dual64> {
         let motion = (0..self.motion.len()).map(|index| self.dual(k, index)).collect();
-        Record { times: self.times.clone(), motion, ..Record::new(self.tracked.clone(), 0) }
+        let empty = Record::new(self.tracked.clone(), 0).with_axes(self.edges.clone());
+        Record { times: self.times.clone(), motion, ..empty }
     }
 
     /// The derivative by parameter `k` of a point's position at a time, m over the parameter's unit.
     pub fn rate(&self, k: usize, stencil: &Stencil<Dual64>, time: f64) -> Result<[f64; 3], Error> {
         let (end, hermite) = self.around(Dual64::from(time))?;
-        let rate = self.interpolate(stencil, end, &hermite, |index| self.dual(Some(k), index))?;
+        let columns = self.columns(stencil)?;
+        let rate = self.interpolate(&columns, end, &hermite, |index| self.dual(Some(k), index))?;
         Ok(rate.map(|x| x.eps))
     }
 

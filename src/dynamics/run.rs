@@ -1,15 +1,17 @@
 //! A run of a scene: from its start, step by step, each seen and recorded.
 
-use crate::dynamics::record::Record;
+use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::Work;
 use crate::dynamics::step_control::{HALVINGS, StepControl};
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
-use crate::problem::{Discretized, Model, Problem};
-use crate::rod::{Energies, Sensitive};
+use crate::problem::{Directors, Discretized, FramesOf, Model, Problem};
+use crate::rod::{Energies, Sensitive, State};
 use crate::scene::Parameter;
+use num_dual::Dual64;
+use std::sync::Arc;
 
 /// A running simulation as it looks from outside the model.
 pub trait Snapshot {
@@ -63,8 +65,9 @@ where
     if !parameters.is_empty() {
         simulation.keep_tangent();
     }
+    let markers = Markers::new(discretized, parameters, record);
     let mut control = StepControl::new(problem.scene(), &simulation);
-    keep(discretized, &simulation, &sensitivities, record);
+    keep(discretized, &simulation, (&sensitivities, markers.as_ref()), record);
     after(&Running { model, simulation: &simulation });
     for k in 1..=steps {
         problem.check_stop()?;
@@ -80,7 +83,7 @@ where
         record.stepping += start.elapsed();
         record.work = simulation.work();
         result?;
-        keep(discretized, &simulation, &sensitivities, record);
+        keep(discretized, &simulation, (&sensitivities, markers.as_ref()), record);
         after(&Running { model, simulation: &simulation });
     }
     Ok(())
@@ -90,7 +93,7 @@ where
 fn keep<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
     simulation: &Simulation<f64, M::Rod<f64>, W>,
-    sensitivities: &Sensitivities<M::Rod<f64>, W>,
+    (sensitivities, markers): (&Sensitivities<M::Rod<f64>, W>, Option<&Markers>),
     record: &mut Record,
 ) where
     M::Rod<f64>: Sensitive<W>,
@@ -108,11 +111,69 @@ fn keep<M: Model<W>, const W: usize>(
     }
     let tracked = record.tracked();
     let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
-    record.push(state.time, tracked.iter().map(motion));
+    let axes = markers.into_iter().flat_map(|m| m.axes(discretized, state));
+    record.push(state.time, tracked.iter().map(motion).chain(axes));
     for k in 0..sensitivities.count() {
         let of_node = |i: &usize| sensitivities.of_node(k, M::STRIDE * i, M::STRIDE.min(3));
         let rates = |i: &usize| of_node(i).map(|own| model.rate(&own, 0));
-        record.push_derivative(k, tracked.iter().map(rates));
+        let axes =
+            markers.into_iter().flat_map(|m| m.rates(discretized, (sensitivities, k), state));
+        record.push_derivative(k, tracked.iter().map(rates).chain(axes));
+    }
+}
+
+/// The axes that markers beside the centre line move with.
+struct Markers {
+    edges: Arc<[usize]>,
+    directors: Directors<f64>,
+    /// With the derivatives by every parameter.
+    derived: Vec<Directors<Dual64>>,
+}
+
+impl Markers {
+    /// None where no axes are recorded.
+    fn new<M: Model<W>, const W: usize>(
+        discretized: &Discretized<'_, M, W>,
+        parameters: &[Parameter],
+        record: &Record,
+    ) -> Option<Self> {
+        let derived = |parameter: &Parameter| {
+            let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
+            discretized.directors(&discretized.setup_over(seed))
+        };
+        (!record.edges().is_empty()).then(|| Self {
+            edges: record.edges(),
+            directors: discretized.directors(discretized.setup),
+            derived: parameters.iter().map(derived).collect(),
+        })
+    }
+
+    fn axes<M: Model<W>, const W: usize>(
+        &self,
+        discretized: &Discretized<'_, M, W>,
+        State { q, v, frames, .. }: &State<f64, FramesOf<M, W>>,
+    ) -> impl Iterator<Item = Motion> {
+        self.edges
+            .iter()
+            .flat_map(move |edge| discretized.axes(self.directors, (q, v), frames, *edge))
+    }
+
+    /// The derivatives of the axes by parameter `k`.
+    fn rates<M: Model<W>, const W: usize>(
+        &self,
+        discretized: &Discretized<'_, M, W>,
+        (sensitivities, k): (&Sensitivities<M::Rod<f64>, W>, usize),
+        state: &State<f64, FramesOf<M, W>>,
+    ) -> Vec<Motion>
+    where
+        M::Rod<f64>: Sensitive<W>,
+    {
+        let (q, v, frames) = sensitivities.motion(k, state);
+        let axes = |edge: &usize| {
+            let axes = discretized.axes::<Dual64>(self.derived[k], (&q, &v), &frames, *edge);
+            axes.map(|axis| axis.map(|x| x.map(|c| c.eps)))
+        };
+        self.edges.iter().flat_map(axes).collect()
     }
 }
 
@@ -155,8 +216,10 @@ pub(super) fn follow<D: Nestable, M: Model<W>, const W: usize>(
     seed: impl Fn(Parameter, f64) -> D,
 ) -> Result<Record<D>, Error> {
     let model = discretized.model;
-    let tracked = plain.tracked();
-    let mut record = Record::new(tracked.clone(), 0);
+    let (tracked, edges) = (plain.tracked(), plain.edges());
+    let mut record = Record::new(tracked.clone(), 0).with_axes(edges.clone());
+    let directors =
+        (!edges.is_empty()).then(|| discretized.directors(&discretized.setup_over(&seed)));
     let mut simulation = discretized.simulation_over(seed)?;
     let mut ends = plain.times().iter().peekable();
     for time in std::iter::once(None).chain(plain.taken.iter().map(Some)) {
@@ -166,7 +229,11 @@ pub(super) fn follow<D: Nestable, M: Model<W>, const W: usize>(
         let state = simulation.state();
         if ends.next_if_eq(&&state.time).is_some() {
             let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
-            record.push(state.time, tracked.iter().map(motion));
+            let axes = directors.into_iter().flat_map(|directors| {
+                let State { q, v, frames, .. } = state;
+                edges.iter().flat_map(move |e| discretized.axes(directors, (q, v), frames, *e))
+            });
+            record.push(state.time, tracked.iter().map(motion).chain(axes));
         }
     }
     record.taken = plain.taken.clone();

@@ -89,6 +89,12 @@ impl Trajectory {
         Ok(trajectory)
     }
 
+    /// Keeps the axes of these edges, which must be ascending, in a run to come.
+    pub(crate) fn keep_axes(mut self, edges: &[usize]) -> Self {
+        self.record = self.record.with_axes(edges);
+        self
+    }
+
     /// Keeps the [energies](Self::energies) of a run to come.
     pub fn keep_energies(mut self) -> Self {
         self.record.energies = Some(Vec::new());

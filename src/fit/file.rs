@@ -91,6 +91,8 @@ struct ObservationForm {
     file: PathBuf,
     #[serde(default)]
     point: Point,
+    #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
+    offset: [f64; 3],
     sigma: Option<f64>,
     #[serde(default)]
     loss: Loss,
@@ -181,8 +183,8 @@ impl ObservationForm {
         let Self { fps, scale, origin, y, time_zero, .. } = self;
         let recording = Recording { fps, scale, origin, y, time_zero };
         let read = Observation::read_as(folder.join(self.file), &recording)?.at(self.point);
-        let Self { sigma, loss, held_out, .. } = self;
-        Ok(Measurement::Motion(Observation { sigma, loss, held_out, ..read }))
+        let Self { offset, sigma, loss, held_out, .. } = self;
+        Ok(Measurement::Motion(Observation { offset, sigma, loss, held_out, ..read }))
     }
 }
 

@@ -248,6 +248,12 @@ impl Measurement {
                 problem.stencil(o.point).map_err(|error| {
                     Error::invalid(format!("{key}.point"), error, "a point of the rod")
                 })?;
+                let size = o.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
+                if !(size <= problem.length()) {
+                    let found = format!("{:?}", o.offset);
+                    let allowed = format!("up to the rod's length, {} m", problem.length());
+                    return Err(Error::invalid(format!("{key}.offset"), found, allowed));
+                }
                 let end = problem.time()?.end;
                 let late = o.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
                 if let Some(late) = late.filter(|_| !other_clock) {

@@ -1,5 +1,6 @@
 //! A validated scene, ready to simulate: rest state, supports, loads and the model they need.
 
+mod axes;
 pub(crate) mod boundary;
 mod curved_joints;
 mod layout;
@@ -15,6 +16,7 @@ mod spatial;
 mod start;
 mod tributary;
 
+pub(crate) use axes::Directors;
 pub(crate) use layout::cuts;
 pub use model::Model;
 pub(crate) use modelled::Modelled;
@@ -35,6 +37,7 @@ use crate::rod::Rod;
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
+use crate::scene::marker::Marker;
 use crate::scene::mesh::Mesh;
 use crate::scene::{InitialState, Scene, Support, Time};
 use crate::scene::{Point, Stencil};
@@ -291,6 +294,15 @@ impl Problem {
         };
         stencil.nodes.iter().fold([0.0; 3], |sum, (i, w)| add(sum, scale(nodes[*i], *w)))
     }
+    /// Where a marker is in the rest shape, m.
+    pub(crate) fn marker_at_rest(&self, point: Point, offset: [f64; 3]) -> Result<[f64; 3], Error> {
+        let marker = self.marker(point, offset)?;
+        let beside = match self.discretized() {
+            AnyProblem::Planar(discretized) => discretized.beside_at_rest(&marker),
+            AnyProblem::Spatial(discretized) => discretized.beside_at_rest(&marker),
+        };
+        Ok(add(self.rest_position(&marker.centre), beside))
+    }
     /// The normal of the plane of a planar scene; of a spatial one the z axis.
     pub(crate) fn normal(&self) -> [f64; 3] {
         match self.discretized() {
@@ -417,6 +429,16 @@ impl Problem {
     /// The nodes that a point may be a sum of, at this length of the rod and at others near it.
     pub(crate) fn nodes_around(&self, point: Point) -> Result<Range<usize>, Error> {
         point.nodes_around(&self.mesh)
+    }
+
+    /// A marker beside a point.
+    pub(crate) fn marker(&self, point: Point, offset: [f64; 3]) -> Result<Marker, Error> {
+        Marker::new(point, offset, &self.mesh)
+    }
+
+    /// The edges whose axes a marker beside a point may move with, likewise.
+    pub(crate) fn edges_around(&self, point: Point) -> Result<Range<usize>, Error> {
+        Marker::edges_around(point, &self.mesh)
     }
 
     /// Arc length of a point from the wall, m.

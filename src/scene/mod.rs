@@ -4,6 +4,7 @@ pub mod along;
 pub mod camera;
 pub mod initial;
 pub mod loads;
+pub(crate) mod marker;
 pub mod mass;
 pub mod material;
 pub mod mesh;

@@ -124,6 +124,11 @@ impl<D: Scalar> Point<D> {
         }
     }
 
+    /// Its arc length, m.
+    pub(crate) fn place(self, mesh: &Mesh<D>) -> Result<D, Error> {
+        Ok(self.arc_length(mesh)?.map_or_else(|s| s, |node| mesh.arc_length[node]))
+    }
+
     /// The node that the point is, or else its arc length.
     fn arc_length(self, mesh: &Mesh<D>) -> Result<Result<usize, D>, Error> {
         let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
@@ -160,7 +165,7 @@ impl<D: Scalar> Stencil<D> {
     }
 
     /// The four nodes next to an arc length.
-    fn around(arc_length: &[D], s: f64) -> Range<usize> {
+    pub(crate) fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
         let right = arc_length.partition_point(|a| a.value() < s).clamp(1, n.max(2) - 1);
         let first = right.saturating_sub(2).min(n.saturating_sub(4));

@@ -8,6 +8,7 @@ mod camera;
 mod experiments;
 mod helix;
 mod layout;
+mod markers;
 mod nist;
 mod piecewise;
 mod planar;

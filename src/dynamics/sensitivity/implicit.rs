@@ -94,6 +94,13 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         [self.q[i][lane], self.v[i][lane]]
     }
 
+    /// The frames where the rod is now with their derivatives along parameter `lane`.
+    pub fn frames(&self, lane: usize, now: &R::Frames) -> DualFrames<R, f64, W> {
+        let mut dual = self.dual_frames[lane].clone();
+        R::set_dual_frames(now, &self.frames, lane, &mut dual);
+        dual
+    }
+
     /// Advances over a step; the rod is measured where its forces count, and last where it ends.
     pub fn advance(
         &mut self,

@@ -17,7 +17,7 @@ mod viscous;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
-use crate::rod::Sensitive;
+use crate::rod::{DualFrames, Sensitive, State};
 use implicit::Implicit;
 use num_dual::Dual64;
 
@@ -81,6 +81,14 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
         }
     }
 
+    fn frames(&self, lane: usize, frames: &R::Frames) -> DualFrames<R, f64, W> {
+        match self {
+            Self::One(group) => group.frames(lane, frames),
+            Self::Two(group) => group.frames(lane, frames),
+            Self::Four(group) => group.frames(lane, frames),
+        }
+    }
+
     fn advance(
         &mut self,
         step: &Linearization<'_, f64, R, W>,
@@ -123,6 +131,32 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
             [rates[0][c], rates[1][c]] = self.rate(k, first + c);
         }
         rates
+    }
+
+    /// Unknowns, velocities and frames of a state with their derivatives by parameter `k`.
+    pub(crate) fn motion(
+        &self,
+        k: usize,
+        plain: &State<f64, R::Frames>,
+    ) -> (Vec<Dual64>, Vec<Dual64>, DualFrames<R, f64, W>) {
+        let frames = match &self.0 {
+            Kind::Direct(simulations) => simulations[k].state().frames.clone(),
+            Kind::Implicit { groups, .. } => {
+                let mut lane = k;
+                let holds = |group: &&Group<R, W>| {
+                    let held = lane < group.count();
+                    lane -= if held { 0 } else { group.count() };
+                    held
+                };
+                let group = groups.iter().find(holds).expect("no parameter beyond the last");
+                group.frames(lane, &plain.frames)
+            }
+        };
+        let dual = |x: &[f64], part: usize| {
+            let rates = (0..x.len()).map(|i| self.rate(k, i)[part]);
+            x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate)).collect()
+        };
+        (dual(&plain.q, 0), dual(&plain.v, 1), frames)
     }
 
     /// dq/dp and dv/dp of parameter `k` and unknown `i`.

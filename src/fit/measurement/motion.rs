@@ -41,6 +41,10 @@ impl fmt::Display for Dropped {
 pub struct Observation {
     /// Which point of the rod.
     pub point: Point,
+    /// How far beside the centre line the marker is that was seen, in the axes of the rod there, m: along
+    /// it, along its first director (the section's `up`; of a circle or a tube the y axis, or the x axis where
+    /// the rod begins along y; each less its part along the rod) and along the second, across both.
+    pub offset: [f64; 3],
     /// Where the point was seen, at increasing times.
     pub samples: Vec<Sample>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
@@ -62,6 +66,7 @@ impl Observation {
     pub fn new(samples: Vec<Sample>) -> Self {
         Self {
             point: Point::Tip,
+            offset: [0.0; 3],
             samples,
             sigma: None,
             loss: Loss::Squares,
@@ -146,6 +151,11 @@ impl Observation {
     /// Of another point than the tip.
     pub fn at(self, point: Point) -> Self {
         Self { point, ..self }
+    }
+
+    /// Of a marker [beside](Self::offset) the centre line, m.
+    pub fn offset(self, offset: [f64; 3]) -> Self {
+        Self { offset, ..self }
     }
 
     /// With a known standard deviation per coordinate, m.

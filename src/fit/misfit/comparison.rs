@@ -17,6 +17,7 @@ use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::Point;
 use crate::scene::Scene;
+use crate::scene::marker::{Marker, is_beside};
 use crate::vibration::ModeName;
 use crate::vibration::NaturalFrequency;
 use num_dual::Dual64;
@@ -32,6 +33,8 @@ pub(crate) struct Comparison {
     /// Points that move, and points at rest, that are looked at.
     moving: Vec<Point>,
     resting: Vec<Point>,
+    /// Points that move and have a marker beside them.
+    beside: Vec<Point>,
     /// The modes whose frequencies are looked at.
     modes: Vec<ModeName>,
     /// Time of the last sample on the camera's clock, and of the last reading of a gauge, s.
@@ -50,7 +53,8 @@ struct Series {
 
 #[derive(Debug)]
 enum Values {
-    Motion(Point, Vec<Sample>),
+    /// Of a point, or a marker beside it.
+    Motion(Point, [f64; 3], Vec<Sample>),
     RestShape(Vec<(Point, [Option<f64>; 3])>),
     /// Places among the modes, and rad/s.
     Frequencies(Vec<(usize, f64)>),
@@ -92,6 +96,7 @@ impl Comparison {
             series: Vec::new(),
             moving: Vec::new(),
             resting: Vec::new(),
+            beside: Vec::new(),
             modes: Vec::new(),
             end: 0.0,
             gauged: 0.0,
@@ -109,10 +114,13 @@ impl Comparison {
         let values = match measurement {
             Measurement::Motion(observation) => {
                 self.moving.push(observation.point);
+                if is_beside(observation.offset) {
+                    self.beside.push(observation.point);
+                }
                 let samples: Vec<Sample> =
                     observation.samples.iter().copied().filter(|s| s.time <= horizon).collect();
                 self.end = samples.last().map_or(self.end, |s| self.end.max(s.time));
-                Values::Motion(observation.point, samples)
+                Values::Motion(observation.point, observation.offset, samples)
             }
             Measurement::RestShape(shape) => {
                 self.resting.extend(shape.sightings.iter().map(|s| s.point));
@@ -195,7 +203,8 @@ impl Comparison {
             }
             let steps = steps.min(problem.time()?.steps());
             let mut trajectory =
-                Trajectory::new(&problem, &nodes(&self.moving, &problem)?, &wanted)?;
+                Trajectory::new(&problem, &nodes(&self.moving, &problem)?, &wanted)?
+                    .keep_axes(&edges(&self.beside, &problem)?);
             let outcome = trajectory.run(&problem, steps, |simulation| after(&problem, simulation));
             let steps = trajectory.work().steps + usize::from(outcome.is_err());
             count((steps * problem.segments()) as f64);
@@ -286,12 +295,12 @@ impl Comparison {
                 }
             };
             match values {
-                Values::Motion(point, samples) => {
+                Values::Motion(point, offset, samples) => {
                     let Some(moving) = moving else { continue };
-                    let stencil = point.fixed().stencil(&mesh)?;
+                    let marker = Marker::new(point.fixed(), *offset, &mesh)?;
                     for sample in samples {
                         let time = view.time(sample.time);
-                        compare(moving.position(&stencil, time)?, &sample.position);
+                        compare(moving.marker(&marker, time)?, &sample.position);
                     }
                 }
                 Values::RestShape(points) => {
@@ -338,16 +347,29 @@ fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
         // A point at a node slides to its neighbours when the rod gets longer.
         nodes.extend(problem.nodes_around(*point)?);
     }
-    nodes.sort_unstable();
-    nodes.dedup();
-    Ok(nodes)
+    Ok(ascending(nodes))
+}
+
+/// The edges whose axes markers beside these points move with, likewise.
+fn edges(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
+    let mut edges = Vec::new();
+    for point in points {
+        edges.extend(problem.edges_around(*point)?);
+    }
+    Ok(ascending(edges))
+}
+
+fn ascending(mut places: Vec<usize>) -> Vec<usize> {
+    places.sort_unstable();
+    places.dedup();
+    places
 }
 
 impl Series {
     fn len(&self) -> usize {
         let seen = |position: &[Option<f64>; 3]| position.iter().flatten().count();
         match &self.values {
-            Values::Motion(_, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
+            Values::Motion(_, _, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
             Values::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
             Values::Frequencies(values) => values.len(),
             Values::Gauge { readings, .. } => readings.len(),

@@ -165,7 +165,8 @@ impl<'a> Release<'a> {
             return Ok(None);
         }
         let view = View::new(problem, |_, value| value);
-        let start = view.recorded(problem.rest_position(&problem.stencil(observation.point)?));
+        let Observation { point, offset, .. } = observation;
+        let start = view.recorded(problem.marker_at_rest(*point, *offset)?);
         let noise = observation.noise();
         Ok(Some(Self { experiment, observation, view, start, noise }))
     }
