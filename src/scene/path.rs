@@ -1,7 +1,7 @@
 //! `[supports.path]`: ends that go as markers on the rod were seen to go.
 
 use crate::error::Error;
-use crate::scene::supports::{End, Support};
+use crate::scene::support::{End, Support};
 use crate::scene::track::Track;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};

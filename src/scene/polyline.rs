@@ -258,7 +258,7 @@ mod tests {
     use crate::scene::material::Material;
     use crate::scene::section::Section;
     use crate::scene::shape::{Handedness, Shape};
-    use crate::scene::supports::Support;
+    use crate::scene::support::Support;
     use crate::scene::time::Time;
     use std::fmt::Write;
 

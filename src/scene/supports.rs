@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::scene::number::{Numbers, Quantity, Written};
 use crate::scene::path::Recorded;
+use crate::scene::support::{Clamp, End, Support};
 use crate::scene::validate::{direction, finite, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -69,34 +70,6 @@ impl<D: From<f64>> Default for Supports<D> {
     }
 }
 
-/// What holds an end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Support {
-    /// Nothing holds the end.
-    #[default]
-    Free,
-    /// A hinge: the end stays where it is.
-    Pinned,
-    /// A hinge on wheels: the end rolls along one line.
-    Roller,
-    /// A wall: position and direction stay.
-    Clamped,
-    /// A hand that leads the end as `supports.path` has recorded it.
-    Recorded,
-}
-
-/// Where the wall of a clamped end stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Clamp {
-    /// At the middle of the outermost edge: second-order accurate.
-    #[default]
-    MidEdge,
-    /// At the outermost node, as in the paper: the rod is half an edge too short.
-    Nodes,
-}
-
 /// `[[supports.motion]]`: how a clamped or pinned end is moved. Several of one end add up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
@@ -120,17 +93,6 @@ pub struct Motion<D = f64> {
     /// The motion swings as `sin(2 pi frequency t)`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency: Option<D>,
-}
-
-/// An end of the rod.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum End {
-    /// At arc length zero.
-    Start,
-    /// At the other end.
-    #[default]
-    End,
 }
 
 /// When the supports' motions are asked for.
