@@ -107,7 +107,9 @@ impl<'a, D: Scalar> Profile<'a, D> {
         if self.breaks.is_empty() {
             return self.whole;
         }
-        let inside = self.breaks.iter().copied().filter(|place| *place > start && *place < end);
+        let first = self.breaks.partition_point(|place| *place <= start);
+        let last = self.breaks.partition_point(|place| *place < end).max(first);
+        let inside = self.breaks[first..last].iter().copied();
         let mut sum: Option<Constants<D>> = None;
         let mut from = start;
         for to in inside.chain([end]) {
