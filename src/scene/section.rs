@@ -84,7 +84,7 @@ impl Section {
                 positive(&key("radius"), *radius)?;
                 positive(&key("thickness"), *thickness)?;
                 if thickness > radius {
-                    let allowed = format!("up to the radius, {radius} m");
+                    let allowed = format!("up to the radius, {radius:.4e} m");
                     return Err(Error::invalid(key("thickness"), thickness, allowed));
                 }
                 Ok(())

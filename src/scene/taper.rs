@@ -169,8 +169,10 @@ impl Taper {
             for place in [piece[0] + inside, piece[1] - inside] {
                 let (section, _) = self.at(place, section, material);
                 section.check().map_err(|error| match error {
-                    Error::Invalid { found, allowed, .. } => {
-                        Error::invalid("rod.taper", format!("{found}, {place:.3} along"), allowed)
+                    Error::Invalid { key, found, allowed, .. } => {
+                        let number = key.trim_start_matches("rod.section.");
+                        let found = format!("{number} = {found} at {place:.3} of the length");
+                        Error::invalid("rod.taper", found, allowed)
                     }
                     error => error,
                 })?;
