@@ -249,7 +249,7 @@ impl Measurement {
                     Error::invalid(format!("{key}.point"), error, "a point of the rod")
                 })?;
                 let size = o.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
-                if !(size <= problem.length()) {
+                if !size.is_finite() || size > problem.length() {
                     let found = format!("{:?}", o.offset);
                     let allowed = format!("up to the rod's length, {} m", problem.length());
                     return Err(Error::invalid(format!("{key}.offset"), found, allowed));
