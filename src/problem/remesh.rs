@@ -14,7 +14,7 @@ impl Problem {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Material, Point, PointForce, Section, Shape};
+    use crate::scene::{Material, Point, PointForce, PointMass, Section, Shape};
 
     /// A cantilever with a force on an inner node droops alike on other meshes, but for the meshes' own
     /// error of second order (`forces_between_nodes` measures it). On the nearest node of 12 edges it would
@@ -41,6 +41,25 @@ mod tests {
             let allowed = 0.3 * (edge(segments).powi(2) + edge(30).powi(2));
             println!("{segments}: {off:.1e} of {tip}, allowed {allowed:.1e}");
             assert!(off.abs() < allowed, "{segments}: {off:e}");
+        }
+    }
+
+    /// So do masses: one on an inner node of a rod that weighs next to nothing bends it alike on other meshes.
+    #[test]
+    fn masses_stay_where_they_are() {
+        let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+        let section = Section::Circle { radius: 0.005 };
+        let mut scene = Scene::new(30, shape, section, Material::new(1e-3, 1e9));
+        scene.rod.mass = vec![PointMass::new(Point::Node(17), 0.05)];
+        scene.loads.gravity = [0.0, -9.8, 0.0];
+        let problem = scene.problem().unwrap();
+        let tip = problem.equilibrium().unwrap().tip[1];
+        for segments in [12, 23, 38, 60] {
+            let off = problem.remeshed(segments).problem().unwrap().equilibrium().unwrap().tip[1];
+            let edge = |segments: usize| (0.5 / (segments as f64 - 0.5)) / (0.5 * 16.5 / 29.5);
+            let allowed = 0.3 * (edge(segments).powi(2) + edge(30).powi(2));
+            println!("{segments}: {:.1e} of {tip}, allowed {allowed:.1e}", off / tip - 1.0);
+            assert!((off / tip - 1.0).abs() < allowed, "{segments}");
         }
     }
 }
