@@ -133,9 +133,12 @@ impl Study {
         };
         let damped = scene.loads.damping.stiffness > 0.0;
         let moved = scene.supports.move_ends();
+        let slides = scene.loads.damping.friction.is_some();
         let takes = |scheme: Scheme| {
             let traits = scheme.traits();
-            (traits.takes_viscosity || !damped) && (traits.takes_boundary_motion || !moved)
+            (traits.takes_viscosity || !damped)
+                && (traits.takes_friction || !slides)
+                && (traits.takes_boundary_motion || !moved)
         };
 
         let mut schemes: Vec<(Scheme, f64)> =

@@ -211,7 +211,7 @@ impl SimulationReport {
             "the rod stays where it is".into()
         } else if scene.supports.move_ends() {
             format!("energy went from {start:.3e} to {end:.3e} J, with the work of the supports")
-        } else if damping.mass > 0.0 || damping.stiffness > 0.0 {
+        } else if damping.is_there() {
             format!("damping took {:.3e} J of energy", start - end)
         } else if beta > 0.5 {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);

@@ -140,6 +140,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);
         energies.potential += self.state.wound;
+        energies.bend += self.system.rod.slider_energy(&self.state.internal.slid);
         Energies { kinetic, ..energies }
     }
 

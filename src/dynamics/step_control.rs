@@ -69,7 +69,7 @@ impl Limits {
             return None;
         }
         let damping = scene.loads.damping;
-        let damped = damping.mass > 0.0 || damping.stiffness > 0.0;
+        let damped = damping.is_there();
         let traits = time.scheme.traits();
         // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
         let exactly = traits.energy == EnergyKept::Exactly && scene.energies.is_empty();

@@ -26,6 +26,29 @@ impl<D: Scalar> Stiffness<D> {
         ]
     }
 
+    /// The sum of two.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self {
+            bend: [0, 1, 2].map(|k| self.bend[k] + other.bend[k]),
+            twist: self.twist + other.twist,
+            coupling: [0, 1].map(|k| self.coupling[k] + other.coupling[k]),
+        }
+    }
+
+    /// The strains that three stresses make, by Cholesky's elimination.
+    pub(crate) fn inverse_times(&self, w: &[D; 3]) -> [D; 3] {
+        let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
+        let (l21, l31) = (b12 / b11, c1 / b11);
+        let d2 = b22 - l21 * b12;
+        let l32 = (c2 - l31 * b12) / d2;
+        let d3 = self.twist - l31 * c1 - l32 * (c2 - l31 * b12);
+        let y2 = w[1] - l21 * w[0];
+        let y3 = w[2] - l31 * w[0] - l32 * y2;
+        let x3 = y3 / d3;
+        let x2 = y2 / d2 - l32 * x3;
+        [w[0] / b11 - l21 * x2 - l31 * x3, x2, x3]
+    }
+
     /// Converts every number.
     pub fn map<E>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
         Stiffness {

@@ -64,14 +64,16 @@
 
 use crate::energy::adapter::Chart;
 use crate::energy::frame::EdgeFrame;
+use crate::energy::friction::Sliders;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, turned, unit};
-use crate::problem::tributary::Arcs;
+use crate::problem::tributary::{Arcs, TributaryLengths};
 use crate::rod::{Extra, Rod};
 use crate::scene::mesh::Mesh;
 use crate::scene::{End, Material, Scene, Support};
 use nalgebra::Vector3;
 use num_dual::Dual64;
+use std::sync::Arc;
 
 /// A force and a moment on a node, in world axes.
 #[derive(Clone, Copy, Debug)]
@@ -216,6 +218,16 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
         let axis: Vector<D> = std::array::from_fn(|c| D::from(f64::from(c == least)));
         unit(sub(axis, scale(tangent, dot(tangent, axis))))
     })
+}
+
+/// The springs of internal friction, if the scene has any.
+pub(crate) fn sliders<D: Scalar>(
+    scene: &Scene<D>,
+    tributary: &TributaryLengths<D>,
+) -> Option<Arc<Sliders<D>>> {
+    let friction = scene.loads.damping.friction?;
+    let limits = tributary.joint.iter().map(|length| friction.curvature * *length).collect();
+    Some(Arc::new(Sliders { stiffness: friction.stiffness, limits }))
 }
 
 /// Where an end rolls: as the scene says, or along the rod.

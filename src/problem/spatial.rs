@@ -9,7 +9,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, dot, sub, unit};
 use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
 use crate::problem::model::{
-    Correction, Model, NodalLoad, NodalMass, first_director, rolling, tilted,
+    Correction, Model, NodalLoad, NodalMass, first_director, rolling, sliders, tilted,
 };
 use crate::problem::profile::{Constants, Profile};
 use crate::problem::tributary::TributaryLengths;
@@ -160,7 +160,8 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             load.push(DeadLoad { force: gravity.map(|g| node_mass * g) });
         }
         let own = Extra::default();
-        SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load, own }
+        let sliders = sliders(scene, &rest.tributary);
+        SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load, sliders, own }
     }
 
     fn add_masses<D: Nestable>(

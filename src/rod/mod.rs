@@ -163,6 +163,19 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// Becomes `elastic` with every stiffness times `factor` and every natural strain
     /// `(natural + shift[i]) / factor`.
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]);
+
+    /// How many strains of bending and twisting have springs of internal friction: all or none.
+    fn slides(&self) -> usize;
+
+    /// Becomes `law` with the springs of `elastic`, which would be stretched by `z` if they did not slip,
+    /// where these are the strains of all elements.
+    fn set_sliders(&mut self, law: &Self, elastic: &Self, strains: &[D], z: &[D]);
+
+    /// Lets springs slip that are stretched beyond their limit.
+    fn slip(&self, z: &mut [D]);
+
+    /// Energy of springs that are stretched by `z`: of bending and twisting, J.
+    fn slider_energy(&self, z: &[D]) -> f64;
 }
 
 /// Whether curvatures `2 tan(phi/2)` of opposite sides, of which these are the products summed over

@@ -4,6 +4,7 @@
 
 mod rates;
 
+use crate::energy::friction::Sliders;
 use crate::energy::planar_bend::curvature_between;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
@@ -14,6 +15,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Half-bandwidth of the planar tangent.
 pub const HALF_BANDWIDTH: usize = 5;
@@ -33,6 +35,8 @@ pub struct PlanarRod<D> {
     pub moment: Vec<(usize, DeadMoment<D>)>,
     /// The first edge's direction at rest: angles of the moments' potential count from it.
     pub heading: [D; 2],
+    /// Springs of internal friction beside the bends.
+    pub sliders: Option<Arc<Sliders<D>>>,
     /// Energies of one's own.
     pub own: Extra<D>,
 }
@@ -506,5 +510,31 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         for ((to, from), shift) in self.bend.iter_mut().zip(&elastic.bend).zip(bend_shift) {
             *to = from.viscous(factor, *shift);
         }
+    }
+
+    fn slides(&self) -> usize {
+        if self.sliders.is_some() { self.bend.len() } else { 0 }
+    }
+
+    fn set_sliders(&mut self, law: &Self, elastic: &Self, strains: &[D], z: &[D]) {
+        self.stretch.clone_from(&law.stretch);
+        let Some(sliders) = &elastic.sliders else { return };
+        let strains = &strains[elastic.stretch.len()..];
+        for (i, to) in self.bend.iter_mut().enumerate() {
+            let both = (&law.bend[i], elastic.bend[i].stiffness);
+            *to = sliders.bend(i, both, strains[i], z[i]);
+        }
+    }
+
+    fn slip(&self, z: &mut [D]) {
+        if let Some(sliders) = &self.sliders {
+            z.iter_mut().enumerate().for_each(|(i, z)| *z = sliders.slid(i, *z));
+        }
+    }
+
+    fn slider_energy(&self, z: &[D]) -> f64 {
+        let Some(sliders) = &self.sliders else { return 0.0 };
+        let energy = |(z, bend): (&D, &PlanarBend<D>)| (*z * *z * bend.stiffness).value();
+        0.5 * sliders.stiffness.value() * z.iter().zip(&self.bend).map(energy).sum::<f64>()
     }
 }

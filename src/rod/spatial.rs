@@ -8,6 +8,7 @@ use crate::energy::BendTwist;
 use crate::energy::bend_twist;
 use crate::energy::bend_twist::{EdgeState, JointLaw};
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
+use crate::energy::friction::Sliders;
 use crate::energy::joint::{ByEdge, Edge, Sum, between};
 use crate::energy::{DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
@@ -18,6 +19,7 @@ use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Unknowns from one node to the next.
 const STRIDE: usize = 4;
@@ -37,6 +39,8 @@ pub struct SpatialRod<D> {
     pub mass: Vec<D>,
     /// Weight and point forces, one per node.
     pub load: Vec<DeadLoad<D, 3>>,
+    /// Springs of internal friction beside the joints.
+    pub sliders: Option<Arc<Sliders<D>>>,
     /// Energies of one's own.
     pub own: Extra<D>,
 }
@@ -480,5 +484,36 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         for ((to, from), shift) in self.joint.iter_mut().zip(&elastic.joint).zip(joint_shift) {
             *to = from.viscous(factor, shift);
         }
+    }
+
+    fn slides(&self) -> usize {
+        if self.sliders.is_some() { 3 * self.joint.len() } else { 0 }
+    }
+
+    fn set_sliders(&mut self, law: &Self, elastic: &Self, strains: &[D], z: &[D]) {
+        self.stretch.clone_from(&law.stretch);
+        let Some(sliders) = &elastic.sliders else { return };
+        let (strains, _) = strains[elastic.stretch.len()..].as_chunks::<3>();
+        let (z, _) = z.as_chunks::<3>();
+        for (i, to) in self.joint.iter_mut().enumerate() {
+            let both = (&law.joint[i], &elastic.joint[i].stiffness);
+            *to = sliders.joint(i, both, strains[i], z[i]);
+        }
+    }
+
+    fn slip(&self, z: &mut [D]) {
+        let Some(sliders) = &self.sliders else { return };
+        let (z, _) = z.as_chunks_mut::<3>();
+        for (i, z) in z.iter_mut().enumerate() {
+            *z = sliders.slid_in_space(i, &self.joint[i].stiffness, *z);
+        }
+    }
+
+    fn slider_energy(&self, z: &[D]) -> f64 {
+        let Some(sliders) = &self.sliders else { return 0.0 };
+        let (z, _) = z.as_chunks::<3>();
+        let energy =
+            |(z, joint): (&[D; 3], &JointLaw<D>)| sliders.energy(&joint.stiffness, *z).value();
+        z.iter().zip(&self.joint).map(energy).sum()
     }
 }

@@ -27,13 +27,16 @@ pub struct State<D, F> {
 
 /// What the material remembers of its way, beside where the rod is and how it moves: all internal
 /// variables of a state stand here, and the sensitivities carry their derivatives in the same struct.
-/// Today that is what Kelvin-Voigt damping needs; without it both lists are empty.
+/// That is what Kelvin-Voigt damping and internal friction need; without them all lists are empty.
 #[derive(Clone, Debug, Default)]
 pub struct InternalVariables<D> {
     /// Strains of all elements, in the order of [`Rod::strains`](crate::rod::Rod::strains).
     pub strain: Vec<D>,
     /// Their mean rates over the step that ended here, 1/s.
     pub strain_rate: Vec<D>,
+    /// How far the springs of internal friction are stretched, by the strains of bending and twisting; empty
+    /// without any.
+    pub slid: Vec<D>,
 }
 
 impl<D: Scalar> InternalVariables<D> {
@@ -41,6 +44,7 @@ impl<D: Scalar> InternalVariables<D> {
     fn restore(&mut self, other: &Self) {
         self.strain.clone_from(&other.strain);
         self.strain_rate.clone_from(&other.strain_rate);
+        self.slid.clone_from(&other.slid);
     }
 }
 
@@ -56,7 +60,11 @@ impl<D: Scalar, F: Clone> State<D, F> {
             q,
             frames,
             wound: 0.0,
-            internal: InternalVariables { strain: Vec::new(), strain_rate: Vec::new() },
+            internal: InternalVariables {
+                strain: Vec::new(),
+                strain_rate: Vec::new(),
+                slid: Vec::new(),
+            },
         }
     }
 

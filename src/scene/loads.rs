@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::point::Point;
-use crate::scene::validate::{finite, not_negative};
+use crate::scene::validate::{finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
 /// `[loads]`
@@ -31,6 +31,20 @@ pub struct Damping<D = f64> {
     /// Kelvin-Voigt time on the strain rates, s.
     #[serde(default)]
     pub stiffness: D,
+    /// Internal friction of bending and twisting.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction<D>>,
+}
+
+/// `loads.damping.friction`: beside what is elastic in the rod, springs that slip, as strands of a cable
+/// do: see [`crate::energy::friction`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Friction<D = f64> {
+    /// Stiffness of the springs, as a part of the rod's own in bending and twisting.
+    pub stiffness: D,
+    /// The curvature at which they slip, 1/m.
+    pub curvature: D,
 }
 
 /// `[[loads.point]]`
@@ -75,10 +89,23 @@ impl Damping {
     fn over<D>(&self, n: &mut Numbers<'_, D>) -> Damping<D> {
         let rate = Quantity::positive("1/s").searched(Candidates::Rate(0.03, 10.0, 1.5));
         let time = Quantity::positive("s").searched(Candidates::Time(1e-5, 0.1, 1.0));
+        let part = Quantity::positive("");
+        let curvature = Quantity::positive("1/m");
         Damping {
             mass: n.number("mass", self.mass, rate),
             stiffness: n.number("stiffness", self.stiffness, time),
+            friction: self.friction.map(|friction| {
+                n.table("friction", |n| Friction {
+                    stiffness: n.number("stiffness", friction.stiffness, part),
+                    curvature: n.number("curvature", friction.curvature, curvature),
+                })
+            }),
         }
+    }
+
+    /// Whether anything takes energy.
+    pub(crate) fn is_there(&self) -> bool {
+        self.mass > 0.0 || self.stiffness > 0.0 || self.friction.is_some()
     }
 }
 
@@ -95,6 +122,10 @@ impl Loads {
         finite("loads.gravity", &self.gravity)?;
         not_negative("loads.damping.mass", self.damping.mass)?;
         not_negative("loads.damping.stiffness", self.damping.stiffness)?;
+        if let Some(friction) = &self.damping.friction {
+            positive("loads.damping.friction.stiffness", friction.stiffness)?;
+            positive("loads.damping.friction.curvature", friction.curvature)?;
+        }
         let mut points = self.point.iter().enumerate();
         points.try_for_each(|(i, load)| load.check(&format!("loads.point[{i}]")))
     }

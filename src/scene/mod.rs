@@ -31,7 +31,7 @@ pub(crate) mod validate;
 pub use along::{Along, Linear};
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
-pub use loads::{Damping, Loads, PointForce};
+pub use loads::{Damping, Friction, Loads, PointForce};
 pub use mass::PointMass;
 pub use material::Material;
 pub use own::{At, Attached};
@@ -341,6 +341,12 @@ impl Scene {
                 let takers = Scheme::names(|traits| traits.takes_viscosity);
                 let allowed = format!("0 with {}; the schemes {takers} take it", traits.name);
                 return Err(Error::invalid("loads.damping.stiffness", eta, allowed));
+            }
+            if self.loads.damping.friction.is_some() && !traits.takes_friction {
+                let found = format!("friction beside the scheme {}", traits.name);
+                let allowed =
+                    format!("with the schemes {}", Scheme::names(|traits| traits.takes_friction));
+                return Err(Error::invalid("loads.damping.friction", found, allowed));
             }
             if self.supports.move_ends() && !traits.takes_boundary_motion {
                 let found = format!("a motion beside the scheme {}", traits.name);

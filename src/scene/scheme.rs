@@ -46,6 +46,8 @@ pub struct Traits {
     pub order: u32,
     /// Whether it takes Kelvin-Voigt damping.
     pub takes_viscosity: bool,
+    /// Whether it takes internal friction.
+    pub takes_friction: bool,
     /// Whether it takes moving supports.
     pub takes_boundary_motion: bool,
     /// Largest `h omega` at which a vibration stays bounded; none where every step is stable.
@@ -75,6 +77,7 @@ const TRAITS: [Traits; 6] = [
         name: "newmark-beta",
         order: 2,
         takes_viscosity: true,
+        takes_friction: true,
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Roughly,
@@ -85,6 +88,7 @@ const TRAITS: [Traits; 6] = [
         name: "average-vector-field",
         order: 2,
         takes_viscosity: true,
+        takes_friction: false,
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Exactly,
@@ -95,6 +99,7 @@ const TRAITS: [Traits; 6] = [
         name: "rodas4",
         order: 4,
         takes_viscosity: false,
+        takes_friction: false,
         takes_boundary_motion: false,
         stability_limit: None,
         energy: EnergyKept::Roughly,
@@ -105,6 +110,7 @@ const TRAITS: [Traits; 6] = [
         name: "verlet",
         order: 2,
         takes_viscosity: false,
+        takes_friction: false,
         takes_boundary_motion: false,
         stability_limit: Some(2.0),
         energy: EnergyKept::OnAverage,
@@ -115,6 +121,7 @@ const TRAITS: [Traits; 6] = [
         name: "pefrl",
         order: 4,
         takes_viscosity: false,
+        takes_friction: false,
         takes_boundary_motion: false,
         stability_limit: Some(2.989),
         energy: EnergyKept::OnAverage,
@@ -125,6 +132,7 @@ const TRAITS: [Traits; 6] = [
         name: "generalised-alpha",
         order: 2,
         takes_viscosity: true,
+        takes_friction: true,
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Roughly,

@@ -60,6 +60,10 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 let shift: Vec<f64> = strain_rate.iter().map(|r| -damping.stiffness * r).collect();
                 let mut viscous = rod.clone();
                 viscous.set_viscous(rod, 1.0, &shift);
+                if rod.slides() > 0 {
+                    let law = viscous.clone();
+                    viscous.set_sliders(&law, rod, &internal.strain, &internal.slid);
+                }
                 viscous.gradient(q, frames, self.derivatives(), &mut force);
             }
         }

@@ -1,8 +1,8 @@
 //! Rods whose ends go as markers were seen to go: their starts and their motion by every number.
 
 use rodfit::scene::{
-    InitialState, Material, Recorded, Scene, Scheme, Section, Shape, Support, Time, Tolerance,
-    Track,
+    Friction, InitialState, Material, Recorded, Scene, Scheme, Section, Shape, Support, Time,
+    Tolerance, Track,
 };
 use rodfit::{Parameter, Problem};
 
@@ -92,6 +92,22 @@ fn recorded_ends_by_every_number() {
             // Averaged over a step, forces of what is far too fast for it have many roots.
             let smooth = planar || scheme != Scheme::AverageVectorField;
             assert!(check(&problem, smooth) >= 6);
+        }
+    }
+}
+
+/// With springs that slip, and with springs that stick; derivatives by differences where they stick.
+#[test]
+fn friction_by_every_number() {
+    for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
+        for planar in [true, false] {
+            for (curvature, stiffness) in [(0.05, 0.0), (0.3, 5e-3), (50.0, 5e-3)] {
+                let mut scene = scene(planar, scheme);
+                scene.loads.damping.stiffness = stiffness;
+                scene.loads.damping.friction = Some(Friction { stiffness: 1.6, curvature });
+                println!("{scheme:?}, planar: {planar}, {curvature} 1/m");
+                assert!(check(&scene.problem().unwrap(), curvature > 1.0) >= 6);
+            }
         }
     }
 }

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use rodfit::dynamics::SimulationReport;
 use rodfit::problem::Model;
 use rodfit::scene::{
-    Clamp, Damping, Initial, InitialState, Material, Motion, PointForce, Scene, Scheme, Section,
-    Shape, Support, Time, Tolerance,
+    Clamp, Damping, Friction, Initial, InitialState, Material, Motion, PointForce, Scene, Scheme,
+    Section, Shape, Support, Time, Tolerance,
 };
 use rodfit::{Error, Problem, Trajectory};
 
@@ -365,7 +365,7 @@ fn newmark(beta: f64, end: f64, step: f64) -> Option<Time> {
 fn generalised_alpha_without_dissipation_is_newmarks() {
     for (mass, stiffness) in [(0.0, 0.0), (2.0, 3e-4)] {
         for mut scene in [cantilever(), helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge)] {
-            scene.loads.damping = Damping { mass, stiffness };
+            scene.loads.damping = Damping { mass, stiffness, friction: None };
             let mut run = |scheme| {
                 let tolerance = Tolerance::Rounding;
                 let (beta, rho_inf) = (0.5, 1.0);
@@ -461,6 +461,41 @@ fn kelvin_voigt_damping_of_a_stiff_wire() {
                 "{eta} s, {scheme:?}: {errors:.4?} of the dissipation at steps of 1 and 0.5 ms"
             );
             assert!(errors[0].abs() < 0.1 && errors[1].abs() < 0.03, "{errors:?}");
+        }
+    }
+}
+
+/// A swinging cable whose strands slip: friction takes the same energy at every step, to second order,
+/// and never gives any.
+#[test]
+fn friction_takes_energy() {
+    for (name, mut scene) in
+        [("plane", cantilever()), ("space", helix_with(0.5, 1e-3, 0.3, Clamp::MidEdge))]
+    {
+        scene.rod.segments = Some(16);
+        let friction = Friction { stiffness: 0.8, curvature: 0.5 };
+        let mut lost = |scheme, step| {
+            scene.loads.damping.friction = Some(friction);
+            let time = Time {
+                scheme,
+                rho_inf: 0.9,
+                tolerance: Tolerance::Rounding,
+                ..Time::new(0.3, step)
+            };
+            scene.time = Some(time);
+            let (report, outcome) = run(&scene);
+            outcome.unwrap();
+            let total = totals(&report);
+            let rise = total.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            let lost = total[0] - total[total.len() - 1];
+            assert!(rise < 2e-3 * lost, "{name} {scheme:?} {step}: {rise:e} of {lost:e}");
+            lost
+        };
+        let exact = lost(Scheme::NewmarkBeta, 6.25e-5);
+        for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+            let errors = [1e-3, 5e-4, 2.5e-4].map(|step| lost(scheme, step) / exact - 1.0);
+            println!("{name}, {scheme:?}: {errors:.1e?} of {exact:.3e} J");
+            assert!(exact > 0.0 && errors[2].abs() < 2e-3 && errors[0].abs() < 2e-2);
         }
     }
 }

@@ -158,7 +158,7 @@ fn the_exact_tangent_saves_iterations() {
     let discretized = problem.spatial().unwrap();
     let mut exact = discretized.simulation().unwrap();
     let start = (discretized.rest(), exact.state().frames.clone());
-    let undamped = rodfit::scene::Damping { mass: 0.0, stiffness: 0.0 };
+    let undamped = rodfit::scene::Damping::default();
     let (rod, hand) = (PublishedRod(discretized.rod()), Derivatives::Hand);
     let scheme = (rodfit::scene::Scheme::NewmarkBeta, 0.5);
     let mut published = Simulation::new(

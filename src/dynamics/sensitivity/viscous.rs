@@ -1,4 +1,4 @@
-//! Derivatives of Kelvin-Voigt stress.
+//! Derivatives of Kelvin-Voigt stress and of internal friction.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;
@@ -15,6 +15,10 @@ pub struct Viscous<R: Sensitive<W>, const W: usize, const G: usize> {
     rates: R::Rates<G>,
     /// What that stress alone is made from.
     dashpots: Option<[R::Dual; G]>,
+    /// The rods with internal friction besides.
+    sliding: Option<[R::Dual; G]>,
+    /// How far its springs would be stretched if they did not slip.
+    z: Vec<Dual64>,
     /// Derivatives of the internal variables.
     internal: [InternalVariables<f64>; G],
     shift: Vec<Dual64>,
@@ -42,11 +46,15 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
                 .unwrap_or(simulations.map(|simulation| simulation.rod().clone())),
             rates: R::Rates::default(),
             dashpots,
+            sliding: (first.rod().slides() > 0)
+                .then(|| simulations.map(|simulation| simulation.rod().clone())),
+            z: Vec::new(),
             internal: simulations.map(|simulation| {
                 let internal = &simulation.state().internal;
                 InternalVariables {
                     strain: rates(&internal.strain),
                     strain_rate: rates(&internal.strain_rate),
+                    slid: rates(&internal.slid),
                 }
             }),
             shift: vec![Dual64::from(0.0); strains],
@@ -58,7 +66,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
 
     /// The rods with the stress of the step, and what the parameters change of them.
     pub fn rods(&self) -> (&[R::Dual; G], &R::Rates<G>) {
-        (&self.rods, &self.rates)
+        (self.sliding.as_ref().unwrap_or(&self.rods), &self.rates)
     }
 
     /// Takes the stress at the end of a step.
@@ -80,8 +88,15 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
             }
             let base = &self.dashpots.as_ref().unwrap_or(rods)[g];
             self.rods[g].set_viscous(base, coefficients.viscous_factor(eta), &self.shift);
+            if let Some(sliding) = &mut self.sliding {
+                let now = &step.after.internal.strain;
+                self.strain.clear();
+                self.strain.extend(now.iter().map(|s| Dual64::from(*s)));
+                stretched(before, own, &self.strain, &mut self.z);
+                sliding[g].set_sliders(&self.rods[g], &rods[g], &self.strain, &self.z);
+            }
         }
-        R::set_rates(&self.rods, &mut self.rates);
+        R::set_rates(self.sliding.as_ref().unwrap_or(&self.rods), &mut self.rates);
     }
 
     /// Goes on to the end of a step, where the unknowns and velocities have the derivatives `q` and
@@ -101,6 +116,9 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
             self.q.clear();
             self.q.extend(now.q.iter().zip(q).map(|(q, rate)| Dual64::new(*q, rate[g])));
             rods[g].strains(&self.q, &frames[g], &mut self.strain);
+            stretched(&step.before.internal, own, &self.strain, &mut self.z);
+            rods[g].slip(&mut self.z);
+            own.slid.iter_mut().zip(&self.z).for_each(|(slid, z)| *slid = z.eps);
             for (i, strain) in self.strain.iter().enumerate() {
                 let slope = (strain.eps - own.strain[i]) / coefficients.h;
                 let rate = Dual64::new(now.internal.strain_rate[i], slope);
@@ -109,7 +127,12 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
             }
             let base = &self.dashpots.as_ref().unwrap_or(rods)[g];
             self.rods[g].set_viscous(base, Dual64::from(1.0), &self.shift);
-            self.rods[g].gradient(&self.q, &frames[g], step.derivatives, &mut self.forces);
+            let mut rod = &self.rods[g];
+            if let Some(sliding) = &mut self.sliding {
+                sliding[g].set_sliders(rod, &rods[g], &self.strain, &self.z);
+                rod = &sliding[g];
+            }
+            rod.gradient(&self.q, &frames[g], step.derivatives, &mut self.forces);
             let zero = Dual64::from(0.0);
             let mass_damping = if coefficients.averages() { zero } else { damping[g].mass };
             for i in step.free.clone() {
@@ -119,4 +142,20 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
             }
         }
     }
+}
+
+/// Writes how far springs are stretched if they do not slip while the strains become these, after a step began
+/// with `before` and its derivatives `own`.
+fn stretched(
+    before: &InternalVariables<f64>,
+    own: &InternalVariables<f64>,
+    strains: &[Dual64],
+    z: &mut Vec<Dual64>,
+) {
+    let first = strains.len() - before.slid.len();
+    z.clear();
+    z.extend(before.slid.iter().enumerate().map(|(i, slid)| {
+        let then = Dual64::new(before.strain[first + i], own.strain[first + i]);
+        Dual64::new(*slid, own.slid[i]) + strains[first + i] - then
+    }));
 }

@@ -92,7 +92,7 @@ fn first_derivatives_by_all_schemes() {
 fn first_derivatives_of_everything() {
     for (at, scheme) in [(At::End, Scheme::NewmarkBeta), (At::ArcLength(0.17), Scheme::Rodas4)] {
         let mut scene = in_scheme(helix(14), scheme);
-        scene.loads.damping = Damping { mass: 0.3, stiffness: 0.0 };
+        scene.loads.damping = Damping { mass: 0.3, ..Damping::default() };
         if scheme == Scheme::NewmarkBeta {
             scene.loads.damping.stiffness = 1e-3;
         }

@@ -16,7 +16,7 @@ use crate::dynamics::step::{Step, System, Work};
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::Nestable;
-use crate::rod::{Rod, State};
+use crate::rod::{InternalVariables, Rod, State};
 use crate::scene::{Scheme, Tolerance};
 use convergence::{Convergence, Next};
 use guess::Guess;
@@ -45,6 +45,48 @@ fn accelerations<'a, D: Nestable>(
     coefficients.acceleration.as_ref().map(|_| &all[range])
 }
 
+/// The rod with internal friction, as it is where the springs are stretched as far as the unknowns of an
+/// iteration say.
+#[derive(Clone, Debug)]
+struct Sliding<D, R> {
+    rod: R,
+    strains: Vec<D>,
+    /// How far the springs would be stretched if they did not slip.
+    z: Vec<D>,
+}
+
+impl<D: Nestable, R> Sliding<D, R> {
+    /// The rod at the unknowns `q` of a step that began with these internal variables; `law` is the rod without friction.
+    fn at<const W: usize>(
+        &mut self,
+        law: &R,
+        elastic: &R,
+        before: &InternalVariables<D>,
+        (q, frames): (&[D], &R::Frames),
+    ) -> &R
+    where
+        R: Rod<D, W>,
+    {
+        elastic.strains(q, frames, &mut self.strains);
+        stretched(elastic.slides(), before, &self.strains, &mut self.z);
+        self.rod.set_sliders(law, elastic, &self.strains, &self.z);
+        &self.rod
+    }
+}
+
+/// Writes how far `count` springs are stretched if they do not slip while the strains become these.
+fn stretched<D: Nestable>(
+    count: usize,
+    before: &InternalVariables<D>,
+    strains: &[D],
+    z: &mut Vec<D>,
+) {
+    let first = strains.len() - count;
+    let changes = strains[first..].iter().zip(&before.strain[first..]);
+    z.clear();
+    z.extend(changes.zip(&before.slid).map(|((now, then), slid)| *slid + *now - *then));
+}
+
 /// What Newton's method needs of a scheme and a rod, and the room it works in.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
@@ -65,6 +107,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     dashpots: Option<R>,
     /// By how much the viscous stress shifts the natural strains.
     shift: Vec<D>,
+    /// The rod with internal friction, only where there is any.
+    sliding: Option<Sliding<D, R>>,
     /// The numbers of the current step.
     coefficients: StepCoefficients<D>,
     gradient: Vec<D>,
@@ -90,11 +134,18 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     ) -> Self {
         let coefficients = StepCoefficients::new(scheme, parameter, false, 1.0);
         let (rod, averages) = (&system.rod, coefficients.averages());
-        let viscous = (system.damping.stiffness.value() > 0.0).then(|| {
+        let is_viscous = system.damping.stiffness.value() > 0.0;
+        if is_viscous || rod.slides() > 0 {
             let State { q, frames, internal, .. } = state;
             rod.strains(q, frames, &mut internal.strain);
             internal.strain_rate = vec![D::from(0.0); internal.strain.len()];
-            if averages { rod.dashpots() } else { rod.clone() }
+            internal.slid = vec![D::from(0.0); rod.slides()];
+        }
+        let viscous = is_viscous.then(|| if averages { rod.dashpots() } else { rod.clone() });
+        let sliding = (rod.slides() > 0).then(|| Sliding {
+            rod: rod.clone(),
+            strains: Vec::new(),
+            z: Vec::new(),
         });
         let n = state.q.len();
         Self {
@@ -108,6 +159,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             dashpots: viscous.clone().filter(|_| averages),
             viscous,
             shift: state.internal.strain.clone(),
+            sliding,
             coefficients,
             gradient: vec![D::from(0.0); n],
             tangent: BandMatrix::zeros(n),
@@ -168,10 +220,18 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 }
                 let base = self.dashpots.as_ref().unwrap_or(rod);
                 viscous.set_viscous(base, D::from(1.0), &self.shift);
-                viscous.gradient(q, frames, *derivatives, unbalanced);
+                if self.sliding.is_none() {
+                    viscous.gradient(q, frames, *derivatives, unbalanced);
+                }
             }
+            None if self.sliding.is_some() => {}
             None if coefficients.averages() => unbalanced.fill(D::from(0.0)),
             None => rod.gradient(q, frames, *derivatives, unbalanced),
+        }
+        if let Some(sliding) = &mut self.sliding {
+            let law = self.viscous.as_ref().unwrap_or(rod);
+            sliding.rod.set_sliders(law, rod, &internal.strain, &internal.slid);
+            sliding.rod.gradient(q, frames, *derivatives, unbalanced);
         }
         if !coefficients.averages() {
             for i in free.clone() {
@@ -208,7 +268,10 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let steady = self.coefficients.averages();
         let guessed = self.guess.place(step, &self.coefficients, before, state, steady);
         let solved = match self.tolerance {
-            Tolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
+            // What is left cannot be predicted where springs begin to slip.
+            Tolerance::Predicted(_)
+                if D::ORDER == 0 && !self.coefficients.averages() && self.sliding.is_none() =>
+            {
                 self.solve_as_predicted(step, before, state, work)
             }
             _ => self.solve_to_rounding(step, before, state, work),
@@ -246,9 +309,14 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         if self.coefficients.averages() {
             self.average(step, before, state, with_tangent);
         } else {
-            let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
             let (q, frames, derivatives) = (&state.q, &state.frames, step.system.derivatives);
-            let Self { gradient, tangent, .. } = self;
+            let elastic = &step.system.rod;
+            let Self { gradient, tangent, sliding, viscous, .. } = self;
+            let law = viscous.as_ref().unwrap_or(elastic);
+            let rod = match sliding {
+                Some(sliding) => sliding.at(law, elastic, &before.internal, (q, frames)),
+                None => law,
+            };
             match with_tangent {
                 true => rod.tangent(q, frames, derivatives, gradient, tangent),
                 false => rod.gradient(q, frames, derivatives, gradient),
@@ -507,9 +575,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 state.acceleration[i] = coefficients.acceleration_at_end(change, v, a0);
             }
         }
-        if self.viscous.is_some() {
+        if self.viscous.is_some() || self.sliding.is_some() {
             let State { q, frames, internal, .. } = state;
-            step.system.rod.strains(q, frames, &mut internal.strain);
+            let rod = &step.system.rod;
+            rod.strains(q, frames, &mut internal.strain);
+            stretched(rod.slides(), &before.internal, &internal.strain, &mut internal.slid);
+            rod.slip(&mut internal.slid);
             let changes = internal.strain.iter().zip(&before.internal.strain);
             internal.strain_rate.clear();
             internal.strain_rate.extend(changes.map(|(s1, s0)| (*s1 - *s0) * (1.0 / step.h)));
