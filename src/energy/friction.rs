@@ -181,7 +181,7 @@ mod tests {
             work
         };
         let errors = [50, 100, 200, 400].map(|steps| lost(steps) / exact - 1.0);
-        println!("{errors:.1e?} of {exact:.3e}");
+        println!("{errors:?} of {exact:.3e}");
         assert!(errors[0].abs() < 2e-2 && errors[3].abs() < errors[0].abs() / 30.0);
         // Within the limit nothing is lost.
         assert_eq!(sliders().slid(0, 0.019), 0.019);

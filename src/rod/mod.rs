@@ -165,17 +165,23 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]);
 
     /// How many strains of bending and twisting have springs of internal friction: all or none.
-    fn slides(&self) -> usize;
+    fn slides(&self) -> usize {
+        0
+    }
 
     /// Becomes `law` with the springs of `elastic`, which would be stretched by `z` if they did not slip,
     /// where these are the strains of all elements.
-    fn set_sliders(&mut self, law: &Self, elastic: &Self, strains: &[D], z: &[D]);
+    fn set_sliders(&mut self, law: &Self, _elastic: &Self, _strains: &[D], _z: &[D]) {
+        self.clone_from(law);
+    }
 
     /// Lets springs slip that are stretched beyond their limit.
-    fn slip(&self, z: &mut [D]);
+    fn slip(&self, _z: &mut [D]) {}
 
     /// Energy of springs that are stretched by `z`: of bending and twisting, J.
-    fn slider_energy(&self, z: &[D]) -> f64;
+    fn slider_energy(&self, _z: &[D]) -> f64 {
+        0.0
+    }
 }
 
 /// Whether curvatures `2 tan(phi/2)` of opposite sides, of which these are the products summed over

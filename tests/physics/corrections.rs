@@ -135,7 +135,7 @@ fn castigliano(scene: &Scene, g: Vector3<f64>) -> f64 {
             let i = PI * radius.powi(4) / 4.0;
             (PI * radius * radius, [i; 2], 2.0 * i)
         }
-        Section::Rectangle { .. } => unreachable!("none here"),
+        Section::Rectangle { .. } | Section::Tube { .. } => unreachable!("none here"),
     };
     let e = scene.material.youngs_modulus;
     let torsion = e / 3.0 * j;
