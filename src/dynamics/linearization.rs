@@ -11,13 +11,15 @@ use std::ops::Range;
 
 /// The forces at one place between the start of a step and its end.
 #[derive(Clone, Debug)]
-pub struct StageForces<D, const W: usize> {
+pub struct StageForces<D, G, const W: usize> {
     /// The unknowns there, m (rad for angles).
     pub q: Vec<D>,
     /// The elastic gradient less the loads there, N (N m for angles).
     pub gradient: Vec<D>,
     /// The tangent of that gradient, N/m.
     pub tangent: BandMatrix<D, W>,
+    /// The rod there.
+    pub geometry: G,
 }
 
 /// A step that Newton's method has solved, with everything its derivatives are made from: what the
@@ -47,7 +49,9 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
     pub weights: [D; 2],
     /// The forces on the way through the step, one per stage of an averaging scheme, and the
     /// viscous ones at its end.
-    pub stages: &'a [StageForces<D, W>],
+    pub stages: &'a [StageForces<D, R::Geometry, W>],
+    /// The rod at the end, measured from the frames at the start.
+    pub end: &'a R::Geometry,
 }
 
 impl<D: Scalar, R: Rod<D, W>, const W: usize> Linearization<'_, D, R, W> {

@@ -147,8 +147,24 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     /// Adds column `j` times each of `x` to `out`.
     #[inline]
     pub fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
-        let add = |out: &mut [D; G], entry: D| (0..G).for_each(|g| out[g] += entry * x[g]);
+        let add = |out: &mut [D; G], entry: D| {
+            for g in 0..G {
+                out[g] += entry * x[g];
+            }
+        };
         add(&mut out[j], self.diagonal[j]);
+        if j >= W && j + W < out.len() {
+            let above: &mut [[D; G]; W] = array_mut(out, j - W);
+            let rows: &[[D; W]; W] = array(&self.below, j - W);
+            for p in 0..W {
+                add(&mut above[p], rows[p][W - 1 - p]);
+            }
+            let below: &mut [[D; G]; W] = array_mut(out, j + 1);
+            for p in 0..W {
+                add(&mut below[p], self.below[j][p]);
+            }
+            return;
+        }
         for (out, entry) in out[j + 1..].iter_mut().zip(&self.below[j]) {
             add(out, *entry);
         }

@@ -15,7 +15,11 @@ impl<const G: usize> Add for Lanes<G> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|g| self.0[g] + other.0[g]))
+        let mut sum = self;
+        for g in 0..G {
+            sum.0[g] += other.0[g];
+        }
+        sum
     }
 }
 
@@ -23,7 +27,11 @@ impl<const G: usize> Sub for Lanes<G> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|g| self.0[g] - other.0[g]))
+        let mut difference = self;
+        for g in 0..G {
+            difference.0[g] -= other.0[g];
+        }
+        difference
     }
 }
 
@@ -31,7 +39,11 @@ impl<const G: usize> Mul<f64> for Lanes<G> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self(self.0.map(|x| x * factor))
+        let mut product = self;
+        for g in 0..G {
+            product.0[g] *= factor;
+        }
+        product
     }
 }
 

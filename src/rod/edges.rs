@@ -1,7 +1,7 @@
 //! Tangents by nodes, made of derivatives by edges: an edge is its second node less its first.
 
 use crate::energy::DeadLoad;
-use crate::energy::joint::{Between, ByEdge};
+use crate::energy::joint::{Between, ByEdge, EdgeState, Joint};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
 
@@ -11,6 +11,11 @@ const W: usize = HALF_BANDWIDTH;
 
 /// What is shown the edges of a spatial rod, from the first on.
 pub(super) trait TakesEdges<D> {
+    /// Edge `i` as it is, with the joint after it and the next edge if there are.
+    #[inline(always)]
+    fn see(&mut self, _i: usize, _edge: &EdgeState<D>, _after: Option<(&Joint<D>, &EdgeState<D>)>) {
+    }
+
     /// Edge `i`; `after` are the derivatives between the next edge (rows) and this one (columns).
     fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &Between<D>);
 }

@@ -59,6 +59,10 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// What angles are measured from: [`crate::energy::frame::Frames`], or `()` where there are none.
     type Frames: Clone + std::fmt::Debug;
 
+    /// Where the edges are and how they are strained, in plain numbers: what derivatives along all
+    /// parameters have in common.
+    type Geometry: Clone + std::fmt::Debug + Default;
+
     /// Whether there are frames at all.
     const HAS_FRAMES: bool;
 
@@ -86,6 +90,22 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, W>,
     );
+
+    /// Measures the rod at `q`.
+    fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry);
+
+    /// Writes gradient and [tangent](Rod::tangent), and [measures](Rod::measure) the rod.
+    fn measured_tangent(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        forces: (&mut [D], &mut BandMatrix<D, W>),
+        geometry: &mut Self::Geometry,
+    ) {
+        self.tangent(q, frames, derivatives, forces.0, forces.1);
+        self.measure(q, frames, geometry);
+    }
 
     /// Writes the tangent in terms of edges instead of nodes: edge `j` stands where node `j + 1`
     /// does, and the first node has no stiffness left.

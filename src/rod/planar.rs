@@ -2,6 +2,7 @@
 //!
 //! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
 
+mod geometry;
 mod rates;
 
 use crate::energy::friction::Sliders;
@@ -12,6 +13,8 @@ use crate::energy::{
 };
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
+pub use crate::rod::planar::geometry::Geometry;
+use crate::rod::planar::geometry::{Edge, Measure};
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
@@ -120,10 +123,12 @@ impl<D: Nestable> PlanarRod<D> {
             let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
             let after = s.map(|s| [-(s * e.normal[0]), -(s * e.normal[1])]);
             let own = self.by_edge(i, e, moment0 - moment, stiffness0 + stiffness);
+            to.see(i, e, Some(curvature));
             to.edge(i, &own, &after);
             (moment0, stiffness0) = (moment, stiffness);
         });
         let i = self.bend.len();
+        to.see(i, &last, None);
         to.edge(i, &self.by_edge(i, &last, moment0, stiffness0), &[[zero; 2]; 2]);
     }
 
@@ -164,6 +169,23 @@ impl<D: Nestable> PlanarRod<D> {
         nodes.end();
     }
 
+    /// What acts beside stretching, bending and dead loads.
+    #[inline(always)]
+    fn add_to_tangent(
+        &self,
+        q: &[D],
+        derivatives: Derivatives,
+        gradient: &mut [D],
+        tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
+    ) {
+        for (i, moment) in &self.moment {
+            let local = moment.tangent(unknowns(q, *i));
+            scatter(&local.gradient, gradient, *i);
+            tangent.add_block(2 * i, &local.hessian);
+        }
+        self.own.add_tangent(q, &[], derivatives, gradient, tangent);
+    }
+
     fn set_loads(&self, q: &[D], gradient: &mut [D]) {
         for (i, load) in self.load.iter().enumerate() {
             gradient[2 * i..2 * i + 2].copy_from_slice(&load.gradient(unknowns(q, i)));
@@ -190,30 +212,6 @@ impl<D: Nestable> PlanarRod<D> {
             potential -= here.map(|(_, m)| m.moment.value() * angle).sum::<f64>();
         }
         potential
-    }
-}
-
-/// An edge as it is.
-#[derive(Clone, Copy)]
-struct Edge<D> {
-    squared: D,
-    length: D,
-    inverse_length: D,
-    tangent: [D; 2],
-    /// Counter-clockwise of the tangent, over the length: the derivative of the edge's angle, 1/m.
-    normal: [D; 2],
-}
-
-impl<D: Scalar> Edge<D> {
-    #[inline(always)]
-    fn new([x0, y0, x1, y1]: &[D; 4]) -> Self {
-        let e = [*x1 - *x0, *y1 - *y0];
-        let squared = e[0] * e[0] + e[1] * e[1];
-        let length = squared.sqrt();
-        let inverse_length = length.recip();
-        let tangent = [e[0] * inverse_length, e[1] * inverse_length];
-        let normal = [-(tangent[1] * inverse_length), tangent[0] * inverse_length];
-        Self { squared, length, inverse_length, tangent, normal }
     }
 }
 
@@ -271,6 +269,10 @@ impl<D: Scalar> Forces<'_, D> {
 
 /// What is shown the edges, from the first on.
 trait TakesEdges<D> {
+    /// Edge `i` as it is, with the curvature of the joint after it if there is one.
+    #[inline(always)]
+    fn see(&mut self, _i: usize, _edge: &Edge<D>, _curvature: Option<D>) {}
+
     /// Edge `i`; `after` are the derivatives between the next edge (rows) and this one (columns).
     fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]);
 }
@@ -307,6 +309,18 @@ impl<'a, D: Scalar> ToNodes<'a, D> {
         let mut below = [[D::from(0.0); HALF_BANDWIDTH]; 2];
         below[0][0] = yx;
         self.tangent.set_columns(2 * i, &[xx, yy], &below);
+    }
+}
+
+impl<D: Scalar> TakesEdges<D> for (ToNodes<'_, D>, Measure<'_, D>) {
+    #[inline(always)]
+    fn see(&mut self, i: usize, edge: &Edge<D>, curvature: Option<D>) {
+        self.1.see(i, edge, curvature);
+    }
+
+    #[inline(always)]
+    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]) {
+        self.0.edge(i, own, after);
     }
 }
 
@@ -348,6 +362,7 @@ impl<D: Scalar> TakesEdges<D> for ToEdges<'_, D> {
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     type Dual = PlanarRod<Dual64>;
     type Frames = ();
+    type Geometry = Geometry;
 
     const HAS_FRAMES: bool = false;
 
@@ -388,12 +403,34 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             Derivatives::Dual => self.each_edge_in_duals(q, &mut nodes),
         }
         nodes.end();
-        for (i, moment) in &self.moment {
-            let local = moment.tangent(unknowns(q, *i));
-            scatter(&local.gradient, gradient, *i);
-            tangent.add_block(2 * i, &local.hessian);
+        self.add_to_tangent(q, derivatives, gradient, tangent);
+    }
+
+    fn measure(&self, q: &[D], (): &(), geometry: &mut Geometry) {
+        let mut measure = Measure::new(&self.stretch, geometry);
+        let last = self.each_bend(q, |i, _, (edge, _, curvature)| {
+            measure.see(i, edge, Some(curvature));
+        });
+        measure.see(self.bend.len(), &last, None);
+    }
+
+    fn measured_tangent(
+        &self,
+        q: &[D],
+        (): &(),
+        derivatives: Derivatives,
+        (gradient, tangent): (&mut [D], &mut BandMatrix<D, HALF_BANDWIDTH>),
+        geometry: &mut Geometry,
+    ) {
+        if D::ORDER > 0 || derivatives == Derivatives::Dual {
+            self.tangent(q, &(), derivatives, gradient, tangent);
+            return self.measure(q, &(), geometry);
         }
-        self.own.add_tangent(q, &[], derivatives, gradient, tangent);
+        let nodes = ToNodes::new(&self.load, gradient, tangent);
+        let mut both = (nodes, Measure::new(&self.stretch, geometry));
+        self.each_edge(q, &mut both);
+        both.0.end();
+        self.add_to_tangent(q, derivatives, gradient, tangent);
     }
 
     fn edge_tangent(

@@ -17,16 +17,11 @@ pub struct FrameRate<const G: usize> {
 /// A rod whose forces have derivatives with respect to `G` parameters side by side. Dual rods, one for
 /// each parameter, say what the parameters change; each derivative is what it would be alone.
 pub trait Sensitive<const W: usize>: Rod<f64, W> {
-    /// Where the edges are and how they are strained: what all parameters have in common.
-    type Geometry: Clone + std::fmt::Debug + Default;
     /// What parameters change: loads, and stresses as functions of the strains.
     type Rates<const G: usize>: Clone + std::fmt::Debug + Default;
 
     /// Writes what the parameters of dual rods change.
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);
-
-    /// Measures the rod at `q`.
-    fn measure(&self, q: &[f64], frames: &Self::Frames, geometry: &mut Self::Geometry);
 
     /// Writes the derivatives of the gradient at fixed unknowns and frames, where the rod is measured, along
     /// what has `changed`: dual rods with their rates.

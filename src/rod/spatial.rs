@@ -2,6 +2,7 @@
 //!
 //! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
 
+mod geometry;
 mod rates;
 
 use crate::energy::BendTwist;
@@ -16,6 +17,8 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, unit};
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
+pub use crate::rod::spatial::geometry::Geometry;
+use crate::rod::spatial::geometry::Measure;
 use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
@@ -159,13 +162,16 @@ impl<D: Nestable> SpatialRod<D> {
     fn each_edge(&self, q: &[D], frames: &Frames<D>, to: &mut impl TakesEdges<D>) {
         let mut open = Sum::zero();
         let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            let tangent = joint.tangent_between(e, f, turn);
+            let bent = joint.joint(e, f, turn);
+            to.see(i, e, Some((&bent, f)));
+            let tangent = joint.tangent_at(&bent, e, f);
             let [force, along] = self.stretch[i].tension(e.squared, e.length);
             let own = e.derivatives(&open.plus(&tangent.e), force, along);
             to.edge(i, &own, &between(e, f, tangent.fe));
             open = tangent.f;
         });
         let i = self.joint.len();
+        to.see(i, &last, None);
         let [force, along] = self.stretch[i].tension(last.squared, last.length);
         to.edge(i, &last.derivatives(&open, force, along), &[[D::from(0.0); 4]; 4]);
     }
@@ -238,6 +244,7 @@ impl<D: Nestable> SpatialRod<D> {
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     type Dual = SpatialRod<Dual64>;
     type Frames = Frames<D>;
+    type Geometry = Geometry;
 
     const HAS_FRAMES: bool = true;
 
@@ -287,6 +294,33 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut nodes),
         }
         nodes.end();
+        self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
+    }
+
+    fn measure(&self, q: &[D], frames: &Frames<D>, geometry: &mut Geometry) {
+        let mut measure = Measure::new(&self.stretch, frames, geometry);
+        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
+            measure.see(i, e, Some((&joint.joint(e, f, turn), f)));
+        });
+        measure.see(self.joint.len(), &last, None);
+    }
+
+    fn measured_tangent(
+        &self,
+        q: &[D],
+        frames: &Frames<D>,
+        derivatives: Derivatives,
+        (gradient, tangent): (&mut [D], &mut BandMatrix<D, HALF_BANDWIDTH>),
+        geometry: &mut Geometry,
+    ) {
+        if D::ORDER > 0 || derivatives == Derivatives::Dual {
+            self.tangent(q, frames, derivatives, gradient, tangent);
+            return self.measure(q, frames, geometry);
+        }
+        let nodes = ToNodes::new(&self.load, gradient, tangent);
+        let mut both = (nodes, Measure::new(&self.stretch, frames, geometry));
+        self.each_edge(q, frames, &mut both);
+        both.0.end();
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
 

@@ -71,6 +71,7 @@ struct PublishedRod(SpatialRod<f64>);
 impl Rod<f64, 10> for PublishedRod {
     type Dual = SpatialRod<Dual64>;
     type Frames = Frames<f64>;
+    type Geometry = ();
     const HAS_FRAMES: bool = true;
 
     fn is_angle(i: usize) -> bool {
@@ -113,6 +114,7 @@ impl Rod<f64, 10> for PublishedRod {
             tangent.add_block(4 * i, &local.hessian);
         }
     }
+    fn measure(&self, _: &[f64], _: &Frames<f64>, (): &mut ()) {}
     fn edge_tangent(
         &self,
         q: &[f64],

@@ -101,12 +101,8 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         dual
     }
 
-    /// Advances over a step; the rod is measured where its forces count, and last where it ends.
-    pub fn advance(
-        &mut self,
-        step: &Linearization<'_, f64, R, W>,
-        places: &[R::Geometry],
-    ) -> Result<(), Error> {
+    /// Advances over a step.
+    pub fn advance(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
         let dual = self.parameter.map(|parameter| step.coefficients(parameter));
         let coefficients = step.coefficients(self.parameter[0].re);
         // Where the scheme's own numbers change, how.
@@ -121,7 +117,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         if let Some(viscous) = &mut self.viscous {
             viscous.set(&self.rods, &dual, self.damping, step);
         }
-        self.rate_forces(&coefficients, step, places);
+        self.rate_forces(&coefficients, step);
         self.rate_residual(&coefficients, slopes.as_ref(), step);
         self.solve(step)?;
         self.finish(&coefficients, slopes.as_ref(), step);
@@ -137,9 +133,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         } else if coefficients.averages() {
             self.unbalanced.fill([0.0; G]);
         }
-        if let Some(end) = places.last() {
-            R::rebase_rates(&mut self.frames, end, &self.q);
-        }
+        R::rebase_rates(&mut self.frames, step.end, &self.q);
         Ok(())
     }
 
@@ -178,14 +172,13 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         &mut self,
         coefficients: &StepCoefficients<f64>,
         step: &Linearization<'_, f64, R, W>,
-        places: &[R::Geometry],
     ) {
         let Self { direct, frames, held, .. } = self;
         let elastic = (&self.rods, &self.rates);
         let viscous = self.viscous.as_ref().map(Viscous::rods);
         let before = &step.before.frames;
         if !coefficients.averages() {
-            let (duals, place, q) = (viscous.unwrap_or(elastic), &places[0], &step.after.q);
+            let (duals, place, q) = (viscous.unwrap_or(elastic), step.end, &step.after.q);
             R::gradient_rate(duals, place, (q, before), step.derivatives, direct);
             R::frame_rate(frames, place, step.gradient, step.tangent, direct);
             for (i, rate, _) in held {
@@ -194,7 +187,8 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             return;
         }
         let mut sum = vec![[0.0; G]; direct.len()];
-        for (k, (forces, place)) in step.stages.iter().zip(places).enumerate() {
+        for (k, forces) in step.stages.iter().enumerate() {
+            let place = &forces.geometry;
             let (duals, stage) = match (coefficients.stages.get(k), viscous) {
                 (None, Some(viscous)) => (viscous, &END),
                 (stage, _) => (elastic, stage.unwrap_or(&END)),
@@ -244,28 +238,42 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
                 right[i][g] = -coefficients.residual(mass[i], change, start, n1, n0[i][g]);
             }
         }
+        let began = Began::of(step);
         let masses = self.mass.as_ref().map(|mass| &mass[free.clone()]);
-        let damped = self.damping.iter().any(|damping| damping.mass.eps != 0.0);
-        if masses.is_none() && !damped && slopes.is_none() {
-            return;
-        }
-        let still = coefficients.map(|_| 0.0);
-        for (i, k) in free.enumerate() {
-            let Began { change, v0, a0 } = Began::of(step, k);
-            let velocity = coefficients.damped_velocity(change, v0, a0);
-            let n1 = step.gradient[k] + damping * mass[i] * velocity;
-            let n0 = step.before.unbalanced[k];
-            for g in 0..G {
-                let mass_rate = masses.map_or(0.0, |mass| mass[i][g]);
-                let mut rate =
-                    (self.damping[g].mass.eps * mass[i] + damping * mass_rate) * velocity;
-                let slope = slopes.map_or(&still, |slopes| &slopes[g]);
-                if !coefficients.averages() {
-                    rate += damping * mass[i] * slope.damped_velocity(change, v0, a0);
+        if let Some(masses) = masses {
+            for (i, rates) in masses.iter().enumerate() {
+                let (change, start) = began.at(i);
+                for g in 0..G {
+                    right[i][g] -= coefficients.residual(rates[g], change, start, 0.0, 0.0);
                 }
-                direct[i][g] += rate;
-                right[i][g] -= coefficients.residual(mass_rate, change, [v0, a0], rate, 0.0)
-                    + slope.residual(mass[i], 0.0, [0.0, a0], n1, n0);
+            }
+        }
+        let changes = self.damping.map(|damping| damping.mass.eps);
+        if changes != [0.0; G] || damping != 0.0 && masses.is_some() {
+            for i in 0..mass.len() {
+                let (change, [v0, a0]) = began.at(i);
+                let velocity = coefficients.damped_velocity(change, v0, a0);
+                for g in 0..G {
+                    let mass_rate = masses.map_or(0.0, |masses| masses[i][g]);
+                    let rate = (changes[g] * mass[i] + damping * mass_rate) * velocity;
+                    direct[i][g] += rate;
+                    right[i][g] -= coefficients.end * rate;
+                }
+            }
+        }
+        let (gradient, n0) = (&step.gradient[free.clone()], &step.before.unbalanced[free]);
+        for (g, slope) in slopes.iter().flat_map(|slopes| slopes.iter().enumerate()) {
+            for i in 0..mass.len() {
+                let (change, [v0, a0]) = began.at(i);
+                let damped = damping * mass[i];
+                let n1 = gradient[i] + damped * coefficients.damped_velocity(change, v0, a0);
+                // The velocity that an average is damped by knows nothing of the scheme's numbers.
+                if !coefficients.averages() {
+                    let rate = damped * slope.damped_velocity(change, v0, a0);
+                    direct[i][g] += rate;
+                    right[i][g] -= coefficients.end * rate;
+                }
+                right[i][g] -= slope.residual(mass[i], 0.0, [0.0, a0], n1, n0[i]);
             }
         }
     }
@@ -316,8 +324,9 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             }
         }
         if let Some(slopes) = slopes {
+            let began = Began::of(step);
             for (i, k) in free.enumerate() {
-                let Began { change, v0, a0 } = Began::of(step, k);
+                let (change, [v0, a0]) = began.at(i);
                 for (g, slope) in slopes.iter().enumerate() {
                     v[i][g] += slope.velocity(change, v0, a0);
                     if slope.acceleration.is_some() {
@@ -333,19 +342,30 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     }
 }
 
-/// How an unknown began a step, and how much it has changed in it.
-struct Began {
-    change: f64,
-    v0: f64,
-    /// Zero where the scheme does not go on from it.
-    a0: f64,
+/// How the free unknowns began a step, and how much they have changed in it.
+struct Began<'a> {
+    q1: &'a [f64],
+    q0: &'a [f64],
+    v0: &'a [f64],
+    /// Of a scheme that goes on from them, where they are known.
+    a0: Option<&'a [f64]>,
 }
 
-impl Began {
-    fn of<R: Rod<f64, W>, const W: usize>(step: &Linearization<'_, f64, R, W>, k: usize) -> Self {
-        let (before, now) = (step.before, step.after);
-        let a0 = before.acceleration.get(k).copied().unwrap_or_default();
-        Self { change: now.q[k] - before.q[k], v0: before.v[k], a0 }
+impl<'a> Began<'a> {
+    fn of<R: Rod<f64, W>, const W: usize>(step: &Linearization<'a, f64, R, W>) -> Self {
+        let (before, now, free) = (step.before, step.after, step.free.clone());
+        Self {
+            q1: &now.q[free.clone()],
+            q0: &before.q[free.clone()],
+            v0: &before.v[free.clone()],
+            a0: before.acceleration.get(free),
+        }
+    }
+
+    /// The change of unknown `i`, and its velocity and acceleration at the start.
+    #[inline(always)]
+    fn at(&self, i: usize) -> (f64, [f64; 2]) {
+        (self.q1[i] - self.q0[i], [self.v0[i], self.a0.map_or(0.0, |a0| a0[i])])
     }
 }
 

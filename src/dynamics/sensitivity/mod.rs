@@ -28,12 +28,7 @@ pub struct Sensitivities<R: Sensitive<W>, const W: usize>(Kind<R, W>);
 #[derive(Clone)]
 enum Kind<R: Sensitive<W>, const W: usize> {
     /// Of a scheme whose steps are equations: by the implicit function theorem.
-    Implicit {
-        /// The parameters in their order.
-        groups: Vec<Group<R, W>>,
-        /// The rod where the forces of a step count, and last where it ends.
-        places: Vec<R::Geometry>,
-    },
+    Implicit(Vec<Group<R, W>>),
     /// Of any other scheme: the same steps in dual numbers, one simulation for each parameter. The
     /// first makes the steps of the simulation in plain numbers too.
     Direct(Vec<Simulation<Dual64, R::Dual, W>>),
@@ -89,15 +84,11 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
         }
     }
 
-    fn advance(
-        &mut self,
-        step: &Linearization<'_, f64, R, W>,
-        places: &[R::Geometry],
-    ) -> Result<(), Error> {
+    fn advance(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
         match self {
-            Self::One(group) => group.advance(step, places),
-            Self::Two(group) => group.advance(step, places),
-            Self::Four(group) => group.advance(step, places),
+            Self::One(group) => group.advance(step),
+            Self::Two(group) => group.advance(step),
+            Self::Four(group) => group.advance(step),
         }
     }
 }
@@ -111,7 +102,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
             rest = others;
         }
         Self(match rest {
-            [] => Kind::Implicit { groups, places: Vec::new() },
+            [] => Kind::Implicit(groups),
             _ => Kind::Direct(simulations),
         })
     }
@@ -119,7 +110,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// How many parameters there are.
     pub fn count(&self) -> usize {
         match &self.0 {
-            Kind::Implicit { groups, .. } => groups.iter().map(Group::count).sum(),
+            Kind::Implicit(groups) => groups.iter().map(Group::count).sum(),
             Kind::Direct(simulations) => simulations.len(),
         }
     }
@@ -141,7 +132,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     ) -> (Vec<Dual64>, Vec<Dual64>, DualFrames<R, f64, W>) {
         let frames = match &self.0 {
             Kind::Direct(simulations) => simulations[k].state().frames.clone(),
-            Kind::Implicit { groups, .. } => {
+            Kind::Implicit(groups) => {
                 let mut lane = k;
                 let holds = |group: &&Group<R, W>| {
                     let held = lane < group.count();
@@ -162,7 +153,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// dq/dp and dv/dp of parameter `k` and unknown `i`.
     fn rate(&self, mut k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
-            Kind::Implicit { groups, .. } => {
+            Kind::Implicit(groups) => {
                 for group in groups {
                     if k < group.count() {
                         return group.rate(k, i);
@@ -215,28 +206,15 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// made again in dual numbers.
     pub fn advance(&mut self, simulation: &Simulation<f64, R, W>) -> Result<(), Error> {
         match &mut self.0 {
-            Kind::Implicit { groups, .. } if groups.is_empty() => Ok(()),
-            Kind::Implicit { groups, places } => {
+            Kind::Implicit(groups) => {
                 let Some(step) = simulation.linearization() else { return Ok(()) };
-                step.measure(places);
-                groups.iter_mut().try_for_each(|group| group.advance(&step, places))
+                groups.iter_mut().try_for_each(|group| group.advance(&step))
             }
             Kind::Direct(duals) => {
                 let time = simulation.state().time;
                 let behind = duals.iter_mut().filter(|dual| dual.state().time < time);
                 behind.into_iter().try_for_each(|dual| dual.step_to(time))
             }
-        }
-    }
-}
-
-impl<R: Sensitive<W>, const W: usize> Linearization<'_, f64, R, W> {
-    /// Measures the rod where the forces of the step count, and last at its end.
-    fn measure(&self, places: &mut Vec<R::Geometry>) {
-        places.resize_with(self.stages.len() + 1, R::Geometry::default);
-        let ends = self.stages.iter().map(|stage| &stage.q).chain([&self.after.q]);
-        for (place, q) in places.iter_mut().zip(ends) {
-            self.rod.measure(q, &self.before.frames, place);
         }
     }
 }

@@ -1,28 +1,12 @@
 //! How the forces of a planar rod change with parameters.
 
-use crate::energy::{DeadMoment, Derivatives, Element, PlanarBend, dual_gradient_rate};
+use crate::energy::{DeadMoment, Derivatives, Element, dual_gradient_rate};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::lanes::Lanes;
-use crate::rod::planar::{Edge, HALF_BANDWIDTH, PlanarRod, unknowns};
+use crate::rod::planar::geometry::{Geometry, Straight};
+use crate::rod::planar::{HALF_BANDWIDTH, PlanarRod, unknowns};
 use crate::rod::sensitive::{FrameRate, Sensitive};
 use num_dual::Dual64;
-
-/// An edge as it is.
-#[derive(Clone, Copy, Debug)]
-struct Straight {
-    tangent: [f64; 2],
-    /// The derivative of its angle, 1/m.
-    normal: [f64; 2],
-    strain: f64,
-}
-
-/// Edges and joints of a planar rod.
-#[derive(Clone, Debug, Default)]
-pub struct Geometry {
-    edges: Vec<Straight>,
-    /// Curvature, and its derivative by the angle.
-    joints: Vec<[f64; 2]>,
-}
 
 /// How a stress changes: by the strain, and without.
 type Law<const G: usize> = [Lanes<G>; 2];
@@ -67,7 +51,8 @@ fn hand_rate<const G: usize>(rates: &Rates<G>, geometry: &Geometry, out: &mut [[
     let mut before = Lanes::ZERO;
     let by_edge = |edge: &Straight, law: &Law<G>, moment: Lanes<G>| -> [Lanes<G>; 2] {
         let axial = stress(law, edge.strain);
-        [0, 1].map(|c| axial * edge.tangent[c] + moment * edge.normal[c])
+        let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
+        [axial * t0 + moment * n0, axial * t1 + moment * n1]
     };
     let joints = geometry.joints.iter().zip(bend);
     for (i, (([curvature, slope], law), (edge, axial))) in
@@ -83,7 +68,6 @@ fn hand_rate<const G: usize>(rates: &Rates<G>, geometry: &Geometry, out: &mut [[
 }
 
 impl Sensitive<HALF_BANDWIDTH> for PlanarRod<f64> {
-    type Geometry = Geometry;
     type Rates<const G: usize> = Rates<G>;
 
     fn set_rates<const G: usize>(duals: &[PlanarRod<Dual64>; G], rates: &mut Rates<G>) {
@@ -106,22 +90,6 @@ impl Sensitive<HALF_BANDWIDTH> for PlanarRod<f64> {
             (0..first.load.len()).map(|i| [0, 1].map(|c| lanes(&|rod| rod.load[i].force[c].eps))),
         );
         *elastic = stretch.iter().chain(&*bend).any(|law| *law != [Lanes::ZERO; 2]);
-    }
-
-    fn measure(&self, q: &[f64], (): &(), geometry: &mut Geometry) {
-        let Geometry { edges, joints } = geometry;
-        edges.clear();
-        joints.clear();
-        let straight = |i: usize, edge: &Edge<f64>| Straight {
-            tangent: edge.tangent,
-            normal: edge.normal,
-            strain: self.stretch[i].strain_of(edge.squared, edge.length),
-        };
-        let last = self.each_bend(q, |i, _, (edge, _, curvature)| {
-            edges.push(straight(i, edge));
-            joints.push([curvature, PlanarBend::slope(curvature)]);
-        });
-        edges.push(straight(self.bend.len(), &last));
     }
 
     fn gradient_rate<const G: usize>(

@@ -7,46 +7,15 @@
 //! directors turn about it.
 
 use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot};
-use crate::energy::joint::{Edge, EdgeState};
 use crate::energy::{Derivatives, bend_twist, dual_gradient_rate};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
-use crate::numerics::vector::{Vector, add, combine, cross, dot, scale};
+use crate::numerics::vector::{Vector, add, combine, cross, dot};
 use crate::rod::DualFrames;
 use crate::rod::sensitive::{FrameRate, Sensitive};
+use crate::rod::spatial::geometry::{Bent, Geometry, Straight};
 use crate::rod::spatial::{ENDS, HALF_BANDWIDTH, STRIDE, SpatialRod, around, ends};
 use num_dual::Dual64;
-
-/// An edge as it is, and how it has rotated since its reference.
-#[derive(Clone, Copy, Debug)]
-struct Straight {
-    length: f64,
-    inverse_length: f64,
-    tangent: Vector<f64>,
-    strain: f64,
-    /// Material directors over the length, 1/m.
-    across: [Vector<f64>; 2],
-    /// How much the directors turn when the edge moves towards them.
-    turn: [f64; 2],
-    /// How much they turn when the edge changes, 1/m.
-    follow: Vector<f64>,
-    /// 1/(1 + t.t_ref).
-    by_chi: f64,
-}
-
-/// A joint as it is: strains, and their derivatives (columns) by what both edges can do (rows).
-#[derive(Clone, Copy, Debug)]
-struct Bent {
-    strains: [f64; 3],
-    by: [[[f64; 3]; 3]; 2],
-}
-
-/// Edges and joints of a spatial rod.
-#[derive(Clone, Debug, Default)]
-pub struct Geometry {
-    edges: Vec<Straight>,
-    joints: Vec<Bent>,
-}
 
 /// How the stresses of a joint change: by the strains, the upper triangle row by row, and without.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,7 +54,8 @@ pub struct Rates<const G: usize> {
 fn edge<const G: usize>(q: &[[f64; G]], j: usize) -> [Lanes<G>; 3] {
     let own: &[[f64; G]; 7] =
         q[STRIDE * j..].first_chunk().expect("an edge's nodes are nodes of the rod");
-    [0, 1, 2].map(|c| Lanes(own[STRIDE + c]) - Lanes(own[c]))
+    let along = |c: usize| Lanes(own[STRIDE + c]) - Lanes(own[c]);
+    [along(0), along(1), along(2)]
 }
 
 /// `a x b` of a vector of numbers and one of lanes.
@@ -102,12 +72,16 @@ fn hand_rate<const G: usize>(rates: &Rates<G>, geometry: &Geometry, out: &mut [[
         let [slope, offset] = stretch[i];
         let force = slope * *strain + offset;
         let (p, q) = (p + h * turn[0], q + h * turn[1]);
-        [0, 1, 2].map(|c| force * tangent[c] + p * m1[c] + q * m2[c])
+        let along = |c: usize| force * tangent[c] + p * m1[c] + q * m2[c];
+        [along(0), along(1), along(2)]
     };
     let (mut carried, mut open) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
     for (i, (law, Bent { strains, by: [by_e, by_f] })) in joint.iter().zip(joints).enumerate() {
         let w = law.stress(*strains);
-        let by = [0, 1, 2].map(|k| open[k] + lanes_dot(&by_e[k], &w));
+        let pull =
+            |[p, q, h]: &[[f64; 3]; 3]| [lanes_dot(p, &w), lanes_dot(q, &w), lanes_dot(h, &w)];
+        let [p, q, h] = pull(by_e);
+        let by = [open[0] + p, open[1] + q, open[2] + h];
         let force = by_edge(i, by);
         let node: &mut [[f64; G]; STRIDE] = out[STRIDE * i..].first_chunk_mut().expect("a node");
         for c in 0..3 {
@@ -115,7 +89,7 @@ fn hand_rate<const G: usize>(rates: &Rates<G>, geometry: &Geometry, out: &mut [[
         }
         node[3] = by[2].0;
         carried = force;
-        open = [0, 1, 2].map(|k| lanes_dot(&by_f[k], &w));
+        open = pull(by_f);
     }
     let i = joint.len();
     let force = by_edge(i, open);
@@ -127,7 +101,6 @@ fn hand_rate<const G: usize>(rates: &Rates<G>, geometry: &Geometry, out: &mut [[
 }
 
 impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
-    type Geometry = Geometry;
     type Rates<const G: usize> = Rates<G>;
 
     fn set_rates<const G: usize>(duals: &[SpatialRod<Dual64>; G], rates: &mut Rates<G>) {
@@ -154,33 +127,6 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         load.extend(nodes.map(|i| [0, 1, 2].map(|c| lanes(duals, |rod| rod.load[i].force[c].eps))));
         *elastic = stretch.iter().any(|law| *law != [Lanes::ZERO; 2])
             || joint.iter().any(|law| *law != JointRate::ZERO);
-    }
-
-    fn measure(&self, q: &[f64], frames: &Frames<f64>, geometry: &mut Geometry) {
-        let Geometry { edges, joints } = geometry;
-        edges.clear();
-        joints.clear();
-        let straight = |i: usize, state: &EdgeState<f64>| {
-            let by_chi = one_plus_dot(frames.edges[i].tangent, state.edge.tangent).recip();
-            let Edge { inverse_length, tangent, m } = state.edge;
-            let across = m.map(|m| scale(m, inverse_length));
-            Straight {
-                length: state.length,
-                inverse_length,
-                tangent,
-                strain: self.stretch[i].strain_of(state.squared, state.length),
-                across,
-                turn: state.turn,
-                follow: combine(state.turn[0], across[0], state.turn[1], across[1]),
-                by_chi,
-            }
-        };
-        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            edges.push(straight(i, e));
-            let joint = joint.joint(e, f, turn);
-            joints.push(Bent { strains: joint.strains, by: joint.slopes(&e.edge, &f.edge) });
-        });
-        edges.push(straight(self.joint.len(), &last));
     }
 
     fn gradient_rate<const G: usize>(
@@ -255,10 +201,11 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         for (j, (measured, rate)) in geometry.edges.iter().zip(frames).enumerate() {
             let e = edge(q, j);
             let along = lanes_dot(&measured.tangent, &e);
-            let moved = [0, 1, 2].map(|c| rate.tangent[c] * measured.length + e[c]);
-            rate.turn += lanes_dot(&measured.follow, &moved);
-            rate.tangent =
-                [0, 1, 2].map(|c| (e[c] - along * measured.tangent[c]) * measured.inverse_length);
+            let Straight { length, inverse_length, tangent, follow, .. } = measured;
+            for c in 0..3 {
+                rate.turn += (rate.tangent[c] * *length + e[c]) * follow[c];
+                rate.tangent[c] = (e[c] - along * tangent[c]) * *inverse_length;
+            }
         }
     }
 

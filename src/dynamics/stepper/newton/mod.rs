@@ -120,7 +120,9 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     /// The rounding level of every residual, N s^2.
     rounding: Vec<f64>,
     /// Where the forces of an averaging scheme were taken.
-    stages: Vec<StageForces<D, W>>,
+    stages: Vec<StageForces<D, R::Geometry, W>>,
+    /// The rod at the end of the step, where its tangent is kept.
+    end: R::Geometry,
 }
 
 impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
@@ -168,6 +170,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             correction: vec![D::from(0.0); n],
             rounding: vec![0.0; n],
             stages: Vec::new(),
+            end: R::Geometry::default(),
         }
     }
 
@@ -203,6 +206,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             factors: &self.factors,
             weights: self.weights,
             stages: &self.stages,
+            end: &self.end,
         })
     }
 
@@ -338,7 +342,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let (n, coefficients) = (self.gradient.len(), &self.coefficients);
         if self.stages.is_empty() {
             let q = vec![D::from(0.0); n];
-            let forces = StageForces { gradient: q.clone(), q, tangent: BandMatrix::zeros(n) };
+            let (gradient, tangent) = (q.clone(), BandMatrix::zeros(n));
+            let forces = StageForces { q, gradient, tangent, geometry: R::Geometry::default() };
             let stages = coefficients.stages.len() + usize::from(self.viscous.is_some());
             self.stages = vec![forces; stages];
         }
@@ -351,7 +356,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 (None, Some(viscous)) => (viscous, &END),
                 (stage, _) => (&step.system.rod, stage.unwrap_or(&END)),
             };
-            let StageForces { q, gradient, tangent } = forces;
+            let StageForces { q, gradient, tangent, .. } = forces;
             for (q, (start, end)) in q.iter_mut().zip(before.q.iter().zip(&state.q)) {
                 *q = *start + (*end - *start) * stage.place;
             }
@@ -415,7 +420,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             }
         }
         if self.keeps_tangent {
-            self.evaluate(step, before, state, true, work);
+            let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
+            let Self { gradient, tangent, end, .. } = self;
+            let (q, derivatives) = (&state.q, step.system.derivatives);
+            rod.measured_tangent(q, &state.frames, derivatives, (gradient, tangent), end);
+            work.tangents += 1;
             self.factor(step, work)?;
         }
         Ok(())
@@ -467,6 +476,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 if self.keeps_tangent {
                     if !with_tangent {
                         self.evaluate(step, before, state, true, work);
+                    }
+                    let rod = &step.system.rod;
+                    rod.measure(&state.q, &state.frames, &mut self.end);
+                    for StageForces { q, geometry, .. } in &mut self.stages {
+                        rod.measure(q, &state.frames, geometry);
                     }
                     self.factor(step, work)?;
                 }

@@ -1,0 +1,74 @@
+//! Edges of a planar rod, and how they are strained.
+
+use crate::energy::{PlanarBend, Stretch};
+use crate::numerics::scalar::Scalar;
+
+/// An edge as it is.
+#[derive(Clone, Copy)]
+pub(super) struct Edge<D> {
+    pub squared: D,
+    pub length: D,
+    pub inverse_length: D,
+    pub tangent: [D; 2],
+    /// Counter-clockwise of the tangent, over the length: the derivative of the edge's angle, 1/m.
+    pub normal: [D; 2],
+}
+
+impl<D: Scalar> Edge<D> {
+    #[inline(always)]
+    pub fn new([x0, y0, x1, y1]: &[D; 4]) -> Self {
+        let e = [*x1 - *x0, *y1 - *y0];
+        let squared = e[0] * e[0] + e[1] * e[1];
+        let length = squared.sqrt();
+        let inverse_length = length.recip();
+        let tangent = [e[0] * inverse_length, e[1] * inverse_length];
+        let normal = [-(tangent[1] * inverse_length), tangent[0] * inverse_length];
+        Self { squared, length, inverse_length, tangent, normal }
+    }
+}
+
+/// An edge as it is, in plain numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Straight {
+    pub tangent: [f64; 2],
+    /// The derivative of its angle, 1/m.
+    pub normal: [f64; 2],
+    pub strain: f64,
+}
+
+/// Edges and joints of a planar rod.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    pub(super) edges: Vec<Straight>,
+    /// Curvature, and its derivative by the angle.
+    pub(super) joints: Vec<[f64; 2]>,
+}
+
+/// Writes the geometry of a rod from its edges.
+pub(super) struct Measure<'a, D> {
+    stretch: &'a [Stretch<D, 2>],
+    edges: &'a mut [Straight],
+    joints: &'a mut [[f64; 2]],
+}
+
+impl<'a, D: Scalar> Measure<'a, D> {
+    #[inline(always)]
+    pub fn new(stretch: &'a [Stretch<D, 2>], geometry: &'a mut Geometry) -> Self {
+        geometry.edges.resize(stretch.len(), Straight::default());
+        geometry.joints.resize(stretch.len() - 1, [0.0; 2]);
+        Self { stretch, edges: &mut geometry.edges, joints: &mut geometry.joints }
+    }
+
+    /// Edge `i` with the curvature of the joint after it.
+    #[inline(always)]
+    pub fn see(&mut self, i: usize, edge: &Edge<D>, curvature: Option<D>) {
+        self.edges[i] = Straight {
+            tangent: edge.tangent.map(|x| x.value()),
+            normal: edge.normal.map(|x| x.value()),
+            strain: self.stretch[i].strain_of(edge.squared, edge.length).value(),
+        };
+        if let Some(curvature) = curvature {
+            self.joints[i] = [curvature, PlanarBend::slope(curvature)].map(|x| x.value());
+        }
+    }
+}
