@@ -72,6 +72,9 @@ impl PlanarModel {
         if let Some((key, _)) = turns_of_the_rod(scene).into_iter().find(|(_, t)| *t != 0.0) {
             return Err(leaves(&key));
         }
+        if !scene.rod.natural_bending.is_empty() {
+            return Err(leaves("rod.natural_bending"));
+        }
         let normal = plane.x.cross(&plane.y);
         if let Some(energy) = own::leaving(&scene.energies, normal, plane.origin) {
             return Err(leaves(&energy));

@@ -132,9 +132,10 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             let per_length = rest.tributary.joint[i].recip();
             let Constants { bending: [ei1, ei2], torsion: gj, .. } = profile.joint(i);
             let factor = scene.rod.natural_curvature.at(rest.places[i + 1]);
-            let natural = k.map(|k| factor * k);
-            let twist = scene.rod.natural_twist.at(rest.places[i + 1])
-                * ((rest.tributary.spin[i] + rest.tributary.spin[i + 1]) * 0.5);
+            let length = (rest.tributary.spin[i] + rest.tributary.spin[i + 1]) * 0.5;
+            let bending = scene.rod.bending_at(i + 1, rest.length.len());
+            let natural = [0, 1].map(|c| factor * k[c] + bending[c] * length);
+            let twist = scene.rod.natural_twist.at(rest.places[i + 1]) * length;
             let [a, b, c] = match &rest.slants {
                 Some(slants) => resistances(natural, lean(slants[i], factor, *k, twist)),
                 None => PLAIN.map(|a| a.map(D::from)),

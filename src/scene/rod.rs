@@ -1,6 +1,7 @@
 //! `[rod]`: shape, section and mesh.
 
 use crate::error::Error;
+use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
 use crate::scene::mass::PointMass;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
@@ -35,6 +36,11 @@ pub struct RodSpec<D = f64> {
     /// Twist per length that the rod has when nothing acts on it, rad/m; or a list likewise.
     #[serde(default = "zero", skip_serializing_if = "is_zero")]
     pub natural_twist: Along<D>,
+    /// Curvature of the rod at rest along both of its material directors, 1/m, beside that of its shape:
+    /// pairs at places equally many edges apart from the first node to the last, linear between them.
+    /// For rods in space. A rod of one edge between any two markers may have one pair a marker.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub natural_bending: Vec<[D; 2]>,
     /// What is fixed on the rod and weighs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mass: Vec<PointMass<D>>,
@@ -86,10 +92,25 @@ pub enum Discretization {
     CorrectedStatics,
 }
 
+impl<D: Scalar> RodSpec<D> {
+    /// The curvature beside that of the shape at node `i` of `segments` edges, 1/m.
+    pub(crate) fn bending_at(&self, i: usize, segments: usize) -> [D; 2] {
+        let Some(last) = self.natural_bending.len().checked_sub(1) else {
+            return [D::from(0.0); 2];
+        };
+        let place = (i * last) as f64 / segments as f64;
+        let before = (place as usize).min(last);
+        let (part, after) = (place - before as f64, (before + 1).min(last));
+        let [a, b] = [self.natural_bending[before], self.natural_bending[after]];
+        [0, 1].map(|c| a[c] * (1.0 - part) + b[c] * part)
+    }
+}
+
 impl RodSpec {
     pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> RodSpec<D> {
         let factor = Quantity::signed("").within(-1e3, 1e3);
         let twist = Quantity::signed("rad/m").within(-1e6, 1e6);
+        let bending = Quantity::signed("1/m").within(-1e6, 1e6);
         let factors = [factor.searched(Candidates::Values(&[0.5, 1.0, 1.5])), factor];
         let twists = [twist.searched(Candidates::PerLength(&[-2.0, 0.0, 2.0])), twist];
         RodSpec {
@@ -99,6 +120,10 @@ impl RodSpec {
             taper: n.table("taper", |n| self.taper.over(n)),
             natural_curvature: self.natural_curvature.over("natural_curvature", factors, n),
             natural_twist: self.natural_twist.over("natural_twist", twists, n),
+            natural_bending: n.list("natural_bending", &self.natural_bending, |pair, n| {
+                let [first, second] = *pair;
+                [n.number("d1", first, bending), n.number("d2", second, bending)]
+            }),
             mass: n.list("mass", &self.mass, PointMass::over),
             dimension: self.dimension,
             discretization: self.discretization,
@@ -114,6 +139,7 @@ impl RodSpec {
             taper: Taper::default(),
             natural_curvature: one(),
             natural_twist: zero(),
+            natural_bending: Vec::new(),
             mass: Vec::new(),
             dimension: Dimension::Auto,
             discretization: None,
@@ -142,6 +168,10 @@ impl RodSpec {
         }
         self.natural_curvature.check("rod.natural_curvature")?;
         self.natural_twist.check("rod.natural_twist")?;
+        if !self.natural_bending.iter().flatten().all(|k| k.is_finite()) {
+            let found = format!("{:?}", self.natural_bending);
+            return Err(Error::invalid("rod.natural_bending", found, "finite numbers, 1/m"));
+        }
         let mut masses = self.mass.iter().enumerate();
         masses.try_for_each(|(k, mass)| mass.check(&format!("rod.mass[{k}]")))
     }

@@ -104,6 +104,9 @@ fn friction_by_every_number() {
             for (curvature, stiffness) in [(0.05, 0.0), (0.3, 5e-3), (50.0, 5e-3)] {
                 let mut scene = scene(planar, scheme);
                 scene.loads.damping.stiffness = stiffness;
+                if !planar {
+                    scene.rod.natural_bending = vec![[0.3, -0.2], [0.5, 0.1], [0.0, 0.4]];
+                }
                 scene.loads.damping.friction = Some(Friction { stiffness: 1.6, curvature });
                 println!("{scheme:?}, planar: {planar}, {curvature} 1/m");
                 assert!(check(&scene.problem().unwrap(), curvature > 1.0) >= 6);
