@@ -45,3 +45,15 @@ fn is_handed_over(path: &Path) -> bool {
     let folders: [PathBuf; 2] = ["/dev/fd".into(), "/proc/self/fd".into()];
     path == Path::new("/dev/stdin") || path.parent().is_some_and(|p| folders.iter().any(|f| f == p))
 }
+
+/// Where a file is that is named relative to a folder. A name may begin with `$NAME/`, a folder that an
+/// environment variable names: recordings need not lie beside what is said of them.
+pub fn at(folder: &Path, name: &Path) -> PathBuf {
+    let text = name.to_string_lossy();
+    let Some((variable, rest)) = text.strip_prefix('$').and_then(|text| text.split_once('/'))
+    else {
+        return folder.join(name);
+    };
+    std::env::var_os(variable)
+        .map_or_else(|| folder.join(name), |value| Path::new(&value).join(rest))
+}

@@ -246,14 +246,14 @@ impl Scene {
             if let Shape::Polyline { file, points, .. } = shape
                 && points.is_empty()
             {
-                let path = folder.join(&*file);
+                let path = crate::input::file::at(&folder, file);
                 *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
             }
         }
         if let Some(path) = &mut self.supports.path
             && !path.file.as_os_str().is_empty()
         {
-            let file = folder.join(&path.file);
+            let file = crate::input::file::at(&folder, &path.file);
             path.file = std::path::absolute(&file).map_err(|source| Error::io(&file, source))?;
         }
         Ok(())
@@ -264,12 +264,12 @@ impl Scene {
         let shapes = [Some(&self.rod.shape), self.initial.shape.as_ref()].into_iter().flatten();
         let polylines = shapes.filter_map(|shape| match shape {
             Shape::Polyline { file, points, .. } if points.is_empty() => {
-                Some(self.folder().join(file))
+                Some(crate::input::file::at(&self.folder(), file))
             }
             _ => None,
         });
         let recording = self.supports.path.iter().filter(|path| !path.file.as_os_str().is_empty());
-        let recording = recording.map(|path| self.folder().join(&path.file));
+        let recording = recording.map(|path| crate::input::file::at(&self.folder(), &path.file));
         self.path.iter().cloned().chain(polylines).chain(recording).collect()
     }
 

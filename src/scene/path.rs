@@ -47,7 +47,7 @@ impl Recorded {
     /// Reads the recording, once.
     pub(crate) fn read(&mut self, folder: &Path) -> Result<(), Error> {
         if self.track.is_none() {
-            self.track = Some(Arc::new(Track::read(&folder.join(&self.file))?));
+            self.track = Some(Arc::new(Track::read(&crate::input::file::at(folder, &self.file))?));
         }
         Ok(())
     }

@@ -17,6 +17,8 @@ pub struct Polyline {
     arc_length: Vec<f64>,
     /// Whether the file says so, and not the line's own length.
     given: bool,
+    /// The lengths its edges were given, m, if they were.
+    lengths: Vec<f64>,
     source: Source,
 }
 
@@ -122,7 +124,32 @@ impl Polyline {
                 Some(*sum)
             }));
         }
-        Ok(Self { points, arc_length, given, source })
+        Ok(Self { points, arc_length, given, lengths: Vec::new(), source })
+    }
+
+    /// The line with edges of these lengths, m, along its own; as it is without any.
+    pub fn of_lengths(self, lengths: &[f64]) -> Result<Self, Error> {
+        let edges = self.points.len() - 1;
+        if lengths.is_empty() {
+            return Ok(self);
+        }
+        let positive = |length: &f64| length.is_finite() && *length > 0.0;
+        if self.given || lengths.len() != edges || !lengths.iter().all(positive) {
+            let found = format!("{} numbers for {} points", lengths.len(), edges + 1);
+            let allowed = format!("{edges} lengths above 0, in a rest shape");
+            return Err(Error::invalid("shape.lengths", found, allowed));
+        }
+        let mut points = vec![self.points[0]];
+        for (pair, length) in self.points.windows(2).zip(lengths) {
+            points.push(points[points.len() - 1] + (pair[1] - pair[0]).normalize() * *length);
+        }
+        let line = Self::new(points, Vec::new(), self.source)?;
+        Ok(Self { lengths: lengths.to_vec(), ..line })
+    }
+
+    /// The lengths its edges were given, m, if they were.
+    pub fn lengths(&self) -> &[f64] {
+        &self.lengths
     }
 
     /// The file, if it was read from one.
@@ -321,6 +348,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Edges get the lengths they are given, along the line's own directions.
+    #[test]
+    fn edges_of_given_lengths() {
+        let points = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.2, 0.0], [0.1, 0.2, 0.3]];
+        let mut shape = Shape::points(points);
+        let Shape::Polyline { lengths, .. } = &mut shape else { unreachable!() };
+        *lengths = vec![0.3, 0.1, 0.2];
+        shape.read(Path::new(""), false).unwrap();
+        let mesh = shape.mesh(None, [false; 2]).unwrap();
+        let wanted = [[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.3, 0.1, 0.0], [0.3, 0.1, 0.2]];
+        let off = mesh.nodes.iter().flatten().zip(wanted.iter().flatten());
+        assert!(off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-15);
+        let Shape::Polyline { lengths, .. } = &mut shape else { unreachable!() };
+        *lengths = vec![0.3, 0.1];
+        let refused = shape.read(Path::new(""), false).unwrap_err().to_string();
+        assert!(refused.contains("3 lengths above 0"), "{refused}");
     }
 
     /// Where no wall cuts an edge the points are the nodes, to the last digit.

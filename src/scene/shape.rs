@@ -71,6 +71,11 @@ pub enum Shape<D = f64> {
         /// By how much the coordinates are multiplied.
         #[serde(default = "one", skip_serializing_if = "is_one")]
         scale: D,
+        /// How long the edges between the points are, m, where the points show the turns of the line
+        /// better than its lengths: those of a cable that was laid on a table, say, whose lengths are
+        /// known from markers on it.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        lengths: Vec<f64>,
         /// The curve, once the points are read.
         #[serde(skip)]
         line: Option<Arc<Polyline>>,
@@ -124,7 +129,8 @@ impl Shape {
                 length: n.number("length", *l, length),
                 angle: n.number("angle", *angle, Quantity::signed("rad").within(-1e3, 1e3)),
             },
-            Self::Polyline { file, points, scale, line } => Shape::Polyline {
+            Self::Polyline { file, points, scale, lengths, line } => Shape::Polyline {
+                lengths: lengths.clone(),
                 file: file.clone(),
                 points: points.clone(),
                 scale: n.number("scale", *scale, Quantity::positive("")),
@@ -135,31 +141,38 @@ impl Shape {
 
     /// A smooth curve through the points of a CSV file.
     pub fn polyline(file: impl Into<PathBuf>) -> Self {
-        Self::Polyline { file: file.into(), points: Vec::new(), scale: 1.0, line: None }
+        Self::Polyline {
+            file: file.into(),
+            points: Vec::new(),
+            scale: 1.0,
+            lengths: Vec::new(),
+            line: None,
+        }
     }
 
     /// A smooth curve through points, m, from the wall or the rod's first end to the last. A scene that is
     /// saved holds them.
     pub fn points(points: impl IntoIterator<Item = [f64; 3]>) -> Self {
         let points = points.into_iter().collect();
-        Self::Polyline { file: PathBuf::new(), points, scale: 1.0, line: None }
+        Self::Polyline { file: PathBuf::new(), points, scale: 1.0, lengths: Vec::new(), line: None }
     }
 
     /// Reads the points of a polyline, once; `on_a_rod` if it is another shape of one.
     pub(crate) fn read(&mut self, folder: &Path, on_a_rod: bool) -> Result<(), Error> {
-        if let Self::Polyline { file, points, line, .. } = self {
-            let path = folder.join(&*file);
+        if let Self::Polyline { file, points, line, lengths, .. } = self {
+            let path = crate::input::file::at(folder, file);
             let given = !points.is_empty();
             // Others than were read are read anew.
             let read = |line: &Arc<Polyline>| match given {
-                true => line.is_through(points),
-                false => line.path() == Some(path.as_path()),
+                true => line.is_through(points) && lengths.is_empty(),
+                false => line.path() == Some(path.as_path()) && line.lengths() == &lengths[..],
             };
             if !line.as_ref().is_some_and(read) {
-                *line = Some(Arc::new(match given {
+                let found = match given {
                     true => Polyline::through(points, on_a_rod)?,
                     false => Polyline::read(&path, on_a_rod)?,
-                }));
+                };
+                *line = Some(Arc::new(found.of_lengths(lengths)?));
             }
         }
         Ok(())
