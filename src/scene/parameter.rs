@@ -5,12 +5,13 @@ use crate::error::Error;
 use crate::scene::Scene;
 use crate::scene::along::Along;
 use crate::scene::initial::Initial;
-use crate::scene::loads::{Damping, Loads, PointForce};
+use crate::scene::loads::{Damping, Friction, Loads, PointForce};
 use crate::scene::mass::PointMass;
 use crate::scene::material::Material;
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;
 use crate::scene::rod::RodSpec;
+use crate::scene::scheme::Scheme;
 use crate::scene::section::Section;
 use crate::scene::shape::{Handedness, Shape};
 use crate::scene::supports::{Motion, Supports};
@@ -454,10 +455,13 @@ fn specimens() -> [Scene; 6] {
         let node = Point::ArcLength(1.0);
         scene.rod.mass = vec![PointMass { node, mass: 1.0 }];
         let point = vec![PointForce { node, ..PointForce::default() }];
-        scene.loads =
-            Loads { damping: Damping::default(), point: point.clone(), ..Loads::default() };
+        let friction = Some(Friction { stiffness: 1.0, curvature: 1.0 });
+        let damping = Damping { friction, ..Damping::default() };
+        scene.loads = Loads { damping, point: point.clone(), ..Loads::default() };
+        scene.rod.natural_bending = vec![[1.0; 2]];
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
-        scene.time = Some(Time::new(1.0, 1.0));
+        let scheme = if whole { Scheme::GeneralisedAlpha } else { Scheme::NewmarkBeta };
+        scene.time = Some(Time { scheme, ..Time::new(1.0, 1.0) });
         scene
     })
 }
