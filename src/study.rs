@@ -131,13 +131,14 @@ impl Study {
                 meshes
             }
         };
-        let damped = scene.loads.damping.stiffness > 0.0;
+        let damping = &scene.loads.damping;
+        let damped = damping.is_viscous();
         let moved = scene.supports.move_ends();
-        let slides = scene.loads.damping.friction.is_some();
+        let remembers = damping.friction.is_some() || damping.maxwell.is_some();
         let takes = |scheme: Scheme| {
             let traits = scheme.traits();
             (traits.takes_viscosity || !damped)
-                && (traits.takes_friction || !slides)
+                && (traits.takes_friction || !remembers)
                 && (traits.takes_boundary_motion || !moved)
         };
 

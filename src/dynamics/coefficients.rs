@@ -281,17 +281,11 @@ impl<D: Scalar> StepCoefficients<D> {
         if self.averages() { viscous } else { viscous + 1.0 }
     }
 
-    /// Shift of a natural strain under Kelvin-Voigt damping.
+    /// What the rate of a strain at the end is short of by what was before, 1/s: times the time of
+    /// Kelvin-Voigt damping, the shift of a natural strain.
     #[inline]
-    pub fn viscous_shift(&self, eta: D, strain0: D, rate0: D) -> D {
+    pub fn viscous_past(&self, strain0: D, rate0: D) -> D {
         let [rate, memory] = self.strain_rate;
-        self.viscous(eta) * (strain0 * rate + memory * rate0)
-    }
-
-    /// The same at the start of a step, where the rate is known and the factor is 1.
-    #[inline]
-    pub fn viscous_shift_at(&self, eta: D, strain: D, rate: D) -> D {
-        let viscous = self.viscous(eta) * rate;
-        if self.averages() { strain - viscous } else { -viscous }
+        strain0 * rate + memory * rate0
     }
 }

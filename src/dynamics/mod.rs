@@ -15,6 +15,7 @@ mod step;
 mod step_control;
 pub mod stepper;
 mod trajectory;
+pub(crate) mod viscosity;
 
 pub use linearization::{Linearization, StageForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};

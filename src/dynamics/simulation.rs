@@ -140,7 +140,15 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         let kinetic = self.kinetic_energy();
         let mut energies = self.system.rod.energies(&self.state.q, &self.state.frames);
         energies.potential += self.state.wound;
-        energies.bend += self.system.rod.slider_energy(&self.state.internal.slid);
+        let internal = &self.state.internal;
+        energies.bend += self.system.rod.slider_energy(&internal.slid);
+        if let Some(maxwell) = &self.system.damping.maxwell {
+            let kinds = self.system.rod.strain_energies(&internal.relaxing);
+            let [stretch, bend, twist] = kinds.map(|energy| (energy * maxwell.stiffness).value());
+            energies.stretch += stretch;
+            energies.bend += bend;
+            energies.twist += twist;
+        }
         Energies { kinetic, ..energies }
     }
 

@@ -53,7 +53,7 @@ use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
 pub use crate::energy::stiffness::Stiffness;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, dot, sub};
+use crate::numerics::vector::{Vector, add, dot, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
 
@@ -106,6 +106,20 @@ impl<D: Scalar> JointLaw<D> {
             stiffness: self.stiffness.map(|k| k * factor),
             natural: std::array::from_fn(|a| (self.natural[a] + shift[a]) / factor),
         }
+    }
+
+    /// The same with factors and shifts of bending and of twisting besides.
+    pub fn viscous_apart(
+        &self,
+        factor: D,
+        shift: &[D; 3],
+        ([bend, twist], own): ([D; 2], &[D; 3]),
+    ) -> Self {
+        let one = D::from(1.0);
+        let stiffness = self.stiffness.by_kind(factor, [factor + bend, factor + twist]);
+        let alone = self.stiffness.by_kind(D::from(0.0), [one; 2]);
+        let stress = add(self.stiffness.times(&add(self.natural, *shift)), alone.times(own));
+        Self { stiffness, natural: stiffness.inverse_times(&stress) }
     }
 }
 

@@ -35,6 +35,15 @@ impl<D: Scalar> Stiffness<D> {
         }
     }
 
+    /// With factors of what couples bending and twisting, of bending and of twisting.
+    pub(crate) fn by_kind(&self, coupling: D, [bend, twist]: [D; 2]) -> Self {
+        Self {
+            bend: self.bend.map(|k| k * bend),
+            twist: self.twist * twist,
+            coupling: self.coupling.map(|k| k * coupling),
+        }
+    }
+
     /// The strains that three stresses make, by Cholesky's elimination.
     pub(crate) fn inverse_times(&self, w: &[D; 3]) -> [D; 3] {
         let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);

@@ -2,6 +2,7 @@
 //! and least squares.
 
 pub mod banded;
+pub(crate) mod decay;
 pub(crate) mod hermite;
 pub mod lanes;
 pub mod levenberg_marquardt;

@@ -9,6 +9,7 @@ pub mod planar;
 mod sensitive;
 pub mod spatial;
 mod state;
+mod viscosity;
 
 pub use extra::Extra;
 pub(crate) use extra::Placed;
@@ -16,6 +17,7 @@ pub use planar::PlanarRod;
 pub use sensitive::{FrameRate, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
+pub use viscosity::{OwnViscosity, Viscosity};
 
 use crate::energy::Derivatives;
 use crate::numerics::banded::BandMatrix;
@@ -180,9 +182,11 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// as zero, J.
     fn strain_energies(&self, strains: &[D]) -> [D; 3];
 
-    /// Becomes `elastic` with every stiffness times `factor` and every natural strain
-    /// `(natural + shift[i]) / factor`.
-    fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]);
+    /// Becomes `elastic` with viscous stress, as stiffnesses and natural strains.
+    fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>);
+
+    /// Becomes [dashpots](Rod::dashpots) with every stiffness times its factor, and the shifts as natural strains.
+    fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>);
 
     /// How many strains of bending and twisting have springs of internal friction: all or none.
     fn slides(&self) -> usize {

@@ -15,7 +15,7 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 pub use crate::rod::planar::geometry::Geometry;
 use crate::rod::planar::geometry::{Edge, Measure};
-use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
+use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -538,14 +538,25 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         energies
     }
 
-    fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
-        let (stretch_shift, bend_shift) = shift.split_at(elastic.stretch.len());
-        for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift)
-        {
-            *to = from.viscous(factor, *shift);
+    fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
+        let [stretch, bend] = [0, 1].map(|kind| viscosity.factor(kind));
+        let edges = elastic.stretch.len();
+        for (i, (to, from)) in self.stretch.iter_mut().zip(&elastic.stretch).enumerate() {
+            *to = from.viscous(stretch, viscosity.shift(0, i));
         }
-        for ((to, from), shift) in self.bend.iter_mut().zip(&elastic.bend).zip(bend_shift) {
-            *to = from.viscous(factor, *shift);
+        for (i, (to, from)) in self.bend.iter_mut().zip(&elastic.bend).enumerate() {
+            *to = from.viscous(bend, viscosity.shift(1, edges + i));
+        }
+    }
+
+    fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
+        let [stretch, bend] = [0, 1].map(|kind| viscosity.factor(kind));
+        let (stretched, bent) = viscosity.shift.split_at(dashpots.stretch.len());
+        for ((to, from), strain) in self.stretch.iter_mut().zip(&dashpots.stretch).zip(stretched) {
+            (to.stiffness, to.natural_strain) = (from.stiffness * stretch, *strain);
+        }
+        for ((to, from), strain) in self.bend.iter_mut().zip(&dashpots.bend).zip(bent) {
+            (to.stiffness, to.natural_curvature) = (from.stiffness * bend, *strain);
         }
     }
 

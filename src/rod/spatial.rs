@@ -19,7 +19,7 @@ pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::geometry::Measure;
-use crate::rod::{Energies, Extra, Rod, half_a_turn_apart};
+use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -508,15 +508,37 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         energies
     }
 
-    fn set_viscous(&mut self, elastic: &Self, factor: D, shift: &[D]) {
-        let (stretch_shift, joint_shift) = shift.split_at(elastic.stretch.len());
-        for ((to, from), shift) in self.stretch.iter_mut().zip(&elastic.stretch).zip(stretch_shift)
-        {
-            *to = from.viscous(factor, *shift);
+    fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<D>) {
+        let (edges, stretch) = (elastic.stretch.len(), viscosity.factor(0));
+        for (i, (to, from)) in self.stretch.iter_mut().zip(&elastic.stretch).enumerate() {
+            *to = from.viscous(stretch, viscosity.shift(0, i));
         }
-        let (joint_shift, _) = joint_shift.as_chunks::<3>();
-        for ((to, from), shift) in self.joint.iter_mut().zip(&elastic.joint).zip(joint_shift) {
-            *to = from.viscous(factor, shift);
+        let own = viscosity.own.as_ref();
+        let own = own.map(|own| (own, own.past[edges..].as_chunks::<3>().0));
+        let (shifts, _) = viscosity.shift[edges..].as_chunks::<3>();
+        for (i, (to, from)) in self.joint.iter_mut().zip(&elastic.joint).enumerate() {
+            *to = match own {
+                None => from.viscous(viscosity.factor, &shifts[i]),
+                Some((own, past)) => {
+                    let ([_, bend, twist], [_, bending, twisting]) = (own.factor, own.time);
+                    let [k1, k2, tau] = past[i];
+                    let past = [bending * k1, bending * k2, twisting * tau];
+                    from.viscous_apart(viscosity.factor, &shifts[i], ([bend, twist], &past))
+                }
+            };
+        }
+    }
+
+    fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<D>) {
+        let [stretch, bend, twist] = [0, 1, 2].map(|kind| viscosity.factor(kind));
+        let (stretched, joined) = viscosity.shift.split_at(dashpots.stretch.len());
+        for ((to, from), strain) in self.stretch.iter_mut().zip(&dashpots.stretch).zip(stretched) {
+            (to.stiffness, to.natural_strain) = (from.stiffness * stretch, *strain);
+        }
+        let joints = self.joint.iter_mut().zip(&dashpots.joint).zip(joined.as_chunks::<3>().0);
+        for ((to, from), strains) in joints {
+            to.stiffness = from.stiffness.by_kind(viscosity.factor, [bend, twist]);
+            to.natural = *strains;
         }
     }
 

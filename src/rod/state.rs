@@ -27,8 +27,8 @@ pub struct State<D, F> {
 
 /// What the material remembers of its way, beside where the rod is and how it moves: all internal
 /// variables of a state stand here, and the sensitivities carry their derivatives in the same struct.
-/// That is what Kelvin-Voigt damping and internal friction need; without them all lists are empty.
-#[derive(Clone, Debug, Default)]
+/// That is what Kelvin-Voigt damping, relaxation and internal friction need; without them all lists are empty.
+#[derive(Clone, Debug)]
 pub struct InternalVariables<D> {
     /// Strains of all elements, in the order of [`Rod::strains`](crate::rod::Rod::strains).
     pub strain: Vec<D>,
@@ -37,6 +37,14 @@ pub struct InternalVariables<D> {
     /// How far the springs of internal friction are stretched, by the strains of bending and twisting; empty
     /// without any.
     pub slid: Vec<D>,
+    /// How far the springs of a Maxwell branch are stretched, by every strain; empty without one.
+    pub relaxing: Vec<D>,
+}
+
+impl<D> Default for InternalVariables<D> {
+    fn default() -> Self {
+        Self { strain: Vec::new(), strain_rate: Vec::new(), slid: Vec::new(), relaxing: Vec::new() }
+    }
 }
 
 impl<D: Scalar> InternalVariables<D> {
@@ -45,6 +53,7 @@ impl<D: Scalar> InternalVariables<D> {
         self.strain.clone_from(&other.strain);
         self.strain_rate.clone_from(&other.strain_rate);
         self.slid.clone_from(&other.slid);
+        self.relaxing.clone_from(&other.relaxing);
     }
 }
 
@@ -60,11 +69,7 @@ impl<D: Scalar, F: Clone> State<D, F> {
             q,
             frames,
             wound: 0.0,
-            internal: InternalVariables {
-                strain: Vec::new(),
-                strain_rate: Vec::new(),
-                slid: Vec::new(),
-            },
+            internal: InternalVariables::default(),
         }
     }
 

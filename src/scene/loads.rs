@@ -1,6 +1,7 @@
 //! What pulls and damps.
 
 use crate::error::Error;
+use crate::numerics::scalar::Scalar;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::point::Point;
 use crate::scene::validate::{finite, not_negative, positive};
@@ -31,6 +32,18 @@ pub struct Damping<D = f64> {
     /// Kelvin-Voigt time on the strain rates, s.
     #[serde(default)]
     pub stiffness: D,
+    /// The same of the rate of bending alone, besides, s.
+    #[serde(default, skip_serializing_if = "Written::is_nothing")]
+    pub bending: D,
+    /// Of twisting alone, s.
+    #[serde(default, skip_serializing_if = "Written::is_nothing")]
+    pub twisting: D,
+    /// Of stretching alone, s.
+    #[serde(default, skip_serializing_if = "Written::is_nothing")]
+    pub stretching: D,
+    /// A spring beside the rod that relaxes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub maxwell: Option<Maxwell<D>>,
     /// Internal friction of bending and twisting.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<Friction<D>>,
@@ -45,6 +58,17 @@ pub struct Friction<D = f64> {
     pub stiffness: D,
     /// The curvature at which they slip, 1/m.
     pub curvature: D,
+}
+
+/// `loads.damping.maxwell`: beside the elastic rod, another one in series with a dashpot, which relaxes: with the
+/// elastic one a standard linear solid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Maxwell<D = f64> {
+    /// Its stiffness, as a part of the rod's own.
+    pub stiffness: D,
+    /// How long its stress takes to fall to 1/e, s.
+    pub time: D,
 }
 
 /// `[[loads.point]]`
@@ -87,13 +111,23 @@ impl PointForce {
 
 impl Damping {
     fn over<D>(&self, n: &mut Numbers<'_, D>) -> Damping<D> {
-        let rate = Quantity::positive("1/s").searched(Candidates::Rate(0.03, 10.0, 1.5));
-        let time = Quantity::positive("s").searched(Candidates::Time(1e-5, 0.1, 1.0));
+        let rate =
+            Quantity::positive("1/s").searched(Candidates::Rate(0.03, 10.0, 1.5)).vanishing();
+        let time = Quantity::positive("s").searched(Candidates::Time(1e-5, 0.1, 1.0)).vanishing();
         let part = Quantity::positive("");
         let curvature = Quantity::positive("1/m");
         Damping {
             mass: n.number("mass", self.mass, rate),
             stiffness: n.number("stiffness", self.stiffness, time),
+            bending: n.number("bending", self.bending, time),
+            twisting: n.number("twisting", self.twisting, time),
+            stretching: n.number("stretching", self.stretching, time),
+            maxwell: self.maxwell.map(|maxwell| {
+                n.table("maxwell", |n| Maxwell {
+                    stiffness: n.number("stiffness", maxwell.stiffness, part.vanishing()),
+                    time: n.number("time", maxwell.time, Quantity::positive("s")),
+                })
+            }),
             friction: self.friction.map(|friction| {
                 n.table("friction", |n| Friction {
                     stiffness: n.number("stiffness", friction.stiffness, part),
@@ -105,7 +139,36 @@ impl Damping {
 
     /// Whether anything takes energy.
     pub(crate) fn is_there(&self) -> bool {
-        self.mass > 0.0 || self.stiffness > 0.0 || self.friction.is_some()
+        self.mass > 0.0 || self.is_viscous() || self.friction.is_some()
+    }
+
+    /// The keys of the times of Kelvin-Voigt damping, with their values, s.
+    pub(crate) fn times(&self) -> [(&'static str, f64); 4] {
+        let Self { stiffness, bending, twisting, stretching, .. } = *self;
+        [
+            ("stiffness", stiffness),
+            ("bending", bending),
+            ("twisting", twisting),
+            ("stretching", stretching),
+        ]
+    }
+}
+
+impl<D: Scalar> Damping<D> {
+    /// The times of stretching, bending and twisting alone, s.
+    pub(crate) fn own_times(&self) -> [D; 3] {
+        [self.stretching, self.bending, self.twisting]
+    }
+
+    /// Whether kinds of strain differ, or derivatives may.
+    pub(crate) fn has_own_times(&self) -> bool {
+        D::ORDER > 0 || self.own_times().iter().any(|time| time.value() > 0.0)
+    }
+
+    /// Whether the stress depends on how the strains have changed.
+    pub(crate) fn is_viscous(&self) -> bool {
+        let takes = |time: &D| time.value() > 0.0;
+        takes(&self.stiffness) || self.own_times().iter().any(takes) || self.maxwell.is_some()
     }
 }
 
@@ -121,7 +184,13 @@ impl Loads {
     pub(crate) fn check(&self) -> Result<(), Error> {
         finite("loads.gravity", &self.gravity)?;
         not_negative("loads.damping.mass", self.damping.mass)?;
-        not_negative("loads.damping.stiffness", self.damping.stiffness)?;
+        for (key, time) in self.damping.times() {
+            not_negative(&format!("loads.damping.{key}"), time)?;
+        }
+        if let Some(maxwell) = &self.damping.maxwell {
+            not_negative("loads.damping.maxwell.stiffness", maxwell.stiffness)?;
+            positive("loads.damping.maxwell.time", maxwell.time)?;
+        }
         if let Some(friction) = &self.damping.friction {
             positive("loads.damping.friction.stiffness", friction.stiffness)?;
             positive("loads.damping.friction.curvature", friction.curvature)?;

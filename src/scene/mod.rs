@@ -31,7 +31,7 @@ pub(crate) mod validate;
 pub use along::{Along, Linear};
 pub use camera::Camera;
 pub use initial::{Initial, InitialState};
-pub use loads::{Damping, Friction, Loads, PointForce};
+pub use loads::{Damping, Friction, Loads, Maxwell, PointForce};
 pub use mass::PointMass;
 pub use material::Material;
 pub use own::{At, Attached};
@@ -335,18 +335,21 @@ impl Scene {
         self.check_recorded_start()?;
         if let Some(time) = &self.time {
             time.check()?;
-            let eta = self.loads.damping.stiffness;
-            let traits = time.scheme.traits();
-            if eta > 0.0 && !traits.takes_viscosity {
+            let (damping, traits) = (&self.loads.damping, time.scheme.traits());
+            let times = damping.times().into_iter().find(|(_, eta)| *eta > 0.0);
+            if let Some((key, eta)) = times.filter(|_| !traits.takes_viscosity) {
                 let takers = Scheme::names(|traits| traits.takes_viscosity);
                 let allowed = format!("0 with {}; the schemes {takers} take it", traits.name);
-                return Err(Error::invalid("loads.damping.stiffness", eta, allowed));
+                return Err(Error::invalid(format!("loads.damping.{key}"), eta, allowed));
             }
-            if self.loads.damping.friction.is_some() && !traits.takes_friction {
-                let found = format!("friction beside the scheme {}", traits.name);
+            let remembered =
+                [("friction", damping.friction.is_some()), ("maxwell", damping.maxwell.is_some())];
+            for (key, _) in remembered.iter().filter(|(_, there)| *there && !traits.takes_friction)
+            {
+                let found = format!("{key} beside the scheme {}", traits.name);
                 let allowed =
                     format!("with the schemes {}", Scheme::names(|traits| traits.takes_friction));
-                return Err(Error::invalid("loads.damping.friction", found, allowed));
+                return Err(Error::invalid(format!("loads.damping.{key}"), found, allowed));
             }
             if self.supports.move_ends() && !traits.takes_boundary_motion {
                 let found = format!("a motion beside the scheme {}", traits.name);

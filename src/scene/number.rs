@@ -11,7 +11,12 @@ use std::f64::consts::PI;
 use std::fmt::Display;
 
 /// What the numbers of a scene that is read from a file or written to one can do.
-pub trait Written: Copy + Serialize + DeserializeOwned + Default + From<f64> + PartialEq {}
+pub trait Written: Copy + Serialize + DeserializeOwned + Default + From<f64> + PartialEq {
+    /// Whether it is zero, as it is without the key.
+    fn is_nothing(&self) -> bool {
+        *self == Self::default()
+    }
+}
 impl Written for f64 {}
 
 /// What kind of number stands somewhere.
@@ -23,6 +28,8 @@ pub struct Quantity {
     pub limits: [f64; 2],
     /// Whether it is positive and identified in its logarithm.
     pub is_positive: bool,
+    /// Whether it is positive or zero, where it stands for something that may not be there.
+    pub may_vanish: bool,
     /// Whether only the recording depends on it, and not the motion.
     pub is_of_the_camera: bool,
     /// Where to look for it when nothing is known of it.
@@ -57,6 +64,7 @@ impl Quantity {
             unit,
             limits: [f64::MIN_POSITIVE, f64::MAX],
             is_positive: true,
+            may_vanish: false,
             is_of_the_camera: false,
             candidates: Candidates::Here,
         }
@@ -78,6 +86,11 @@ impl Quantity {
     /// With another place to search.
     pub const fn searched(self, candidates: Candidates) -> Self {
         Self { candidates, ..self }
+    }
+
+    /// That may be zero.
+    pub const fn vanishing(self) -> Self {
+        Self { may_vanish: true, ..self }
     }
 
     /// Of the camera only.

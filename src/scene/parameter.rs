@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::scene::Scene;
 use crate::scene::along::Along;
 use crate::scene::initial::Initial;
-use crate::scene::loads::{Damping, Friction, Loads, PointForce};
+use crate::scene::loads::{Damping, Friction, Loads, Maxwell, PointForce};
 use crate::scene::mass::PointMass;
 use crate::scene::material::Material;
 use crate::scene::number::Quantity;
@@ -94,6 +94,12 @@ short_names! {
     DampingMass = "damping.mass": "loads.damping.mass";
     /// Kelvin-Voigt time, s.
     DampingStiffness = "damping.stiffness": "loads.damping.stiffness";
+    /// Kelvin-Voigt time of bending alone, besides, s.
+    DampingBending = "damping.bending": "loads.damping.bending";
+    /// Of twisting alone, s.
+    DampingTwisting = "damping.twisting": "loads.damping.twisting";
+    /// Of stretching alone, s.
+    DampingStretching = "damping.stretching": "loads.damping.stretching";
     /// By how much the rod as a whole is turned about its first node in its plane, rad.
     ClampAngle = "clamp_angle": "supports.angle";
     /// Velocity of the rod at t = 0 along x, m/s.
@@ -455,8 +461,11 @@ fn specimens() -> [Scene; 6] {
         let node = Point::ArcLength(1.0);
         scene.rod.mass = vec![PointMass { node, mass: 1.0 }];
         let point = vec![PointForce { node, ..PointForce::default() }];
-        let friction = Some(Friction { stiffness: 1.0, curvature: 1.0 });
-        let damping = Damping { friction, ..Damping::default() };
+        let damping = Damping {
+            maxwell: Some(Maxwell { stiffness: 1.0, time: 1.0 }),
+            friction: Some(Friction { stiffness: 1.0, curvature: 1.0 }),
+            ..Damping::default()
+        };
         scene.loads = Loads { damping, point: point.clone(), ..Loads::default() };
         scene.rod.natural_bending = vec![[1.0; 2]];
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
@@ -490,6 +499,18 @@ mod tests {
                 assert_eq!(parameter.of(&scene), Some(value), "{parameter}");
             }
         }
+    }
+
+    /// Fits say of these how large they may be at most where data show none of them.
+    #[test]
+    fn what_damps_may_be_zero() {
+        let zero = |of: &[&str]| {
+            of.iter().all(|name| name.parse::<Parameter>().unwrap().quantity().may_vanish)
+        };
+        assert!(zero(&["damping.mass", "damping.stiffness", "damping.bending"]));
+        assert!(zero(&["damping.twisting", "damping.stretching"]));
+        assert!(zero(&["loads.damping.maxwell.stiffness"]));
+        assert!(!zero(&["loads.damping.maxwell.time"]) && !zero(&["youngs_modulus"]));
     }
 
     #[test]

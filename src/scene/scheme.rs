@@ -46,7 +46,7 @@ pub struct Traits {
     pub order: u32,
     /// Whether it takes Kelvin-Voigt damping.
     pub takes_viscosity: bool,
-    /// Whether it takes internal friction.
+    /// Whether it takes internal friction and relaxation.
     pub takes_friction: bool,
     /// Whether it takes moving supports.
     pub takes_boundary_motion: bool,

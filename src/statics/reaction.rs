@@ -19,8 +19,7 @@ use crate::numerics::vector::{add, cross, scale, sub, unit};
 use crate::problem::Model;
 use crate::problem::cuts;
 use crate::problem::{Discretized, FramesOf};
-use crate::rod::Rod;
-use crate::rod::State;
+use crate::rod::{Rod, State, Viscosity};
 use crate::scene::Damping;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -57,9 +56,10 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         match strain_rate.is_empty() {
             true => rod.gradient(q, frames, self.derivatives(), &mut force),
             false => {
-                let shift: Vec<f64> = strain_rate.iter().map(|r| -damping.stiffness * r).collect();
+                let mut viscosity = Viscosity::none(strain_rate.len(), damping.has_own_times());
+                viscosity.now(&damping, internal);
                 let mut viscous = rod.clone();
-                viscous.set_viscous(rod, 1.0, &shift);
+                viscous.set_viscous(rod, &viscosity);
                 if rod.slides() > 0 {
                     let law = viscous.clone();
                     viscous.set_sliders(&law, rod, &internal.strain, &internal.slid);

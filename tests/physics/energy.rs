@@ -127,7 +127,7 @@ fn a_free_rod_keeps_its_momentum() {
 }
 
 /// First mode of a clamped-free beam at s in [0, 1].
-fn first_mode(s: f64) -> f64 {
+pub fn first_mode(s: f64) -> f64 {
     let b = 1.875104068711961_f64;
     let sigma = (b.cosh() + b.cos()) / (b.sinh() + b.sin());
     let x = b * s;
@@ -365,7 +365,7 @@ fn newmark(beta: f64, end: f64, step: f64) -> Option<Time> {
 fn generalised_alpha_without_dissipation_is_newmarks() {
     for (mass, stiffness) in [(0.0, 0.0), (2.0, 3e-4)] {
         for mut scene in [cantilever(), helix_with(0.5, 1e-3, 0.2, Clamp::MidEdge)] {
-            scene.loads.damping = Damping { mass, stiffness, friction: None };
+            scene.loads.damping = Damping { mass, stiffness, ..Damping::default() };
             let mut run = |scheme| {
                 let tolerance = Tolerance::Rounding;
                 let (beta, rho_inf) = (0.5, 1.0);

@@ -6,7 +6,7 @@ use rodfit::energy::Element;
 use rodfit::energy::bend_twist::Published;
 use rodfit::energy::frame::Frames;
 use rodfit::numerics::banded::BandMatrix;
-use rodfit::rod::{Energies, Rod, SpatialRod};
+use rodfit::rod::{Energies, Rod, SpatialRod, Viscosity};
 use rodfit::scene::{Clamp, Tolerance};
 use rodfit::{Derivatives, Problem};
 
@@ -148,8 +148,11 @@ impl Rod<f64, 10> for PublishedRod {
     fn strain_energies(&self, strains: &[f64]) -> [f64; 3] {
         self.0.strain_energies(strains)
     }
-    fn set_viscous(&mut self, elastic: &Self, factor: f64, shift: &[f64]) {
-        self.0.set_viscous(&elastic.0, factor, shift);
+    fn set_viscous(&mut self, elastic: &Self, viscosity: &Viscosity<f64>) {
+        self.0.set_viscous(&elastic.0, viscosity);
+    }
+    fn set_dashpots(&mut self, dashpots: &Self, viscosity: &Viscosity<f64>) {
+        self.0.set_dashpots(&dashpots.0, viscosity);
     }
 }
 

@@ -4,6 +4,7 @@
 mod common;
 
 mod corrections;
+mod damping;
 mod direct;
 mod energy;
 mod hard_cases;

@@ -1,9 +1,11 @@
-//! Derivatives of Kelvin-Voigt stress and of internal friction.
+//! Derivatives of viscous stress, of relaxation and of internal friction.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
-use crate::rod::{DualFrames, InternalVariables, Rod, Sensitive};
+use crate::dynamics::stepper::stretched;
+use crate::dynamics::viscosity;
+use crate::rod::{DualFrames, InternalVariables, Rod, Sensitive, Viscosity};
 use crate::scene::Damping;
 use num_dual::Dual64;
 
@@ -21,7 +23,9 @@ pub struct Viscous<R: Sensitive<W>, const W: usize, const G: usize> {
     z: Vec<Dual64>,
     /// Derivatives of the internal variables.
     internal: [InternalVariables<f64>; G],
-    shift: Vec<Dual64>,
+    /// The internal variables with the derivatives along one parameter.
+    dual: InternalVariables<Dual64>,
+    viscosity: Viscosity<Dual64>,
     strain: Vec<Dual64>,
     q: Vec<Dual64>,
     forces: Vec<Dual64>,
@@ -33,6 +37,8 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
         let [first, ..] = &simulations[..] else { return None };
         let (state, newton) = (first.state(), first.newton()?);
         let strains = state.internal.strain.len();
+        let times = simulations.iter().flat_map(|simulation| simulation.damping().own_times());
+        let apart = times.into_iter().any(|time| time != Dual64::from(0.0) || time.eps != 0.0);
         let dashpots = newton.dashpots().map(|_| {
             simulations.map(|simulation| {
                 let dashpots = simulation.newton().and_then(|newton| newton.dashpots());
@@ -55,9 +61,11 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
                     strain: rates(&internal.strain),
                     strain_rate: rates(&internal.strain_rate),
                     slid: rates(&internal.slid),
+                    relaxing: rates(&internal.relaxing),
                 }
             }),
-            shift: vec![Dual64::from(0.0); strains],
+            dual: InternalVariables::default(),
+            viscosity: Viscosity::none(strains, apart),
             strain: Vec::new(),
             q: Vec::new(),
             forces: vec![Dual64::from(0.0); state.q.len()],
@@ -79,20 +87,18 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
     ) {
         let before = &step.before.internal;
         for g in 0..G {
-            let (coefficients, eta, own) =
-                (&coefficients[g], damping[g].stiffness, &self.internal[g]);
-            for (i, shift) in self.shift.iter_mut().enumerate() {
-                let strain = Dual64::new(before.strain[i], own.strain[i]);
-                let rate = Dual64::new(before.strain_rate[i], own.strain_rate[i]);
-                *shift = coefficients.viscous_shift(eta, strain, rate);
+            carry(before, &self.internal[g], &mut self.dual);
+            viscosity::at_end(&coefficients[g], &damping[g], &self.dual, &mut self.viscosity);
+            let viscous = &mut self.rods[g];
+            match &self.dashpots {
+                Some(dashpots) => viscous.set_dashpots(&dashpots[g], &self.viscosity),
+                None => viscous.set_viscous(&rods[g], &self.viscosity),
             }
-            let base = &self.dashpots.as_ref().unwrap_or(rods)[g];
-            self.rods[g].set_viscous(base, coefficients.viscous_factor(eta), &self.shift);
             if let Some(sliding) = &mut self.sliding {
                 let now = &step.after.internal.strain;
                 self.strain.clear();
                 self.strain.extend(now.iter().map(|s| Dual64::from(*s)));
-                stretched(before, own, &self.strain, &mut self.z);
+                stretched(rods[g].slides(), &self.dual, &self.strain, &mut self.z);
                 sliding[g].set_sliders(&self.rods[g], &rods[g], &self.strain, &self.z);
             }
         }
@@ -111,27 +117,31 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
     ) {
         let now = step.after;
         for g in 0..G {
-            let (coefficients, eta, own) =
-                (&coefficients[g], damping[g].stiffness, &mut self.internal[g]);
+            let (coefficients, own) = (&coefficients[g], &mut self.internal[g]);
             self.q.clear();
             self.q.extend(now.q.iter().zip(q).map(|(q, rate)| Dual64::new(*q, rate[g])));
             rods[g].strains(&self.q, &frames[g], &mut self.strain);
-            stretched(&step.before.internal, own, &self.strain, &mut self.z);
+            carry(&step.before.internal, own, &mut self.dual);
+            stretched(rods[g].slides(), &self.dual, &self.strain, &mut self.z);
             rods[g].slip(&mut self.z);
             own.slid.iter_mut().zip(&self.z).for_each(|(slid, z)| *slid = z.eps);
+            let relaxing = &mut self.forces;
+            viscosity::relax(&damping[g], coefficients.h, &self.dual, &self.strain, relaxing);
+            own.relaxing.iter_mut().zip(&*relaxing).for_each(|(own, z)| *own = z.eps);
             for (i, strain) in self.strain.iter().enumerate() {
-                let slope = (strain.eps - own.strain[i]) / coefficients.h;
-                let rate = Dual64::new(now.internal.strain_rate[i], slope);
-                self.shift[i] = coefficients.viscous_shift_at(eta, *strain, rate);
-                (own.strain[i], own.strain_rate[i]) = (strain.eps, slope);
+                own.strain_rate[i] = (strain.eps - own.strain[i]) / coefficients.h;
+                own.strain[i] = strain.eps;
             }
+            carry(&now.internal, own, &mut self.dual);
+            viscosity::at_start(coefficients, &damping[g], &self.dual, &mut self.viscosity);
             let base = &self.dashpots.as_ref().unwrap_or(rods)[g];
-            self.rods[g].set_viscous(base, Dual64::from(1.0), &self.shift);
+            self.rods[g].set_viscous(base, &self.viscosity);
             let mut rod = &self.rods[g];
             if let Some(sliding) = &mut self.sliding {
                 sliding[g].set_sliders(rod, &rods[g], &self.strain, &self.z);
                 rod = &sliding[g];
             }
+            self.forces.resize(self.q.len(), Dual64::from(0.0));
             rod.gradient(&self.q, &frames[g], step.derivatives, &mut self.forces);
             let zero = Dual64::from(0.0);
             let mass_damping = if coefficients.averages() { zero } else { damping[g].mass };
@@ -144,18 +154,20 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
     }
 }
 
-/// Writes how far springs are stretched if they do not slip while the strains become these, after a step began
-/// with `before` and its derivatives `own`.
-fn stretched(
-    before: &InternalVariables<f64>,
-    own: &InternalVariables<f64>,
-    strains: &[Dual64],
-    z: &mut Vec<Dual64>,
+/// Writes internal variables with their derivatives.
+fn carry(
+    plain: &InternalVariables<f64>,
+    rates: &InternalVariables<f64>,
+    dual: &mut InternalVariables<Dual64>,
 ) {
-    let first = strains.len() - before.slid.len();
-    z.clear();
-    z.extend(before.slid.iter().enumerate().map(|(i, slid)| {
-        let then = Dual64::new(before.strain[first + i], own.strain[first + i]);
-        Dual64::new(*slid, own.slid[i]) + strains[first + i] - then
-    }));
+    let lists = [
+        (&plain.strain, &rates.strain, &mut dual.strain),
+        (&plain.strain_rate, &rates.strain_rate, &mut dual.strain_rate),
+        (&plain.slid, &rates.slid, &mut dual.slid),
+        (&plain.relaxing, &rates.relaxing, &mut dual.relaxing),
+    ];
+    for (plain, rates, dual) in lists {
+        dual.clear();
+        dual.extend(plain.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, *rate)));
+    }
 }

@@ -54,7 +54,7 @@ mod newton;
 pub mod rosenbrock;
 pub mod splitting;
 
-pub(crate) use newton::Newton;
+pub(crate) use newton::{Newton, stretched};
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::rosenbrock::Rosenbrock;

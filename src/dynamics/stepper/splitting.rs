@@ -5,6 +5,7 @@
 //! transport is exact.
 
 use crate::dynamics::step::{Step, Work};
+use crate::numerics::decay::mean_decay;
 use crate::numerics::scalar::Scalar;
 use crate::rod::{Rod, State};
 use crate::scene::Scheme;
@@ -99,27 +100,9 @@ impl<D: Scalar> Splitting<D> {
     }
 }
 
-/// (1 - e^-x)/x.
-fn mean_decay<D: Scalar>(x: D) -> D {
-    if x.value().abs() > 0.1 {
-        return (-(-x).exp() + 1.0) / x;
-    }
-    // The series; what follows is below 1e-17.
-    (1..=10).rev().fold(D::from(1.0), |sum, k| -(sum * x) * (1.0 / f64::from(k + 1)) + 1.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn mean_decay_is_smooth_where_its_forms_meet() {
-        for x in [1e-9, 0.09999, 0.10001, -0.1001, 2.0] {
-            let exact = -f64::exp_m1(-x) / x;
-            assert!((mean_decay(x) / exact - 1.0).abs() < 1e-14, "{x}");
-        }
-        assert_eq!(mean_decay(num_dual::Dual64::new(0.0, 1.0)).eps, -0.5);
-    }
 
     /// The trace of the step of `v' = -q` leaves [-2, 2] at the limit and not before.
     #[test]

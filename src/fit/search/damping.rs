@@ -4,14 +4,13 @@ use crate::error::Error;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
-use crate::scene::Parameter;
 
 /// A damping that wants to be this many times as large was left behind.
 const RAISED: f64 = 10.0;
 
-/// Whether an unknown is a damping.
+/// Whether an unknown is a damping, or drag.
 pub(crate) fn is_damping(unknown: &Unknown) -> bool {
-    [Parameter::DampingMass, Parameter::DampingStiffness].contains(&unknown.parameter)
+    unknown.parameter.quantity().may_vanish
 }
 
 impl Search<'_> {

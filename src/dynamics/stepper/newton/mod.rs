@@ -9,17 +9,22 @@
 
 mod convergence;
 mod guess;
+mod sliding;
+
+pub(crate) use sliding::stretched;
 
 use crate::dynamics::coefficients::{END, StepCoefficients};
 use crate::dynamics::linearization::{Linearization, StageForces};
 use crate::dynamics::step::{Step, System, Work};
+use crate::dynamics::viscosity;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::Nestable;
-use crate::rod::{InternalVariables, Rod, State};
+use crate::rod::{Rod, State, Viscosity};
 use crate::scene::{Scheme, Tolerance};
 use convergence::{Convergence, Next};
 use guess::Guess;
+use sliding::Sliding;
 
 /// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
 /// stored to `eps/2`, and forming strains from them costs a few roundings more.
@@ -45,48 +50,6 @@ fn accelerations<'a, D: Nestable>(
     coefficients.acceleration.as_ref().map(|_| &all[range])
 }
 
-/// The rod with internal friction, as it is where the springs are stretched as far as the unknowns of an
-/// iteration say.
-#[derive(Clone, Debug)]
-struct Sliding<D, R> {
-    rod: R,
-    strains: Vec<D>,
-    /// How far the springs would be stretched if they did not slip.
-    z: Vec<D>,
-}
-
-impl<D: Nestable, R> Sliding<D, R> {
-    /// The rod at the unknowns `q` of a step that began with these internal variables; `law` is the rod without friction.
-    fn at<const W: usize>(
-        &mut self,
-        law: &R,
-        elastic: &R,
-        before: &InternalVariables<D>,
-        (q, frames): (&[D], &R::Frames),
-    ) -> &R
-    where
-        R: Rod<D, W>,
-    {
-        elastic.strains(q, frames, &mut self.strains);
-        stretched(elastic.slides(), before, &self.strains, &mut self.z);
-        self.rod.set_sliders(law, elastic, &self.strains, &self.z);
-        &self.rod
-    }
-}
-
-/// Writes how far `count` springs are stretched if they do not slip while the strains become these.
-fn stretched<D: Nestable>(
-    count: usize,
-    before: &InternalVariables<D>,
-    strains: &[D],
-    z: &mut Vec<D>,
-) {
-    let first = strains.len() - count;
-    let changes = strains[first..].iter().zip(&before.strain[first..]);
-    z.clear();
-    z.extend(changes.zip(&before.slid).map(|((now, then), slid)| *slid + *now - *then));
-}
-
 /// What Newton's method needs of a scheme and a rod, and the room it works in.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
@@ -105,8 +68,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     viscous: Option<R>,
     /// What that stress alone is made from.
     dashpots: Option<R>,
-    /// By how much the viscous stress shifts the natural strains.
-    shift: Vec<D>,
+    /// What makes that stress of the elastic one.
+    viscosity: Viscosity<D>,
     /// The rod with internal friction, only where there is any.
     sliding: Option<Sliding<D, R>>,
     /// The numbers of the current step.
@@ -136,19 +99,17 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     ) -> Self {
         let coefficients = StepCoefficients::new(scheme, parameter, false, 1.0);
         let (rod, averages) = (&system.rod, coefficients.averages());
-        let is_viscous = system.damping.stiffness.value() > 0.0;
+        let is_viscous = system.damping.is_viscous();
         if is_viscous || rod.slides() > 0 {
             let State { q, frames, internal, .. } = state;
             rod.strains(q, frames, &mut internal.strain);
             internal.strain_rate = vec![D::from(0.0); internal.strain.len()];
             internal.slid = vec![D::from(0.0); rod.slides()];
+            let relaxes = system.damping.maxwell.is_some();
+            internal.relaxing.resize(if relaxes { internal.strain.len() } else { 0 }, D::from(0.0));
         }
         let viscous = is_viscous.then(|| if averages { rod.dashpots() } else { rod.clone() });
-        let sliding = (rod.slides() > 0).then(|| Sliding {
-            rod: rod.clone(),
-            strains: Vec::new(),
-            z: Vec::new(),
-        });
+        let sliding = (rod.slides() > 0).then(|| Sliding::of(rod.clone()));
         let n = state.q.len();
         Self {
             scheme,
@@ -160,7 +121,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             keeps_tangent: false,
             dashpots: viscous.clone().filter(|_| averages),
             viscous,
-            shift: state.internal.strain.clone(),
+            viscosity: Viscosity::none(state.internal.strain.len(), system.damping.has_own_times()),
             sliding,
             coefficients,
             gradient: vec![D::from(0.0); n],
@@ -218,12 +179,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
         match &mut self.viscous {
             Some(viscous) => {
-                let strains = internal.strain.iter().zip(&internal.strain_rate);
-                for (shift, (strain, rate)) in self.shift.iter_mut().zip(strains) {
-                    *shift = coefficients.viscous_shift_at(damping.stiffness, *strain, *rate);
-                }
+                viscosity::at_start(&coefficients, damping, internal, &mut self.viscosity);
                 let base = self.dashpots.as_ref().unwrap_or(rod);
-                viscous.set_viscous(base, D::from(1.0), &self.shift);
+                viscous.set_viscous(base, &self.viscosity);
                 if self.sliding.is_none() {
                     viscous.gradient(q, frames, *derivatives, unbalanced);
                 }
@@ -291,13 +249,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     /// The rod with the viscous stress at the end of the step.
     fn set_viscous(&mut self, step: &Step<'_, D, R>, before: &State<D, R::Frames>) {
         if let Some(viscous) = &mut self.viscous {
-            let (eta, coefficients) = (step.system.damping.stiffness, &self.coefficients);
-            let strains = before.internal.strain.iter().zip(&before.internal.strain_rate);
-            for (shift, (strain, rate)) in self.shift.iter_mut().zip(strains) {
-                *shift = coefficients.viscous_shift(eta, *strain, *rate);
+            let (damping, viscosity) = (&step.system.damping, &mut self.viscosity);
+            viscosity::at_end(&self.coefficients, damping, &before.internal, viscosity);
+            match &self.dashpots {
+                Some(dashpots) => viscous.set_dashpots(dashpots, viscosity),
+                None => viscous.set_viscous(&step.system.rod, viscosity),
             }
-            let base = self.dashpots.as_ref().unwrap_or(&step.system.rod);
-            viscous.set_viscous(base, coefficients.viscous_factor(eta), &self.shift);
         }
     }
 
@@ -595,6 +552,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             rod.strains(q, frames, &mut internal.strain);
             stretched(rod.slides(), &before.internal, &internal.strain, &mut internal.slid);
             rod.slip(&mut internal.slid);
+            let (damping, z) = (&step.system.damping, &mut internal.relaxing);
+            viscosity::relax(damping, step.h, &before.internal, &internal.strain, z);
             let changes = internal.strain.iter().zip(&before.internal.strain);
             internal.strain_rate.clear();
             internal.strain_rate.extend(changes.map(|(s1, s0)| (*s1 - *s0) * (1.0 / step.h)));

@@ -1,0 +1,189 @@
+//! Damping of each kind of strain, and rods that relax, against closed forms.
+
+use nalgebra::{Matrix3, Vector3};
+use rodfit::Problem;
+use rodfit::scene::{
+    Clamp, Damping, Dimension, Initial, InitialState, Material, Maxwell, Scene, Scheme, Section,
+    Shape, Time, Tolerance,
+};
+use std::f64::consts::{PI, TAU};
+
+use crate::common::{at_tip, cantilever, helix_with, planar};
+
+/// Vibrations of a clamped rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Bending,
+    Twisting,
+    Stretching,
+}
+
+const LENGTH: f64 = 0.5;
+
+/// A straight rod in space.
+fn straight() -> Scene {
+    let mut scene = cantilever();
+    scene.rod.dimension = Dimension::Spatial;
+    scene.rod.segments = Some(30);
+    scene.material.poisson_ratio = Some(0.5);
+    scene.loads.gravity = [0.0; 3];
+    scene
+}
+
+/// The lowest frequency, rad/s.
+fn frequency(kind: Kind) -> f64 {
+    let wave = (1e8_f64 / 1273.52).sqrt();
+    match kind {
+        Kind::Bending => 1.875104068711961_f64.powi(2) * wave * 0.0025 / LENGTH.powi(2),
+        Kind::Twisting => 0.5 * PI * wave / 3.0_f64.sqrt() / LENGTH,
+        Kind::Stretching => 0.5 * PI * wave / LENGTH,
+    }
+}
+
+/// The rate at which small vibrations of the lowest mode lose energy, 1/s.
+fn decay(scene: &Scene, kind: Kind) -> f64 {
+    let period = TAU / frequency(kind);
+    let mut scene = scene.clone();
+    let Time { scheme, rho_inf, .. } = scene.time.clone().unwrap();
+    scene.time = Some(Time { scheme, rho_inf, ..Time::new(2.5 * period, period / 200.0) });
+    let problem: Problem = scene.problem().unwrap();
+    let spatial = problem.spatial().unwrap();
+    let mut simulation = spatial.simulation().unwrap();
+    let rest = spatial.rest();
+    let speed = 1e-3;
+    let v: Vec<f64> = (0..rest.len())
+        .map(|i| {
+            let (node, axis) = (i / 4, i % 4);
+            let x = rest[4 * node].max(0.0) / LENGTH;
+            let middle = (x + 0.5 / 29.5).max(0.0);
+            match (kind, axis) {
+                (Kind::Bending, 1) => speed * crate::energy::first_mode(x),
+                (Kind::Twisting, 3) => speed * (0.5 * PI * middle).sin(),
+                (Kind::Stretching, 0) => speed * (0.5 * PI * x).sin(),
+                _ => 0.0,
+            }
+        })
+        .collect();
+    simulation.set_velocity(&v);
+    let energies: Vec<f64> = (1..=500)
+        .map(|k| {
+            simulation.step_to(f64::from(k) * period / 200.0).unwrap();
+            simulation.energies().total()
+        })
+        .collect();
+    (energies[99] / energies[499]).ln() / (2.0 * period)
+}
+
+/// Vibrations of bending, twisting and stretching decay as exp(-eta w^2 t/2) with the time of their
+/// kind and that of all strains, and feel no other.
+#[test]
+fn every_kind_of_strain_has_its_own_time() {
+    let kinds = [Kind::Bending, Kind::Twisting, Kind::Stretching];
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha, Scheme::AverageVectorField] {
+        for kind in kinds {
+            let w = frequency(kind);
+            let eta = 0.03 / w;
+            let with = |of: &dyn Fn(Kind) -> f64, stiffness: f64| {
+                let mut scene = straight();
+                let [bending, twisting, stretching] = kinds.map(of);
+                scene.loads.damping =
+                    Damping { stiffness, bending, twisting, stretching, ..Damping::default() };
+                scene.time = Some(Time { scheme, rho_inf: 0.95, ..Time::new(1.0, 1.0) });
+                decay(&scene, kind) / (eta * w * w)
+            };
+            let own = with(&|k| if k == kind { eta } else { 0.0 }, 0.0);
+            let others = with(&|k| if k == kind { 0.0 } else { eta }, 0.0);
+            let both = with(&|k| if k == kind { 0.4 * eta } else { 0.0 }, 0.6 * eta);
+            println!("{scheme:?} {kind:?}: own {own:.4}, others {others:.1e}, both {both:.4}");
+            assert!((own - 1.0).abs() < 1e-2 && (both - 1.0).abs() < 1e-2, "{own} {both}");
+            assert!(others.abs() < 1e-3, "{others}");
+        }
+    }
+}
+
+/// One free node beside a wall: the way along the rod is that of one mass on a spring.
+fn oscillator(maxwell: Maxwell, scheme: Scheme, turns: f64, steps: u32) -> [f64; 2] {
+    let shape = Shape::Straight { length: 0.1, direction: [1.0, 0.0, 0.0] };
+    let mut scene =
+        Scene::new(2, shape, Section::Circle { radius: 0.005 }, Material::new(1000.0, 1e7));
+    scene.supports.clamp = Clamp::Nodes;
+    let time = Time::new(1.0, 1.0);
+    scene.time = Some(Time { scheme, rho_inf: 0.8, tolerance: Tolerance::Rounding, ..time });
+    let problem = scene.problem().unwrap();
+    let rod = planar(&problem).rod();
+    let w = (rod.stretch[1].stiffness / rod.stretch[1].rest_length / rod.mass[4]).sqrt();
+    scene.loads.damping.maxwell = Some(Maxwell { time: maxwell.time / w, ..maxwell });
+    let problem = scene.problem().unwrap();
+    let mut simulation = planar(&problem).simulation().unwrap();
+    let rest = simulation.state().q[4];
+    let amplitude = 1e-6;
+    simulation.set_velocity(&[0.0, 0.0, 0.0, 0.0, amplitude * w, 0.0]);
+    let end = turns / w;
+    for k in 1..=steps {
+        simulation.step_to(end * f64::from(k) / f64::from(steps)).unwrap();
+    }
+    // p' = v, v' = -p - g z, z' = v - z/tau, in units of the undamped frequency.
+    let (g, tau) = (maxwell.stiffness, maxwell.time);
+    let law = Matrix3::new(0.0, 1.0, 0.0, -1.0, 0.0, -g, 0.0, 1.0, -1.0 / tau);
+    let exact = (law * turns).exp() * Vector3::new(0.0, 1.0, 0.0);
+    [(simulation.state().q[4] - rest) / amplitude, exact[0]]
+}
+
+/// A rod with a Maxwell branch vibrates as the standard linear solid does, whose loss factor is
+/// `g w tau/(1 + (1 + g) w^2 tau^2)`, at second order in the step; where the branch relaxes at once there is
+/// nothing of it, and where it never does the rod is stiffer by `1 + g`.
+#[test]
+fn a_maxwell_branch_makes_a_standard_linear_solid() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+        for tau in [0.2, 1.0, 5.0] {
+            let branch = Maxwell { stiffness: 0.8, time: tau };
+            let errors = [400, 800, 1600].map(|steps| {
+                let [found, exact] = oscillator(branch, scheme, 9.0, steps);
+                found - exact
+            });
+            let orders = [errors[0] / errors[1], errors[1] / errors[2]].map(|r| r.abs().log2());
+            println!("{scheme:?}, w tau = {tau}: errors {errors:?}, orders {orders:.2?}");
+            assert!(errors[2].abs() < 1e-4 && orders.iter().all(|p| (p - 2.0).abs() < 0.15));
+        }
+        for (tau, frequency) in [(1e-9, 1.0), (1e9, 1.8_f64.sqrt())] {
+            let branch = Maxwell { stiffness: 0.8, time: tau };
+            let [found, _] = oscillator(branch, scheme, 9.0, 4000);
+            let exact = (9.0 * frequency).sin() / frequency;
+            println!("{scheme:?}, w tau = {tau:e}: {found:.6}, exactly {exact:.6}");
+            assert!((found - exact).abs() < 2e-5, "{found} {exact}");
+        }
+    }
+}
+
+/// A rod that relaxes loses the same energy at every step, to second order, and never gains any.
+#[test]
+fn relaxation_takes_energy() {
+    for (name, mut scene) in
+        [("plane", cantilever()), ("space", helix_with(0.5, 1e-3, 0.3, Clamp::MidEdge))]
+    {
+        scene.rod.segments = Some(16);
+        scene.loads.gravity = [0.0; 3];
+        let force = if name == "plane" { [0.0, -0.05, 0.0] } else { [0.0, 0.0, -0.02] };
+        scene.initial = Initial { state: InitialState::Equilibrium, ..Initial::default() };
+        scene.initial.point = at_tip(force);
+        let mut lost = |scheme, step| {
+            scene.loads.damping.maxwell = Some(Maxwell { stiffness: 0.5, time: 0.05 });
+            scene.time = Some(Time { scheme, rho_inf: 0.9, ..Time::new(0.3, step) });
+            let problem = scene.problem().unwrap();
+            let mut totals = Vec::new();
+            let steps = problem.time().unwrap().steps();
+            let mut run = rodfit::Trajectory::new(&problem, &[], &[]).unwrap();
+            run.run(&problem, steps, |now| totals.push(now.energies().total())).unwrap();
+            let rise = totals.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            let lost = totals[0] - totals[totals.len() - 1];
+            assert!(rise < 2e-3 * lost, "{name} {scheme:?} {step}: {rise:e} of {lost:e}");
+            lost
+        };
+        let exact = lost(Scheme::NewmarkBeta, 1.25e-4);
+        for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+            let errors = [1e-3, 5e-4].map(|step| lost(scheme, step) / exact - 1.0);
+            println!("{name}, {scheme:?}: {errors:?} of {exact:.3e} J");
+            assert!(exact > 0.0 && errors[1].abs() < 5e-3 && errors[0].abs() < 2e-2);
+        }
+    }
+}
