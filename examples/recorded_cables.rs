@@ -202,6 +202,8 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
         cable.lengths.iter().sum::<f64>()
     );
     let mut found: Vec<(Parameter, f64)> = Vec::new();
+    // Dampings that are not there.
+    let mut gone: Vec<Parameter> = Vec::new();
     for (name, most, added) in ladder(markers, with_curvatures) {
         let mut scene = cable.scene(name != "B3");
         if !matches!(name, "B3" | "T5") {
@@ -213,6 +215,9 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
         }
         if name == "K" {
             scene.rod.natural_bending = vec![[0.0; 2]; markers];
+        }
+        for parameter in &gone {
+            parameter.set(&mut scene, 0.0)?;
         }
         let since = Instant::now();
         // Evenly spread over the recordings; the others judge.
@@ -230,6 +235,13 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
         }
         let report = fit.solve()?;
         found = values(&report);
+        gone.extend(
+            report.parameters.iter().filter(|e| e.value.is_none_or(|x| x < 1e-9)).map(|e| e.name),
+        );
+        found.retain(|(parameter, _)| !gone.contains(parameter));
+        for parameter in &gone {
+            parameter.set(&mut scene, 0.0)?;
+        }
         for (parameter, value) in &found {
             parameter.set(&mut scene, *value)?;
         }
@@ -242,7 +254,7 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
         let mean = |x: &[f64]| 100.0 * x.iter().sum::<f64>() / x.len() as f64;
         println!(
             "  {name:4} {:2} numbers, {:2} recordings: {:.3} cm off, {:.3} cm on the {} others; {took:.1} s",
-            found.len(),
+            report.parameters.len(),
             fitted.len(),
             mean(&own),
             mean(&others),
@@ -254,7 +266,7 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
             println!(
                 "         {} = {:.4e}{interval} {}",
                 estimate.name,
-                estimate.value.unwrap_or(f64::NAN),
+                estimate.value.unwrap_or(0.0),
                 estimate.name.unit()
             );
         }

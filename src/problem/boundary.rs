@@ -37,6 +37,8 @@ pub struct MovedEnd<D = f64> {
     pub end: End,
     /// The motions it is given, vectors in the model's axes.
     pub motions: Vec<Motion<D>>,
+    /// The model's axes in the world, for motions that were recorded.
+    pub axes: [[f64; 3]; 3],
     /// The point it turns about, m.
     pub centre: Vector<D>,
     /// Held nodes, and where they are without motion, m.
@@ -69,9 +71,14 @@ impl RecordedEnd {
                     scale(markers[*to].at(time), D::from(*part)),
                 );
             }
-            (*node, self.axes.map(|axis| x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2]))
+            (*node, along(&self.axes, x))
         })
     }
+}
+
+/// The components of a vector along some axes.
+fn along<D: Scalar>(axes: &[[f64; 3]; 3], x: Vector<D>) -> Vector<D> {
+    axes.map(|axis| x[0] * axis[0] + x[1] * axis[1] + x[2] * axis[2])
 }
 
 /// The time of a moment, s; on the way to a state at rest recorded ends are where they start.
@@ -100,6 +107,9 @@ impl<D: Scalar> MovedEnd<D> {
             pose.displacement = add(pose.displacement, share(motion.displacement));
             pose.rotation = add(pose.rotation, share(motion.rotation));
             pose.twist += fraction * motion.twist;
+            if let Some(x) = motion.recorded(moment) {
+                pose.displacement = add(pose.displacement, along(&self.axes, x));
+            }
         }
         pose
     }
@@ -117,6 +127,7 @@ impl<D: Scalar> MovedEnd<D> {
         MovedEnd {
             end: self.end,
             motions: self.motions.iter().map(|motion| motion.map(to)).collect(),
+            axes: self.axes,
             centre: self.centre.map(to),
             nodes: self.nodes.iter().map(|(i, x)| (*i, x.map(to))).collect(),
             edge: None,

@@ -14,6 +14,7 @@ use crate::problem::tributary::TributaryLengths;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::rod::{Extra, PlanarRod};
 use crate::scene::mesh::Mesh;
+use crate::scene::supports::Moment;
 use crate::scene::{End, Plane, Scene, Support};
 use nalgebra::Vector3;
 use num_dual::Dual64;
@@ -336,6 +337,9 @@ impl<D: Scalar> Directions<D> {
             let key = format!("supports.motion[{i}]");
             within.push((format!("{key}.displacement"), motion.displacement));
             across.push((format!("{key}.rotation"), motion.rotation));
+            let times = motion.track.as_ref().map_or(&[][..], |track| track.times());
+            let way = times.iter().filter_map(|t| motion.recorded(Moment::Time(D::from(*t))));
+            within.extend(way.map(|x| (format!("{key}.file"), x)));
         }
         if let Some(roller) = scene.supports.roller {
             within.push(("supports.roller".into(), roller.map(D::from)));

@@ -104,6 +104,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             MovedEnd {
                 end,
                 motions: motions.collect(),
+                axes: self.model_axes(),
                 centre,
                 nodes: held.into_iter().map(|i| (i, place(i))).collect(),
                 edge: M::Rod::<D>::director(&q, &frames, edge).filter(|_| clamped).map(
@@ -117,15 +118,20 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         BoundaryMotion::new::<M, W>(ends.collect(), self.recorded_ends())
     }
 
+    /// The model's axes in the world.
+    fn model_axes(&self) -> [[f64; 3]; 3] {
+        let columns = [0, 1, 2].map(|c| {
+            self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))
+        });
+        [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]))
+    }
+
     /// The ends that a recording leads.
     fn recorded_ends(&self) -> Vec<RecordedEnd> {
         let supports = &self.scene().supports;
         let Some(Recorded { track: Some(track), .. }) = &supports.path else { return Vec::new() };
         let path = supports.path.as_ref().expect("there is a recording");
-        let columns = [0, 1, 2].map(|c| {
-            self.model.components(std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 }))
-        });
-        let axes = [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]));
+        let axes = self.model_axes();
         let led =
             [End::Start, End::End].into_iter().filter(|e| supports.at(*e) == Support::Recorded);
         let of = |end| RecordedEnd {

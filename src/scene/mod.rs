@@ -174,6 +174,12 @@ impl Scene {
     pub(crate) fn read_shapes(&mut self) -> Result<(), Error> {
         let folder = self.folder();
         self.rod.shape.read(&folder, false)?;
+        for motion in &mut self.supports.motion {
+            if motion.track.is_none() && !motion.file.as_os_str().is_empty() {
+                let file = crate::input::file::at(&folder, &motion.file);
+                motion.track = Some(std::sync::Arc::new(Track::read_one(&file)?));
+            }
+        }
         if let Some(path) = &mut self.supports.path {
             path.read(&folder)?;
         }
@@ -250,6 +256,13 @@ impl Scene {
                 *file = std::path::absolute(&path).map_err(|source| Error::io(&path, source))?;
             }
         }
+        for motion in &mut self.supports.motion {
+            if !motion.file.as_os_str().is_empty() {
+                let file = crate::input::file::at(&folder, &motion.file);
+                motion.file =
+                    std::path::absolute(&file).map_err(|source| Error::io(&file, source))?;
+            }
+        }
         if let Some(path) = &mut self.supports.path
             && !path.file.as_os_str().is_empty()
         {
@@ -270,7 +283,10 @@ impl Scene {
         });
         let recording = self.supports.path.iter().filter(|path| !path.file.as_os_str().is_empty());
         let recording = recording.map(|path| crate::input::file::at(&self.folder(), &path.file));
-        self.path.iter().cloned().chain(polylines).chain(recording).collect()
+        let moved = self.supports.motion.iter().map(|motion| &motion.file);
+        let moved = moved.filter(|file| !file.as_os_str().is_empty());
+        let moved = moved.map(|file| crate::input::file::at(&self.folder(), file));
+        self.path.iter().cloned().chain(polylines).chain(recording).chain(moved).collect()
     }
 
     /// Whether the mesh is given with the scene, by loads and masses on nodes that are named by their

@@ -4,9 +4,12 @@ use crate::error::Error;
 use crate::scene::number::{Numbers, Quantity, Written};
 use crate::scene::path::Recorded;
 use crate::scene::support::{Clamp, End, Support};
+use crate::scene::track::Track;
 use crate::scene::validate::{direction, finite, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Steps a period that a swinging support needs at the least, and half as many a ramp: at two steps a
 /// period they all find it where it stands still. With four the tip of a shaken cantilever was off by
@@ -93,6 +96,18 @@ pub struct Motion<D = f64> {
     /// The motion swings as `sin(2 pi frequency t)`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency: Option<D>,
+    /// A recording of the end's own motion beside these, relative to the scene file: a CSV file with a
+    /// clock `t` and columns x, y, z of a point that goes along, in which the end goes as far from where it
+    /// is at t = 0; or `ax, ay, az` of an accelerometer, m/s^2, which starts at rest.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub file: PathBuf,
+    /// The recording, once it is read.
+    #[serde(skip)]
+    pub track: Option<Arc<Track>>,
+}
+
+fn is_empty(file: &Path) -> bool {
+    file.as_os_str().is_empty()
 }
 
 /// When the supports' motions are asked for.
@@ -165,7 +180,18 @@ impl<D: crate::Scalar> Motion<D> {
             twist: convert(self.twist),
             ramp: self.ramp.map(convert),
             frequency: self.frequency.map(convert),
+            file: self.file.clone(),
+            track: self.track.clone(),
         }
+    }
+
+    /// How far a recording takes the end by a moment, m, in the world.
+    pub(crate) fn recorded(&self, moment: Moment<D>) -> Option<[D; 3]> {
+        let [marker, ..] = self.track.as_ref()?.markers() else { return None };
+        let Moment::Time(time) = moment else { return None };
+        let start = marker.at(0.0);
+        let place = marker.at(time);
+        Some(std::array::from_fn(|c| place[c] - start[c]))
     }
 
     /// The fraction of the motion that is done at a moment; its own numbers carry derivatives, and so
@@ -200,6 +226,8 @@ impl Motion {
             twist: n.number("twist", self.twist, Quantity::signed("rad")),
             ramp: n.maybe("ramp", self.ramp, Quantity::positive("s")),
             frequency: n.maybe("frequency", self.frequency, Quantity::positive("Hz")),
+            file: self.file.clone(),
+            track: self.track.clone(),
         }
     }
 
@@ -218,7 +246,7 @@ impl Motion {
 
     /// Whether it is there from the beginning.
     pub(crate) fn is_offset(&self) -> bool {
-        self.ramp.is_none() && self.frequency.is_none()
+        self.ramp.is_none() && self.frequency.is_none() && self.track.is_none()
     }
 
     fn check(&self, key: &str, support: Support) -> Result<(), Error> {

@@ -94,6 +94,62 @@ impl Track {
         track.map_err(|message| table.error(1, &format!("{message}; {found} markers")))
     }
 
+    /// Reads the motion of one point: columns x, y and z, which may be missing, or `ax, ay, az`, its
+    /// accelerations from rest, m/s^2.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), and more than one point.
+    pub fn read_one(path: &Path) -> Result<Self, Error> {
+        let table = Table::read(path)?;
+        let axes = ["ax", "ay", "az"].map(|name| table.find(name));
+        if axes.iter().all(Option::is_none) {
+            let track = Self::read(path)?;
+            return match &track.markers[..] {
+                [_] => Ok(track),
+                more => {
+                    let message = format!("{} points, allowed: one, x, y and z", more.len());
+                    Err(table.error(1, &message))
+                }
+            };
+        }
+        let clock = table.require("t")?;
+        let unit = table.factor(clock, &TIMES, "")?;
+        let mut way: Vec<(f64, [[f64; 3]; 2])> = Vec::new();
+        let mut last = [0.0; 3];
+        for row in &table.rows {
+            let blank = || table.error(row.line, "a blank, where a number is needed");
+            let time = row.values[clock].ok_or_else(blank)? * unit;
+            let mut a = [0.0; 3];
+            for (to, column) in a.iter_mut().zip(axes) {
+                *to = column.map_or(Some(0.0), |column| row.values[column]).ok_or_else(blank)?;
+            }
+            let [mut x, mut v] = [[0.0; 3]; 2];
+            if let Some((before, [x0, v0])) = way.last() {
+                let h = time - before;
+                if h <= 0.0 {
+                    let message = format!("t = {time} s after {before} s, allowed: increasing");
+                    return Err(table.error(row.line, &message));
+                }
+                // Accelerations go straight from one row to the next.
+                for c in 0..3 {
+                    v[c] = v0[c] + 0.5 * h * (last[c] + a[c]);
+                    x[c] = x0[c] + h * v0[c] + h * h * (2.0 * last[c] + a[c]) / 6.0;
+                }
+            }
+            way.push((time, [x, v]));
+            last = a;
+        }
+        if way.len() < 2 {
+            return Err(table.error(1, "fewer than two rows below the header, allowed: two"));
+        }
+        let seen = way.iter().map(|(_, [x, _])| Some(*x)).collect();
+        let times = way.iter().map(|(t, _)| *t).collect();
+        let mut track = Self::new(times, vec![(String::new(), seen)])
+            .map_err(|message| table.error(1, &message))?;
+        track.markers[0].way = way;
+        Ok(track)
+    }
+
     /// Markers by name, each seen at these increasing times, s, or not.
     ///
     /// # Errors

@@ -472,3 +472,41 @@ fn walls_that_are_not_moved_stay() {
         assert!(off < 1e-15, "node {i}: {off:e}");
     }
 }
+
+/// A wall on a shaker: its own track, or its accelerometer's, in place of the formula.
+#[test]
+fn a_shaken_wall_by_its_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = crate::common::cantilever();
+    scene.time = Some(Time::new(0.3, 1e-3));
+    let swing = |t: f64| 0.004 * (std::f64::consts::TAU * 6.0 * t).sin();
+    // At rest until the first row, and on from there as a smooth ramp of the swing.
+    let ramp = |t: f64| 1.0 - (-(t / 0.05).powi(4)).exp();
+    let place = |t: f64| ramp(t) * swing(t);
+    let write = |name: &str, header: &str, value: &dyn Fn(f64) -> f64| {
+        let rows = (0..=1200).map(|k| 2.5e-4 * f64::from(k));
+        let rows: String = rows.map(|t| format!("{t},0,{:e}\n", value(t))).collect();
+        std::fs::write(folder.path().join(name), format!("{header}\n{rows}")).unwrap();
+    };
+    let h = 1e-4;
+    write("track.csv", "t,x,y", &place);
+    write("meter.csv", "t,ax,ay", &|t| (place(t + h) - 2.0 * place(t) + place(t - h)) / (h * h));
+    let tip = |file: &str| {
+        let mut scene = scene.clone();
+        let file = folder.path().join(file);
+        scene.supports.motion = vec![Motion { end: End::Start, file, ..Motion::default() }];
+        let problem = scene.problem().unwrap();
+        assert!(problem.planar().is_some(), "{}", problem.model().1);
+        let run = problem.simulate().unwrap();
+        let wall = |k: usize| 0.5 * (run.node(0, k)[1] + run.node(1, k)[1]);
+        for k in [50, 123, 300] {
+            let off = wall(k) - wall(0) - place(run.times()[k]);
+            assert!(off.abs() < 1e-7, "{k}: {off:e}");
+        }
+        run.tip(300)[1]
+    };
+    let still = scene.problem().unwrap().simulate().unwrap().tip(300)[1];
+    let [track, meter] = [tip("track.csv"), tip("meter.csv")];
+    println!("tip at {track} m by the track, {meter} m by the accelerometer, {still} m without");
+    assert!((track - meter).abs() < 1e-6 && (track - still).abs() > 1e-3);
+}
