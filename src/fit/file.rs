@@ -6,14 +6,15 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::motion::Observation;
+use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::fit::measurement::recording::{Recording, Vertical};
 use crate::fit::measurement::shape::RestShape;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::fit::validate::check;
 use crate::input::missing_keys::parse;
-use crate::input::missing_keys::{Rule, always, if_there};
+use crate::input::missing_keys::{Keys, Rule, always, if_there};
+use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::Point;
 use crate::scene::Scene;
@@ -46,14 +47,27 @@ const REQUIRED: [Rule; 10] = [
     always("", |_| &["parameter"]),
     if_there("parameter[]", |_| &["name"]),
     if_there("parameter[].prior", |_| &["mean", "sigma"]),
-    if_there("observation[]", |_| &["file"]),
+    if_there("observation[]", observation_keys),
     if_there("shape[]", |_| &["file"]),
     if_there("frequencies[]", |_| &["sigma"]),
-    if_there("experiment[]", |_| &["name", "scene"]),
-    if_there("experiment[].observation[]", |_| &["file"]),
+    if_there("experiment[]", experiment_keys),
+    if_there("experiment[].observation[]", observation_keys),
     if_there("experiment[].shape[]", |_| &["file"]),
     if_there("experiment[].frequencies[]", |_| &["sigma"]),
 ];
+
+/// Experiments of recordings are called after these.
+fn experiment_keys(experiment: &toml::Table) -> Keys {
+    match experiment.contains_key("path") || experiment.contains_key("paths") {
+        true => &["scene"],
+        false => &["name", "scene"],
+    }
+}
+
+/// Markers are in the recording that leads the rod's ends.
+fn observation_keys(observation: &toml::Table) -> Keys {
+    if observation.contains_key("markers") { &[] } else { &["file"] }
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -66,17 +80,25 @@ struct Form {
     #[serde(default)]
     frequencies: Vec<FrequenciesForm>,
     #[serde(default)]
-    experiment: Vec<ExperimentForm>,
+    experiment: Vec<NamedForm>,
     parameter: Vec<ParameterForm>,
     #[serde(default)]
     analysis: Analysis,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ExperimentForm {
-    name: String,
+    name: Option<String>,
     scene: PathBuf,
+    /// The recording that leads the rod's ends, in the place of the scene's.
+    path: Option<PathBuf>,
+    /// The same of as many experiments.
+    #[serde(default)]
+    paths: Vec<PathBuf>,
+    /// All that was measured in it is only predicted.
+    #[serde(default)]
+    held_out: bool,
     #[serde(default)]
     observation: Vec<ObservationForm>,
     #[serde(default)]
@@ -85,12 +107,53 @@ struct ExperimentForm {
     frequencies: Vec<FrequenciesForm>,
 }
 
+/// An experiment that has a name, or a recording to be called after.
 #[derive(Deserialize)]
+#[serde(try_from = "ExperimentForm")]
+struct NamedForm(ExperimentForm);
+
+impl TryFrom<ExperimentForm> for NamedForm {
+    type Error = &'static str;
+
+    fn try_from(form: ExperimentForm) -> Result<Self, Self::Error> {
+        match form.name.is_none() && form.path.is_none() && form.paths.is_empty() {
+            true => Err("missing field `name`"),
+            false => Ok(Self(form)),
+        }
+    }
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(try_from = "ObservationKeys")]
+struct ObservationForm(ObservationKeys);
+
+impl TryFrom<ObservationKeys> for ObservationForm {
+    type Error = &'static str;
+
+    fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
+        match form.file.is_none() && form.markers.is_none() {
+            true => Err("missing field `file`"),
+            false => Ok(Self(form)),
+        }
+    }
+}
+
+/// Which markers of the recording that leads the rod's ends.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Markers {
+    /// All that no end holds.
+    Free,
+}
+
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ObservationForm {
-    file: PathBuf,
-    #[serde(default)]
-    point: Point,
+struct ObservationKeys {
+    file: Option<PathBuf>,
+    markers: Option<Markers>,
+    every: Option<usize>,
+    glitches: Option<Glitches>,
+    point: Option<Point>,
     #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
     offset: [f64; 3],
     sigma: Option<f64>,
@@ -106,7 +169,7 @@ struct ObservationForm {
     time_zero: Option<f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ShapeForm {
     file: PathBuf,
@@ -121,7 +184,7 @@ struct ShapeForm {
     y: Option<Vertical>,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FrequenciesForm {
     hz: Option<Vec<f64>>,
@@ -179,12 +242,40 @@ impl ParameterForm {
 }
 
 impl ObservationForm {
-    fn read(self, folder: &Path) -> Result<Measurement, Error> {
-        let Self { fps, scale, origin, y, time_zero, .. } = self;
+    /// What it names: a file's point, or the markers that no end holds; `key` names its table.
+    fn read(self, folder: &Path, problem: &Problem, key: &str) -> Result<Vec<Measurement>, Error> {
+        let Self(form) = self;
+        let ObservationKeys { fps, scale, origin, y, time_zero, .. } = form;
+        let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
+        let said = |o: Observation| {
+            Measurement::Motion(Observation { offset, sigma, loss, held_out, ..o })
+        };
         let recording = Recording { fps, scale, origin, y, time_zero };
-        let read = Observation::read_as(folder.join(self.file), &recording)?.at(self.point);
-        let Self { offset, sigma, loss, held_out, .. } = self;
-        Ok(Measurement::Motion(Observation { offset, sigma, loss, held_out, ..read }))
+        let Some(Markers::Free) = form.markers else {
+            let alone = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
+            if let Some((own, _)) = alone.iter().find(|(_, there)| *there) {
+                let (found, allowed) = ("no markers beside it", "with markers only");
+                return Err(Error::invalid(format!("{key}.{own}"), found, allowed));
+            }
+            let file = folder.join(form.file.unwrap_or_default());
+            let read = Observation::read_as(file, &recording)?;
+            return Ok(vec![said(read.at(form.point.unwrap_or_default()))]);
+        };
+        if form.file.is_some() || form.point.is_some() || recording != Recording::default() {
+            let allowed = "no file, point, fps, scale, origin, y or time_zero beside markers, which are \
+                           those of supports.path";
+            return Err(Error::invalid(format!("{key}.markers"), "\"free\"", allowed));
+        }
+        let every = form.every.unwrap_or(1);
+        let glitches = form.glitches.unwrap_or_default();
+        let free = Observation::of_free_markers(problem, every, glitches);
+        let free = free.map_err(|error| match error {
+            Error::Invalid { key: own, found, allowed, .. } => {
+                Error::invalid(format!("{key}.{own}"), found, allowed)
+            }
+            error => error,
+        })?;
+        Ok(free.into_iter().map(said).collect())
     }
 }
 
@@ -226,22 +317,52 @@ impl FrequenciesForm {
 }
 
 impl ExperimentForm {
+    /// One experiment of every recording in `paths`.
+    fn each(mut self, i: usize) -> Result<Vec<Self>, Error> {
+        let paths = std::mem::take(&mut self.paths);
+        let key = |own: &str| format!("experiment[{i}].{own}");
+        let several = !paths.is_empty();
+        if several && self.path.is_some() {
+            return Err(Error::invalid(key("paths"), "besides path", "one of the two"));
+        }
+        if let Some(name) = self.name.as_ref().filter(|_| several) {
+            let allowed = "no name besides paths: each experiment has that of its file";
+            return Err(Error::invalid(key("name"), format!("{name:?}"), allowed));
+        }
+        if !several {
+            return Ok(vec![self.called()]);
+        }
+        Ok(paths.into_iter().map(|p| Self { path: Some(p), ..self.clone() }.called()).collect())
+    }
+
+    /// With the name of its recording, if it has no other.
+    fn called(self) -> Self {
+        let stem = || Some(self.path.as_ref()?.file_stem()?.to_string_lossy().into_owned());
+        Self { name: self.name.clone().or_else(stem), ..self }
+    }
+
     fn read(self, folder: &Path, admit: &Admit) -> Result<Experiment, Error> {
-        let scene = Scene::load(folder.join(self.scene))?;
+        let scene = Scene::load_with(folder.join(self.scene), |scene| match &self.path {
+            Some(path) => scene.follow(crate::input::file::at(folder, path)),
+            None => Ok(()),
+        })?;
         admit(&scene)?;
         let problem = scene.problem()?;
-        let mut experiment = Experiment::new(self.name, &problem);
-        let observations = self.observation.into_iter().map(|o| o.read(folder));
-        let shapes = self.shape.into_iter().map(|s| s.read(folder));
-        let read = |(k, f): (usize, FrequenciesForm)| {
-            f.read(&experiment.key(&format!("frequencies[{k}]")))
-        };
-        let frequencies = self.frequencies.into_iter().enumerate().map(read);
-        let measurements: Vec<Measurement> =
-            observations.chain(shapes).chain(frequencies).collect::<Result<_, Error>>()?;
+        let mut experiment = Experiment::new(self.name.unwrap_or_default(), &problem);
+        let mut measurements = Vec::new();
+        for (k, observation) in self.observation.into_iter().enumerate() {
+            let key = experiment.key(&format!("observation[{k}]"));
+            measurements.extend(observation.read(folder, &problem, &key)?);
+        }
+        for shape in self.shape {
+            measurements.push(shape.read(folder)?);
+        }
+        for (k, frequencies) in self.frequencies.into_iter().enumerate() {
+            measurements.push(frequencies.read(&experiment.key(&format!("frequencies[{k}]")))?);
+        }
         experiment.measurements = measurements;
         experiment.measurements.iter().try_for_each(|m| m.check_units(&experiment))?;
-        Ok(experiment)
+        Ok(if self.held_out { experiment.held_out() } else { experiment })
     }
 }
 
@@ -340,7 +461,10 @@ impl FitFile {
 impl Form {
     /// The experiments: those of the list, or the only one.
     fn experiments(&mut self) -> Result<Vec<ExperimentForm>, Error> {
-        let listed = std::mem::take(&mut self.experiment);
+        let listed = std::mem::take(&mut self.experiment).into_iter().enumerate();
+        let listed = listed.map(|(i, NamedForm(form))| form.each(i));
+        let listed: Vec<ExperimentForm> =
+            listed.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
         let (observation, shape) =
             (std::mem::take(&mut self.observation), std::mem::take(&mut self.shape));
         let frequencies = std::mem::take(&mut self.frequencies);
@@ -351,10 +475,16 @@ impl Form {
         ];
         let alone = alone.iter().find(|(_, empty)| !empty);
         match self.scene.take() {
-            Some(scene) if listed.is_empty() => {
-                let name = String::new();
-                Ok(vec![ExperimentForm { name, scene, observation, shape, frequencies }])
-            }
+            Some(scene) if listed.is_empty() => Ok(vec![ExperimentForm {
+                name: None,
+                scene,
+                path: None,
+                paths: Vec::new(),
+                held_out: false,
+                observation,
+                shape,
+                frequencies,
+            }]),
             Some(_) => {
                 let allowed = "either scene, or [[experiment]] with a scene each";
                 Err(Error::invalid("scene", "besides [[experiment]]", allowed))
@@ -373,8 +503,10 @@ impl Form {
                 }
                 let is_name =
                     |name: &str| !name.trim().is_empty() && name.chars().count() <= LONGEST_NAME;
-                if let Some(i) = listed.iter().position(|e| !is_name(&e.name)) {
-                    let (key, found) = (format!("experiment[{i}].name"), &listed[i].name);
+                let named = |e: &ExperimentForm| e.name.as_deref().is_some_and(is_name);
+                if let Some(i) = listed.iter().position(|e| !named(e)) {
+                    let found = listed[i].name.as_deref().unwrap_or_default();
+                    let key = format!("experiment[{i}].name");
                     let allowed = format!("a name of up to {LONGEST_NAME} characters");
                     return Err(Error::invalid(key, format!("{found:?}"), allowed));
                 }

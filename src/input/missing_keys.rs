@@ -1,6 +1,7 @@
 //! Keys that a file must have and does not, all at once: the reader stops at the first.
 
 use crate::error::Error;
+use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 /// Names of keys.
@@ -71,6 +72,29 @@ fn tables<'a>(file: &'a Table, place: &str) -> Vec<(String, &'a Table)> {
     found
 }
 
+/// Where the table begins that lacks a key, such as `experiment[1].name`.
+fn place(text: &str, key: &str) -> Option<usize> {
+    let (tables, _) = key.rsplit_once('.')?;
+    let root = DeTable::parse(text).ok()?;
+    let (mut table, mut start) = (root.get_ref(), None);
+    for part in tables.split('.') {
+        let (name, index) = match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
+            Some((name, index)) => (name, Some(index.parse::<usize>().ok()?)),
+            None => (part, None),
+        };
+        let mut value = table.get(name)?;
+        if let (Some(index), DeValue::Array(list)) = (index, value.get_ref()) {
+            value = list.get(index)?;
+        }
+        start = Some(value.span().start);
+        table = match value.get_ref() {
+            DeValue::Table(table) => table,
+            _ => return None,
+        };
+    }
+    start
+}
+
 /// Parses TOML; the message says line, key and what was expected, or all the keys that are missing.
 pub(crate) fn parse<T: serde::de::DeserializeOwned>(
     text: &str,
@@ -84,7 +108,8 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(
         let message = match &missing[..] {
             [] => error.to_string().trim_end().to_string(),
             [key] => {
-                let before = error.span().map_or("", |span| &text[..span.start]);
+                let start = place(text, key).or(error.span().map(|span| span.start));
+                let before = start.map_or("", |start| &text[..start]);
                 format!("line {}: missing key: {key}", before.matches('\n').count() + 1)
             }
             keys => format!("missing keys: {}", keys.join(", ")),

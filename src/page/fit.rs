@@ -93,6 +93,18 @@ fn parameters(report: &FitReport) -> String {
         ("95 % interval", Box::new(move |_, e, s| Some(interval(e.interval95?, e, s)))),
         ("unit", Box::new(|_, _, scale| Some(escaped(&scale.unit)))),
         (
+            "how experiments differ, 95 %",
+            Box::new(move |_, e, s| {
+                Some(interval(e.across_experiments.as_ref()?.interval95, e, s))
+            }),
+        ),
+        (
+            "residuals alone, 95 %",
+            Box::new(move |_, e, s| {
+                Some(interval(e.across_experiments.as_ref()?.residual_interval95, e, s))
+            }),
+        ),
+        (
             "mesh and step",
             Box::new(|i, _, _| {
                 let relative = report.discretization_error.get(i)?.relative?;
@@ -197,6 +209,9 @@ fn left_over(report: &FitReport) -> String {
             with_unit(p.expected, &p.unit)
         )
     }));
+    if let Some(recordings) = &report.recordings {
+        lines.extend(recordings.to_string().lines().map(|line| line.trim().to_string()));
+    }
     lines.iter().map(|line| format!("<p class=\"note\">{}.</p>\n", escaped(line))).collect()
 }
 

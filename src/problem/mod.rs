@@ -393,10 +393,22 @@ impl Problem {
     }
 
     /// What speaks against a simulation of the scene, though it can be made: steps that follow the
-    /// motion of a support badly.
+    /// motion of a support badly, and what is wrong in the recording that leads the ends.
     pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.recording_warnings();
+        warnings.extend(self.step_warnings());
+        warnings
+    }
+
+    /// Steps that follow the motion of a support badly.
+    pub(crate) fn step_warnings(&self) -> Vec<String> {
         let time = self.scene.time.as_ref();
         time.map_or(Vec::new(), |time| self.scene.supports.step_warnings(time.step))
+    }
+
+    /// What is wrong in the recording that leads the ends, or was mended.
+    pub(crate) fn recording_warnings(&self) -> Vec<String> {
+        self.scene.supports.path.as_ref().map_or(Vec::new(), |path| path.warnings())
     }
 
     /// The scene's `[time]`.

@@ -2,6 +2,7 @@
 
 pub mod along;
 pub mod camera;
+pub mod faults;
 pub mod initial;
 pub mod loads;
 pub(crate) mod marker;
@@ -30,6 +31,7 @@ pub(crate) mod validate;
 
 pub use along::{Along, Linear};
 pub use camera::Camera;
+pub use faults::{Fault, LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, Loads, Maxwell, PointForce};
 pub use mass::PointMass;
@@ -180,8 +182,14 @@ impl Scene {
                 motion.track = Some(std::sync::Arc::new(Track::read_one(&file)?));
             }
         }
+        let ends = [self.supports.start, self.supports.end];
         if let Some(path) = &mut self.supports.path {
-            path.read(&folder)?;
+            path.read(&folder, ends)?;
+            if let (Some(time), Ok(track)) = (&mut self.time, path.track())
+                && time.end == Time::TO_THE_END
+            {
+                time.end = track.end();
+            }
         }
         self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
     }
@@ -236,6 +244,23 @@ impl Scene {
         scene.validate()?;
         scene.read_shapes()?;
         Ok(scene)
+    }
+
+    /// Lets the recorded ends go as in another recording than the scene's, `file`, relative to where the
+    /// program runs.
+    ///
+    /// # Errors
+    ///
+    /// A scene without recorded ends.
+    pub fn follow(&mut self, file: impl AsRef<Path>) -> Result<(), Error> {
+        let file = file.as_ref();
+        let Some(path) = &mut self.supports.path else {
+            let (found, allowed) = ("no such table", "one, whose file another recording replaces");
+            return Err(Error::invalid("supports.path", found, allowed));
+        };
+        path.file = std::path::absolute(file).map_err(|source| Error::io(file, source))?;
+        path.track = None;
+        Ok(())
     }
 
     /// The scene as a file.
@@ -350,7 +375,7 @@ impl Scene {
         self.supports.check()?;
         self.check_recorded_start()?;
         if let Some(time) = &self.time {
-            time.check()?;
+            time.check(self.supports.path.is_some())?;
             let (damping, traits) = (&self.loads.damping, time.scheme.traits());
             let times = damping.times().into_iter().find(|(_, eta)| *eta > 0.0);
             if let Some((key, eta)) = times.filter(|_| !traits.takes_viscosity) {

@@ -1,9 +1,11 @@
 //! `[supports.path]`: ends that go as markers on the rod were seen to go.
 
 use crate::error::Error;
+use crate::scene::faults::{LostFrames, SwappedLabels};
 use crate::scene::support::{End, Support};
 use crate::scene::track::Track;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,6 +26,12 @@ pub struct Recorded {
     /// on the chords.
     #[serde(default = "two")]
     pub held: usize,
+    /// What is done about frames that the recording has lost.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lost_frames: LostFrames,
+    /// What is done about neighbouring markers that have each other's label.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub swapped_labels: SwappedLabels,
     /// The recording, once it is read.
     #[serde(skip)]
     pub track: Option<Arc<Track>>,
@@ -33,10 +41,20 @@ fn two() -> usize {
     2
 }
 
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
 impl Recorded {
     /// The recording of this file, with two markers held at each recorded end.
     pub fn new(file: impl Into<PathBuf>) -> Self {
-        Self { file: file.into(), held: two(), track: None }
+        Self {
+            file: file.into(),
+            held: two(),
+            lost_frames: LostFrames::Keep,
+            swapped_labels: SwappedLabels::Keep,
+            track: None,
+        }
     }
 
     /// A recording that is no file's.
@@ -44,12 +62,27 @@ impl Recorded {
         Self { track: Some(track.into()), ..Self::new("") }
     }
 
-    /// Reads the recording, once.
-    pub(crate) fn read(&mut self, folder: &Path) -> Result<(), Error> {
-        if self.track.is_none() {
-            self.track = Some(Arc::new(Track::read(&crate::input::file::at(folder, &self.file))?));
+    /// Reads the recording, and looks for what is wrong in it, once.
+    pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
+        let track = match self.track.take() {
+            Some(track) => track,
+            None => Arc::new(Track::read(&crate::input::file::at(folder, &self.file))?),
+        };
+        self.track = Some(track.clone());
+        if !track.is_examined() {
+            let (markers, free) = (track.markers().len(), self.free_markers(ends));
+            let held: Vec<usize> = (0..markers).filter(|j| !free.contains(j)).collect();
+            self.track = Some(track.examined(&held, self.lost_frames, self.swapped_labels).into());
         }
         Ok(())
+    }
+
+    /// What is wrong in the recording, in words.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let faults = self.track.as_ref().map_or(&[][..], |track| track.faults());
+        let name = self.file.display().to_string();
+        let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
+        faults.iter().map(|fault| format!("{place}{fault}")).collect()
     }
 
     /// The recording.
@@ -73,6 +106,13 @@ impl Recorded {
             return Err(Error::invalid("rod.segments", found, allowed));
         }
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
+    }
+
+    /// The markers that neither end holds.
+    pub(crate) fn free_markers(&self, [start, end]: [Support; 2]) -> Range<usize> {
+        let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
+        let held = |end| if end == Support::Recorded { self.held.min(markers) } else { 0 };
+        held(start)..markers.saturating_sub(held(end))
     }
 
     /// How many nodes a recorded end of a rod of so many edges holds.

@@ -14,7 +14,7 @@ const MOST_STEPS: f64 = 1e9;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "TimeForm<D>", into = "TimeForm<D>", bound = "D: Written")]
 pub struct Time<D = f64> {
-    /// Duration of the simulation, s.
+    /// Duration of the simulation, s; [as long](Self::TO_THE_END) as the recording that leads its ends.
     pub end: f64,
     /// Length of a step, s.
     pub step: f64,
@@ -37,7 +37,8 @@ const RHO_INF: f64 = 0.5;
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 struct TimeForm<D> {
-    end: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    end: Option<f64>,
     step: f64,
     #[serde(default)]
     scheme: Scheme,
@@ -68,7 +69,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
                         and generalised-alpha only");
         }
         Ok(Self {
-            end,
+            end: end.unwrap_or(Time::TO_THE_END),
             step,
             scheme,
             beta: beta.unwrap_or(D::from(0.5)),
@@ -83,7 +84,7 @@ impl<D> From<Time<D>> for TimeForm<D> {
         let parameter = scheme.traits().parameter;
         let chosen = parameter.is_some() && tolerance != Tolerance::default();
         Self {
-            end,
+            end: (end != Time::TO_THE_END).then_some(end),
             step,
             scheme,
             beta: (parameter == Some(SchemeParameter::Beta)).then_some(beta),
@@ -91,6 +92,12 @@ impl<D> From<Time<D>> for TimeForm<D> {
             tolerance: chosen.then_some(tolerance),
         }
     }
+}
+
+impl Time {
+    /// The end of a simulation that lasts as long as the recording that leads its ends, until that is
+    /// read: a file without `end`.
+    pub const TO_THE_END: f64 = f64::INFINITY;
 }
 
 impl<D: Copy> Time<D> {
@@ -149,8 +156,10 @@ impl Time {
     }
 
     /// Refuses what makes no sense.
-    pub(super) fn check(&self) -> Result<(), Error> {
-        positive("time.end", self.end)?;
+    pub(super) fn check(&self, led: bool) -> Result<(), Error> {
+        if !(led && self.end == Self::TO_THE_END) {
+            positive("time.end", self.end)?;
+        }
         positive("time.step", self.step)?;
         if !(0.5..=1.0).contains(&self.beta) {
             return Err(Error::invalid("time.beta", self.beta, "in [0.5, 1]"));
@@ -159,7 +168,7 @@ impl Time {
             return Err(Error::invalid("time.rho_inf", self.rho_inf, "in [0, 1]"));
         }
         self.tolerance.check()?;
-        if self.end / self.step > MOST_STEPS {
+        if self.end.is_finite() && self.end / self.step > MOST_STEPS {
             let found = format!("{:e}, which needs {:.3e} steps", self.step, self.end / self.step);
             return Err(Error::invalid("time.step", found, "at most 1e9 steps"));
         }

@@ -5,6 +5,7 @@ use crate::input::table::{LENGTHS, TIMES, Table};
 use crate::numerics::hermite::Hermite;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
+use crate::scene::faults::Fault;
 use std::path::Path;
 
 /// Where markers were at increasing times.
@@ -16,6 +17,8 @@ use std::path::Path;
 pub struct Track {
     times: Vec<f64>,
     markers: Vec<Marker>,
+    /// What is wrong in it, once that was looked for.
+    faults: Option<Vec<Fault>>,
 }
 
 /// A marker.
@@ -171,12 +174,32 @@ impl Track {
         if markers.is_empty() {
             return Err("no marker, allowed: one at least".into());
         }
-        Ok(Self { times, markers })
+        Ok(Self { times, markers, faults: None })
+    }
+
+    /// With what was found wrong in it.
+    pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
+        Self { faults: Some(faults), ..self }
+    }
+
+    /// Whether faults were looked for.
+    pub(super) fn is_examined(&self) -> bool {
+        self.faults.is_some()
+    }
+
+    /// What is wrong in it, or was until it was mended; nothing before a problem was made of it.
+    pub fn faults(&self) -> &[Fault] {
+        self.faults.as_deref().unwrap_or_default()
     }
 
     /// When the markers were looked at, s.
     pub fn times(&self) -> &[f64] {
         &self.times
+    }
+
+    /// When they were looked at last, s.
+    pub fn end(&self) -> f64 {
+        self.times.last().copied().unwrap_or(0.0)
     }
 
     /// The markers, in the order of their columns.

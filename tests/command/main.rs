@@ -11,6 +11,7 @@ mod hostile_fits;
 mod hostile_scenes;
 mod interrupt;
 mod outputs;
+mod recordings;
 mod refusals;
 mod report;
 mod results;

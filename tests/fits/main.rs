@@ -12,4 +12,5 @@ mod markers;
 mod nist;
 mod piecewise;
 mod planar;
+mod recordings;
 mod refusals;

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod across;
 mod intervals;
 mod outliers;
 mod warnings;

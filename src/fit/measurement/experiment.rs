@@ -32,6 +32,12 @@ impl Experiment {
         self
     }
 
+    /// With all that was measured kept out of the fit, to be predicted by it.
+    pub fn held_out(mut self) -> Self {
+        self.measurements.iter_mut().for_each(Measurement::hold_out);
+        self
+    }
+
     /// The recorded motions and what gauges showed of them.
     pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, Observation>> {
         self.measurements.iter().filter_map(|m| match m {
@@ -90,6 +96,15 @@ impl Experiment {
         match self.name.is_empty() {
             true => measurement.label(),
             false => format!("{}: {}", self.name, measurement.label()),
+        }
+    }
+
+    /// What tells a measurement from others: all markers of a recording are one.
+    pub(crate) fn group(&self, measurement: &Measurement) -> String {
+        match (measurement.marker(), self.name.is_empty()) {
+            (None, _) => self.label(measurement),
+            (Some(_), true) => "the markers".into(),
+            (Some(_), false) => format!("{}: the markers", self.name),
         }
     }
 

@@ -95,6 +95,16 @@ impl Measurement {
         }
     }
 
+    /// Keeps it out of the fit.
+    pub(crate) fn hold_out(&mut self) {
+        match self {
+            Self::Motion(o) => o.held_out = true,
+            Self::RestShape(s) => s.held_out = true,
+            Self::Frequencies(f) => f.held_out = true,
+            Self::Gauge(g) => g.held_out = true,
+        }
+    }
+
     /// The file it was read from, if it was.
     pub fn source(&self) -> Option<&PathBuf> {
         match self {
@@ -111,6 +121,11 @@ impl Measurement {
             Self::RestShape(s) => s.dropped,
             Self::Frequencies(_) | Self::Gauge(_) => Dropped::default(),
         }
+    }
+
+    /// The marker on the rod that was followed, if it is one of a recording that leads the ends.
+    pub(crate) fn marker(&self) -> Option<&str> {
+        self.motion()?.marker.as_deref()
     }
 
     /// The recorded motion, if it is one.

@@ -4,7 +4,9 @@ use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::recording::Recording;
 use crate::input::table::Table;
+use crate::problem::Problem;
 use crate::scene::Point;
+use crate::scene::track::Marker;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -16,6 +18,17 @@ pub struct Sample {
     pub time: f64,
     /// Where the point was seen: x, y, z in m.
     pub position: [Option<f64>; 3],
+}
+
+/// What is done about frames in which a marker jumps, and two on each side of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Glitches {
+    /// They are compared as all others.
+    #[default]
+    Keep,
+    /// They are left out.
+    Mask,
 }
 
 /// Rows of a file that were left out.
@@ -59,6 +72,8 @@ pub struct Observation {
     pub recording: Option<Recording>,
     /// Rows of that file that were left out.
     pub dropped: Dropped,
+    /// The name of the marker on the rod that was followed, where its recording leads the rod's ends.
+    pub marker: Option<String>,
 }
 
 impl Observation {
@@ -74,6 +89,51 @@ impl Observation {
             source: None,
             recording: None,
             dropped: Dropped::default(),
+            marker: None,
+        }
+    }
+
+    /// The markers that no end holds, of the recording that leads the ends of `problem`: each at its node,
+    /// at every `every`-th frame after the first two, which a recorded start begins with, up to the end
+    /// of the simulation.
+    ///
+    /// # Errors
+    ///
+    /// A scene without a recording, or whose ends hold all markers, and `every` = 0.
+    pub fn of_free_markers(
+        problem: &Problem,
+        every: usize,
+        glitches: Glitches,
+    ) -> Result<Vec<Self>, Error> {
+        let Some(path) = &problem.scene().supports.path else {
+            let allowed = "beside a scene with [supports.path] only";
+            return Err(Error::invalid("markers", "\"free\"", allowed));
+        };
+        if every == 0 {
+            return Err(Error::invalid("every", 0, "1 or more frames"));
+        }
+        let (track, end) = (path.track()?, problem.time()?.end * (1.0 + 1e-9));
+        let nodes = path.nodes(problem.segments())?;
+        let supports = &problem.scene().supports;
+        let markers = path.free_markers([supports.start, supports.end]);
+        let free = markers.map(|j| (nodes[j], &track.markers()[j]));
+        let of = |(node, marker): (usize, &Marker)| {
+            let frames = (2..track.times().len()).step_by(every);
+            let kept = frames.filter(|k| {
+                track.times()[*k] <= end
+                    && !(glitches == Glitches::Mask && track.is_spoiled(marker, *k))
+            });
+            let sample = |k: usize| {
+                let position = marker.seen[k]?.map(Some);
+                Some(Sample { time: track.times()[k], position })
+            };
+            let samples = kept.filter_map(sample).collect();
+            Self { marker: Some(marker.name.clone()), ..Self::new(samples).at(Point::Node(node)) }
+        };
+        let free: Vec<Self> = free.map(of).filter(|o| o.values() > 0).collect();
+        match free.is_empty() {
+            true => Err(Error::invalid("markers", "no free marker that was seen", "one at least")),
+            false => Ok(free),
         }
     }
 
@@ -180,9 +240,10 @@ impl Observation {
 
     /// The file or the point, for messages.
     pub(crate) fn label(&self) -> String {
-        match &self.source {
-            Some(path) => path.display().to_string(),
-            None => format!("the observation of {:?}", self.point),
+        match (&self.source, &self.marker) {
+            (Some(path), _) => path.display().to_string(),
+            (None, Some(marker)) => format!("marker {marker}"),
+            (None, None) => format!("the observation of {:?}", self.point),
         }
     }
 

@@ -33,13 +33,15 @@ impl Residuals {
         self.check_length(x)?;
         let n = self.unknowns().len();
         let mut hessian = vec![vec![0.0; n]; n];
-        let runs = self.runs(x)?;
+        let (runs, trust) = (self.runs(x)?, self.trust());
         for i in 0..n {
             for j in 0..=i {
-                let mut sum = 0.0;
+                let (mut sum, mut rest) = (0.0, &trust[..]);
                 for (comparison, run) in self.comparisons().iter().zip(&runs) {
+                    let (own, others) = rest.split_at(comparison.counts().sum());
+                    rest = others;
                     if comparison.has(i) && comparison.has(j) {
-                        sum += self.second(x, (comparison, run), [i, j])?;
+                        sum += self.second(x, (comparison, run), own, [i, j])?;
                     }
                 }
                 let known = HyperDual64::new(x[i], 1.0, 1.0, 0.0);
@@ -57,6 +59,7 @@ impl Residuals {
         &self,
         x: &[f64],
         (comparison, run): (&Comparison, &Run),
+        trust: &[f64],
         [i, j]: [usize; 2],
     ) -> Result<f64, Error> {
         let seed = |parameter: Parameter, value: f64| {
@@ -79,8 +82,9 @@ impl Residuals {
             view: &View::new(problem, seed),
             scene: &problem.scene().over_parameters(seed),
         };
-        let mut sum = 0.0;
+        let (mut sum, mut trust) = (0.0, trust.iter());
         comparison.each_residual(&simulated, |r: HyperDual64, loss: Loss| {
+            let r = r * trust.next().copied().unwrap_or(1.0);
             let [psi, slope] = loss.influence(r.re);
             sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
         })?;

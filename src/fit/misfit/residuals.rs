@@ -1,6 +1,6 @@
 //! Residuals of a fit and their exact Jacobian, as any solver of argmin can use them.
 
-use crate::dynamics::Snapshot;
+use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
@@ -13,7 +13,8 @@ use crate::problem::Problem;
 use crate::scene::Parameter;
 use argmin::core::{CostFunction, Gradient, Jacobian, Operator};
 use num_dual::Dual64;
-use std::sync::{Mutex, PoisonError};
+use rayon::prelude::*;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Residuals as a function of the unknowns on their [scales](Unknown::to_scale), logarithms of
 /// positive parameters: `(simulated - measured)/sigma` of all values, [robust](Loss::robust) where the
@@ -26,6 +27,8 @@ use std::sync::{Mutex, PoisonError};
 pub struct Residuals {
     unknowns: Vec<Unknown>,
     comparisons: Vec<Comparison>,
+    /// Factors on the residuals, where any is not 1.
+    trust: Vec<f64>,
     full_work: f64,
     last: Mutex<Option<Evaluation>>,
     work: Work,
@@ -60,6 +63,7 @@ impl Residuals {
         Ok(Self {
             unknowns: unknowns.to_vec(),
             comparisons,
+            trust: Vec::new(),
             full_work,
             last: Mutex::default(),
             work: Work::default(),
@@ -69,6 +73,12 @@ impl Residuals {
     /// Counts its work, steps times segments, in a shared counter.
     pub(crate) fn counting(self, work: Work) -> Self {
         Self { work, ..self }
+    }
+
+    /// Takes the noise of every residual for larger, by the inverse of its factor in `trust`; none for all
+    /// at 1.
+    pub(crate) fn trusting(self, trust: &[f64]) -> Self {
+        Self { trust: trust.to_vec(), ..self }
     }
 
     /// Knows plain residuals and their Jacobian at `x` from before.
@@ -125,6 +135,13 @@ impl Residuals {
         losses
     }
 
+    /// The factor on every residual.
+    pub(crate) fn trust(&self) -> Vec<f64> {
+        let mut trust = self.trust.clone();
+        trust.resize(self.len(), 1.0);
+        trust
+    }
+
     /// Refuses a vector that has not one number per unknown.
     pub(crate) fn check_length(&self, x: &[f64]) -> Result<(), Error> {
         match x.len() == self.unknowns.len() {
@@ -152,10 +169,11 @@ impl Residuals {
     /// Another count of numbers, or a simulation that fails.
     pub fn jacobian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let mut rows = self.plain_jacobian(x)?;
-        for ((row, r), loss) in rows.iter_mut().zip(self.plain(x)?).zip(self.losses()) {
-            if loss.is_robust() {
-                let [_, slope] = loss.robust(r);
-                row.iter_mut().for_each(|d| *d *= slope);
+        let made = self.losses().into_iter().zip(self.trust());
+        for ((row, r), (loss, trust)) in rows.iter_mut().zip(self.plain(x)?).zip(made) {
+            if loss.is_robust() || trust != 1.0 {
+                let [_, slope] = loss.robust(trust * r);
+                row.iter_mut().for_each(|d| *d *= slope * trust);
             }
         }
         Ok(rows)
@@ -174,12 +192,16 @@ impl Residuals {
     /// Whether the last simulation took steps in halves: which ones jumps with the unknowns, and the
     /// misfit with it.
     pub(crate) fn halved(&self) -> bool {
-        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        last.as_ref().is_some_and(|e| e.halved)
+        self.last().as_ref().is_some_and(|e| e.halved)
+    }
+
+    fn last(&self) -> MutexGuard<'_, Option<Evaluation>> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn made_robust(&self, residuals: &[f64]) -> Vec<f64> {
-        residuals.iter().zip(self.losses()).map(|(r, loss)| loss.robust(*r)[0]).collect()
+        let made = self.losses().into_iter().zip(self.trust());
+        residuals.iter().zip(made).map(|(r, (loss, trust))| loss.robust(trust * r)[0]).collect()
     }
 
     /// Evaluates unless the last evaluation was at the same point and has what is needed.
@@ -190,13 +212,14 @@ impl Residuals {
         read: impl FnOnce(&Evaluation) -> T,
     ) -> Result<T, Error> {
         self.check_length(x)?;
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let usable = |e: &Evaluation| e.x == x && (e.jacobian.is_some() || !with_jacobian);
-        let evaluation = match last.take().filter(usable) {
+        let known = self.last().take().filter(usable);
+        // Simulations share threads, which may want the lock meanwhile.
+        let evaluation = match known {
             Some(evaluation) => evaluation,
             None => self.simulate(x, with_jacobian)?,
         };
-        Ok(read(last.insert(evaluation)))
+        Ok(read(self.last().insert(evaluation)))
     }
 
     /// The experiments.
@@ -206,7 +229,7 @@ impl Residuals {
 
     /// What every experiment does at `x`.
     pub(crate) fn runs(&self, x: &[f64]) -> Result<Vec<Run>, Error> {
-        self.comparisons.iter().map(|own| self.run(own, x, false, &mut |_, _| {})).collect()
+        self.each(|own| self.run(own, x, false, &mut |_, _| {}))
     }
 
     /// What experiment `k` does at `x`; `after` sees its motion at the start and after every step.
@@ -217,6 +240,18 @@ impl Residuals {
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
     ) -> Result<Run, Error> {
         self.run(&self.comparisons[k], x, false, after)
+    }
+
+    /// What `of` makes of every experiment. Threads share them; the first error is that of the first
+    /// experiment that has one, however many threads there are.
+    fn each<T: Send>(
+        &self,
+        of: impl Fn(&Comparison) -> Result<T, Error> + Sync,
+    ) -> Result<Vec<T>, Error> {
+        match &self.comparisons[..] {
+            [alone] => Ok(vec![of(alone)?]),
+            several => several.par_iter().map(&of).collect::<Vec<_>>().into_iter().collect(),
+        }
     }
 
     fn run(
@@ -230,16 +265,17 @@ impl Residuals {
     }
 
     fn simulate(&self, x: &[f64], with_jacobian: bool) -> Result<Evaluation, Error> {
+        let compared = self.each(|comparison| {
+            let run = self.run(comparison, x, with_jacobian, &mut |_, _| {})?;
+            let halved = |run: &Trajectory| run.record().taken.len() >= run.times().len();
+            let (own, by) = comparison.compare(&run, (&self.unknowns, x), with_jacobian)?;
+            Ok((own, by, run.moving.as_ref().is_some_and(halved)))
+        })?;
         let mut residuals = Vec::with_capacity(self.len());
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let mut halved = false;
-        for comparison in &self.comparisons {
-            let run = self.run(comparison, x, with_jacobian, &mut |_, _| {})?;
-            halved |= run
-                .moving
-                .as_ref()
-                .is_some_and(|run| run.record().taken.len() >= run.times().len());
-            let (own, by) = comparison.compare(&run, (&self.unknowns, x), with_jacobian)?;
+        for (own, by, in_halves) in compared {
+            halved |= in_halves;
             residuals.extend(own);
             rows.extend(by);
         }

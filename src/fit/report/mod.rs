@@ -17,6 +17,7 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::identifiability::Finding;
 use crate::fit::uncertainty::noise::LossEffect;
 use crate::fit::uncertainty::prediction::Prediction;
+use crate::fit::uncertainty::recordings::RecordingErrors;
 use crate::fit::uncertainty::verdict::Grade;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -68,6 +69,9 @@ pub struct FitReport {
     /// How well what was held out is predicted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub predictions: Vec<Prediction>,
+    /// How far rods go from the recordings that lead their ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recordings: Option<RecordingErrors>,
     /// The minima of the misfit that were seen, and why this one was chosen.
     pub basins: Basins,
     /// Work of the fit, in full simulations.
@@ -117,6 +121,7 @@ impl FitReport {
             dropped: dropped(experiments),
             losses: assessment.losses,
             predictions: assessment.predictions,
+            recordings: assessment.recordings,
             basins,
             simulations: search.simulations(),
             wall_seconds: since.elapsed().as_secs_f64(),
@@ -201,6 +206,27 @@ impl fmt::Display for FitReport {
             if let Some(observed) = e.observed_std_error {
                 writeln!(f, "    observed Hessian   +- {} {unit}", digits(observed, error))?;
             }
+            if let Some(across) = &e.across_experiments {
+                let said = |error, [low, high]: [f64; 2]| {
+                    let [error, low, high] = [error, low, high].map(|x| digits(x, error));
+                    format!("+- {error} {unit}   95 % [{low}, {high}]")
+                };
+                let (reported, other) = match across.reported {
+                    true => ("reported", "too narrow"),
+                    false => ("narrower", "reported"),
+                };
+                writeln!(
+                    f,
+                    "    how {} experiments differ: {}, {reported}",
+                    across.experiments,
+                    said(across.std_error, across.interval95)
+                )?;
+                writeln!(
+                    f,
+                    "    residuals alone: {}, {other}",
+                    said(across.residual_std_error, across.residual_interval95)
+                )?;
+            }
             if let Some(ends) = e.profile95 {
                 let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
                 writeln!(f, "    profile            95 % [{}, {}]", end(ends[0]), end(ends[1]))?;
@@ -232,11 +258,19 @@ impl fmt::Display for FitReport {
                 p.observation, p.rms, p.unit, p.expected
             )?;
         }
+        if let Some(recordings) = &self.recordings {
+            write!(f, "{recordings}")?;
+        }
         if !self.basins.words.is_empty() {
             writeln!(f, "  {}", self.basins.words)?;
         }
         let pairs = self.sigma.iter().zip(&self.units);
         let sigma: Vec<String> = pairs.map(|(s, unit)| format!("{s:.3e} {unit}")).collect();
+        let alike = sigma.chunk_by(|a, b| a == b).map(|same| match same.len() {
+            ..3 => same.join(", "),
+            n => format!("{} (of {n})", same[0]),
+        });
+        let sigma: Vec<String> = alike.collect();
         // Positions come before frequencies.
         let unit = self.units.iter().find(|unit| **unit == "m").or(self.units.first());
         write!(

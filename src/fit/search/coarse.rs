@@ -35,6 +35,11 @@ impl Coarse {
         Ok(Self { experiments: experiments.collect::<Result<_, _>>()? })
     }
 
+    /// No coarser than the search's own.
+    pub fn as_it_is(search: &Search) -> Self {
+        Self { experiments: search.experiments.to_vec() }
+    }
+
     /// The search's problem with the coarse experiments.
     pub fn task<'a>(&'a self, search: &'a Search) -> Task<'a> {
         Task { experiments: &self.experiments, ..search.task() }

@@ -17,14 +17,15 @@ impl Search<'_> {
     /// A damping that a search left at next to nothing, where its logarithm has no effect, may have to
     /// go up: tries where the parabola on the parameter's own scale has its minimum.
     pub fn raised(&self, optimum: Optimum) -> Result<Optimum, Error> {
-        let losses = self.all_residuals()?.losses();
+        let residuals = self.all_residuals()?;
+        let made: Vec<_> = residuals.losses().into_iter().zip(residuals.trust()).collect();
         let mut start = optimum.x.clone();
         for (j, _) in self.unknowns.iter().enumerate().filter(|(_, u)| is_damping(u)) {
-            let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&losses);
+            let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&made);
             let (mut along, mut square) = (0.0, 0.0);
-            for ((row, r), loss) in rows {
-                along += row[j] * loss.influence(*r)[0];
-                square += row[j] * row[j];
+            for ((row, r), (loss, trust)) in rows {
+                along += trust * row[j] * loss.influence(trust * r)[0];
+                square += (trust * row[j]).powi(2);
             }
             let factor = 1.0 - along / square;
             if factor.is_finite() && factor > RAISED {

@@ -8,6 +8,7 @@ pub(crate) mod explained;
 pub(crate) mod first_look;
 pub(crate) mod grid;
 pub(crate) mod journal;
+pub(crate) mod led;
 pub(crate) mod optimum;
 pub(crate) mod scan;
 pub(crate) mod starts;
@@ -31,6 +32,9 @@ pub(crate) struct Search<'a> {
     pub experiments: &'a [Experiment],
     /// One per measurement, in its unit.
     pub sigmas: Vec<f64>,
+    /// Factors on all residuals of the whole records, below 1 where a value [runs away](led); empty where
+    /// none does.
+    pub trust: Vec<f64>,
     pub unknowns: &'a [Unknown],
     /// Work of one full simulation, steps times segments.
     pub full_work: f64,
@@ -47,6 +51,7 @@ pub(crate) struct Search<'a> {
 pub(crate) struct Task<'a> {
     pub experiments: &'a [Experiment],
     pub sigmas: &'a [f64],
+    pub trust: &'a [f64],
     pub unknowns: &'a [Unknown],
     pub full_work: f64,
 }
@@ -57,6 +62,7 @@ impl<'a> Task<'a> {
         Search {
             experiments: self.experiments,
             sigmas: self.sigmas.to_vec(),
+            trust: self.trust.to_vec(),
             unknowns: self.unknowns,
             full_work: self.full_work,
             work: Work::default(),
@@ -78,6 +84,7 @@ impl<'a> Search<'a> {
         Ok(Self {
             experiments,
             sigmas,
+            trust: Vec::new(),
             unknowns,
             full_work,
             work: Work::default(),
@@ -92,6 +99,7 @@ impl<'a> Search<'a> {
         Task {
             experiments: self.experiments,
             sigmas: &self.sigmas,
+            trust: &self.trust,
             unknowns: self.unknowns,
             full_work: self.full_work,
         }
@@ -141,7 +149,7 @@ impl<'a> Search<'a> {
 
     /// The residuals of the whole records.
     pub fn all_residuals(&self) -> Result<Residuals, Error> {
-        self.residuals(&self.durations())
+        Ok(self.residuals(&self.durations())?.trusting(&self.trust))
     }
 
     /// The residuals up to `horizons`, s, one per experiment.

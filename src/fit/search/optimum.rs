@@ -78,6 +78,7 @@ impl Search<'_> {
         stage: Option<Stage>,
     ) -> Result<Optimum, Error> {
         let (counts, losses) = (residuals.counts(), residuals.losses());
+        let trust = residuals.trust();
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
         let longest = |u: &Unknown| match u.parameter.is_positive() {
             true => LONGEST_LOG_STEP,
@@ -96,6 +97,7 @@ impl Search<'_> {
             stage,
             counts: counts.clone(),
             losses: losses.clone(),
+            trust: trust.clone(),
         };
         let executor = Executor::new(residuals, solver)
             .configure(|state| state.param(start.to_vec()).max_iters(iterations))
@@ -111,11 +113,13 @@ impl Search<'_> {
         let cost = state.get_cost();
         let mut residuals = state.take_residuals().ok_or_else(lost)?;
         let mut jacobian = state.take_jacobian().ok_or_else(lost)?;
-        for ((r, row), loss) in residuals.iter_mut().zip(&mut jacobian).zip(losses) {
-            if loss.is_robust() {
-                *r = loss.plain(*r);
-                let [_, slope] = loss.robust(*r);
-                row.iter_mut().for_each(|d| *d /= slope);
+        let made = losses.into_iter().zip(trust);
+        for ((r, row), (loss, trust)) in residuals.iter_mut().zip(&mut jacobian).zip(made) {
+            if loss.is_robust() || trust != 1.0 {
+                let weighed = loss.plain(*r);
+                let [_, slope] = loss.robust(weighed);
+                *r = weighed / trust;
+                row.iter_mut().for_each(|d| *d /= slope * trust);
             }
         }
         Ok(Optimum {
@@ -160,6 +164,7 @@ struct Observer {
     stage: Option<Stage>,
     counts: Vec<usize>,
     losses: Vec<Loss>,
+    trust: Vec<f64>,
 }
 
 impl Observer {
@@ -167,7 +172,9 @@ impl Observer {
         if let (Some(stage), Some(x), Some(robust)) =
             (self.stage, state.get_param(), state.get_residuals())
         {
-            let residuals = robust.iter().zip(&self.losses).map(|(r, loss)| loss.plain(*r));
+            let made = self.losses.iter().zip(&self.trust);
+            let residuals =
+                robust.iter().zip(made).map(|(r, (loss, trust))| loss.plain(*r) / trust);
             let visit = Visit {
                 stage,
                 x: x.clone(),

@@ -5,6 +5,7 @@
 //! the results nor the history depend on their number.
 
 use crate::error::Error;
+use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::grid::Grid;
 use crate::fit::search::journal::{Stage, Visit};
@@ -153,7 +154,29 @@ impl Search<'_> {
 
     /// Values of an unknown worth trying, as the first experiment that has it suggests.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
-        let own = self.experiments.iter().zip(first).find(|(e, _)| unknown.is_of(e));
+        if self.is_led() && !unknown.is_stiffness() {
+            return self
+                .led_start(unknown)
+                .map_or_else(|| self.middle(unknown, first), |start| vec![start]);
+        }
+        self.worth_trying(unknown, first)
+    }
+
+    /// The middle one of the values worth trying.
+    fn middle(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
+        let values = self.worth_trying(unknown, first);
+        values.get(values.len() / 2).copied().into_iter().collect()
+    }
+
+    fn worth_trying(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
+        let of = |held: bool| {
+            let own = move |(e, _): &(&Experiment, &f64)| {
+                unknown.is_of(e) && (held || !e.measurements.is_empty())
+            };
+            self.experiments.iter().zip(first).find(own)
+        };
+        // What is held out shows nothing.
+        let own = of(false).or_else(|| of(true));
         let Some((experiment, first)) = own else { return Vec::new() };
         let with_modulus = self.youngs_modulus_beside(unknown).is_some();
         let (duration, rise) = (experiment.duration(), 0.5 * first);
@@ -179,6 +202,11 @@ impl Search<'_> {
 }
 
 impl Unknown {
+    /// Whether it is what a rod's motion tells first, and a search looks for over decades.
+    pub(super) fn is_stiffness(&self) -> bool {
+        self.parameter == Parameter::YoungsModulus
+    }
+
     /// Values worth trying before anything is known. A start is a hint: it may be far off.
     /// `duration` and `rise` are the record's length and the time of its first swing, s.
     fn candidates(

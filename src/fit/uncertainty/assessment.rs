@@ -5,6 +5,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::across::{across_experiments, are_across};
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::discretization::{self, DiscretizationError};
@@ -12,11 +13,12 @@ use crate::fit::uncertainty::estimate::{Estimate, estimates};
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
+use crate::fit::uncertainty::recordings::RecordingErrors;
 use crate::fit::uncertainty::vanishing::vanishing;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
-    against_priors, bounds_reached, jumps, may_be_zero, steps_too_large, test_residuals,
-    unexplained,
+    against_priors, bounds_reached, faulty_recordings, jumps, may_be_zero, runaways,
+    steps_too_large, test_residuals, unexplained,
 };
 use crate::fit::uncertainty::{bootstrap, observed};
 use crate::numerics::half_square;
@@ -34,6 +36,7 @@ pub(crate) struct Assessment {
     pub discretization: Vec<DiscretizationError>,
     pub residual_tests: Vec<ResidualTests>,
     pub predictions: Vec<Prediction>,
+    pub recordings: Option<RecordingErrors>,
     pub profiles: Vec<Profile>,
     pub warnings: Warnings,
 }
@@ -65,12 +68,19 @@ pub(crate) fn assess(
         return Err(Error::Interrupted);
     }
     let estimates = estimates(unknowns, optimum, (&covariance, &vanishing), noise.reach);
+    let estimates = across_experiments(estimates, (search, optimum));
     let sigma = search.estimated_sigmas(optimum);
+    let (sigma_narrow, test_narrow) = match are_across(&estimates) {
+        true => ("", ""),
+        false => ("; the intervals are too narrow", ", and the intervals are too narrow"),
+    };
 
     let mut warnings = Warnings::default();
     may_be_zero(&estimates, &mut warnings);
     bounds_reached(unknowns, optimum, &covariance, &mut warnings);
-    unexplained(search, optimum, &mut warnings);
+    unexplained((search, optimum), sigma_narrow, &mut warnings);
+    runaways(search, optimum, &mut warnings);
+    faulty_recordings(experiments, &mut warnings);
     against_priors(unknowns, optimum, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     if !search.explained(optimum) {
@@ -80,7 +90,7 @@ pub(crate) fn assess(
     // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
     // nothing else.
     if optimum.residuals.len() == unknowns.len() || !search.is_rounding(optimum) {
-        residual_tests = test_residuals(search, optimum, &mut warnings);
+        residual_tests = test_residuals((search, optimum), test_narrow, &mut warnings);
         jumps(search, optimum, &mut warnings);
         discretization = discretization::errors_of(
             &estimates,
@@ -108,6 +118,7 @@ pub(crate) fn assess(
         discretization,
         residual_tests,
         predictions,
+        recordings: RecordingErrors::of(experiments, (search, optimum)),
         profiles,
         warnings,
     })

@@ -1,6 +1,7 @@
 //! What a fit says of a parameter.
 
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::across::AcrossExperiments;
 use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::vanishing::Vanishing;
@@ -27,6 +28,9 @@ pub struct Estimate {
     /// interval is then `[0, upper95]`, and there is no standard error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub upper95: Option<f64>,
+    /// What the differences between experiments say, of five experiments or more.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub across_experiments: Option<AcrossExperiments>,
     /// Whether the data determine the parameter.
     pub identifiable: bool,
     /// What was known of the parameter before the data.
@@ -62,6 +66,7 @@ impl Estimate {
             std_error: None,
             interval95: None,
             upper95: None,
+            across_experiments: None,
             identifiable: false,
             prior: unknown.prior,
             observed_std_error: None,

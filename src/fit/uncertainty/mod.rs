@@ -1,5 +1,6 @@
 //! What an optimum is worth: its errors, what the data cannot tell, and what speaks against it.
 
+pub(crate) mod across;
 pub(crate) mod analysis;
 pub(crate) mod assessment;
 pub(crate) mod bootstrap;
@@ -12,6 +13,7 @@ pub(crate) mod observed;
 pub(crate) mod prediction;
 pub(crate) mod profile;
 pub(crate) mod quantile;
+pub(crate) mod recordings;
 pub(crate) mod vanishing;
 pub(crate) mod verdict;
 pub(crate) mod warnings;

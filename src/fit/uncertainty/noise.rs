@@ -46,6 +46,7 @@ impl Noise {
             }
         }
         weights.resize(total, 1.0);
+        weights.iter_mut().zip(&search.trust).for_each(|(w, trust)| *w *= trust);
         let robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
         let freedom = (!known).then_some(freedom);
         let (reach, up) = (quantile95(freedom), one_sided95(freedom));
@@ -68,6 +69,7 @@ pub(crate) fn scatter(search: &Search, optimum: &Optimum) -> DMatrix<f64> {
         sizes.extend(std::iter::repeat_n(mean, own.len()));
     }
     sizes.resize(optimum.residuals.len(), 1.0);
+    sizes.iter_mut().zip(&search.trust).for_each(|(size, trust)| *size *= trust * trust);
     let n = optimum.x.len();
     let rows = optimum.jacobian.iter().zip(&sizes);
     DMatrix::from_fn(n, n, |i, j| rows.clone().map(|(row, size)| size * row[i] * row[j]).sum())
@@ -106,23 +108,43 @@ pub struct LossEffect {
     pub error_factor: f64,
 }
 
-/// What robust losses did.
+impl LossEffect {
+    /// Takes another one of the same group in.
+    fn join(&mut self, other: &Self) {
+        let [own, others] = [self.values as f64, other.values as f64];
+        // Variances add as their inverses do.
+        let information = own / self.error_factor.powi(2) + others / other.error_factor.powi(2);
+        self.error_factor = ((own + others) / information).sqrt();
+        self.beyond_scale += other.beyond_scale;
+        self.beyond_5_sigma += other.beyond_5_sigma;
+        self.values += other.values;
+    }
+}
+
+/// What robust losses did; the markers of a recording are one.
 pub(crate) fn losses(search: &Search, optimum: &Optimum, noise: &Noise) -> Vec<LossEffect> {
     let mut weights = &noise.weights[..];
-    let mut effects = Vec::new();
+    let mut effects: Vec<LossEffect> = Vec::new();
     for (experiment, measurement, _, own) in search.measured(optimum) {
         let (mine, others) = weights.split_at(own.len());
         weights = others;
         let loss = measurement.loss();
         if loss != Loss::Squares {
-            effects.push(LossEffect {
-                observation: experiment.label(measurement),
+            let effect = LossEffect {
+                observation: experiment.group(measurement),
                 loss,
                 beyond_scale: own.iter().filter(|r| r.abs() > loss.scale()).count(),
                 beyond_5_sigma: own.iter().filter(|r| r.abs() > 5.0).count(),
                 values: own.len(),
-                error_factor: mine.first().map_or(1.0, |w| w.recip()),
-            });
+                error_factor: mine.iter().copied().reduce(f64::max).map_or(1.0, f64::recip),
+            };
+            let same = |last: &&mut LossEffect| {
+                measurement.marker().is_some() && last.observation == effect.observation
+            };
+            match effects.last_mut().filter(same) {
+                Some(last) => last.join(&effect),
+                None => effects.push(effect),
+            }
         }
     }
     effects

@@ -10,6 +10,7 @@ use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{is_too_large, times};
 use crate::fit::unknown::Unknown;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// How well a measurement that was held out is predicted.
@@ -28,6 +29,17 @@ pub struct Prediction {
     pub values: usize,
 }
 
+impl Prediction {
+    /// Takes another one of the same group in.
+    fn join(&mut self, other: &Self) {
+        let [own, others] = [self.values as f64, other.values as f64];
+        let mean = |a: f64, b: f64| ((own * a * a + others * b * b) / (own + others)).sqrt();
+        self.rms = mean(self.rms, other.rms);
+        self.expected = mean(self.expected, other.expected);
+        self.values += other.values;
+    }
+}
+
 /// Predictions of what `experiments` held out, with warnings where they fail. `sigma` is the noise of what
 /// was fitted.
 pub(crate) fn predictions(
@@ -40,11 +52,28 @@ pub(crate) fn predictions(
     if all(&held_out).next().is_none() {
         return Vec::new();
     }
-    let predictions = predicted(&held_out, fitted, covariance, sigma).unwrap_or_else(|error| {
-        let words = format!("what was held out could not be predicted: its run failed ({error})");
-        warnings.add(Weight::Contradiction, words);
-        Vec::new()
-    });
+    // One that cannot be simulated leaves the others.
+    let of = |e: &Experiment| predicted(std::slice::from_ref(e), fitted, covariance, sigma);
+    let measured: Vec<&Experiment> =
+        held_out.iter().filter(|e| !e.measurements.is_empty()).collect();
+    let found: Vec<_> = measured.par_iter().map(|e| of(e)).collect();
+    let mut predictions = Vec::new();
+    for (experiment, found) in measured.iter().zip(found) {
+        match found {
+            Ok(found) => predictions.extend(found),
+            Err(error) => {
+                let whose = match experiment.name.is_empty() {
+                    true => String::new(),
+                    false => format!("{}: ", experiment.name),
+                };
+                let words = format!(
+                    "{whose}what was held out could not be predicted: its run failed ({error})"
+                );
+                let kind = "that could not be predicted";
+                warnings.add_alike(Weight::Contradiction, (kind, &experiment.name), words);
+            }
+        }
+    }
     for p in &predictions {
         let ratio = p.rms / p.expected.max(f64::MIN_POSITIVE);
         if is_too_large(ratio, p.values) {
@@ -54,7 +83,8 @@ pub(crate) fn predictions(
                 p.observation,
                 times(ratio)
             );
-            warnings.add(Weight::Contradiction, words);
+            let kind = "held out that are farther from their predictions than that";
+            warnings.add_alike(Weight::Contradiction, (kind, ""), words);
         }
     }
     predictions
@@ -83,7 +113,7 @@ fn predicted(
         same.iter().copied().fold(0.0, f64::max)
     };
     let mut first = 0;
-    let mut found = Vec::new();
+    let mut found: Vec<Prediction> = Vec::new();
     for ((experiment, measurement), count) in all(held_out).zip(residuals.counts()) {
         let own = first..first + count;
         first += count;
@@ -91,13 +121,20 @@ fn predicted(
         let n = count.max(1) as f64;
         let square = differences[own.clone()].iter().map(|d| d * d).sum::<f64>() / n;
         let model = rows[own].iter().map(|row| covariance.variance_along(row)).sum::<f64>() / n;
-        found.push(Prediction {
-            observation: experiment.label(measurement),
+        let prediction = Prediction {
+            observation: experiment.group(measurement),
             unit: measurement.unit().into(),
             rms: square.sqrt(),
             expected: (sigma * sigma + model).sqrt(),
             values: count,
-        });
+        };
+        let same = |last: &&mut Prediction| {
+            measurement.marker().is_some() && last.observation == prediction.observation
+        };
+        match found.last_mut().filter(same) {
+            Some(last) => last.join(&prediction),
+            None => found.push(prediction),
+        }
     }
     Ok(found)
 }

@@ -175,11 +175,11 @@ fn profile(
     let optimum = held_search.polish(&start);
     search.work.add(held_search.work.total());
     let Optimum { x, cost, residuals, jacobian, .. } = optimum?;
-    let losses = held_search.all_residuals()?.losses();
-    let gradient: f64 = losses
-        .iter()
+    let all = held_search.all_residuals()?;
+    let made = all.losses().into_iter().zip(all.trust());
+    let gradient: f64 = made
         .zip(jacobian.iter().zip(&residuals))
-        .map(|(loss, (row, r))| row[i] * loss.influence(*r)[0])
+        .map(|((loss, trust), (row, r))| trust * row[i] * loss.influence(trust * r)[0])
         .sum();
     let excess = 2.0 * (cost - least);
     let rise = excess.abs().sqrt().copysign(excess) / noise;
@@ -240,6 +240,7 @@ mod tests {
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         let task = Task {
             experiments: &experiments,
+            trust: &[],
             sigmas: &[1e-3],
             unknowns: &unknowns,
             full_work: 1.0,

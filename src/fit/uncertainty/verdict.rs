@@ -66,16 +66,39 @@ pub(crate) enum Weight {
 
 /// What speaks against a result.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Warnings(Vec<(Weight, String)>);
+pub(crate) struct Warnings(Vec<Warning>);
+
+#[derive(Clone, Debug)]
+struct Warning {
+    weight: Weight,
+    words: String,
+    /// Of what many observations may have alike: which it is, and whose it is here.
+    alike: Option<(&'static str, String)>,
+}
+
+/// So many of what observations have alike are said one by one.
+const ONE_BY_ONE: usize = 3;
+/// Fewer more than those are not worth a summary.
+const MORE: usize = 2;
 
 impl Warnings {
     pub fn add(&mut self, weight: Weight, words: impl Into<String>) {
-        self.0.push((weight, words.into()));
+        self.0.push(Warning { weight, words: words.into(), alike: None });
+    }
+
+    /// One that other observations may have alike; `kind` tells which it is, `experiment` whose.
+    pub fn add_alike(
+        &mut self,
+        weight: Weight,
+        (kind, experiment): (&'static str, &str),
+        words: String,
+    ) {
+        self.0.push(Warning { weight, words, alike: Some((kind, experiment.into())) });
     }
 
     /// The first of the heaviest of this weight.
     pub fn first(&self, weight: Weight) -> Option<&str> {
-        self.0.iter().find(|(w, _)| *w == weight).map(|(_, words)| words.as_str())
+        self.0.iter().find(|w| w.weight == weight).map(|w| w.words.as_str())
     }
 
     /// Whether what is left of the data is no noise.
@@ -85,7 +108,7 @@ impl Warnings {
 
     /// Of a minimum that determines all parameters.
     pub fn grade(&self) -> Grade {
-        match self.0.iter().map(|(weight, _)| *weight).min() {
+        match self.0.iter().map(|w| w.weight).min() {
             Some(Weight::Worthless) => Grade::NotUsable,
             Some(Weight::Mesh | Weight::Numerics) => Grade::RefineNumerics,
             Some(
@@ -95,11 +118,43 @@ impl Warnings {
         }
     }
 
-    /// The words, the heaviest first.
+    /// The words, the heaviest first; of many alike some, and of which experiments the others are.
     pub fn into_words(mut self) -> Vec<String> {
-        self.0.sort_by_key(|(weight, _)| *weight);
-        self.0.into_iter().map(|(_, words)| words).collect()
+        self.0.sort_by_key(|w| w.weight);
+        let kind = |w: &Warning| Some((w.weight, w.alike.as_ref()?.0));
+        let mut words = Vec::new();
+        let mut summed = Vec::new();
+        for (i, warning) in self.0.iter().enumerate() {
+            let Some(own) = kind(warning) else {
+                words.push(warning.words.clone());
+                continue;
+            };
+            let all: Vec<&Warning> = self.0.iter().filter(|w| kind(w) == Some(own)).collect();
+            let before = self.0[..i].iter().filter(|w| kind(w) == Some(own)).count();
+            if before < ONE_BY_ONE || all.len() < ONE_BY_ONE + MORE {
+                words.push(warning.words.clone());
+            } else if !summed.contains(&own) {
+                summed.push(own);
+                words.push(likewise(own.1, &all[ONE_BY_ONE..]));
+            }
+        }
+        words
     }
+}
+
+/// How many more there are of a kind, and in which experiments.
+fn likewise(kind: &str, others: &[&Warning]) -> String {
+    let mut experiments: Vec<(&str, usize)> = Vec::new();
+    for (_, experiment) in others.iter().filter_map(|w| w.alike.as_ref()) {
+        match experiments.iter_mut().find(|(name, _)| name == experiment) {
+            Some((_, count)) => *count += 1,
+            None => experiments.push((experiment, 1)),
+        }
+    }
+    let named = experiments.iter().filter(|(name, _)| !name.is_empty());
+    let named: Vec<String> = named.map(|(name, count)| format!("{count} in {name}")).collect();
+    let places = if named.is_empty() { String::new() } else { format!(": {}", named.join(", ")) };
+    format!("{} more {kind}{places}", others.len())
 }
 
 /// How a fit ended that found an optimum.

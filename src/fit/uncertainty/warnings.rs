@@ -23,8 +23,12 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
     rms > by_chance.max(OFF)
 }
 
-/// What of the measurements is left, if it is too much.
-pub(crate) fn unexplained(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+/// What of the measurements is left, if it is too much; `narrow` is what that makes of the intervals.
+pub(crate) fn unexplained(
+    (search, optimum): (&Search, &Optimum),
+    narrow: &str,
+    warnings: &mut Warnings,
+) {
     if search.is_rounding(optimum) {
         return;
     }
@@ -42,15 +46,16 @@ pub(crate) fn unexplained(search: &Search, optimum: &Optimum, warnings: &mut War
                  {size:.3e} {unit})",
                 percent(relative)
             );
-            warnings.add(weight, words);
+            warnings.add_alike(weight, ("with much unexplained", &experiment.name), words);
         }
         let too_large = |sigma: &f64| is_too_large(rms / sigma, own.len());
         if let Some(sigma) = measurement.sigma().filter(too_large) {
             let words = format!(
-                "{label}: the residuals are {} the stated sigma; the intervals are too narrow",
+                "{label}: the residuals are {} the stated sigma{narrow}",
                 times(rms / sigma)
             );
-            warnings.add(Weight::Misfit, words);
+            let kind = "with residuals beyond the stated sigma";
+            warnings.add_alike(Weight::Misfit, (kind, &experiment.name), words);
         }
     }
 }
@@ -76,15 +81,18 @@ pub(crate) fn jumps(search: &Search, optimum: &Optimum, warnings: &mut Warnings)
 /// Recorded motions whose supports move too fast for the steps.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
-        for words in experiment.problem.warnings() {
-            warnings.add(Weight::Numerics, experiment.key(&words));
+        for words in experiment.problem.step_warnings() {
+            let kind = "warnings of simulations";
+            let words = experiment.key(&words);
+            warnings.add_alike(Weight::Numerics, (kind, &experiment.name), words);
         }
     }
 }
 
+/// Whether what is left is noise; `narrow` is what it makes of the intervals if it is not.
 pub(crate) fn test_residuals(
-    search: &Search,
-    optimum: &Optimum,
+    (search, optimum): (&Search, &Optimum),
+    narrow: &str,
     warnings: &mut Warnings,
 ) -> Vec<ResidualTests> {
     let mut all = Vec::new();
@@ -92,21 +100,59 @@ pub(crate) fn test_residuals(
         for tests in residual_tests(experiment, measurement, own) {
             if !tests.is_noise() {
                 let words = format!(
-                    "{}, {}: {}: the model misses something, and the intervals are too narrow",
+                    "{}, {}: {}: the model misses something{narrow}",
                     tests.observation, tests.axis, tests.verdict
                 );
-                warnings.add(Weight::Misfit, words);
+                let kind = "coordinates of which it misses something";
+                warnings.add_alike(Weight::Misfit, (kind, &experiment.name), words);
             } else if !tests.passed {
                 let words = format!(
                     "{}, {}: {}: some values may be far off; a robust loss (huber, cauchy) shows which",
                     tests.observation, tests.axis, tests.verdict
                 );
-                warnings.add(Weight::Note, words);
+                let kind = "coordinates with values that may be far off";
+                warnings.add_alike(Weight::Note, (kind, &experiment.name), words);
             }
             all.push(tests);
         }
     }
     all
+}
+
+/// What is wrong in the recordings that lead ends.
+pub(crate) fn faulty_recordings(experiments: &[Experiment], warnings: &mut Warnings) {
+    for experiment in experiments {
+        for words in experiment.problem.recording_warnings() {
+            warnings.add(Weight::Note, words);
+        }
+    }
+}
+
+/// Values whose derivatives run away.
+pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+    let (mut rest, mut counts) = (&search.trust[..], Vec::<(&str, usize)>::new());
+    for (experiment, _, _, own) in search.measured(optimum) {
+        let (mine, others) = rest.split_at(own.len().min(rest.len()));
+        rest = others;
+        let count = mine.iter().filter(|trust| **trust < 1.0).count();
+        match counts.last_mut() {
+            Some((name, sum)) if *name == experiment.name => *sum += count,
+            _ => counts.push((&experiment.name, count)),
+        }
+    }
+    let total: usize = counts.iter().map(|(_, count)| count).sum();
+    if total == 0 {
+        return;
+    }
+    let named = counts.iter().filter(|(name, count)| *count > 0 && !name.is_empty());
+    let named: Vec<String> = named.map(|(name, count)| format!("{count} of {name}")).collect();
+    let places = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
+    let words = format!(
+        "{total} of {} values{places} change with the parameters more than 10 times as much as is usual, as \
+         where a rod whips: they count as if their sigma were as many times larger",
+        search.trust.len()
+    );
+    warnings.add(Weight::Note, words);
 }
 
 /// Dampings that may be zero.

@@ -1,0 +1,144 @@
+//! Fits of rods whose ends are led by a recording.
+//!
+//! Hands that lead a rod force its motion: no period can be slipped, as in a free vibration, and a start
+//! is as good as it was called. So a fit whose unknowns all have one goes from there, on the whole
+//! recordings. Without a start, Young's modulus alone is scanned over decades, all others where the scene
+//! has them.
+//!
+//! Where such a rod whips about, the least change of a parameter sends it elsewhere, and so does whatever
+//! the model lacks: values there have derivatives far beyond all others, would decide the fit, and say
+//! nothing. Their noise is taken for as many times larger as their derivative is beyond ten medians.
+
+use crate::error::Error;
+use crate::fit::search::Search;
+use crate::fit::search::coarse::Coarse;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::search::scan::Candidate;
+use crate::fit::unknown::Unknown;
+use statrs::statistics::{Data, Median};
+
+/// Medians of a derivative's size from which on a value runs away.
+const RUNAWAY: f64 = 10.0;
+/// An unknown that changes all residuals together by less than this, in units of the noise, has no effect
+/// that could run away.
+const NO_EFFECT: f64 = 0.1;
+/// How often that is looked at again where the fit has gone.
+const ROUNDS: usize = 3;
+/// Descents from a scan: its best minimum, and others with up to so many times its misfit.
+const DESCENTS: usize = 2;
+const RIVAL: f64 = 1.5;
+
+impl Search<'_> {
+    /// Whether recordings lead the ends of all rods that move.
+    pub fn is_led(&self) -> bool {
+        let mut moving = self.experiments.iter().filter(|e| e.moves()).peekable();
+        moving.peek().is_some() && moving.all(|e| e.problem.scene().supports.path.is_some())
+    }
+
+    /// The best of the starts on the whole recordings.
+    pub fn led(&mut self) -> Result<Optimum, Error> {
+        let mut best: Option<(Optimum, Vec<f64>)> = None;
+        let mut failure = None;
+        for start in self.led_starts()? {
+            match self.led_from(start) {
+                Ok(optimum) => {
+                    if best.as_ref().is_none_or(|(b, _)| optimum.cost < b.cost) {
+                        best = Some((optimum, self.trust.clone()));
+                    }
+                }
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                Err(error) => failure = Some(error),
+            }
+        }
+        let nothing = || Error::Fit("no start for the fit was found".into());
+        let (optimum, trust) = best.ok_or_else(|| match failure {
+            Some(error) => Error::Fit(format!("nothing can be simulated at the start: {error}")),
+            None => nothing(),
+        })?;
+        self.trust = trust;
+        Ok(optimum)
+    }
+
+    /// The given start, or the lowest points of a scan over Young's modulus.
+    fn led_starts(&self) -> Result<Vec<Vec<f64>>, Error> {
+        let given = |u: &Unknown| Some(u.to_scale(self.led_start(u)?));
+        if let Some(start) = self.unknowns.iter().map(given).collect() {
+            return Ok(vec![start]);
+        }
+        let first = self.first_periods(1.0);
+        let mut scanned = self.scan(&Coarse::as_it_is(self), &first, 1)?;
+        let lower = |k: usize, other: Option<&Candidate>| {
+            other.is_none_or(|other| scanned[k].cost <= other.cost)
+        };
+        let lowest: Vec<bool> = (0..scanned.len())
+            .map(|k| {
+                let before = k.checked_sub(1).and_then(|k| scanned.get(k));
+                lower(k, before) && lower(k, scanned.get(k + 1))
+            })
+            .collect();
+        let mut lowest = lowest.into_iter();
+        scanned.retain(|_| lowest.next() == Some(true));
+        scanned.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let least = scanned.first().map_or(0.0, |c| c.cost);
+        let rivals = scanned.into_iter().filter(|c| c.cost <= RIVAL * least).take(DESCENTS);
+        Ok(rivals.map(|c| c.x).collect())
+    }
+
+    /// Where an unknown starts, in its unit; none where it is scanned.
+    pub(super) fn led_start(&self, unknown: &Unknown) -> Option<f64> {
+        let hint = unknown.start.or(unknown.prior.map(|prior| prior.mean));
+        if hint.is_some() || unknown.is_stiffness() {
+            return hint;
+        }
+        let own = self.experiments.iter().find(|e| unknown.is_of(e))?;
+        let here = unknown.parameter.of(own.problem.scene())?;
+        // A logarithm cannot start at zero.
+        (here > 0.0 || !unknown.parameter.is_positive()).then_some(here)
+    }
+
+    /// Fits the whole recordings from a start.
+    fn led_from(&mut self, mut x: Vec<f64>) -> Result<Optimum, Error> {
+        self.trust.clear();
+        let mut found: Option<Optimum> = None;
+        for _ in 0..ROUNDS {
+            let rows = match &found {
+                Some(optimum) => optimum.jacobian.clone(),
+                None => self.all_residuals()?.plain_jacobian(&x)?,
+            };
+            let trust = trust(&rows);
+            if found.is_some() && same(&trust, &self.trust) {
+                break;
+            }
+            self.trust = trust;
+            let optimum = self.raised(self.polish(&x)?)?;
+            x.clone_from(&optimum.x);
+            found = Some(optimum);
+        }
+        let optimum = found.ok_or_else(|| Error::Fit("no start for the fit was found".into()))?;
+        self.journal.reach((optimum.x.clone(), optimum.cost, optimum.converged));
+        Ok(optimum)
+    }
+}
+
+/// Factors on the residuals, from their derivatives; empty where none runs away.
+fn trust(rows: &[Vec<f64>]) -> Vec<f64> {
+    let mut trust = vec![1.0_f64; rows.len()];
+    for j in 0..rows.first().map_or(0, Vec::len) {
+        let sizes: Vec<f64> = rows.iter().map(|row| row[j].abs()).filter(|d| *d > 0.0).collect();
+        let effect = sizes.iter().map(|d| d * d).sum::<f64>().sqrt();
+        if effect < NO_EFFECT {
+            continue;
+        }
+        let most = RUNAWAY * Data::new(sizes).median();
+        for (trust, row) in trust.iter_mut().zip(rows) {
+            *trust = trust.min(most / row[j].abs().max(most));
+        }
+    }
+    if trust.iter().all(|t| *t == 1.0) { Vec::new() } else { trust }
+}
+
+/// Whether two sets of factors weigh alike.
+fn same(a: &[f64], b: &[f64]) -> bool {
+    let at = |t: &[f64], i: usize| t.get(i).copied().unwrap_or(1.0);
+    (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < 0.2)
+}

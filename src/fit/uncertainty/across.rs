@@ -1,0 +1,187 @@
+//! Intervals from how experiments differ.
+//!
+//! The interval of the residuals takes each of them for a draw of its own. What a model lacks is another
+//! matter: it pushes all residuals of an experiment the same way, and another way in the next, so that
+//! hundreds of values a recording tell hardly more than one number. The experiments are what is
+//! independent. With `H` the Hessian of the misfit by Gauss and Newton and `g_c` the gradient of what
+//! experiment `c` adds to it, the fit without that experiment would be, after one step,
+//!
+//! ```text
+//! x_c = x + (H - H_c)^-1 g_c
+//! ```
+//!
+//! and the variance of `x` is `(n - 1)/n` times the sum of `(x_c - x)(x_c - x)'` over all `n` experiments:
+//! the jackknife, which is the cluster-robust sandwich that minds how much each experiment weighs. For
+//! experiments that tell alike it is exact, with Student's t of `n - 1`. No simulation is needed.
+
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::quantile::quantile95;
+use crate::fit::unknown::Unknown;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// Experiments from which on their differences say something.
+const FEWEST: usize = 5;
+
+/// What the differences between experiments say of a parameter, and what the residuals do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct AcrossExperiments {
+    /// How many experiments were compared.
+    pub experiments: usize,
+    /// Standard error from how they differ, in the parameter's unit.
+    pub std_error: f64,
+    /// 95 % interval from how they differ.
+    pub interval95: [f64; 2],
+    /// Standard error from the residuals, each taken for a draw of its own.
+    pub residual_std_error: f64,
+    /// 95 % interval from the residuals.
+    pub residual_interval95: [f64; 2],
+    /// Whether the report's interval is that of the experiments: it is where that is the wider one.
+    pub reported: bool,
+}
+
+/// What an experiment adds to the misfit.
+struct Part {
+    gradient: DVector<f64>,
+    hessian: DMatrix<f64>,
+}
+
+/// Standard deviations of the unknowns `known` on their scales; none where an experiment alone tells one
+/// of them.
+fn deviations(parts: &[Part], prior: DMatrix<f64>) -> Option<Vec<f64>> {
+    let k = prior.nrows();
+    let whole = parts.iter().fold(prior, |sum, part| sum + &part.hessian);
+    // The optimiser leaves a little of the gradient.
+    let n = parts.len() as f64;
+    let left = parts.iter().fold(DVector::zeros(k), |sum, part| sum + &part.gradient) / n;
+    let mut variance = vec![0.0; k];
+    for part in parts {
+        let rest = (&whole - &part.hessian).cholesky()?;
+        let step = rest.solve(&(&part.gradient - &left));
+        variance.iter_mut().zip(step.iter()).for_each(|(v, s)| *v += s * s * (n - 1.0) / n);
+    }
+    Some(variance.into_iter().map(f64::sqrt).collect())
+}
+
+/// What every experiment adds, of the unknowns `known`.
+fn parts(search: &Search, optimum: &Optimum, known: &[usize]) -> Vec<Part> {
+    let k = known.len();
+    let mut parts: Vec<(&str, Part)> = Vec::new();
+    let mut row = 0;
+    for (experiment, measurement, _, own) in search.measured(optimum) {
+        if parts.last().is_none_or(|(name, _)| *name != experiment.name) {
+            let (gradient, hessian) = (DVector::zeros(k), DMatrix::zeros(k, k));
+            parts.push((&experiment.name, Part { gradient, hessian }));
+        }
+        let Some((_, part)) = parts.last_mut() else { continue };
+        for r in own {
+            let trust = search.trust.get(row).copied().unwrap_or(1.0);
+            let [psi, slope] = measurement.loss().influence(trust * r);
+            let by: Vec<f64> = known.iter().map(|j| trust * optimum.jacobian[row][*j]).collect();
+            for a in 0..k {
+                part.gradient[a] += psi * by[a];
+                for b in 0..k {
+                    part.hessian[(a, b)] += slope * by[a] * by[b];
+                }
+            }
+            row += 1;
+        }
+    }
+    parts.into_iter().map(|(_, part)| part).collect()
+}
+
+/// The estimates with what the differences between the experiments say of them, as their intervals where
+/// that is wider.
+pub(crate) fn across_experiments(
+    estimates: Vec<Estimate>,
+    (search, optimum): (&Search, &Optimum),
+) -> Vec<Estimate> {
+    let n = estimates.len();
+    // Of what may be zero there is no logarithm to speak of.
+    let told = |e: &Estimate| e.std_error.is_some() && e.upper95.is_none();
+    let known: Vec<usize> = (0..n).filter(|j| told(&estimates[*j])).collect();
+    if known.is_empty() || !optimum.converged || optimum.jacobian.len() < optimum.residuals.len() {
+        return estimates;
+    }
+    let parts = parts(search, optimum, &known);
+    if parts.len() < FEWEST {
+        return estimates;
+    }
+    let mut prior = DMatrix::zeros(known.len(), known.len());
+    for row in &optimum.jacobian[optimum.counts.iter().sum()..] {
+        let by = DVector::from_iterator(known.len(), known.iter().map(|j| row[*j]));
+        prior += &by * by.transpose();
+    }
+    let Some(found) = deviations(&parts, prior) else { return estimates };
+    let reach = quantile95(Some(parts.len() as f64 - 1.0));
+    let deviation = |j: usize| known.iter().position(|k| *k == j).map(|place| found[place]);
+    let with = |(j, (estimate, unknown)): (usize, (Estimate, &Unknown))| {
+        let (Some(sd), Some(residual_std_error), Some(residual_interval95)) =
+            (deviation(j), estimate.std_error, estimate.interval95)
+        else {
+            return estimate;
+        };
+        let (x, [low, high]) = (optimum.x[j], unknown.parameter.limits());
+        let interval95 =
+            [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high));
+        let std_error = sd * unknown.slope(unknown.from_scale(x));
+        let width = |[low, high]: [f64; 2]| high - low;
+        let reported = width(interval95) > width(residual_interval95);
+        let across = AcrossExperiments {
+            experiments: parts.len(),
+            std_error,
+            interval95,
+            residual_std_error,
+            residual_interval95,
+            reported,
+        };
+        let estimate = Estimate { across_experiments: Some(across), ..estimate };
+        match reported {
+            true => {
+                Estimate { std_error: Some(std_error), interval95: Some(interval95), ..estimate }
+            }
+            false => estimate,
+        }
+    };
+    estimates.into_iter().zip(search.unknowns).enumerate().map(with).collect()
+}
+
+/// Whether the differences between experiments gave any of the intervals.
+pub(crate) fn are_across(estimates: &[Estimate]) -> bool {
+    estimates.iter().any(|e| e.across_experiments.as_ref().is_some_and(|a| a.reported))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// Of experiments that tell alike it is the standard error of the mean of what each says alone.
+    #[test]
+    fn of_equal_experiments_it_is_the_error_of_their_mean() {
+        let alone = [1.0, 3.0, 2.5, 0.5, 4.0, 1.5];
+        let mean = alone.iter().sum::<f64>() / 6.0;
+        let part = |x: &f64| Part {
+            gradient: DVector::from_element(1, 7.0 * (mean - x)),
+            hessian: DMatrix::from_element(1, 1, 7.0),
+        };
+        let parts: Vec<Part> = alone.iter().map(part).collect();
+        let found = deviations(&parts, DMatrix::zeros(1, 1)).unwrap()[0];
+        let square = alone.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
+        assert_relative_eq!(found, (square / 30.0).sqrt(), max_relative = 1e-12);
+    }
+
+    /// One that alone tells an unknown leaves nothing to compare.
+    #[test]
+    fn one_that_tells_alone_is_not_compared() {
+        let part = |tells: bool| Part {
+            gradient: DVector::zeros(2),
+            hessian: DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, f64::from(tells)])),
+        };
+        let parts: Vec<Part> = (0..6).map(|c| part(c == 2)).collect();
+        assert!(deviations(&parts, DMatrix::zeros(2, 2)).is_none());
+    }
+}

@@ -1,0 +1,156 @@
+//! How far rods go from the recordings that lead their ends.
+
+use crate::dynamics::Trajectory;
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::scene::{Point, Recorded};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Frames that a recorded start is made of: nothing is predicted there.
+const STARTING: usize = 2;
+
+/// How far the rod of an experiment goes from its recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RecordingError {
+    /// The experiment; empty where there is only one.
+    pub experiment: String,
+    /// Whether nothing of it was fitted.
+    pub held_out: bool,
+    /// Mean distance per coordinate between simulation and recording, m: over all markers, held ones too,
+    /// and all frames after the two that the motion starts from, without looking at the markers again.
+    /// None where the simulation failed.
+    pub mean_error: Option<f64>,
+}
+
+/// The same of several experiments.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ErrorSummary {
+    /// How many experiments were simulated.
+    pub experiments: usize,
+    /// Mean of their mean errors, m.
+    pub mean: f64,
+    /// Median of their mean errors, m.
+    pub median: f64,
+    /// The largest of their mean errors, m.
+    pub worst: f64,
+    /// The experiment that has it.
+    pub worst_experiment: String,
+}
+
+/// How far rods go from the recordings that lead their ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct RecordingErrors {
+    /// Of the experiments that were fitted.
+    pub fitted: Option<ErrorSummary>,
+    /// Of those of which nothing was.
+    pub held_out: Option<ErrorSummary>,
+    /// Each experiment.
+    pub list: Vec<RecordingError>,
+}
+
+impl RecordingErrors {
+    /// Of all experiments whose ends are led by a recording, at an optimum; none where there are none.
+    pub(crate) fn of(
+        experiments: &[Experiment],
+        (search, optimum): (&Search, &Optimum),
+    ) -> Option<Self> {
+        let led = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
+        let led: Vec<&Experiment> = experiments.iter().filter(led).collect();
+        if led.is_empty() {
+            return None;
+        }
+        let error = |experiment: &&Experiment| RecordingError {
+            experiment: experiment.name.clone(),
+            held_out: experiment.measurements.iter().all(Measurement::held_out),
+            mean_error: mean_error(experiment, search, &optimum.x).ok(),
+        };
+        let list: Vec<RecordingError> = led.par_iter().map(error).collect();
+        Some(Self { fitted: summary(&list, false), held_out: summary(&list, true), list })
+    }
+}
+
+fn mean_error(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<f64, Error> {
+    let own = search.unknowns.iter().zip(x).filter(|(u, _)| u.is_of(experiment));
+    let problem = experiment.problem.varied(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))?;
+    let path = problem.scene().supports.path.as_ref();
+    let Some((nodes, track)) =
+        path.map(|p: &Recorded| Ok((p.nodes(problem.segments())?, p.track()?))).transpose()?
+    else {
+        return Err(Error::invalid("supports.path", "no such table", "one"));
+    };
+    let time = problem.time()?;
+    let mut run = Trajectory::new(&problem, &nodes, &[])?;
+    run.run(&problem, time.steps(), |_| {})?;
+    search.work.add((run.work().steps * problem.segments()) as f64);
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    let frames = track.times().iter().enumerate().skip(STARTING);
+    for (frame, t) in frames.filter(|(_, t)| **t <= time.end * (1.0 + 1e-9)) {
+        for (node, marker) in nodes.iter().zip(track.markers()) {
+            let Some(seen) = marker.seen[frame] else { continue };
+            let (place, _) = run.at(Point::Node(*node), t.min(time.end))?;
+            sum += (0..3).map(|c| (place[c] - seen[c]).abs()).sum::<f64>();
+            count += 3.0;
+        }
+    }
+    Ok(sum / count.max(1.0))
+}
+
+fn summary(list: &[RecordingError], held_out: bool) -> Option<ErrorSummary> {
+    let own = list.iter().filter(|e| e.held_out == held_out);
+    let mut own: Vec<(f64, &String)> =
+        own.filter_map(|e| Some((e.mean_error?, &e.experiment))).collect();
+    own.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (worst, name) = *own.last()?;
+    let n = own.len();
+    Some(ErrorSummary {
+        experiments: n,
+        mean: own.iter().map(|(e, _)| e).sum::<f64>() / n as f64,
+        median: 0.5 * (own[(n - 1) / 2].0 + own[n / 2].0),
+        worst,
+        worst_experiment: name.clone(),
+    })
+}
+
+impl fmt::Display for RecordingErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "  mean error of the simulated markers, per coordinate, on their own from two frames:"
+        )?;
+        for (what, summary) in [("fitted", &self.fitted), ("held out", &self.held_out)] {
+            let Some(s) = summary else { continue };
+            let worst = match s.worst_experiment.is_empty() {
+                true => String::new(),
+                false => format!(" ({})", s.worst_experiment),
+            };
+            writeln!(
+                f,
+                "    {}, {what}: mean {:.2e} m, median {:.2e} m, worst {:.2e} m{worst}",
+                counted(s.experiments, "recording"),
+                s.mean,
+                s.median,
+                s.worst
+            )?;
+        }
+        for error in self.list.iter().filter(|_| self.list.len() > 1) {
+            let held_out = if error.held_out { ", held out" } else { "" };
+            match error.mean_error {
+                Some(mean) => writeln!(f, "      {mean:.2e} m  {}{held_out}", error.experiment)?,
+                None => writeln!(f, "      failed     {}{held_out}", error.experiment)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}

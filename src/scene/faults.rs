@@ -1,0 +1,393 @@
+//! What goes wrong in recordings of markers: frames that are lost, labels that change places, and markers
+//! that jump for a frame. All of it is found and told, and mended only where that is asked for.
+
+use crate::numerics::vector::{Vector, dot, sub};
+use crate::scene::track::{Marker, Track};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Frames looked at on each side of a gap, and the most that are looked for in it.
+const BESIDE: usize = 3;
+const LONGEST: usize = 12;
+/// By how much a gap must fit better than none, in sums of squares.
+const BETTER: f64 = 10.0;
+/// What fits to this, m, has no gap: cameras see no better.
+const SEEN: f64 = 2e-5;
+/// A marker whose places have a larger second difference, m, has jumped.
+const JUMP: f64 = 0.01;
+/// Frames that a jump spoils, on each side of it.
+const SPOILED: usize = 2;
+
+/// What is done about frames that a recording has lost while its clock went on as if it had not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LostFrames {
+    /// They are reported.
+    #[default]
+    Keep,
+    /// The clock goes on in true time: later frames are as many frames later.
+    Stretch,
+}
+
+/// What is done about neighbouring markers that have each other's label.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SwappedLabels {
+    /// They are reported.
+    #[default]
+    Keep,
+    /// Each gets the place of the other.
+    Mend,
+}
+
+/// What was found wrong in a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "fault")]
+#[non_exhaustive]
+pub enum Fault {
+    /// All markers jump as if frames were missing.
+    LostFrames {
+        /// Time of the last frame before, on the recording's own clock, s.
+        time: f64,
+        /// How many are missing.
+        frames: usize,
+        /// Whether the clock goes on in true time.
+        mended: bool,
+    },
+    /// Two neighbours have each other's label.
+    SwappedLabels {
+        /// Their names.
+        markers: [String; 2],
+        /// Whether each has the place of the other.
+        mended: bool,
+    },
+    /// A marker jumps for single frames.
+    Glitches {
+        /// Its name.
+        marker: String,
+        /// The frames, from 0.
+        frames: Vec<usize>,
+        /// Their times, s.
+        times: Vec<f64>,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::LostFrames { time, frames, mended } => {
+                let lost = match frames {
+                    1 => "a frame was".into(),
+                    n => format!("{n} frames were"),
+                };
+                write!(f, "{lost} lost after t = {time:.4} s, by the way of the held markers: ")?;
+                f.write_str(match mended {
+                    true => "the clock goes on in true time from there",
+                    false => "lost_frames = \"stretch\" lets the clock go on in true time",
+                })
+            }
+            Self::SwappedLabels { markers: [one, other], mended } => {
+                write!(f, "markers {one} and {other} have each other's label: ")?;
+                f.write_str(match mended {
+                    true => "they were exchanged",
+                    false => "swapped_labels = \"mend\" exchanges them",
+                })
+            }
+            Self::Glitches { marker, times, .. } => {
+                let first = times.first().copied().unwrap_or(0.0);
+                let count = match times.len() {
+                    1 => "once".into(),
+                    n => format!("{n} times, first"),
+                };
+                write!(
+                    f,
+                    "marker {marker} jumps by more than {} mm against the frames beside it, {count} at \
+                     t = {first:.4} s: glitches = \"mask\" of an observation leaves that out",
+                    1e3 * JUMP
+                )
+            }
+        }
+    }
+}
+
+impl Track {
+    /// The recording with what is wrong in it [told](Self::faults), and mended as these say; `held` are the
+    /// markers that lead an end.
+    pub(crate) fn examined(
+        &self,
+        held: &[usize],
+        lost: LostFrames,
+        swapped: SwappedLabels,
+    ) -> Self {
+        let mut faults = Vec::new();
+        let order = self.order();
+        for (j, other) in order.iter().enumerate().filter(|(j, other)| *j < **other) {
+            let markers = [j, *other].map(|k| self.markers()[k].name.clone());
+            faults.push(Fault::SwappedLabels { markers, mended: swapped == SwappedLabels::Mend });
+        }
+        // Of the rod's own order, whatever is done about it.
+        let places: Vec<&Marker> = order.iter().map(|j| &self.markers()[*j]).collect();
+        let held: Vec<&Marker> = held.iter().map(|j| places[*j]).collect();
+        let gaps = self.gaps(&held);
+        for (frame, steps) in &gaps {
+            faults.push(Fault::LostFrames {
+                time: self.times()[*frame],
+                frames: steps - 1,
+                mended: lost == LostFrames::Stretch,
+            });
+        }
+        for (j, marker) in places.iter().enumerate() {
+            let beside = [j.checked_sub(1), Some(j + 1)].into_iter().flatten();
+            let beside: Vec<&Marker> = beside.filter_map(|j| places.get(j).copied()).collect();
+            let frames = self.jumps(marker, &beside, &gaps);
+            if !frames.is_empty() {
+                let times = frames.iter().map(|k| self.times()[*k]).collect();
+                faults.push(Fault::Glitches { marker: marker.name.clone(), frames, times });
+            }
+        }
+        let mut times = self.times().to_vec();
+        if lost == LostFrames::Stretch {
+            let between = self.between();
+            for (frame, steps) in &gaps {
+                times[frame + 1..].iter_mut().for_each(|t| *t += (steps - 1) as f64 * between);
+            }
+        }
+        let name = |j: usize| self.markers()[j].name.clone();
+        let markers = places.iter().enumerate().map(|(j, place)| match swapped {
+            SwappedLabels::Keep => (name(j), self.markers()[j].seen.clone()),
+            SwappedLabels::Mend => (name(j), place.seen.clone()),
+        });
+        // As many sightings as before: it cannot fail.
+        let mended = Self::new(times, markers.collect()).unwrap_or_else(|_| self.clone());
+        mended.with_faults(faults)
+    }
+
+    /// The usual time between two frames, s.
+    fn between(&self) -> f64 {
+        let mut between: Vec<f64> = self.times().windows(2).map(|t| t[1] - t[0]).collect();
+        between.sort_by(f64::total_cmp);
+        between.get(between.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// The marker that is at each place along the rod. Two neighbours are taken for swapped where the
+    /// farther of them is mostly nearer to the marker before.
+    fn order(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.markers().len()).collect();
+        let nearer = |from: usize, a: usize, b: usize| matches!((self.distance(from, a), self.distance(from, b)), (Some(a), Some(b)) if a > b);
+        if order.len() < 3 {
+            return order;
+        }
+        if nearer(2, 1, 0) {
+            order.swap(0, 1);
+        }
+        for j in 1..order.len() - 1 {
+            if nearer(order[j - 1], order[j], order[j + 1]) {
+                order.swap(j, j + 1);
+            }
+        }
+        order
+    }
+
+    /// The median distance between two markers, m.
+    fn distance(&self, a: usize, b: usize) -> Option<f64> {
+        let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
+        let mut all: Vec<f64> = pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied()
+    }
+
+    /// Where frames are missing: the frame before, and how many steps the way to the next one is. There
+    /// the way of the held markers is smooth with a gap, and not without.
+    fn gaps(&self, held: &[&Marker]) -> Vec<(usize, usize)> {
+        let (between, frames) = (self.between(), self.times().len());
+        let mut gaps: Vec<(usize, usize, f64)> = Vec::new();
+        for before in BESIDE - 1..frames.saturating_sub(BESIDE) {
+            let window = before + 1 - BESIDE..before + 1 + BESIDE;
+            let seen =
+                |m: &&Marker| m.seen[window.clone()].iter().copied().collect::<Option<Vec<_>>>();
+            let Some(seen) = held.iter().map(seen).collect::<Option<Vec<_>>>() else { continue };
+            let roughness = |steps: usize| {
+                let extra = (steps - 1) as f64 * between;
+                let times = window.clone().map(|k| {
+                    let t = (self.times()[k] - self.times()[before]) / between;
+                    if k > before { t + extra / between } else { t }
+                });
+                let times: Vec<f64> = times.collect();
+                let basis = cubics(&times);
+                let (mut sum, mut count) = (0.0, 0.0);
+                for x in
+                    seen.iter().flat_map(|seen| (0..3).map(move |c| seen.iter().map(move |x| x[c])))
+                {
+                    sum += left(&basis, x.collect());
+                    count += times.len() as f64;
+                }
+                (sum / f64::max(count, 1.0)).sqrt()
+            };
+            let here = roughness(1);
+            if here <= SEEN {
+                continue;
+            }
+            let best = (2..=LONGEST).map(|m| (m, roughness(m))).min_by(|a, b| a.1.total_cmp(&b.1));
+            if let Some((steps, rough)) = best.filter(|(_, rough)| here >= BETTER.sqrt() * rough) {
+                let better = here / rough.max(f64::MIN_POSITIVE);
+                match gaps.last_mut() {
+                    // Windows beside a gap see it too.
+                    Some(last) if last.0 + 1 == before => {
+                        if better > last.2 {
+                            *last = (before, steps, better);
+                        }
+                    }
+                    _ => gaps.push((before, steps, better)),
+                }
+            }
+        }
+        gaps.into_iter().map(|(before, steps, _)| (before, steps)).collect()
+    }
+
+    /// The frames in which a marker jumps and those beside it on the rod do not, which a whip takes along;
+    /// away from lost frames.
+    fn jumps(&self, marker: &Marker, beside: &[&Marker], gaps: &[(usize, usize)]) -> Vec<usize> {
+        let near = |k: usize| gaps.iter().any(|(frame, _)| frame.abs_diff(k) <= SPOILED);
+        let jumps = |k: &usize| {
+            second(marker, *k) > JUMP
+                && beside.iter().all(|other| second(other, *k) < 0.5 * JUMP)
+                && !near(*k)
+        };
+        (1..marker.seen.len().saturating_sub(1)).filter(jumps).collect()
+    }
+
+    /// Whether a frame of a marker is spoiled by a jump.
+    pub(crate) fn is_spoiled(&self, marker: &Marker, frame: usize) -> bool {
+        self.faults().iter().any(|fault| match fault {
+            Fault::Glitches { marker: name, frames, .. } => {
+                *name == marker.name && frames.iter().any(|k| k.abs_diff(frame) <= SPOILED)
+            }
+            _ => false,
+        })
+    }
+}
+
+/// The second difference of a marker's places about a frame, m; 0 where it was not seen.
+fn second(marker: &Marker, k: usize) -> f64 {
+    let [a, b, c] = [k - 1, k, k + 1].map(|k| marker.seen[k]);
+    let (Some(a), Some(b), Some(c)) = (a, b, c) else { return 0.0 };
+    norm(std::array::from_fn(|i| a[i] - 2.0 * b[i] + c[i]))
+}
+
+fn norm(a: Vector<f64>) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// An orthonormal basis of the cubics at these times.
+fn cubics(times: &[f64]) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let middle = times.iter().sum::<f64>() / times.len() as f64;
+    let size = times.iter().map(|t| (t - middle).abs()).fold(f64::MIN_POSITIVE, f64::max);
+    for power in 0..4 {
+        let mut new: Vec<f64> = times.iter().map(|t| ((t - middle) / size).powi(power)).collect();
+        for old in &basis {
+            let along: f64 = old.iter().zip(&new).map(|(a, b)| a * b).sum();
+            new.iter_mut().zip(old).for_each(|(x, o)| *x -= along * o);
+        }
+        let length = new.iter().map(|x| x * x).sum::<f64>().sqrt();
+        new.iter_mut().for_each(|x| *x /= length);
+        basis.push(new);
+    }
+    basis
+}
+
+/// The sum of squares that a basis leaves of values.
+fn left(basis: &[Vec<f64>], mut values: Vec<f64>) -> f64 {
+    let first = values[0];
+    values.iter_mut().for_each(|x| *x -= first);
+    for old in basis {
+        let along: f64 = old.iter().zip(&values).map(|(a, b)| a * b).sum();
+        values.iter_mut().zip(old).for_each(|(x, o)| *x -= along * o);
+    }
+    values.iter().map(|x| x * x).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five markers between hands that move, 100 frames a second; without the frames in `lost`, while the
+    /// clock goes on as if nothing were missing.
+    fn track(lost: &[usize], swapped: Option<[usize; 2]>, glitch: Option<usize>) -> Track {
+        let place = |j: usize, frame: usize| {
+            let (t, u) = (0.01 * frame as f64, 0.1 * j as f64);
+            let noise = 5e-6 * ((frame * 7919 + j * 104_729) as f64).sin();
+            let jump = if glitch == Some(frame) && j == 2 { 0.02 } else { 0.0 };
+            [u + 0.3 * (4.0 * t).sin(), 0.2 * (3.0 * t).cos() - u * u + noise, 0.1 * t * t + jump]
+        };
+        let frames: Vec<usize> = (0..120).filter(|k| !lost.contains(k)).collect();
+        let times = (0..frames.len()).map(|k| 0.01 * k as f64).collect();
+        let mut markers: Vec<_> = (0..5)
+            .map(|j| (j.to_string(), frames.iter().map(|k| Some(place(j, *k))).collect::<Vec<_>>()))
+            .collect();
+        if let Some([a, b]) = swapped {
+            let seen = markers[a].1.clone();
+            markers[a].1 = std::mem::replace(&mut markers[b].1, seen);
+        }
+        Track::new(times, markers).unwrap()
+    }
+
+    const HELD: [usize; 4] = [0, 1, 3, 4];
+
+    #[test]
+    fn clean_recordings_have_no_faults() {
+        let clean = track(&[], None, None);
+        let examined = clean.examined(&HELD, LostFrames::Stretch, SwappedLabels::Mend);
+        assert!(examined.faults().is_empty(), "{:?}", examined.faults());
+        assert_eq!((examined.times(), examined.markers()), (clean.times(), clean.markers()));
+    }
+
+    #[test]
+    fn lost_frames_are_found_and_stretched() {
+        let lost: Vec<usize> = (31..34).chain(70..71).collect();
+        let recorded = track(&lost, None, None);
+        let kept = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
+        let found: Vec<(f64, usize)> = kept
+            .faults()
+            .iter()
+            .filter_map(|fault| match fault {
+                Fault::LostFrames { time, frames, mended: false } => Some((*time, *frames)),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(found, [(0.30, 3), (0.66, 1)], "{:?}", kept.faults());
+        assert_eq!(kept.times(), recorded.times());
+        let mended = recorded.examined(&HELD, LostFrames::Stretch, SwappedLabels::Keep);
+        assert!((mended.times()[31] - 0.34).abs() < 1e-12);
+        assert!((mended.end() - 1.19).abs() < 1e-12);
+        // What was mended is told, and not found again.
+        assert_eq!(mended.faults().len(), 2);
+        let again = mended.examined(&HELD, LostFrames::Stretch, SwappedLabels::Keep);
+        assert!(again.faults().is_empty(), "{:?}", again.faults());
+    }
+
+    #[test]
+    fn swapped_labels_are_found_and_mended() {
+        for pair in [[0, 1], [1, 2], [2, 3], [3, 4]] {
+            let recorded = track(&[], Some(pair), None);
+            let kept = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
+            let markers = pair.map(|j| j.to_string());
+            let told = Fault::SwappedLabels { markers, mended: false };
+            assert_eq!(kept.faults(), [told]);
+            let mended = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Mend);
+            assert_eq!(mended.markers(), track(&[], None, None).markers());
+        }
+    }
+
+    #[test]
+    fn glitches_are_found() {
+        let recorded = track(&[], None, Some(50));
+        let examined = recorded.examined(&HELD, LostFrames::Keep, SwappedLabels::Keep);
+        let Fault::Glitches { marker, frames, .. } = &examined.faults()[0] else { panic!() };
+        // The frames beside it are off by as much as the jump, less than half its second difference.
+        assert_eq!((marker.as_str(), &frames[..]), ("2", &[49, 50, 51][..]));
+        let spoiled = |k| examined.is_spoiled(&examined.markers()[2], k);
+        assert!(spoiled(47) && spoiled(53) && !spoiled(46) && !spoiled(54));
+        assert!(!examined.is_spoiled(&examined.markers()[1], 50));
+    }
+}

@@ -1,0 +1,165 @@
+//! One fit file for many recordings of a cable between two hands.
+
+use crate::common::recordings::{MARKERS, MODULUS, csv, recorded};
+use crate::folder::{Folder, refused, stdout, succeeds};
+use rodfit::scene::Track;
+
+const CABLE: &str = r#"
+[rod]
+segments = 6
+shape = { kind = "straight", length = 0.42, direction = [1, 0, 0] }
+section = { kind = "circle", radius = 1.5e-3 }
+[material]
+density = 1100
+youngs_modulus = 3e8
+[supports]
+start = "recorded"
+end = "recorded"
+path = { file = "clip_0.csv" }
+[loads]
+gravity = [0, -9.8, 0]
+damping = { mass = 0.5, stiffness = 0.02 }
+[initial]
+state = "recorded"
+[time]
+step = 0.01
+scheme = "generalised-alpha"
+"#;
+
+const FIT: &str = r#"
+[[experiment]]
+scene = "cable.toml"
+paths = ["clip_0.csv", "clip_1.csv", "clip_2.csv", "clip_3.csv", "clip_4.csv"]
+[[experiment.observation]]
+markers = "free"
+every = 5
+sigma = 1e-5
+loss = "soft-l1"
+glitches = "mask"
+
+[[experiment]]
+name = "another day"
+scene = "cable.toml"
+path = "clip_5.csv"
+held_out = true
+[[experiment.observation]]
+markers = "free"
+sigma = 1e-5
+
+[[parameter]]
+name = "youngs_modulus"
+start = 3e8
+"#;
+
+/// A recording with the labels of two markers exchanged.
+fn swapped(track: &Track, [a, b]: [usize; 2]) -> Track {
+    let other = |j: usize| match j {
+        j if j == a => b,
+        j if j == b => a,
+        j => j,
+    };
+    let of = |j: usize| (j.to_string(), track.markers()[other(j)].seen.clone());
+    Track::new(track.times().to_vec(), (0..MARKERS).map(of).collect()).unwrap()
+}
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.write("cable.toml", CABLE);
+    folder.write("fit.toml", FIT);
+    for k in 0..6 {
+        // Clips need not last as long as one another.
+        let track = recorded(k, 60 + 5 * k as usize, 1e-5, |_| {});
+        folder.write(&format!("clip_{k}.csv"), &csv(&track));
+    }
+    folder
+}
+
+#[test]
+fn a_fit_file_of_many_recordings() {
+    let folder = folder();
+    let arguments = ["fit", "fit.toml", "--json", "fit.json", "--save", "fitted.toml"];
+    let output = folder.run(&[&arguments[..], &["--report", "page"]].concat());
+    succeeds(&output);
+    let (shown, fit) = (stdout(&output), folder.json("fit.json"));
+    println!("{shown}");
+    let e = &fit["parameters"][0];
+    let [low, high] = [0, 1].map(|k| e["interval95"][k].as_f64().unwrap());
+    assert!(low < MODULUS && MODULUS < high, "{e}");
+    assert_eq!(e["across_experiments"]["experiments"], 5);
+    let recordings = &fit["recordings"];
+    assert_eq!(recordings["fitted"]["experiments"], 5);
+    assert_eq!(recordings["held_out"]["worst_experiment"], "another day");
+    let list = recordings["list"].as_array().unwrap();
+    assert!(list.iter().all(|one| one["mean_error"].as_f64().unwrap() < 3e-5), "{list:?}");
+    for words in ["5 recordings, fitted: mean", "1 recording, held out", "how 5 experiments differ"]
+    {
+        assert!(shown.contains(words), "{words} in {shown}");
+    }
+    assert!(shown.lines().count() < 40, "{shown}");
+    let page = folder.read("page/fit.html");
+    assert!(page.contains("another day") && page.contains("experiments differ"), "no such words");
+    // Scenes that can be run from anywhere, each with its own recording.
+    succeeds(&folder.run(&["simulate", "fitted-clip_3.toml", "-q"]));
+    let saved = folder.read("fitted-another day.toml");
+    assert!(saved.contains("clip_5.csv") && saved.contains("end = 0.84"), "{saved}");
+}
+
+#[test]
+fn faults_of_a_recording_are_told() {
+    let folder = folder();
+    let track = recorded(0, 60, 1e-5, |_| {});
+    folder.write("clip_0.csv", &csv(&swapped(&track, [2, 3])));
+    let output = folder.run(&["simulate", "cable.toml"]);
+    let shown = stdout(&output);
+    assert!(shown.contains("markers 2 and 3 have each other's label"), "{shown}");
+    assert!(shown.contains("swapped_labels = \"mend\""), "{shown}");
+    let mended = CABLE.replace("clip_0.csv\"", "clip_0.csv\", swapped_labels = \"mend\"");
+    folder.write("cable.toml", &mended);
+    let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
+    succeeds(&output);
+    assert!(stdout(&output).contains("they were exchanged"), "{}", stdout(&output));
+    let errors = folder.json("fit.json")["recordings"]["fitted"]["worst"].as_f64().unwrap();
+    assert!(errors < 3e-5, "{errors}");
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let folder = folder();
+    let cases: &[(&str, &str, &[&str])] = &[
+        ("every = 5", "every = 0", &["observation[0].every", "1 or more"]),
+        ("every = 5", "every = 5\npoint = \"tip\"", &["observation[0].markers", "no file, point"]),
+        ("markers = \"free\"\nevery", "file = \"clip_0.csv\"\nevery", &["observation[0].every"]),
+        ("markers = \"free\"\nevery", "every", &["missing", "observation[0].file"]),
+        ("markers = \"free\"\nevery", "markers = \"all\"\nevery", &["all", "free"]),
+        ("glitches = \"mask\"", "glitches = \"mend\"", &["mend", "keep"]),
+        (
+            "paths = [",
+            "path = \"clip_0.csv\"\npaths = [",
+            &["experiment[0].paths", "one of the two"],
+        ),
+        ("paths = [", "name = \"a\"\npaths = [", &["experiment[0].name", "no name besides paths"]),
+        ("clip_4.csv", "clip_3.csv", &["experiment[4].name", "each name once"]),
+        ("clip_4.csv", "none.csv", &["none.csv"]),
+        ("scene = \"cable.toml\"\npaths", "scene = \"scene.toml\"\npaths", &["supports.path"]),
+    ];
+    for (from, to, words) in cases {
+        folder.write("fit.toml", &crate::folder::replaced(FIT, from, to));
+        refused(&folder.run(&["fit", "fit.toml"]), words);
+    }
+    folder.write("fit.toml", FIT);
+    for (from, to, words) in [
+        (
+            "file = \"clip_0.csv\"",
+            "file = \"clip_0.csv\", lost_frames = \"drop\"",
+            &["drop", "stretch"],
+        ),
+        (
+            "start = \"recorded\"\nend = \"recorded\"\npath = { file = \"clip_0.csv\" }",
+            "",
+            &["supports.path", "none"],
+        ),
+    ] {
+        folder.write("cable.toml", &crate::folder::replaced(CABLE, from, to));
+        refused(&folder.run(&["fit", "fit.toml"]), &words[..1]);
+    }
+}

@@ -1,0 +1,110 @@
+//! Recordings of a known cable between two hands that move.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rodfit::scene::{
+    InitialState, Material, Recorded, Scene, Scheme, Section, Shape, Support, Time, Track,
+};
+use std::f64::consts::TAU;
+
+/// Markers along the cable, two of them in each hand.
+pub const MARKERS: usize = 7;
+/// Of the cable, Pa.
+pub const MODULUS: f64 = 5e8;
+/// Between two markers, m; between two frames, s.
+const APART: f64 = 0.07;
+const FRAME: f64 = 0.01;
+
+/// A cable of 0.42 m in the plane, held by two hands as `track` was seen.
+pub fn cable(track: Track) -> Scene {
+    let length = APART * (MARKERS - 1) as f64;
+    let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
+    let section = Section::Circle { radius: 1.5e-3 };
+    let mut scene = Scene::new(MARKERS - 1, shape, section, Material::new(1100.0, MODULUS));
+    scene.loads.gravity = [0.0, -9.8, 0.0];
+    scene.loads.damping.mass = 0.5;
+    scene.loads.damping.stiffness = 0.02;
+    scene.supports.start = Support::Recorded;
+    scene.supports.end = Support::Recorded;
+    scene.initial.state = InitialState::Recorded;
+    let scheme = Scheme::GeneralisedAlpha;
+    scene.time = Some(Time { scheme, ..Time::new(track.end(), FRAME) });
+    scene.supports.path = Some(Recorded::of(track));
+    scene
+}
+
+/// Hands that move as `seed` draws it, with the markers between them on a sagging line: where a cable
+/// starts, and its ends go.
+fn hands(seed: u64, frames: usize) -> Track {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut draw = |low: f64, high: f64| random.random_range(low..high);
+    let swings: Vec<[f64; 3]> =
+        (0..6).map(|_| [draw(0.005, 0.02), draw(0.6, 2.2), draw(0.0, TAU)]).collect();
+    let swing = |k: usize, t: f64| {
+        let [size, frequency, phase] = swings[k];
+        size * ((TAU * frequency * t + phase).sin() - phase.sin())
+    };
+    let span = 0.65 * APART * (MARKERS - 1) as f64;
+    let place = |j: usize, t: f64| {
+        let first = [swing(0, t), swing(1, t)];
+        let last = [span + swing(2, t), swing(3, t)];
+        let [down, up] = [-0.5 + 8.0 * swing(4, t), 0.5 + 8.0 * swing(5, t)];
+        let along = |[x, y]: [f64; 2], angle: f64, way: f64| {
+            [x + way * angle.cos(), y + way * angle.sin(), 0.0]
+        };
+        match j {
+            0 => along(first, down, 0.0),
+            1 => along(first, down, APART),
+            j if j == MARKERS - 2 => along(last, up, -APART),
+            j if j == MARKERS - 1 => along(last, up, 0.0),
+            j => {
+                let (a, b) = (along(first, down, APART), along(last, up, -APART));
+                let u = (j - 1) as f64 / (MARKERS - 3) as f64;
+                let sag = -0.28 * u * (1.0 - u);
+                [a[0] + u * (b[0] - a[0]), a[1] + u * (b[1] - a[1]) + sag, 0.0]
+            }
+        }
+    };
+    let times: Vec<f64> = (0..frames).map(|k| FRAME * k as f64).collect();
+    let seen = |j: usize| times.iter().map(|t| Some(place(j, *t))).collect();
+    let markers = (0..MARKERS).map(|j| (j.to_string(), seen(j))).collect();
+    Track::new(times, markers).unwrap()
+}
+
+/// What cameras see of the cable, as `change` makes it, between the hands of `seed`: its markers with
+/// normal noise of `sigma`, m.
+pub fn recorded(seed: u64, frames: usize, sigma: f64, change: impl Fn(&mut Scene)) -> Track {
+    // The first frames settle what the line is not.
+    let settling = 30;
+    let mut scene = cable(hands(seed, frames + settling));
+    change(&mut scene);
+    let run = scene.problem().unwrap().simulate().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
+    let mut noise =
+        || sigma * <StandardNormal as Distribution<f64>>::sample(&StandardNormal, &mut random);
+    let mut seen = vec![Vec::new(); MARKERS];
+    for k in settling..settling + frames {
+        for (j, seen) in seen.iter_mut().enumerate() {
+            let [x, y, _] = run.node(j, k);
+            seen.push(Some([x + noise(), y + noise(), 0.0]));
+        }
+    }
+    let times = (0..frames).map(|k| FRAME * k as f64).collect();
+    let markers = seen.into_iter().enumerate().map(|(j, seen)| (j.to_string(), seen)).collect();
+    Track::new(times, markers).unwrap()
+}
+
+/// A recording as a file.
+pub fn csv(track: &Track) -> String {
+    let names = track.markers().iter().map(|m| format!(",x{0},y{0}", m.name));
+    let mut text = format!("t{}\n", names.collect::<String>());
+    for (k, t) in track.times().iter().enumerate() {
+        let places = track.markers().iter().map(|m| match m.seen[k] {
+            Some([x, y, _]) => format!(",{x},{y}"),
+            None => ",,".into(),
+        });
+        text += &format!("{t}{}\n", places.collect::<String>());
+    }
+    text
+}

@@ -1,0 +1,61 @@
+//! Intervals from how experiments differ, where a model lacks something that is another thing in each.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use rodfit::fit::{Experiment, Glitches};
+use rodfit::{Fit, FitReport, Observation, Parameter, Unknown};
+
+use crate::common::fits::same_mesh;
+use crate::common::recordings::{MODULUS, cable, recorded};
+
+const SIGMA: f64 = 1e-5;
+const TRUTH: f64 = MODULUS;
+/// Standard deviation of the logarithm of a cable's density, from recording to recording.
+const OTHER: f64 = 0.08;
+
+/// A fit to 8 recordings of cables that are not all as heavy.
+fn fit(number: u64) -> FitReport {
+    let mut random = ChaCha8Rng::seed_from_u64(number);
+    let mut experiments = Vec::new();
+    for k in 0..8 {
+        let draw: f64 = StandardNormal.sample(&mut random);
+        let track = recorded(100 * number + k, 40, SIGMA, |scene| {
+            scene.material.density *= (OTHER * draw).exp();
+        });
+        let problem = cable(track).problem().unwrap();
+        let free = Observation::of_free_markers(&problem, 3, Glitches::Keep).unwrap();
+        let observe = |e: Experiment, o: Observation| e.observe(o.sigma(SIGMA));
+        experiments.push(free.into_iter().fold(Experiment::new(format!("{k}"), &problem), observe));
+    }
+    Fit::of(experiments)
+        .analyse(same_mesh())
+        .identify(Unknown::new(Parameter::YoungsModulus).start(TRUTH))
+        .solve()
+        .unwrap()
+}
+
+#[test]
+fn intervals_cover_where_experiments_differ() {
+    let count = 100;
+    let covers: Vec<[bool; 2]> = (0..count)
+        .into_par_iter()
+        .map(|number| {
+            let report = fit(number);
+            let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
+            let across = estimate.across_experiments.as_ref().unwrap_or_else(|| panic!("{report}"));
+            assert_eq!(across.experiments, 8);
+            if across.reported {
+                assert_eq!(estimate.interval95, Some(across.interval95));
+                assert!(report.to_string().contains("how 8 experiments differ"), "{report}");
+            }
+            let holds = |[low, high]: [f64; 2]| low <= TRUTH && TRUTH <= high;
+            [holds(across.residual_interval95), holds(across.interval95)]
+        })
+        .collect();
+    let part = |i: usize| covers.iter().filter(|c| c[i]).count() as f64 / count as f64;
+    println!("95 % intervals cover: residuals {:.3}, experiments {:.3}", part(0), part(1));
+    assert!(part(0) < 0.7, "{}", part(0));
+    assert!((0.90..=0.98).contains(&part(1)), "{}", part(1));
+}
