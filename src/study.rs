@@ -139,6 +139,7 @@ impl Study {
             let traits = scheme.traits();
             (traits.takes_viscosity || !damped)
                 && (traits.takes_friction || !remembers)
+                && (traits.takes_drag || scene.loads.drag.is_none())
                 && (traits.takes_boundary_motion || !moved)
         };
 

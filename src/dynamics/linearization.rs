@@ -43,6 +43,10 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
     pub gradient: &'a [D],
     /// The tangent of that gradient by the unknowns at the end, N/m.
     pub tangent: &'a BandMatrix<D, W>,
+    /// The gradient with the drag of a fluid.
+    pub total: &'a [D],
+    /// The tangent with that drag.
+    pub matrix: &'a BandMatrix<D, W>,
     /// Factors of the tangent of the step's equations, `M (1 + h beta damping) + h^2 beta^2 K`.
     pub factors: &'a Ldlt<D, W>,
     /// The factors of the masses and of the tangent in the factored matrix.
@@ -79,7 +83,7 @@ impl<D: Scalar, R: Rod<D, W>, const W: usize> Linearization<'_, D, R, W> {
         let scaled: Vec<D> = rest.iter().map(|r| *r / tangent).collect();
         let largest =
             |v: &mut dyn Iterator<Item = D>| v.map(|r| r.value().abs()).fold(0.0_f64, f64::max);
-        let residual = self.tangent.residual(self.free.clone(), x, &scaled);
+        let residual = self.matrix.residual(self.free.clone(), x, &scaled);
         let error = largest(&mut residual.into_iter()) * tangent.value();
         let size = largest(&mut rest[self.free.clone()].iter().copied())
             + largest(&mut b[self.free.clone()].iter().copied());

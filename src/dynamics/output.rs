@@ -204,14 +204,15 @@ impl SimulationReport {
     pub fn energy_in_words(&self) -> String {
         let (scene, drift) = (&self.scene, 100.0 * self.energy_drift());
         let (start, end) = (self.start_energy, self.end_energy);
-        let damping = scene.loads.damping;
         let time = scene.time.as_ref();
         let beta = time.filter(|t| t.scheme.takes_beta()).map_or(0.5, |t| t.beta);
         if self.is_still() {
             "the rod stays where it is".into()
         } else if scene.supports.move_ends() {
             format!("energy went from {start:.3e} to {end:.3e} J, with the work of the supports")
-        } else if damping.is_there() {
+        } else if scene.loads.flow() {
+            format!("energy went from {start:.3e} to {end:.3e} J, with the work of the fluid")
+        } else if scene.loads.take_energy() {
             format!("damping took {:.3e} J of energy", start - end)
         } else if beta > 0.5 {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
-use crate::rod::{Energies, Rod, State};
+use crate::rod::{Energies, NodalDrag, Rod, State};
 use crate::scene::{Damping, Scheme, Tolerance};
 use num_dual::Dual64;
 use std::ops::Range;
@@ -37,7 +37,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         derivatives: Derivatives,
     ) -> Self {
         let mut state = State::at_rest(q, frames);
-        let system = System { rod, derivatives, free, damping, boundary_motion: None };
+        let system = System { rod, derivatives, free, damping, drag: None, boundary_motion: None };
         let mut stepper = Stepper::new((scheme, beta), &system, tolerance, &mut state);
         stepper.find_forces(&system, &mut state);
         stepper.find_acceleration(&system, &mut state);
@@ -47,6 +47,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// Keeps what a [linearization](Self::linearization) of every step to come is made of.
     pub fn keep_tangent(&mut self) {
         self.stepper.keep_tangent();
+    }
+
+    /// Puts the rod into a fluid.
+    pub(crate) fn immerse(&mut self, drag: NodalDrag<D>) {
+        self.system.drag = Some(drag);
+        self.find_forces();
     }
 
     /// Moves supports.
@@ -79,6 +85,10 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     /// The rod.
     pub fn rod(&self) -> &R {
         &self.system.rod
+    }
+    /// The drag of a fluid, if there is one.
+    pub(crate) fn drag(&self) -> Option<&NodalDrag<D>> {
+        self.system.drag.as_ref()
     }
     /// How the supports move, if they do.
     pub(crate) fn boundary_motion(&self) -> Option<&BoundaryMotion<D>> {

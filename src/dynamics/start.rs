@@ -76,6 +76,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             (scene.tolerance(), self.problem.length()),
             self.problem.derivatives(),
         );
+        if let Some(drag) = setup.drag(self.model) {
+            simulation.immerse(drag);
+        }
         if let Some(boundary_motion) = boundary_motion {
             simulation.move_supports(boundary_motion);
         }

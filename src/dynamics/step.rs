@@ -2,6 +2,7 @@
 
 use crate::energy::Derivatives;
 use crate::problem::boundary::BoundaryMotion;
+use crate::rod::NodalDrag;
 use crate::scene::Damping;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -42,6 +43,8 @@ pub(crate) struct System<D, R> {
     pub free: Range<usize>,
     /// Mass damping, 1/s, and Kelvin-Voigt damping, s.
     pub damping: Damping<D>,
+    /// The drag of a fluid, if there is one.
+    pub drag: Option<NodalDrag<D>>,
     /// How the supports move, if they do.
     pub boundary_motion: Option<BoundaryMotion<D>>,
 }

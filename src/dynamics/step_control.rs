@@ -65,11 +65,10 @@ impl Limits {
     /// What the scene's scheme may do; none where supports do work.
     fn of(scene: &Scene) -> Option<Self> {
         let time = scene.time.as_ref()?;
-        if scene.supports.move_ends() {
+        if scene.supports.move_ends() || scene.loads.flow() {
             return None;
         }
-        let damping = scene.loads.damping;
-        let damped = damping.is_there();
+        let damped = scene.loads.take_energy();
         let traits = time.scheme.traits();
         // Exactly as far as its quadrature is exact, which knows nothing of energies of one's own.
         let exactly = traits.energy == EnergyKept::Exactly && scene.energies.is_empty();

@@ -147,6 +147,9 @@ pub trait Model<const W: usize> {
         loads: &[NodalLoad<D>],
     );
 
+    /// The length of the rod that every node stands for, m.
+    fn node_lengths<D: Nestable>(rest: &Self::Rest<D>) -> &[D];
+
     /// How the rod's unknowns are places and directors of the world.
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &Self::Rest<D>) -> Chart<D>;
 

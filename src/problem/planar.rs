@@ -200,10 +200,10 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });
-        let node_mass = rest.tributary.masses(&profile);
+        let (node_mass, weighing) = rest.tributary.immersed(&profile, scene.loads.drag.as_ref());
         let gravity = self.projected(scene.loads.gravity);
         let load: Vec<DeadLoad<D, 2>> =
-            node_mass.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();
+            weighing.iter().map(|m| DeadLoad { force: gravity.map(|g| *m * g) }).collect();
         PlanarRod {
             stretch: stretch.collect(),
             bend: bend.collect(),
@@ -251,6 +251,10 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
                 }
             }
         }
+    }
+
+    fn node_lengths<D: Nestable>(rest: &PlanarRest<D>) -> &[D] {
+        &rest.tributary.node
     }
 
     fn chart<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> Chart<D> {
@@ -327,6 +331,9 @@ impl<D: Scalar> Directions<D> {
         ];
         let mut across =
             vec![("initial.angular_velocity".to_string(), scene.initial.angular_velocity)];
+        if let Some(drag) = &scene.loads.drag {
+            within.push(("loads.drag.fluid_velocity".into(), drag.fluid_velocity));
+        }
         for (table, points) in [("loads", &scene.loads.point), ("initial", &scene.initial.point)] {
             for (i, load) in points.iter().enumerate() {
                 within.push((format!("{table}.point[{i}].force"), load.force));

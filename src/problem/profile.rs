@@ -18,6 +18,8 @@ pub(crate) struct Constants<D> {
     pub bending: [D; 2],
     /// GJ, N m^2.
     pub torsion: D,
+    /// A, m^2.
+    pub area: D,
     /// rho A, kg/m.
     pub line_density: D,
     /// rho (I1 + I2), kg m.
@@ -32,6 +34,7 @@ impl<D: Scalar> Constants<D> {
             axial: material.youngs_modulus * moments.area,
             bending: [i1, i2].map(|i| material.youngs_modulus * i),
             torsion: material.shear_modulus() * moments.torsion_constant,
+            area: moments.area,
             line_density: material.density * moments.area,
             line_inertia: material.density * (i1 + i2),
         }
@@ -43,6 +46,7 @@ impl<D: Scalar> Constants<D> {
             axial: f(self.axial, other.axial),
             bending: [0, 1].map(|c| f(self.bending[c], other.bending[c])),
             torsion: f(self.torsion, other.torsion),
+            area: f(self.area, other.area),
             line_density: f(self.line_density, other.line_density),
             line_inertia: f(self.line_inertia, other.line_inertia),
         }

@@ -5,6 +5,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::Vector;
 use crate::problem::model::{Model, NodalLoad, NodalMass};
 use crate::problem::own;
+use crate::rod::NodalDrag;
 use crate::scene::mesh::Mesh;
 use crate::scene::{PointForce, PointMass, Scene, Track};
 
@@ -49,6 +50,19 @@ impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
         let chart = model.chart(&scene, &self.rest);
         M::give(&mut rod, own::ties(&chart, ties));
         rod
+    }
+
+    /// The drag on nodes, if there is a fluid.
+    pub fn drag(&self, model: &M) -> Option<NodalDrag<D>> {
+        let drag = self.scene.loads.drag.as_ref()?;
+        let axes = M::STRIDE.min(3);
+        Some(NodalDrag {
+            normal: [drag.linear_normal, drag.quadratic_normal],
+            tangential: [drag.linear_tangential, drag.quadratic_tangential],
+            fluid: model.components(drag.fluid_velocity),
+            lengths: M::node_lengths(&self.rest).to_vec(),
+            unknowns: [M::STRIDE, axes],
+        })
     }
 
     /// The masses on nodes.

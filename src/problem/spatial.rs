@@ -155,10 +155,11 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         let gravity = self.components(scene.loads.gravity);
         let mut mass = Vec::with_capacity(self.dof());
         let mut load = Vec::with_capacity(rest.nodes.len());
-        for (i, node_mass) in rest.tributary.masses(&profile).into_iter().enumerate() {
+        let (masses, weighing) = rest.tributary.immersed(&profile, scene.loads.drag.as_ref());
+        for (i, node_mass) in masses.into_iter().enumerate() {
             mass.extend([node_mass; 3]);
             mass.extend(rest.tributary.spin.get(i).map(|l| profile.edge(i).line_inertia * *l));
-            load.push(DeadLoad { force: gravity.map(|g| node_mass * g) });
+            load.push(DeadLoad { force: gravity.map(|g| weighing[i] * g) });
         }
         let own = Extra::default();
         let sliders = sliders(scene, &rest.tributary);
@@ -192,6 +193,10 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
                 rod.load[load.node].force[c] += force[c];
             }
         }
+    }
+
+    fn node_lengths<D: Nestable>(rest: &SpatialRest<D>) -> &[D] {
+        &rest.tributary.node
     }
 
     fn chart<D: Nestable>(&self, _: &Scene<D>, _: &SpatialRest<D>) -> Chart<D> {

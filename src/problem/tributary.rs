@@ -1,7 +1,8 @@
 //! How much of the rod's line every joint, edge and node stands for.
 
 use crate::numerics::scalar::Scalar;
-use crate::problem::profile::Profile;
+use crate::problem::profile::{Constants, Profile};
+use crate::scene::Drag;
 
 /// The curve between the nodes, and which of its ends a wall cuts in the middle of an edge.
 #[derive(Clone, Copy, Debug)]
@@ -29,10 +30,16 @@ pub(crate) struct TributaryLengths<D> {
 }
 
 impl<D: Scalar> TributaryLengths<D> {
-    /// The mass of every node, kg.
-    pub fn masses(&self, profile: &Profile<D>) -> Vec<D> {
-        let nodes = self.node.iter().enumerate();
-        nodes.map(|(i, l)| profile.node(i).line_density * *l).collect()
+    /// The mass of every node that resists being moved, and that which weighs, in a fluid if there is one, kg.
+    pub fn immersed(&self, profile: &Profile<D>, fluid: Option<&Drag<D>>) -> (Vec<D>, Vec<D>) {
+        let nodes = self.node.iter().enumerate().map(|(i, l)| (profile.node(i), *l));
+        let of = |(rod, l): (Constants<D>, D)| {
+            let mass = rod.line_density * l;
+            fluid.map_or((mass, mass), |fluid| {
+                (mass + fluid.added_mass * l, mass - fluid.fluid_density * rod.area * l)
+            })
+        };
+        nodes.map(of).unzip()
     }
 
     /// As published: halves of the adjacent edges.

@@ -3,6 +3,7 @@
 //! A rod is a list of [elements](crate::energy), a diagonal mass and dead loads. The stepper sees
 //! only this trait; [`PlanarRod`] is a rod of the plane, [`SpatialRod`] one of space.
 
+mod drag;
 mod edges;
 mod extra;
 pub mod planar;
@@ -11,6 +12,7 @@ pub mod spatial;
 mod state;
 mod viscosity;
 
+pub use drag::NodalDrag;
 pub use extra::Extra;
 pub(crate) use extra::Placed;
 pub use planar::PlanarRod;

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
+use crate::scene::drag::Drag;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::point::Point;
 use crate::scene::validate::{finite, not_negative, positive};
@@ -17,6 +18,9 @@ pub struct Loads<D = f64> {
     /// What damps the motion.
     #[serde(default)]
     pub damping: Damping<D>,
+    /// The fluid around the rod.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drag: Option<Drag<D>>,
     /// Constant forces and moments on nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point: Vec<PointForce<D>>,
@@ -177,8 +181,19 @@ impl Loads {
         Loads {
             gravity: n.vector("gravity", self.gravity, Quantity::signed("m/s^2")),
             damping: n.table("damping", |n| self.damping.over(n)),
+            drag: self.drag.map(|drag| n.table("drag", |n| drag.over(n))),
             point: n.list("point", &self.point, PointForce::over),
         }
+    }
+
+    /// Whether anything takes energy.
+    pub(crate) fn take_energy(&self) -> bool {
+        self.damping.is_there() || self.drag.is_some()
+    }
+
+    /// Whether a fluid that moves does work.
+    pub(crate) fn flow(&self) -> bool {
+        self.drag.as_ref().is_some_and(Drag::flows)
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {
@@ -195,6 +210,7 @@ impl Loads {
             positive("loads.damping.friction.stiffness", friction.stiffness)?;
             positive("loads.damping.friction.curvature", friction.curvature)?;
         }
+        self.drag.as_ref().map_or(Ok(()), Drag::check)?;
         let mut points = self.point.iter().enumerate();
         points.try_for_each(|(i, load)| load.check(&format!("loads.point[{i}]")))
     }

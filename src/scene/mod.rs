@@ -2,6 +2,7 @@
 
 pub mod along;
 pub mod camera;
+mod drag;
 pub mod faults;
 pub mod initial;
 pub mod loads;
@@ -31,6 +32,7 @@ pub(crate) mod validate;
 
 pub use along::{Along, Linear};
 pub use camera::Camera;
+pub use drag::Drag;
 pub use faults::{Fault, LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, Loads, Maxwell, PointForce};
@@ -391,6 +393,12 @@ impl Scene {
                 let allowed =
                     format!("with the schemes {}", Scheme::names(|traits| traits.takes_friction));
                 return Err(Error::invalid(format!("loads.damping.{key}"), found, allowed));
+            }
+            if self.loads.drag.is_some() && !traits.takes_drag {
+                let found = format!("drag beside the scheme {}", traits.name);
+                let takers = Scheme::names(|traits| traits.takes_drag);
+                let allowed = format!("with the schemes {takers}");
+                return Err(Error::invalid("loads.drag", found, allowed));
             }
             if self.supports.move_ends() && !traits.takes_boundary_motion {
                 let found = format!("a motion beside the scheme {}", traits.name);

@@ -4,6 +4,7 @@
 use crate::error::Error;
 use crate::scene::Scene;
 use crate::scene::along::Along;
+use crate::scene::drag::Drag;
 use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Friction, Loads, Maxwell, PointForce};
 use crate::scene::mass::PointMass;
@@ -466,7 +467,8 @@ fn specimens() -> [Scene; 6] {
             friction: Some(Friction { stiffness: 1.0, curvature: 1.0 }),
             ..Damping::default()
         };
-        scene.loads = Loads { damping, point: point.clone(), ..Loads::default() };
+        let drag = Some(Drag::default());
+        scene.loads = Loads { damping, drag, point: point.clone(), ..Loads::default() };
         scene.rod.natural_bending = vec![[1.0; 2]];
         scene.initial = Initial { shape: Some(shape), point, ..Initial::default() };
         let scheme = if whole { Scheme::GeneralisedAlpha } else { Scheme::NewmarkBeta };
@@ -509,7 +511,7 @@ mod tests {
         };
         assert!(zero(&["damping.mass", "damping.stiffness", "damping.bending"]));
         assert!(zero(&["damping.twisting", "damping.stretching"]));
-        assert!(zero(&["loads.damping.maxwell.stiffness"]));
+        assert!(zero(&["loads.damping.maxwell.stiffness", "loads.drag.linear_normal"]));
         assert!(!zero(&["loads.damping.maxwell.time"]) && !zero(&["youngs_modulus"]));
     }
 

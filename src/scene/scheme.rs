@@ -48,6 +48,8 @@ pub struct Traits {
     pub takes_viscosity: bool,
     /// Whether it takes internal friction and relaxation.
     pub takes_friction: bool,
+    /// Whether it takes drag.
+    pub takes_drag: bool,
     /// Whether it takes moving supports.
     pub takes_boundary_motion: bool,
     /// Largest `h omega` at which a vibration stays bounded; none where every step is stable.
@@ -78,6 +80,7 @@ const TRAITS: [Traits; 6] = [
         order: 2,
         takes_viscosity: true,
         takes_friction: true,
+        takes_drag: true,
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Roughly,
@@ -89,6 +92,7 @@ const TRAITS: [Traits; 6] = [
         order: 2,
         takes_viscosity: true,
         takes_friction: false,
+        takes_drag: false,
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Exactly,
@@ -100,6 +104,7 @@ const TRAITS: [Traits; 6] = [
         order: 4,
         takes_viscosity: false,
         takes_friction: false,
+        takes_drag: false,
         takes_boundary_motion: false,
         stability_limit: None,
         energy: EnergyKept::Roughly,
@@ -111,6 +116,7 @@ const TRAITS: [Traits; 6] = [
         order: 2,
         takes_viscosity: false,
         takes_friction: false,
+        takes_drag: false,
         takes_boundary_motion: false,
         stability_limit: Some(2.0),
         energy: EnergyKept::OnAverage,
@@ -122,6 +128,7 @@ const TRAITS: [Traits; 6] = [
         order: 4,
         takes_viscosity: false,
         takes_friction: false,
+        takes_drag: false,
         takes_boundary_motion: false,
         stability_limit: Some(2.989),
         energy: EnergyKept::OnAverage,
@@ -133,6 +140,7 @@ const TRAITS: [Traits; 6] = [
         order: 2,
         takes_viscosity: true,
         takes_friction: true,
+        takes_drag: true,
         takes_boundary_motion: true,
         stability_limit: None,
         energy: EnergyKept::Roughly,

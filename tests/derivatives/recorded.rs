@@ -1,8 +1,8 @@
 //! Rods whose ends go as markers were seen to go: their starts and their motion by every number.
 
 use rodfit::scene::{
-    Damping, Friction, InitialState, Material, Maxwell, Recorded, Scene, Scheme, Section, Shape,
-    Support, Time, Tolerance, Track,
+    Damping, Drag, Friction, Initial, InitialState, Material, Maxwell, Recorded, Scene, Scheme,
+    Section, Shape, Support, Supports, Time, Tolerance, Track,
 };
 use rodfit::{Parameter, Problem};
 
@@ -138,6 +138,36 @@ fn damping_by_every_number() {
                 println!("{scheme:?}, planar: {planar}, {k}");
                 let smooth = k == 2 && (planar || scheme != Scheme::AverageVectorField);
                 assert!(check(&scene.problem().unwrap(), smooth) >= 8);
+            }
+        }
+    }
+}
+
+/// A fluid that moves around the rod.
+#[test]
+fn drag_by_every_number() {
+    for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
+        for planar in [true, false] {
+            for viscous in [true, false] {
+                let mut scene = scene(planar, scheme);
+                if !viscous {
+                    scene.loads.damping = Damping { mass: 0.4, ..Damping::default() };
+                    // Without damping of its strains a rod is thrown less.
+                    scene.supports = Supports::default();
+                    scene.initial = Initial { velocity: [0.0, 0.6, 0.0], ..Initial::default() };
+                }
+                scene.loads.drag = Some(Drag {
+                    linear_normal: 0.02,
+                    linear_tangential: 0.01,
+                    quadratic_normal: 0.03,
+                    quadratic_tangential: 0.01,
+                    // So fast that no node changes its direction in it, where second derivatives jump.
+                    fluid_velocity: [6.0, -5.0, if planar { 0.0 } else { 3.0 }],
+                    fluid_density: 300.0,
+                    added_mass: 0.003,
+                });
+                println!("{scheme:?}, planar: {planar}, viscous: {viscous}");
+                assert!(check(&scene.problem().unwrap(), true) >= 12);
             }
         }
     }

@@ -6,6 +6,7 @@ mod common;
 mod corrections;
 mod damping;
 mod direct;
+mod drag;
 mod energy;
 mod hard_cases;
 mod helix;

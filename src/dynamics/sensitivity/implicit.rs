@@ -6,6 +6,7 @@ use crate::dynamics::sensitivity::viscous::Viscous;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::problem::boundary::BoundaryMotion;
+use crate::rod::NodalDrag;
 use crate::rod::{DualFrames, FrameRate, Rod, Sensitive};
 use crate::scene::Damping;
 use crate::scene::supports::Moment;
@@ -21,6 +22,7 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
     mass: Option<Vec<[f64; G]>>,
     viscous: Option<Viscous<R, W, G>>,
     damping: [Damping<Dual64>; G],
+    drag: Option<[NodalDrag<Dual64>; G]>,
     /// The scheme's parameter.
     parameter: [Dual64; G],
     /// The supports that move.
@@ -75,6 +77,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             rates,
             mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
             damping: simulations.map(Simulation::damping),
+            drag: all(simulations.map(|simulation| simulation.drag().cloned())),
             parameter: all(simulations.map(|simulation| Some(simulation.newton()?.parameter())))?,
             frames: R::frame_rates(states.map(|state| &state.frames)),
             dual_frames: states.map(|state| state.frames.clone()),
@@ -118,6 +121,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             viscous.set(&self.rods, &dual, self.damping, step);
         }
         self.rate_forces(&coefficients, step);
+        self.rate_drag(&dual, step);
         self.rate_residual(&coefficients, slopes.as_ref(), step);
         self.solve(step)?;
         self.finish(&coefficients, slopes.as_ref(), step);
@@ -130,6 +134,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
                 [&self.q, &self.v],
                 &mut self.unbalanced,
             );
+            self.add_drag(step);
         } else if coefficients.averages() {
             self.unbalanced.fill([0.0; G]);
         }
@@ -261,7 +266,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
                 }
             }
         }
-        let (gradient, n0) = (&step.gradient[free.clone()], &step.before.unbalanced[free]);
+        let (gradient, n0) = (&step.total[free.clone()], &step.before.unbalanced[free]);
         for (g, slope) in slopes.iter().flat_map(|slopes| slopes.iter().enumerate()) {
             for i in 0..mass.len() {
                 let (change, [v0, a0]) = began.at(i);
@@ -275,6 +280,40 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
                 }
                 right[i][g] -= slope.residual(mass[i], 0.0, [0.0, a0], n1, n0[i]);
             }
+        }
+    }
+
+    /// The derivatives of the drag at fixed unknowns: by the parameters, and by all that it follows from.
+    fn rate_drag(
+        &mut self,
+        coefficients: &[StepCoefficients<Dual64>; G],
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let Some(drags) = &self.drag else { return };
+        let (before, now) = (step.before, step.after);
+        for (g, (drag, coefficients)) in drags.iter().zip(coefficients).enumerate() {
+            let [q0, v0] = [(&before.q, &self.q), (&before.v, &self.v)].map(|x| carried(x, g));
+            let a0 = carried((&before.acceleration, &self.acceleration), g);
+            let there: Vec<Dual64> =
+                q0.iter().zip(&v0).map(|(q, v)| *q + *v * coefficients.h).collect();
+            let mut v: Vec<Dual64> = now.v.iter().map(|v| Dual64::from(*v)).collect();
+            for (i, _, rate) in &self.held {
+                v[*i].eps = rate[g];
+            }
+            for i in step.free.clone() {
+                let a0 = a0.get(i).copied().unwrap_or(Dual64::from(0.0));
+                v[i] = coefficients.damped_velocity(-q0[i] + now.q[i], v0[i], a0);
+            }
+            add_rates(drag, [&there, &v], g, &mut self.direct);
+        }
+    }
+
+    /// The same at the end of a step, where the forces are found anew.
+    fn add_drag(&mut self, step: &Linearization<'_, f64, R, W>) {
+        for (g, drag) in self.drag.iter().flatten().enumerate() {
+            let now = step.after;
+            let [q, v] = [(&now.q, &self.q), (&now.v, &self.v)].map(|x| carried(x, g));
+            add_rates(drag, [&q, &v], g, &mut self.unbalanced);
         }
     }
 
@@ -373,4 +412,23 @@ impl<'a> Began<'a> {
 fn all<T, const G: usize>(some: [Option<T>; G]) -> Option<[T; G]> {
     let all: Vec<T> = some.into_iter().collect::<Option<_>>()?;
     all.try_into().ok()
+}
+
+/// Numbers with their derivatives along one parameter.
+fn carried<const G: usize>((x, rates): (&Vec<f64>, &Vec<[f64; G]>), g: usize) -> Vec<Dual64> {
+    x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])).collect()
+}
+
+/// Adds the derivatives of the drag on a rod with these places and velocities.
+fn add_rates<const G: usize>(
+    drag: &NodalDrag<Dual64>,
+    [q, v]: [&[Dual64]; 2],
+    g: usize,
+    out: &mut [[f64; G]],
+) {
+    let mut tangents = Vec::new();
+    drag.tangents(q, &mut tangents);
+    let mut forces = vec![Dual64::from(0.0); v.len()];
+    drag.add_forces(&tangents, v, &mut forces);
+    out.iter_mut().zip(forces).for_each(|(out, force)| out[g] += force.eps);
 }

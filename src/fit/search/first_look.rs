@@ -83,6 +83,7 @@ impl Experiment {
         let driven = scene.loads.gravity != [0.0; 3]
             || !scene.loads.point.is_empty()
             || scene.supports.move_ends()
+            || scene.loads.flow()
             || scene.initial.moves();
         let still = |m: &Measurement| match m {
             Measurement::Motion(o) => o.is_still(self.problem.length()),
@@ -265,8 +266,10 @@ impl<'a> Release<'a> {
             [false, false] => (0.25..=0.75).contains(&place),
             [true, true] => false,
         };
-        let other_drives =
-            !scene.loads.point.is_empty() || scene.supports.move_ends() || scene.initial.moves();
+        let other_drives = !scene.loads.point.is_empty()
+            || scene.loads.drag.is_some()
+            || scene.supports.move_ends()
+            || scene.initial.moves();
         if g == 0.0 || !swings || other_drives || across.abs() > 0.9 {
             return None;
         }

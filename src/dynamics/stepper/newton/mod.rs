@@ -8,6 +8,7 @@
 //! those who ask for it iterate until nothing but rounding errors is left.
 
 mod convergence;
+mod dragging;
 mod guess;
 mod sliding;
 
@@ -23,6 +24,7 @@ use crate::numerics::scalar::Nestable;
 use crate::rod::{Rod, State, Viscosity};
 use crate::scene::{Scheme, Tolerance};
 use convergence::{Convergence, Next};
+use dragging::Dragging;
 use guess::Guess;
 use sliding::Sliding;
 
@@ -72,6 +74,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     viscosity: Viscosity<D>,
     /// The rod with internal friction, only where there is any.
     sliding: Option<Sliding<D, R>>,
+    /// The drag of the current step, only in a fluid.
+    dragging: Option<Dragging<D, W>>,
     /// The numbers of the current step.
     coefficients: StepCoefficients<D>,
     gradient: Vec<D>,
@@ -123,6 +127,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             viscous,
             viscosity: Viscosity::none(state.internal.strain.len(), system.damping.has_own_times()),
             sliding,
+            dragging: None,
             coefficients,
             gradient: vec![D::from(0.0); n],
             tangent: BandMatrix::zeros(n),
@@ -164,11 +169,18 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             after,
             gradient: &self.gradient,
             tangent: &self.tangent,
+            total: self.dragging.as_ref().map_or(&self.gradient, |dragging| &dragging.total),
+            matrix: self.matrix(),
             factors: &self.factors,
             weights: self.weights,
             stages: &self.stages,
             end: &self.end,
         })
+    }
+
+    /// The derivatives of all forces by the unknowns at the end, but for those of mass damping.
+    fn matrix(&self) -> &BandMatrix<D, W> {
+        self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix)
     }
 
     /// Writes the forces that the next step counts by its start.
@@ -200,6 +212,10 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 unbalanced[i] += damping.mass * rod.mass()[i] * v[i];
             }
         }
+        if let Some(drag) = &system.drag {
+            let dragging = self.dragging.get_or_insert_with(|| Dragging::new(q.len()));
+            dragging.add_now(drag, [q, v], unbalanced);
+        }
     }
 
     /// Writes the accelerations at the start, of a scheme that goes on from them.
@@ -226,6 +242,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         self.coefficients =
             StepCoefficients::new(self.scheme, self.parameter, knows_acceleration, step.h);
         self.set_viscous(step, before);
+        if let (Some(drag), Some(dragging)) = (&step.system.drag, &mut self.dragging) {
+            dragging.begin(drag, before, step.h);
+        }
         // The equations of an average have many roots at large steps, the motion nearest to a steady one.
         let steady = self.coefficients.averages();
         let guessed = self.guess.place(step, &self.coefficients, before, state, steady);
@@ -283,8 +302,25 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 false => rod.gradient(q, frames, derivatives, gradient),
             }
         }
+        self.drag(step, [before, state], with_tangent);
         work.tangents += usize::from(with_tangent);
         work.gradients += usize::from(!with_tangent);
+    }
+
+    /// Adds the drag, if there is a fluid, to what was evaluated.
+    fn drag(
+        &mut self,
+        step: &Step<'_, D, R>,
+        states: [&State<D, R::Frames>; 2],
+        with_tangent: bool,
+    ) {
+        if let (Some(drag), Some(dragging)) = (&step.system.drag, &mut self.dragging) {
+            dragging.find((step, drag), &self.coefficients, states, &self.gradient);
+            if with_tangent {
+                let slope = self.coefficients.damped_velocity_slope();
+                dragging.set_matrix(drag, slope, &self.tangent);
+            }
+        }
     }
 
     /// The mean gradient over the straight way from the start of the step to its end, and the viscous
@@ -381,6 +417,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             let Self { gradient, tangent, end, .. } = self;
             let (q, derivatives) = (&state.q, step.system.derivatives);
             rod.measured_tangent(q, &state.frames, derivatives, (gradient, tangent), end);
+            self.drag(step, [before, state], true);
             work.tangents += 1;
             self.factor(step, work)?;
         }
@@ -463,20 +500,16 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let slope = self.coefficients.damped_velocity_slope();
         self.weights = [end * slope * step.system.damping.mass + 1.0, end];
         let [masses, tangent] = self.weights;
+        let matrix = self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix);
         self.factors
-            .factor_sum(
-                step.system.rod.mass(),
-                masses,
-                &self.tangent,
-                tangent,
-                step.system.free.clone(),
-            )
+            .factor_sum(step.system.rod.mass(), masses, matrix, tangent, step.system.free.clone())
             .map_err(|singular| Error::SingularTangent { time: step.time, row: singular.row })
     }
 
     /// Rounding level of each residual.
     fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
-        self.tangent.absolute_product(&state.q, &mut self.rounding);
+        let matrix = self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix);
+        matrix.absolute_product(&state.q, &mut self.rounding);
         let end = self.coefficients.end.value();
         let masses = step.system.rod.mass().iter().zip(&state.q);
         for (level, (mass, q)) in self.rounding.iter_mut().zip(masses) {
@@ -498,7 +531,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let n0 = &before.unbalanced[free.clone()];
         let a0 = accelerations(coefficients, &before.acceleration, free.clone());
         let mass = &step.system.rod.mass()[free.clone()];
-        let gradient = &self.gradient[free.clone()];
+        let forces = self.dragging.as_ref().map_or(&self.gradient, |dragging| &dragging.total);
+        let gradient = &forces[free.clone()];
         let rounding = &self.rounding[free.clone()];
         let correction = &mut self.correction[free.clone()];
         let mass_damping = step.system.damping.mass;
