@@ -118,6 +118,7 @@ fn size<D: Scalar>(elastic: &Stiffness<D>, z: Vector<D>) -> (Option<D>, D) {
 mod tests {
     use super::*;
     use num_dual::Dual64;
+    use std::f64::consts::TAU;
 
     fn stiffness() -> Stiffness<f64> {
         Stiffness { bend: [2.0, 0.1, 1.4], twist: 0.8, coupling: [0.05, -0.1] }
@@ -166,8 +167,7 @@ mod tests {
         let (own, limit, most) = (1.7 * 2.0, 0.02, 0.05_f64);
         let exact = 4.0 * own * limit * (most - limit);
         let lost = |steps: i32| {
-            let strain =
-                |k: i32| most * (f64::from(k) / f64::from(steps) * 6.283185307179586).sin();
+            let strain = |k: i32| most * (f64::from(k) / f64::from(steps) * TAU).sin();
             let (mut z, mut work) = (0.0, 0.0);
             for k in 0..2 * steps {
                 let change = strain(k + 1) - strain(k);

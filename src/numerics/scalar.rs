@@ -185,3 +185,15 @@ nestable! {
     HyperDual64: hyper_dual;
     DualSVec64<2>: pair;
 }
+
+/// Whether all numbers are finite, by four sums side by side.
+pub(crate) fn is_finite<D: Scalar>(x: &[D]) -> bool {
+    let (chunks, rest) = x.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    for chunk in chunks {
+        for k in 0..4 {
+            sums[k] += chunk[k].value();
+        }
+    }
+    sums.iter().copied().chain(rest.iter().map(D::value)).sum::<f64>().is_finite()
+}

@@ -81,7 +81,7 @@ fn spatial<D: Nestable>(numbers: &mut Numbers, to: impl Fn(Dual64) -> D) -> Spat
 
 /// Unknowns along x, turned aside.
 fn unknowns(numbers: &mut Numbers, stride: usize, count: usize) -> Vec<Dual64> {
-    let place = |i: usize| if i % stride == 0 { 0.1 * (i / stride) as f64 } else { 0.0 };
+    let place = |i: usize| if i.is_multiple_of(stride) { 0.1 * (i / stride) as f64 } else { 0.0 };
     let size = |i: usize| if i % stride == 3 { 2.0 } else { 0.04 };
     (0..count).map(|i| numbers.next(-1.0, 1.0) * size(i) + place(i)).collect()
 }

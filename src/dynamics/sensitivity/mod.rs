@@ -4,7 +4,7 @@
 //! `J dq1 = -dR|q1` with the tangent `J` of the step at its solution. `dR|q1` is what the step's own
 //! residual formula makes of the derivatives of its arguments: one scheme, written once.
 //!
-//! Several parameters go [side by side](implicit), four, two or one at once: where the edges are and how
+//! Several parameters go side by side (`implicit`), four, two or one at once: where the edges are and how
 //! they are strained is found once for all of them, and solves share their memory traffic and fill
 //! each other's waiting times. Each derivative is the same, to the last bit, in any company.
 //!
@@ -17,9 +17,12 @@ mod viscous;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
-use crate::rod::{DualFrames, Sensitive, State};
+use crate::rod::{DualFrames, Rod, Sensitive, State};
 use implicit::Implicit;
 use num_dual::Dual64;
+
+/// A simulation whose numbers carry the derivative along one parameter.
+type Along<R, const W: usize> = Simulation<Dual64, <R as Rod<f64, W>>::Dual, W>;
 
 /// The derivatives of a simulation's state with respect to parameters.
 #[derive(Clone)]
@@ -31,7 +34,7 @@ enum Kind<R: Sensitive<W>, const W: usize> {
     Implicit(Vec<Group<R, W>>),
     /// Of any other scheme: the same steps in dual numbers, one simulation for each parameter. The
     /// first makes the steps of the simulation in plain numbers too.
-    Direct(Vec<Simulation<Dual64, R::Dual, W>>),
+    Direct(Vec<Along<R, W>>),
 }
 
 /// Parameters side by side.
@@ -47,9 +50,7 @@ enum Group<R: Sensitive<W>, const W: usize> {
 
 impl<R: Sensitive<W>, const W: usize> Group<R, W> {
     /// The first of some simulations, at the start, and the rest of them.
-    fn of(
-        simulations: &[Simulation<Dual64, R::Dual, W>],
-    ) -> Option<(Self, &[Simulation<Dual64, R::Dual, W>])> {
+    fn of(simulations: &[Along<R, W>]) -> Option<(Self, &[Along<R, W>])> {
         if let Some((four, rest)) = simulations.split_first_chunk::<4>() {
             return Some((Self::Four(Box::new(Implicit::new(four.each_ref())?)), rest));
         }
@@ -95,7 +96,7 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
 
 impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// At the start of simulations whose numbers all carry the derivative along one parameter each.
-    pub fn new(simulations: Vec<Simulation<Dual64, R::Dual, W>>) -> Self {
+    pub fn new(simulations: Vec<Along<R, W>>) -> Self {
         let (mut groups, mut rest) = (Vec::new(), &simulations[..]);
         while let Some((group, others)) = Group::of(rest) {
             groups.push(group);

@@ -60,7 +60,7 @@ use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::rosenbrock::Rosenbrock;
 use crate::dynamics::stepper::splitting::Splitting;
 use crate::error::Error;
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{Nestable, is_finite};
 use crate::rod::{Rod, State};
 use crate::scene::{Scheme, Tolerance};
 
@@ -170,16 +170,4 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
         state.wound = before.wound + step.system.rod.wound(&before.q, &state.q);
         work.steps += 1;
     }
-}
-
-/// Whether all numbers are finite, by four sums side by side.
-fn is_finite<D: Scalar>(x: &[D]) -> bool {
-    let (chunks, rest) = x.as_chunks::<4>();
-    let mut sums = [0.0; 4];
-    for chunk in chunks {
-        for k in 0..4 {
-            sums[k] += chunk[k].value();
-        }
-    }
-    sums.iter().copied().chain(rest.iter().map(D::value)).sum::<f64>().is_finite()
 }

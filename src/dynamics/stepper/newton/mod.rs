@@ -20,13 +20,14 @@ use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::viscosity;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
-use crate::numerics::scalar::Nestable;
+use crate::numerics::scalar::{Nestable, is_finite};
 use crate::rod::{Rod, State, Viscosity};
 use crate::scene::{Scheme, Tolerance};
 use convergence::{Convergence, Next};
 use dragging::Dragging;
 use guess::Guess;
 use sliding::Sliding;
+use std::ops::Range;
 
 /// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
 /// stored to `eps/2`, and forming strains from them costs a few roundings more.
@@ -47,9 +48,28 @@ const MAX_ITERATIONS: usize = 40;
 fn accelerations<'a, D: Nestable>(
     coefficients: &StepCoefficients<D>,
     all: &'a [D],
-    range: std::ops::Range<usize>,
+    range: Range<usize>,
 ) -> Option<&'a [D]> {
     coefficients.acceleration.as_ref().map(|_| &all[range])
+}
+
+/// Writes minus the residuals of unknowns that go from `q0` with the velocities `v0` to `q1`, under forces `n0`
+/// at the start and `n1` at the end. The accelerations are asked for by a function, so that a scheme
+/// without does not look for them.
+#[inline(always)]
+fn residuals<D: Nestable>(
+    coefficients: StepCoefficients<D>,
+    mass: &[D],
+    lists: [&[D]; 5],
+    a0: impl Fn(usize) -> D,
+    minus: &mut [D],
+) {
+    let (count, mass) = (minus.len(), &mass[..minus.len()]);
+    let [q1, q0, v0, n1, n0] = lists.map(|list| &list[..count]);
+    for i in 0..count {
+        let (change, start) = (q1[i] - q0[i], [v0[i], a0(i)]);
+        minus[i] = -coefficients.residual(mass[i], change, start, n1[i], n0[i]);
+    }
 }
 
 /// What Newton's method needs of a scheme and a rod, and the room it works in.
@@ -383,13 +403,17 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             if troubled {
                 self.set_rounding(step, state);
             }
-            let (residual, tolerance, at_rounding) = self.residual(step, before, state);
-            if troubled && at_rounding {
-                break;
-            }
-            if !residual.is_finite() || iteration == MAX_ITERATIONS {
-                let (time, iterations) = (step.time, iteration);
-                return Err(Error::Newton { time, iterations, residual, tolerance });
+            self.residual(step, before, state);
+            let free = step.system.free.clone();
+            if troubled || !is_finite(&self.correction[free.clone()]) {
+                let (residual, tolerance, at_rounding) = self.largest_residual(free.clone());
+                if troubled && at_rounding {
+                    break;
+                }
+                if !residual.is_finite() || iteration == MAX_ITERATIONS {
+                    let (time, iterations) = (step.time, iteration);
+                    return Err(Error::Newton { time, iterations, residual, tolerance });
+                }
             }
             if fresh {
                 if troubled {
@@ -398,16 +422,18 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 self.factor(step, work)?;
             }
             let by_end = self.coefficients.end.recip();
-            let (free, mass) = (step.system.free.clone(), step.system.rod.mass());
-            for i in free.clone() {
-                state.unbalanced[i] += self.correction[i] * by_end;
+            let forces = state.unbalanced[free.clone()].iter_mut();
+            for (n1, right) in forces.zip(&self.correction[free.clone()]) {
+                *n1 += *right * by_end;
             }
             let size = self.correct(step, state, work);
             next = self.convergence.corrected(size, fresh);
             if next == Next::Done {
                 // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.
-                for i in free {
-                    state.unbalanced[i] -= mass[i] * self.correction[i] * by_end;
+                let masses = &step.system.rod.mass()[free.clone()];
+                let corrections = masses.iter().zip(&self.correction[free.clone()]);
+                for (n1, (mass, correction)) in state.unbalanced[free].iter_mut().zip(corrections) {
+                    *n1 -= *mass * *correction * by_end;
                 }
                 break;
             }
@@ -432,11 +458,14 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work: &mut Work,
     ) -> f64 {
         self.factors.solve(&mut self.correction);
-        let mut largest = 0.0_f64;
-        for i in step.system.free.clone() {
-            state.q[i] += self.correction[i];
+        let (free, mut largest) = (step.system.free.clone(), 0.0_f64);
+        let correction = &self.correction[free.clone()];
+        for (q, correction) in state.q[free.clone()].iter_mut().zip(correction) {
+            *q += *correction;
+        }
+        for (i, correction) in free.zip(correction) {
             let unit = if R::is_angle(i) { self.length } else { 1.0 };
-            largest = largest.max(self.correction[i].value().abs() * unit);
+            largest = largest.max(correction.value().abs() * unit);
         }
         work.newton_iterations += 1;
         largest
@@ -460,7 +489,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             if iteration == 0 {
                 self.set_rounding(step, state);
             }
-            let (residual, tolerance, at_rounding) = self.residual(step, before, state);
+            self.residual(step, before, state);
+            let (residual, tolerance, at_rounding) =
+                self.largest_residual(step.system.free.clone());
             if !residual.is_finite() || (iteration >= MAX_ITERATIONS && !last && !at_rounding) {
                 let (time, iterations) = (step.time, iteration);
                 return Err(Error::Newton { time, iterations, residual, tolerance });
@@ -517,41 +548,46 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         }
     }
 
-    /// Leaves minus the residual in `correction`; returns its largest entry, that entry's
-    /// rounding level, and whether all entries are at theirs.
+    /// Leaves minus the residual in `correction`.
     fn residual(
         &mut self,
         step: &Step<'_, D, R>,
         before: &State<D, R::Frames>,
         now: &mut State<D, R::Frames>,
-    ) -> (f64, f64, bool) {
-        let (free, coefficients) = (step.system.free.clone(), &self.coefficients);
+    ) {
+        let (free, coefficients) = (step.system.free.clone(), self.coefficients);
         let (q1, n1) = (&now.q[free.clone()], &mut now.unbalanced[free.clone()]);
         let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
         let n0 = &before.unbalanced[free.clone()];
-        let a0 = accelerations(coefficients, &before.acceleration, free.clone());
+        let a0 = accelerations(&coefficients, &before.acceleration, free.clone());
         let mass = &step.system.rod.mass()[free.clone()];
         let forces = self.dragging.as_ref().map_or(&self.gradient, |dragging| &dragging.total);
-        let gradient = &forces[free.clone()];
-        let rounding = &self.rounding[free.clone()];
         let correction = &mut self.correction[free.clone()];
         let mass_damping = step.system.damping.mass;
-        let damped = mass_damping.value() != 0.0 || D::ORDER > 0;
 
-        let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
-        for i in 0..free.len() {
-            let change = q1[i] - q0[i];
-            let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
-            n1[i] = gradient[i];
-            if damped {
-                n1[i] += mass_damping * mass[i] * coefficients.damped_velocity(change, v0[i], a0);
+        n1.copy_from_slice(&forces[free.clone()]);
+        if mass_damping.value() != 0.0 || D::ORDER > 0 {
+            for i in 0..free.len() {
+                let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
+                let velocity = coefficients.damped_velocity(q1[i] - q0[i], v0[i], a0);
+                n1[i] += mass_damping * mass[i] * velocity;
             }
-            let residual = coefficients.residual(mass[i], change, [v0[i], a0], n1[i], n0[i]);
-            correction[i] = -residual;
+        }
+        let lists = [q1, q0, v0, &*n1, n0];
+        match a0 {
+            None => residuals(coefficients, mass, lists, |_| D::from(0.0), correction),
+            Some(a0) => residuals(coefficients, mass, lists, |i| a0[i], correction),
+        }
+    }
+
+    /// The largest residual, its rounding level, and whether all are at theirs.
+    fn largest_residual(&self, free: Range<usize>) -> (f64, f64, bool) {
+        let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
+        for (residual, rounding) in self.correction[free.clone()].iter().zip(&self.rounding[free]) {
             let size = residual.value().abs();
-            at_rounding &= size <= rounding[i];
+            at_rounding &= size <= *rounding;
             if size > largest || size.is_nan() {
-                (largest, level) = (size, rounding[i]);
+                (largest, level) = (size, *rounding);
             }
         }
         (largest, level, at_rounding)
@@ -566,18 +602,21 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work: &mut Work,
     ) {
         self.guess.remember(before);
-        let (free, coefficients) = (step.system.free.clone(), &self.coefficients);
-        let a0 = accelerations(coefficients, &before.acceleration, 0..before.v.len());
-        for i in free.clone() {
-            let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
-            state.v[i] = coefficients.velocity(state.q[i] - before.q[i], before.v[i], a0);
+        let (free, coefficients) = (step.system.free.clone(), self.coefficients);
+        let a0 = accelerations(&coefficients, &before.acceleration, free.clone());
+        let (q1, v1) = (&state.q[free.clone()], &mut state.v[free.clone()]);
+        let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
+        let velocity = |i: usize, a0: D| coefficients.velocity(q1[i] - q0[i], v0[i], a0);
+        match a0 {
+            None => (0..free.len()).for_each(|i| v1[i] = velocity(i, D::from(0.0))),
+            Some(a0) => (0..free.len()).for_each(|i| v1[i] = velocity(i, a0[i])),
         }
         if self.scheme == Scheme::GeneralisedAlpha {
             state.acceleration.resize(state.q.len(), D::from(0.0));
-            for i in free {
+            let a1 = &mut state.acceleration[free.clone()];
+            for i in 0..free.len() {
                 let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
-                let (change, v) = (state.q[i] - before.q[i], [before.v[i], state.v[i]]);
-                state.acceleration[i] = coefficients.acceleration_at_end(change, v, a0);
+                a1[i] = coefficients.acceleration_at_end(q1[i] - q0[i], [v0[i], v1[i]], a0);
             }
         }
         if self.viscous.is_some() || self.sliding.is_some() {
