@@ -259,9 +259,10 @@ fn single(all: &[Eigenpair], k: usize, name: &ModeName, apart: bool) -> Result<E
 
 /// The frequency of a mode of the same rod in plain numbers, rad/s, with its derivatives.
 fn frequency<D: Nestable, const W: usize>(
-    Pencil { tangent, mass, free }: &Pencil<D, W>,
+    pencil: &Pencil<D, W>,
     pair: &Eigenpair,
 ) -> Result<D, Error> {
+    let Pencil { tangent, mass, free } = pencil;
     let mut factors = Ldlt::with_order(mass.len());
     let mut x: Vec<D> = pair.vector.iter().map(|x| D::from(*x)).collect();
     let mut squared = D::from(pair.squared);
@@ -273,6 +274,9 @@ fn frequency<D: Nestable, const W: usize>(
         let image: Vec<D> = x.iter().zip(mass).map(|(x, m)| *x * *m).collect();
         x.copy_from_slice(&image);
         factors.solve(&mut x);
+        if factors.negative_pivots() > 0 {
+            x = refined(x, (pencil, shift), &factors, &image);
+        }
         let mut own = D::from(0.0);
         let mut across = D::from(0.0);
         for i in free.clone() {
@@ -285,4 +289,26 @@ fn frequency<D: Nestable, const W: usize>(
     }
     // Rounding errors of the quotient are larger than those of the modes.
     Ok((squared - D::from(squared.value()) + pair.squared).sqrt())
+}
+
+/// A better solution `x` of `(K - shift M) x = right`. Above the first mode this matrix is indefinite, and an
+/// elimination without pivoting may happen to meet a small pivot, which costs digits of the derivatives. A
+/// correction by the residual brings them back; it is taken where the residual falls.
+fn refined<D: Nestable, const W: usize>(
+    x: Vec<D>,
+    (Pencil { tangent, mass, free }, shift): (&Pencil<D, W>, D),
+    factors: &Ldlt<D, W>,
+    right: &[D],
+) -> Vec<D> {
+    let residual = |x: &[D]| {
+        let right: Vec<D> = (0..x.len()).map(|i| right[i] + shift * mass[i] * x[i]).collect();
+        tangent.residual(free.clone(), x, &right)
+    };
+    let size = |residual: &[D]| residual.iter().fold(0.0_f64, |most, r| most.max(r.value().abs()));
+    let left = residual(&x);
+    let mut better = vec![D::from(0.0); x.len()];
+    better[free.clone()].copy_from_slice(&left);
+    factors.solve(&mut better);
+    better.iter_mut().zip(&x).for_each(|(better, x)| *better += *x);
+    if size(&residual(&better)) < size(&left) { better } else { x }
 }
