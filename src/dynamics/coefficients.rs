@@ -266,6 +266,25 @@ impl<D: Scalar> StepCoefficients<D> {
         mass * inertial + self.end * n1 + self.start * n0
     }
 
+    /// Writes minus the residuals of unknowns that go from `q0` with the velocities `v0` to `q1`, under
+    /// forces `n0` at the start and `n1` at the end. The accelerations are asked for by a function, so
+    /// that a scheme without does not look for them.
+    #[inline(always)]
+    pub fn residuals(
+        self,
+        mass: &[D],
+        [q1, q0, v0, n1, n0]: [&[D]; 5],
+        a0: impl Fn(usize) -> D,
+        minus: &mut [D],
+    ) {
+        let (count, mass) = (minus.len(), &mass[..minus.len()]);
+        let [q1, q0, v0, n1, n0] = [q1, q0, v0, n1, n0].map(|list| &list[..count]);
+        for i in 0..count {
+            let (change, start) = (q1[i] - q0[i], [v0[i], a0(i)]);
+            minus[i] = -self.residual(mass[i], change, start, n1[i], n0[i]);
+        }
+    }
+
     /// The part of the viscous stress at an end that its forces count with: an average counts both
     /// ends by half, and once.
     #[inline]

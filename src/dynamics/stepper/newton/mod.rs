@@ -53,25 +53,6 @@ fn accelerations<'a, D: Nestable>(
     coefficients.acceleration.as_ref().map(|_| &all[range])
 }
 
-/// Writes minus the residuals of unknowns that go from `q0` with the velocities `v0` to `q1`, under forces `n0`
-/// at the start and `n1` at the end. The accelerations are asked for by a function, so that a scheme
-/// without does not look for them.
-#[inline(always)]
-fn residuals<D: Nestable>(
-    coefficients: StepCoefficients<D>,
-    mass: &[D],
-    lists: [&[D]; 5],
-    a0: impl Fn(usize) -> D,
-    minus: &mut [D],
-) {
-    let (count, mass) = (minus.len(), &mass[..minus.len()]);
-    let [q1, q0, v0, n1, n0] = lists.map(|list| &list[..count]);
-    for i in 0..count {
-        let (change, start) = (q1[i] - q0[i], [v0[i], a0(i)]);
-        minus[i] = -coefficients.residual(mass[i], change, start, n1[i], n0[i]);
-    }
-}
-
 /// What Newton's method needs of a scheme and a rod, and the room it works in.
 #[derive(Clone, Debug)]
 pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
@@ -575,8 +556,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         }
         let lists = [q1, q0, v0, &*n1, n0];
         match a0 {
-            None => residuals(coefficients, mass, lists, |_| D::from(0.0), correction),
-            Some(a0) => residuals(coefficients, mass, lists, |i| a0[i], correction),
+            None => coefficients.residuals(mass, lists, |_| D::from(0.0), correction),
+            Some(a0) => coefficients.residuals(mass, lists, |i| a0[i], correction),
         }
     }
 
