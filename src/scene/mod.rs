@@ -387,8 +387,8 @@ impl Scene {
             }
             let remembered =
                 [("friction", damping.friction.is_some()), ("maxwell", damping.maxwell.is_some())];
-            for (key, _) in remembered.iter().filter(|(_, there)| *there && !traits.takes_friction)
-            {
+            let refused = remembered.iter().find(|(_, there)| *there && !traits.takes_friction);
+            if let Some((key, _)) = refused {
                 let found = format!("{key} beside the scheme {}", traits.name);
                 let allowed =
                     format!("with the schemes {}", Scheme::names(|traits| traits.takes_friction));
