@@ -120,6 +120,37 @@ fn quadratic_drag_slows_as_one_over_time() {
     }
 }
 
+/// The tangents of a rod that turns are where they belong to second order in the step.
+#[test]
+fn drag_of_a_rod_that_turns_is_of_second_order() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha] {
+        for planar in [true, false] {
+            let at = |step: f64| {
+                let mut scene = free([1.0, 0.0, 0.0], planar, scheme);
+                let drag = Drag { linear_normal: 0.2, quadratic_normal: 0.1, ..Drag::default() };
+                scene.loads.drag = Some(drag);
+                let (velocity, angular_velocity) = ([0.5, 1.0, 0.0], [0.0, 0.0, 4.0]);
+                scene.initial = Initial { velocity, angular_velocity, ..Initial::default() };
+                scene.time = Some(Time { scheme, rho_inf: 0.8, ..Time::new(0.5, step) });
+                // Of the whole rod: a sudden start shakes it faster than these steps resolve.
+                let all = velocities(&scene);
+                let mean = |c: usize| {
+                    all.windows(2).map(|v| 0.5 * (v[0][c] + v[1][c])).sum::<f64>() / 12.0
+                };
+                [mean(0), mean(1)]
+            };
+            let exact = at(3.125e-4);
+            let errors = [1e-2, 5e-3, 2.5e-3].map(|step| {
+                let v = at(step);
+                (v[0] - exact[0]).hypot(v[1] - exact[1])
+            });
+            let order = (errors[0] / errors[2]).log2() / 2.0;
+            println!("{scheme:?}, planar: {planar}: {errors:?}, order {order:.2}");
+            assert!(errors[2] < 1e-3 && (order - 2.0).abs() < 0.3, "{errors:?} {order}");
+        }
+    }
+}
+
 /// Energies of a cantilever that swings in its first mode, at these times.
 fn swing(drag: Drag, speed: f64, step: f64, times: &[f64]) -> Vec<f64> {
     let mut scene = cantilever();
