@@ -3,6 +3,7 @@
 pub mod along;
 pub mod camera;
 mod drag;
+pub mod fault;
 pub mod faults;
 pub mod initial;
 pub mod loads;
@@ -33,7 +34,8 @@ pub(crate) mod validate;
 pub use along::{Along, Linear};
 pub use camera::Camera;
 pub use drag::Drag;
-pub use faults::{Fault, LostFrames, SwappedLabels};
+pub use fault::Fault;
+pub use faults::{LostFrames, SwappedLabels};
 pub use initial::{Initial, InitialState};
 pub use loads::{Damping, Friction, Loads, Maxwell, PointForce};
 pub use mass::PointMass;

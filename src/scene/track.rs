@@ -5,7 +5,7 @@ use crate::input::table::{LENGTHS, TIMES, Table};
 use crate::numerics::hermite::Hermite;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
-use crate::scene::faults::Fault;
+use crate::scene::fault::Fault;
 use std::path::Path;
 
 /// Where markers were at increasing times.

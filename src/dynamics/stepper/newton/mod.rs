@@ -7,6 +7,7 @@
 //! forces there follow from the linear system. Averaging schemes, numbers that carry derivatives and
 //! those who ask for it iterate until nothing but rounding errors is left.
 
+mod averaging;
 mod convergence;
 mod dragging;
 mod guess;
@@ -14,7 +15,7 @@ mod sliding;
 
 pub(crate) use sliding::stretched;
 
-use crate::dynamics::coefficients::{END, StepCoefficients};
+use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::{Linearization, StageForces};
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::viscosity;
@@ -320,49 +321,6 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             if with_tangent {
                 let slope = self.coefficients.damped_velocity_slope();
                 dragging.set_matrix(drag, slope, &self.tangent);
-            }
-        }
-    }
-
-    /// The mean gradient over the straight way from the start of the step to its end, and the viscous
-    /// forces at the end.
-    fn average(
-        &mut self,
-        step: &Step<'_, D, R>,
-        before: &State<D, R::Frames>,
-        state: &State<D, R::Frames>,
-        with_tangent: bool,
-    ) {
-        let (n, coefficients) = (self.gradient.len(), &self.coefficients);
-        if self.stages.is_empty() {
-            let q = vec![D::from(0.0); n];
-            let (gradient, tangent) = (q.clone(), BandMatrix::zeros(n));
-            let forces = StageForces { q, gradient, tangent, geometry: R::Geometry::default() };
-            let stages = coefficients.stages.len() + usize::from(self.viscous.is_some());
-            self.stages = vec![forces; stages];
-        }
-        self.gradient.fill(D::from(0.0));
-        if with_tangent {
-            self.tangent.clear();
-        }
-        for (k, forces) in self.stages.iter_mut().enumerate() {
-            let (rod, stage) = match (coefficients.stages.get(k), &self.viscous) {
-                (None, Some(viscous)) => (viscous, &END),
-                (stage, _) => (&step.system.rod, stage.unwrap_or(&END)),
-            };
-            let StageForces { q, gradient, tangent, .. } = forces;
-            for (q, (start, end)) in q.iter_mut().zip(before.q.iter().zip(&state.q)) {
-                *q = *start + (*end - *start) * stage.place;
-            }
-            match with_tangent {
-                true => {
-                    rod.tangent(q, &state.frames, step.system.derivatives, gradient, tangent);
-                    self.tangent.add_scaled(tangent, stage.weight * stage.place);
-                }
-                false => rod.gradient(q, &state.frames, step.system.derivatives, gradient),
-            }
-            for (sum, gradient) in self.gradient.iter_mut().zip(gradient) {
-                *sum += *gradient * stage.weight;
             }
         }
     }

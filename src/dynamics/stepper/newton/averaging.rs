@@ -1,0 +1,54 @@
+//! Schemes whose forces are a mean over the step.
+
+use crate::dynamics::coefficients::END;
+use crate::dynamics::linearization::StageForces;
+use crate::dynamics::step::Step;
+use crate::dynamics::stepper::newton::Newton;
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::Nestable;
+use crate::rod::{Rod, State};
+
+impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+    /// The mean gradient over the straight way from the start of the step to its end, and the viscous
+    /// forces at the end.
+    pub(super) fn average(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &State<D, R::Frames>,
+        with_tangent: bool,
+    ) {
+        let (n, coefficients) = (self.gradient.len(), &self.coefficients);
+        if self.stages.is_empty() {
+            let q = vec![D::from(0.0); n];
+            let (gradient, tangent) = (q.clone(), BandMatrix::zeros(n));
+            let forces = StageForces { q, gradient, tangent, geometry: R::Geometry::default() };
+            let stages = coefficients.stages.len() + usize::from(self.viscous.is_some());
+            self.stages = vec![forces; stages];
+        }
+        self.gradient.fill(D::from(0.0));
+        if with_tangent {
+            self.tangent.clear();
+        }
+        for (k, forces) in self.stages.iter_mut().enumerate() {
+            let (rod, stage) = match (coefficients.stages.get(k), &self.viscous) {
+                (None, Some(viscous)) => (viscous, &END),
+                (stage, _) => (&step.system.rod, stage.unwrap_or(&END)),
+            };
+            let StageForces { q, gradient, tangent, .. } = forces;
+            for (q, (start, end)) in q.iter_mut().zip(before.q.iter().zip(&state.q)) {
+                *q = *start + (*end - *start) * stage.place;
+            }
+            match with_tangent {
+                true => {
+                    rod.tangent(q, &state.frames, step.system.derivatives, gradient, tangent);
+                    self.tangent.add_scaled(tangent, stage.weight * stage.place);
+                }
+                false => rod.gradient(q, &state.frames, step.system.derivatives, gradient),
+            }
+            for (sum, gradient) in self.gradient.iter_mut().zip(gradient) {
+                *sum += *gradient * stage.weight;
+            }
+        }
+    }
+}
