@@ -13,6 +13,8 @@ const LONGEST: usize = 12;
 const BETTER: f64 = 10.0;
 /// What fits to this, m, has no gap: cameras see no better.
 const SEEN: f64 = 2e-5;
+/// By how much a marker must be farther than one that should be beyond it: by less, edges only differ.
+const FARTHER: f64 = 1.15;
 /// Frames that a jump spoils, on each side of it.
 const SPOILED: usize = 2;
 
@@ -101,17 +103,19 @@ impl Track {
     /// farther of them is mostly nearer to the marker before.
     fn order(&self) -> Vec<usize> {
         let mut order: Vec<usize> = (0..self.markers().len()).collect();
-        let nearer = |from: usize, a: usize, b: usize| matches!((self.distance(from, a), self.distance(from, b)), (Some(a), Some(b)) if a > b);
-        if order.len() < 3 {
-            return order;
-        }
-        if nearer(2, 1, 0) {
-            order.swap(0, 1);
-        }
-        for j in 1..order.len() - 1 {
+        // A marker beyond its neighbour is farther by an edge.
+        let nearer = |from: usize, far: usize, near: usize| {
+            let both = (self.distance(from, far), self.distance(from, near));
+            matches!(both, (Some(far), Some(near)) if far > FARTHER * near)
+        };
+        for j in 1..order.len().saturating_sub(1) {
             if nearer(order[j - 1], order[j], order[j + 1]) {
                 order.swap(j, j + 1);
             }
+        }
+        // The first two have no neighbour before them; the one behind them is in its place by now.
+        if order.len() > 2 && nearer(order[2], order[1], order[0]) {
+            order.swap(0, 1);
         }
         order
     }

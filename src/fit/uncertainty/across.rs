@@ -16,32 +16,13 @@
 
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::estimate::{AcrossExperiments, Estimate};
 use crate::fit::uncertainty::quantile::quantile95;
 use crate::fit::unknown::Unknown;
 use nalgebra::{DMatrix, DVector};
-use serde::{Deserialize, Serialize};
 
 /// Experiments from which on their differences say something.
 const FEWEST: usize = 5;
-
-/// What the differences between experiments say of a parameter, and what the residuals do.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct AcrossExperiments {
-    /// How many experiments were compared.
-    pub experiments: usize,
-    /// Standard error from how they differ, in the parameter's unit.
-    pub std_error: f64,
-    /// 95 % interval from how they differ.
-    pub interval95: [f64; 2],
-    /// Standard error from the residuals, each taken for a draw of its own.
-    pub residual_std_error: f64,
-    /// 95 % interval from the residuals.
-    pub residual_interval95: [f64; 2],
-    /// Whether the report's interval is that of the experiments: it is where that is the wider one.
-    pub reported: bool,
-}
 
 /// What an experiment adds to the misfit.
 struct Part {

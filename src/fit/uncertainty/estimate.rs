@@ -1,13 +1,30 @@
 //! What a fit says of a parameter.
 
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::across::AcrossExperiments;
 use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::vanishing::Vanishing;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
+
+/// What the differences between experiments say of a parameter, and what the residuals do.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct AcrossExperiments {
+    /// How many experiments were compared.
+    pub experiments: usize,
+    /// Standard error from how they differ, in the parameter's unit.
+    pub std_error: f64,
+    /// 95 % interval from how they differ.
+    pub interval95: [f64; 2],
+    /// Standard error from the residuals, each taken for a draw of its own.
+    pub residual_std_error: f64,
+    /// 95 % interval from the residuals.
+    pub residual_interval95: [f64; 2],
+    /// Whether the report's interval is that of the experiments: it is where that is the wider one.
+    pub reported: bool,
+}
 
 /// An identified parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
