@@ -305,7 +305,8 @@ fn derivatives_by_every_number() {
                 continue;
             }
             let few = (FEWER_DIGITS / moved).max(1.0);
-            if off > AGAINST_DUALS * size * few || apart(&exact, &solved) > LEFT * size {
+            let tolerated = apart(&exact, &solved);
+            if off > AGAINST_DUALS * size * few || tolerated > LEFT * size * few {
                 wrong.push(label.clone());
             }
             left = left.max(apart(&exact, &solved) / size);
