@@ -8,6 +8,7 @@ mod damping;
 mod direct;
 mod drag;
 mod energy;
+mod generalised_alpha;
 mod hard_cases;
 mod helix;
 mod paper;
