@@ -69,6 +69,13 @@ impl Track {
             }
             times.push(time);
         }
+        // Scenes begin at 0: what was not seen then would be made up.
+        if let (Some(first), Some(row)) = (times.first(), table.rows.first())
+            && first.abs() > 1e-9
+        {
+            let message = format!("the clock starts at {first} s, allowed: at 0, as the scene's");
+            return Err(table.error(row.line, &message));
+        }
         let mut markers = Vec::with_capacity(names.len());
         for name in names {
             let mut axes = [None; 3];
@@ -285,8 +292,9 @@ mod tests {
         for (text, words) in [
             ("x0,y0\n1,2\n", "no column t"),
             ("t,a0\n1,2\n", "column `a0`"),
-            ("t,x0\n1,2\n", "marker `0` without"),
-            ("t,x0,y0\n1,2,3\n", "seen 1 times"),
+            ("t,x0\n0,2\n", "marker `0` without"),
+            ("t,x0,y0\n0,2,3\n", "seen 1 times"),
+            ("t,x0,y0\n3,2,3\n4,2,3\n", "starts at 3 s"),
             ("t,x0,y0\n1,2,3\n1,2,4\n", "increasing"),
         ] {
             let error = read(text).unwrap_err();
