@@ -2,7 +2,7 @@
 
 use crate::command::output::{Output, Outputs};
 use crate::command::{Json, Manner, Route, conclude, limits, terminal};
-use rodfit::fit::{Experiment, FitFile, FitReport};
+use rodfit::fit::{Experiment, FitFile, FitReport, Known};
 use rodfit::{Error, page};
 use std::path::{Path, PathBuf};
 
@@ -23,6 +23,12 @@ pub struct Options {
     /// Write a page with data, model and warnings, `fit.html`, and `fit.json` into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
+    /// Say that a number of the scenes has this standard uncertainty, in its unit; repeatable.
+    #[arg(long, value_name = "NAME=SIGMA")]
+    known: Vec<String>,
+    /// Check the budget of uncertainty by so many fits with other known numbers and other noise.
+    #[arg(long, value_name = "N")]
+    monte_carlo: Option<usize>,
     /// Which derivatives to step with.
     #[arg(long, value_enum, default_value = "hand")]
     derivatives: Route,
@@ -31,6 +37,10 @@ pub struct Options {
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let admit = |scene: &_| limits::of_mesh(scene).admit(manner);
     let mut file = FitFile::load_if(&options.fit, admit)?;
+    for known in &options.known {
+        file.knowns.push(self::known(known)?);
+    }
+    file.analysis.monte_carlo = options.monte_carlo.unwrap_or(file.analysis.monte_carlo);
     for experiment in &mut file.experiments {
         experiment.problem =
             experiment.problem.clone().with_derivatives(options.derivatives.into());
@@ -68,6 +78,19 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         terminal::tell(format_args!("error: {}", report.status));
     }
     Ok(conclude(code, written))
+}
+
+/// A number with its standard uncertainty, `NAME=SIGMA`.
+fn known(text: &str) -> Result<Known, Error> {
+    let refused = || Error::Invalid {
+        file: None,
+        key: "--known".into(),
+        found: text.into(),
+        allowed: "NAME=SIGMA, as in rod.section.radius=5e-5".into(),
+    };
+    let (name, sigma) = text.split_once('=').ok_or_else(refused)?;
+    let sigma = sigma.trim().parse().map_err(|_| refused())?;
+    Ok(Known::new(name.trim().parse()?, sigma))
 }
 
 fn solve(file: &FitFile, plots: bool, manner: Manner) -> Result<FitReport, Error> {

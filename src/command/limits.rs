@@ -46,7 +46,7 @@ const ROW: f64 = 20.0;
 /// A study is so many simulations: 3 schemes, of which the dearest costs 6 times as much as the default, on meshes
 /// 7.75 times the scene's and in 15.75 times its steps. Its largest mesh is 8 times the scene's.
 const STUDY: [f64; 2] = [1500.0, 8.0];
-/// Fits take up to so many simulations, and so many more for every replicate of a bootstrap.
+/// Fits take up to so many simulations, and so many more for every replicate of a bootstrap or a Monte Carlo.
 const FIT: [f64; 2] = [40.0, 3.0];
 /// Of a recorded point and step in a fit, bytes.
 const RECORD: f64 = 48.0;
@@ -162,7 +162,7 @@ pub fn of_fit(file: &FitFile, path: PathBuf) -> Estimate {
         seconds: 0.0,
         disk: 0.0,
     };
-    let runs = FIT[0] + FIT[1] * file.analysis.bootstrap as f64;
+    let runs = FIT[0] + FIT[1] * (file.analysis.bootstrap + file.analysis.monte_carlo) as f64;
     let (mut most_steps, mut most_nodes) = (0.0_f64, 0.0_f64);
     let records = RECORD * (1.0 + file.unknowns.len() as f64);
     for experiment in &file.experiments {

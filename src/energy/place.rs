@@ -140,7 +140,7 @@ mod tests {
 
     fn spots(at: At, nodes: usize) -> Vec<Spot<f64>> {
         let shape = Shape::Straight { length: 0.95, direction: [1.0, 0.0, 0.0] };
-        let mesh = shape.mesh(Some(10), [true, false]).unwrap();
+        let mesh = shape.mesh(Some(10), [0.5, 0.0]).unwrap();
         let rest = |i: usize| (mesh.nodes[i..i + nodes].to_vec(), vec![[[0.0; 3]; 3]; nodes - 1]);
         super::spots(at, nodes, &mesh, rest)
     }

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::Fit;
+use crate::fit::known::{self, Correlation, Known};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::Frequencies;
@@ -38,15 +39,19 @@ pub struct FitFile {
     pub experiments: Vec<Experiment>,
     /// What to identify.
     pub unknowns: Vec<Unknown>,
+    /// What is known with an error.
+    pub knowns: Vec<Known>,
     /// What to do beyond finding them.
     pub analysis: Analysis,
 }
 
 /// What a fit file must have.
-const REQUIRED: [Rule; 10] = [
+const REQUIRED: [Rule; 12] = [
     always("", |_| &["parameter"]),
     if_there("parameter[]", |_| &["name"]),
     if_there("parameter[].prior", |_| &["mean", "sigma"]),
+    if_there("known[]", |_| &["name", "sigma"]),
+    if_there("known[].correlation[]", |_| &["with", "value"]),
     if_there("observation[]", observation_keys),
     if_there("shape[]", |_| &["file"]),
     if_there("frequencies[]", |_| &["sigma"]),
@@ -82,6 +87,8 @@ struct Form {
     #[serde(default)]
     experiment: Vec<NamedForm>,
     parameter: Vec<ParameterForm>,
+    #[serde(default)]
+    known: Vec<KnownForm>,
     #[serde(default)]
     analysis: Analysis,
 }
@@ -215,6 +222,25 @@ struct ParameterForm {
     experiment: Names,
 }
 
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KnownForm {
+    name: Parameter,
+    sigma: f64,
+    #[serde(default)]
+    experiment: Names,
+    #[serde(default)]
+    correlation: Vec<CorrelationForm>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CorrelationForm {
+    with: Parameter,
+    experiment: Option<String>,
+    value: f64,
+}
+
 /// One name or several.
 #[derive(Default, Deserialize)]
 #[serde(untagged, expecting = "expected the name of an experiment, or a list of names")]
@@ -225,19 +251,38 @@ enum Names {
     Some(Vec<String>),
 }
 
-impl ParameterForm {
-    fn unknown(self, i: usize) -> Result<Unknown, Error> {
-        let Self { name, start, bounds, prior, experiment, .. } = self;
-        let experiments = match experiment {
-            Names::All => Vec::new(),
-            Names::One(name) => vec![name],
-            Names::Some(names) if names.is_empty() => {
-                let allowed = "names; without the key all experiments share the parameter";
-                return Err(Error::invalid(format!("parameter[{i}].experiment"), "[]", allowed));
+impl Names {
+    /// The names of the experiments that share a number, whose table is at `key`; none for all.
+    fn list(self, key: &str) -> Result<Vec<String>, Error> {
+        match self {
+            Self::All => Ok(Vec::new()),
+            Self::One(name) => Ok(vec![name]),
+            Self::Some(names) if names.is_empty() => {
+                let allowed = "names; without the key all experiments share the number";
+                Err(Error::invalid(format!("{key}.experiment"), "[]", allowed))
             }
-            Names::Some(names) => names,
-        };
-        Ok(Unknown { parameter: name, start, bounds, prior, experiments })
+            Self::Some(names) => Ok(names),
+        }
+    }
+}
+
+impl ParameterForm {
+    fn unknown(self, key: &str) -> Result<Unknown, Error> {
+        let Self { name, start, bounds, prior, experiment, .. } = self;
+        let experiments = experiment.list(key)?;
+        Ok(Unknown { start, bounds, prior, experiments, ..Unknown::new(name) })
+    }
+}
+
+impl KnownForm {
+    fn known(self, key: &str) -> Result<Known, Error> {
+        let Self { name, sigma, experiment, correlation } = self;
+        let correlation = correlation.into_iter().map(|form| {
+            let CorrelationForm { with, experiment, value } = form;
+            Correlation { with, experiment, value }
+        });
+        let (experiments, correlations) = (experiment.list(key)?, correlation.collect());
+        Ok(Known { experiments, correlations, ..Known::new(name, sigma) })
     }
 }
 
@@ -408,11 +453,17 @@ impl FitFile {
         let read = |e: ExperimentForm| e.read(folder, admit);
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
-        let mut file = Self { experiments, unknowns: Vec::new(), analysis: form.analysis };
+        let (unknowns, knowns, analysis) = (Vec::new(), Vec::new(), form.analysis);
+        let mut file = Self { experiments, unknowns, knowns, analysis };
         for (i, parameter) in form.parameter.into_iter().enumerate() {
             file.take(i, parameter).map_err(|error| error.in_file(Some(path)))?;
         }
+        for (i, known) in form.known.into_iter().enumerate() {
+            let known = known.known(&format!("known[{i}]"));
+            file.knowns.push(known.map_err(|error| error.in_file(Some(path)))?);
+        }
         check(&file.experiments, &file.unknowns, &file.analysis)
+            .and_then(|()| known::check(&file.experiments, &file.unknowns, &file.knowns))
             .map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
     }
@@ -420,7 +471,7 @@ impl FitFile {
     /// Adds an unknown, or gives the experiments its fixed value.
     fn take(&mut self, i: usize, parameter: ParameterForm) -> Result<(), Error> {
         let (fixed, key) = (parameter.fixed, format!("parameter[{i}]"));
-        let unknown = parameter.unknown(i)?;
+        let unknown = parameter.unknown(&key)?;
         let Some(value) = fixed else {
             self.unknowns.push(unknown);
             return Ok(());
@@ -454,7 +505,8 @@ impl FitFile {
     /// The fit the file describes.
     pub fn fit(&self) -> Fit {
         let fit = Fit::of(self.experiments.clone()).analyse(self.analysis.clone());
-        self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()))
+        let fit = self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()));
+        self.knowns.iter().fold(fit, |fit, known| fit.known(known.clone()))
     }
 }
 

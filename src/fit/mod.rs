@@ -5,7 +5,7 @@
 //! start of its own making, and says how well the data determine each parameter.
 //!
 //! A number comes with what speaks against it: what the data cannot tell
-//! ([`FitReport::not_identifiable`]), its statistical error (the covariance of the exact Jacobian;
+//! ([`FitReport::not_identifiable`]), the budget of its uncertainty ([`Estimate::budget`]), its statistical error (the covariance of the exact Jacobian;
 //! [on request](Analysis) the exact Hessian, the likelihood's profile, a bootstrap), what mesh and
 //! step may be off ([`DiscretizationError`]), whether the residuals look like noise
 //! ([`ResidualTests`]), how well held-out data are predicted ([`Prediction`]), and which other minima
@@ -16,6 +16,7 @@
 //! [`FitReport`] of it.
 
 mod file;
+mod known;
 pub(crate) mod measurement;
 pub(crate) mod misfit;
 pub(crate) mod report;
@@ -26,6 +27,7 @@ mod validate;
 
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
 pub use file::FitFile;
+pub use known::{Correlation, Known};
 pub use measurement::Measurement;
 pub use measurement::experiment::Experiment;
 pub use measurement::frequencies::{Frequencies, Frequency};
@@ -53,6 +55,7 @@ pub use uncertainty::noise::LossEffect;
 pub use uncertainty::prediction::Prediction;
 pub use uncertainty::profile::Profile;
 pub use uncertainty::recordings::{ErrorSummary, RecordingError, RecordingErrors};
+pub use uncertainty::sources::{BudgetLine, MonteCarlo, PerCent};
 pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
 
@@ -102,6 +105,7 @@ use std::time::Instant;
 pub struct Fit {
     experiments: Vec<Experiment>,
     unknowns: Vec<Unknown>,
+    knowns: Vec<Known>,
     analysis: Analysis,
     progress: Option<Progress>,
     keep_plot_data: bool,
@@ -118,6 +122,7 @@ impl Fit {
         Self {
             experiments: experiments.into_iter().collect(),
             unknowns: Vec::new(),
+            knowns: Vec::new(),
             analysis: Analysis::default(),
             progress: None,
             keep_plot_data: false,
@@ -135,6 +140,12 @@ impl Fit {
     /// Adds a parameter to identify.
     pub fn identify(mut self, unknown: impl Into<Unknown>) -> Self {
         self.unknowns.push(unknown.into());
+        self
+    }
+
+    /// Adds a number that is not identified, but known with an error: the report's budget has it.
+    pub fn known(mut self, known: Known) -> Self {
+        self.knowns.push(known);
         self
     }
 
@@ -170,7 +181,7 @@ impl Fit {
     /// A fit that cannot be solved, or not in the way it is asked for.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
-        let fitted = fitted(&laid_out(&self.experiments, &self.unknowns)?);
+        let fitted = fitted(&self.laid_out()?);
         let horizons = vec![f64::MAX; fitted.len()];
         let (sigmas, work) = (first_sigmas(&fitted), full_work(&fitted)?);
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
@@ -186,7 +197,7 @@ impl Fit {
     pub fn solve(&self) -> Result<FitReport, Error> {
         let since = Instant::now();
         self.check()?;
-        let experiments = laid_out(&self.experiments, &self.unknowns)?;
+        let experiments = self.laid_out()?;
         let measured = fitted(&experiments);
         let look = FirstLook::at(&measured, &self.unknowns)?;
         let mut search = Search::new(&measured, &self.unknowns, self.progress.clone())?;
@@ -211,12 +222,23 @@ impl Fit {
     ) -> Result<Ending, Error> {
         let optimum = search.best()?;
         let found = (&*search, &optimum);
-        let assessment = assess(found, &self.analysis, experiments, &look.suspicions)?;
+        let given = (&self.analysis, &self.knowns[..]);
+        let assessment = assess(found, given, experiments, &look.suspicions)?;
         Ok(Ending::assessed(search, &optimum, assessment, self.keep_plot_data))
+    }
+
+    /// The experiments, laid out for generic values of all that they are differentiated by.
+    fn laid_out(&self) -> Result<Vec<Experiment>, Error> {
+        let knowns = self.knowns.iter().map(Known::as_unknown);
+        laid_out(
+            &self.experiments,
+            &self.unknowns.iter().cloned().chain(knowns).collect::<Vec<_>>(),
+        )
     }
 
     /// Refuses a fit that cannot be solved, or not in the way it is asked for.
     fn check(&self) -> Result<(), Error> {
-        check(&self.experiments, &self.unknowns, &self.analysis)
+        check(&self.experiments, &self.unknowns, &self.analysis)?;
+        known::check(&self.experiments, &self.unknowns, &self.knowns)
     }
 }

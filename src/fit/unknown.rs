@@ -1,7 +1,7 @@
 //! A parameter to be identified, and the scale it is identified on.
 
 use crate::error::Error;
-use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::{Experiment, named};
 use crate::numerics::scalar::Scalar;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -30,6 +30,8 @@ pub struct Unknown {
     pub prior: Option<Prior>,
     /// The experiments that share it; all that have it when empty.
     pub experiments: Vec<String>,
+    /// On its own scale even where it is positive, for derivatives where it may be zero.
+    pub(crate) plain: bool,
 }
 
 /// The experiments with the layouts of their problems decided for generic values of what is looked for,
@@ -48,16 +50,14 @@ pub(crate) fn laid_out(
 
 impl From<Parameter> for Unknown {
     fn from(parameter: Parameter) -> Self {
-        Self { parameter, start: None, bounds: None, prior: None, experiments: Vec::new() }
+        let (start, bounds, prior) = (None, None, None);
+        Self { parameter, start, bounds, prior, experiments: Vec::new(), plain: false }
     }
 }
 
 impl fmt::Display for Unknown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.experiments.is_empty() {
-            true => self.parameter.fmt(f),
-            false => write!(f, "{} ({})", self.parameter, self.experiments.join(", ")),
-        }
+        f.write_str(&named(&self.parameter, &self.experiments))
     }
 }
 
@@ -106,17 +106,21 @@ impl Unknown {
 
     /// From the parameter to the scale of the fit: logarithmic for positive parameters.
     pub fn to_scale(&self, value: f64) -> f64 {
-        if self.parameter.is_positive() { value.ln() } else { value }
+        if self.is_logarithm() { value.ln() } else { value }
     }
 
     /// Back from the scale of the fit.
     pub fn from_scale(&self, x: f64) -> f64 {
-        if self.parameter.is_positive() { x.exp() } else { x }
+        if self.is_logarithm() { x.exp() } else { x }
+    }
+
+    fn is_logarithm(&self) -> bool {
+        self.parameter.is_positive() && !self.plain
     }
 
     /// d(parameter)/d(scale) at a value.
     pub fn slope(&self, value: f64) -> f64 {
-        if self.parameter.is_positive() { value } else { 1.0 }
+        if self.is_logarithm() { value } else { 1.0 }
     }
 
     /// Bounds on the scale of the fit.

@@ -14,7 +14,7 @@ use crate::scene::validate::positive;
 /// Fewer values do not show their own noise beside other measurements.
 const FEW: usize = 8;
 
-/// Bootstrap replicates beyond this are a slip of the pen.
+/// Replicates of bootstrap and Monte Carlo beyond this are a slip of the pen.
 const MOST_REPLICATES: usize = 1_000_000;
 
 /// Points this many lengths from the wall of a held rod are not points of it.
@@ -38,6 +38,10 @@ pub(crate) fn check(
     if analysis.bootstrap == 1 || analysis.bootstrap > MOST_REPLICATES {
         let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
         return Err(Error::invalid("analysis.bootstrap", analysis.bootstrap, allowed));
+    }
+    if analysis.monte_carlo == 1 || analysis.monte_carlo > MOST_REPLICATES {
+        let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
+        return Err(Error::invalid("analysis.monte_carlo", analysis.monte_carlo, allowed));
     }
     let several = all(&fitted).count() > 1;
     for experiment in experiments {

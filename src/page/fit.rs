@@ -5,6 +5,7 @@ use crate::fit::ResidualTests;
 use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy};
 use crate::fit::{Estimate, FitReport};
 use crate::fit::{Recording, Vertical};
+use crate::page::budget::budgets;
 use crate::page::number::{Scale, quantity, short};
 use crate::page::{escaped, figures, page, section};
 
@@ -18,6 +19,10 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     let plots = report.plot_data.as_ref();
     if let Some(plots) = plots {
         body += &section("Data and model", &data(report, plots));
+    }
+    let budgets = budgets(report);
+    if !budgets.is_empty() {
+        body += &section("Budget of uncertainty", &budgets);
     }
     body += &section("How the parameters hang together", &correlation(report));
     if let Some(plots) = plots.filter(|e| !e.profiles.is_empty()) {

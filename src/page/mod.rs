@@ -1,5 +1,6 @@
 //! Pages that open offline: one file each, without scripts, fonts or links from elsewhere.
 
+mod budget;
 mod chart;
 mod figures;
 mod fit;

@@ -10,12 +10,12 @@ use crate::problem::planar::PlanarModel;
 use crate::problem::setup;
 use crate::problem::spatial::SpatialModel;
 use crate::scene::mesh::Mesh;
-use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
+use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support};
 
 impl<D: Scalar> Scene<D> {
     /// The rest shape's mesh, cut by the walls.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
-        let mesh = |segments| self.rod.shape.mesh(segments, cuts(&self.supports));
+        let mesh = |segments| self.rod.shape.mesh(segments, behind_walls(self));
         let own = mesh(self.rod.segments)?;
         match self.remeshed {
             None => Ok(own),
@@ -51,10 +51,16 @@ pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     }
 }
 
-/// Which outermost edges a wall cuts.
-pub(crate) fn cuts<D>(supports: &Supports<D>) -> [bool; 2] {
-    let cut = |support| support == Support::Clamped && supports.clamp == Clamp::MidEdge;
-    [cut(supports.start), cut(supports.end)]
+/// The parts of the outermost edges that are behind walls: half of it, or all where the clamp is soft.
+pub(crate) fn behind_walls<D>(scene: &Scene<D>) -> [f64; 2] {
+    let supports = &scene.supports;
+    let behind =
+        |support, soft| match support == Support::Clamped && supports.clamp == Clamp::MidEdge {
+            true if soft => 1.0,
+            true => 0.5,
+            false => 0.0,
+        };
+    [behind(supports.start, scene.soft[0]), behind(supports.end, scene.soft[1])]
 }
 
 /// Which constants the elements get, whatever the values of the parameters that are `varying`.
@@ -72,7 +78,7 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
     let curved = natural && (bends || longer.any(|longer| longer));
     Correction {
         arcs: scene.discretization() != Discretization::Paper,
-        cut: cuts(&scene.supports),
+        behind: behind_walls(scene),
         joints: curved || scene.discretization() == Discretization::CorrectedStatics,
     }
 }

@@ -12,12 +12,13 @@ mod planar;
 mod profile;
 mod remesh;
 mod setup;
+mod soft_clamp;
 mod spatial;
 mod start;
 mod tributary;
 
 pub(crate) use axes::Directors;
-pub(crate) use layout::cuts;
+pub(crate) use layout::behind_walls;
 pub use model::Model;
 pub(crate) use modelled::Modelled;
 pub use parameters::{ListedParameter, ParameterList};
@@ -108,6 +109,7 @@ impl Problem {
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
         scene.read_shapes()?;
+        scene.soft = soft_clamp::soft(&scene, &varying);
         let mesh = scene.mesh()?;
         check_edges("rod.shape", &mesh.nodes)?;
         let natural = &scene.rod.natural_curvature;

@@ -100,8 +100,8 @@ pub struct NodalMass<D = f64> {
 pub(crate) struct Correction {
     /// Whether arcs count, and what they make up for; not in the paper's form.
     pub arcs: bool,
-    /// Which outermost edges a wall cuts.
-    pub cut: [bool; 2],
+    /// The parts of the outermost edges that are behind walls.
+    pub behind: [f64; 2],
     /// Whether joints and masses next to a wall change too.
     pub joints: bool,
 }
@@ -109,8 +109,8 @@ pub(crate) struct Correction {
 impl Correction {
     /// The arcs of a mesh, where they count.
     pub(crate) fn arcs<'a, D: Scalar>(&self, mesh: &'a Mesh<D>) -> Option<Arcs<'a, D>> {
-        let Self { cut, joints, .. } = *self;
-        self.arcs.then_some(Arcs { lengths: &mesh.arcs, cut, joints })
+        let Self { behind, joints, .. } = *self;
+        self.arcs.then_some(Arcs { lengths: &mesh.arcs, behind, joints })
     }
 }
 

@@ -8,7 +8,7 @@ use crate::problem::planar::PlanarModel;
 use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
-use crate::scene::{End, Parameter};
+use crate::scene::{End, Parameter, Support};
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -84,6 +84,15 @@ impl Problem {
         if curvature && self.mesh.is_straight() {
             let found = format!("{parameter} {BESIDE_STRAIGHT}");
             return Err(Error::invalid("parameter", found, "with a curved rest shape"));
+        }
+        let ends = [("supports.start_", End::Start), ("supports.end_", End::End)];
+        let of_end = |(place, end): &(&str, End)| {
+            parameter.path().starts_with(place)
+                && self.scene().supports.at(*end) != Support::Clamped
+        };
+        if ends.iter().any(of_end) {
+            let found = format!("{parameter}, where no wall is");
+            return Err(Error::invalid("parameter", found, "the compliance of a clamped end"));
         }
         let beside = |what: &str, allowed: &str| {
             Err(Error::invalid("parameter", format!("{parameter} beside {what}"), allowed))

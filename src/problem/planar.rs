@@ -10,6 +10,7 @@ use crate::problem::model::{
 };
 use crate::problem::own;
 use crate::problem::profile::Profile;
+use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::planar::HALF_BANDWIDTH;
 use crate::rod::{Extra, PlanarRod};
@@ -184,9 +185,10 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
 
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &PlanarRest<D>) -> PlanarRod<D> {
         let profile = Profile::new(scene, &rest.places);
+        let clamps = SoftClamps::new(scene, rest.length.len());
         let edges = rest.length.iter().zip(&rest.tributary.stretch).enumerate();
         let stretch = edges.map(|(j, (l, arc))| Stretch {
-            stiffness: profile.edge(j).axial * (*l / *arc),
+            stiffness: clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l),
             rest_length: *l,
             natural_strain: D::from(0.0),
         });
@@ -194,7 +196,8 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         let bend = joints.map(|(i, (l, k))| {
             let natural = scene.rod.natural_curvature.at(rest.places[i + 1]) * *k;
             // EI over the joint's length, times cos^4(phi/2) in the corrected form.
-            let mut stiffness = profile.joint(i).bending[self.second_moment] * l.recip();
+            let own = profile.joint(i).bending[self.second_moment] * l.recip();
+            let mut stiffness = clamps.bending(i, own);
             if self.correction.arcs {
                 stiffness /= (natural * natural * 0.25 + 1.0).powi(2);
             }

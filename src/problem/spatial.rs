@@ -12,6 +12,7 @@ use crate::problem::model::{
     Correction, Model, NodalLoad, NodalMass, first_director, rolling, sliders, tilted,
 };
 use crate::problem::profile::{Constants, Profile};
+use crate::problem::soft_clamp::SoftClamps;
 use crate::problem::tributary::TributaryLengths;
 use crate::rod::spatial::HALF_BANDWIDTH;
 use crate::rod::{Extra, SpatialRod};
@@ -122,15 +123,18 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
 
     fn rod<D: Nestable>(&self, scene: &Scene<D>, rest: &SpatialRest<D>) -> SpatialRod<D> {
         let profile = Profile::new(scene, &rest.places);
+        let clamps = SoftClamps::new(scene, rest.length.len());
         let edges = rest.length.iter().zip(&rest.tributary.stretch).enumerate();
         let stretch = edges.map(|(j, (l, arc))| Stretch {
-            stiffness: profile.edge(j).axial * (*l / *arc),
+            stiffness: clamps.stretching(j, profile.edge(j).axial * (*l / *arc), *l),
             rest_length: *l,
             natural_strain: D::from(0.0),
         });
         let joint = rest.curvature.iter().enumerate().map(|(i, k)| {
             let per_length = rest.tributary.joint[i].recip();
-            let Constants { bending: [ei1, ei2], torsion: gj, .. } = profile.joint(i);
+            let Constants { bending, torsion, .. } = profile.joint(i);
+            let [k1, k2] = bending.map(|ei| clamps.bending(i, ei * per_length));
+            let k3 = torsion * per_length;
             let factor = scene.rod.natural_curvature.at(rest.places[i + 1]);
             let length = (rest.tributary.spin[i] + rest.tributary.spin[i + 1]) * 0.5;
             let bending = scene.rod.bending_at(i + 1, rest.length.len());
@@ -140,9 +144,8 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
                 Some(slants) => resistances(natural, lean(slants[i], factor, *k, twist)),
                 None => PLAIN.map(|a| a.map(D::from)),
             };
-            let entry = |r: usize, s: usize| {
-                (ei1 * (a[r] * a[s]) + ei2 * (b[r] * b[s]) + gj * (c[r] * c[s])) * per_length
-            };
+            let entry =
+                |r: usize, s: usize| k1 * (a[r] * a[s]) + k2 * (b[r] * b[s]) + k3 * (c[r] * c[s]);
             JointLaw {
                 stiffness: Stiffness {
                     bend: [entry(0, 0), entry(0, 1), entry(1, 1)],

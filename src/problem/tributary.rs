@@ -4,13 +4,13 @@ use crate::numerics::scalar::Scalar;
 use crate::problem::profile::{Constants, Profile};
 use crate::scene::Drag;
 
-/// The curve between the nodes, and which of its ends a wall cuts in the middle of an edge.
+/// The curve between the nodes, and where walls cut it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arcs<'a, D = f64> {
     /// Length along every edge, m.
     pub lengths: &'a [D],
-    /// Whether a wall cuts the first edge, and the last.
-    pub cut: [bool; 2],
+    /// The parts of the first edge and of the last that are behind walls.
+    pub behind: [f64; 2],
     /// Whether joints and masses next to a wall change too.
     pub joints: bool,
 }
@@ -57,23 +57,28 @@ impl<D: Scalar> TributaryLengths<D> {
     /// With the ends of the sums at walls: see [`crate::problem::model`].
     pub fn corrected(arcs: Arcs<D>) -> Self {
         let mut line = Self::plain(arcs.lengths);
-        for (end, cut) in arcs.cut.into_iter().enumerate() {
+        for (end, behind) in arcs.behind.into_iter().enumerate() {
             // Seen from the wall.
             let at = |k: usize, count: usize| if end == 0 { k } else { count - 1 - k };
             let edges = arcs.lengths.len();
-            if !cut {
+            if behind == 0.0 {
                 continue;
             }
-            let [inside, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
-            line.stretch[at(1, edges)] += inside * 0.5;
+            let [outermost, next] = [0, 1].map(|k| arcs.lengths[at(k, edges)]);
+            // Of the rod, from the wall to the first joint; half of the edge where the wall cuts its middle.
+            let rod = outermost * (1.0 - behind);
+            let hidden = outermost * 0.5 - rod;
+            line.joint[at(0, edges - 1)] -= hidden;
+            line.node[at(1, edges + 1)] -= hidden;
+            line.stretch[at(1, edges)] += rod;
             if !arcs.joints {
                 continue;
             }
-            line.node[at(1, edges + 1)] -= inside * 0.25;
-            line.node[at(2, edges + 1)] += inside * 0.25;
+            line.node[at(1, edges + 1)] -= rod * 0.5;
+            line.node[at(2, edges + 1)] += rod * 0.5;
             if edges > 2 {
                 let [first, second] = [0, 1].map(|k| at(k, edges - 1));
-                let shift = (inside * inside * (1.0 / 8.0) - next * next * (1.0 / 12.0)) / next;
+                let shift = (rod * rod * 0.5 - next * next * (1.0 / 12.0)) / next;
                 // Twice a neighbour's length or more is no smooth mesh.
                 let most = line.joint[second] * 0.5;
                 let shift = if shift.value() > most.value() { most } else { shift };
@@ -92,10 +97,10 @@ mod tests {
     #[test]
     fn walls_shift_lengths_and_lose_none() {
         for lengths in [&[1.0; 2][..], &[1.0; 3], &[0.9, 1.0, 1.2, 1.1, 1.0], &[5.0, 1.0, 1.0]] {
-            for cut in [[true, false], [false, true], [true, true]] {
+            for behind in [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]] {
                 let (plain, line) = (
                     TributaryLengths::plain(lengths),
-                    TributaryLengths::corrected(Arcs { lengths, cut, joints: true }),
+                    TributaryLengths::corrected(Arcs { lengths, behind, joints: true }),
                 );
                 let sum = |v: &[f64]| v.iter().sum::<f64>();
                 assert!((sum(&line.joint) - sum(&plain.joint)).abs() < 1e-15 * sum(lengths));
@@ -105,7 +110,7 @@ mod tests {
         }
         let line = TributaryLengths::corrected(Arcs {
             lengths: &[24.0; 5],
-            cut: [true, false],
+            behind: [0.5, 0.0],
             joints: true,
         });
         assert_eq!(line.joint, [25.0, 23.0, 24.0, 24.0]);
@@ -120,7 +125,7 @@ mod tests {
         let lengths = [1.1, 1.0, 0.9, 0.8, 0.7];
         let line = TributaryLengths::corrected(Arcs {
             lengths: &lengths,
-            cut: [true, false],
+            behind: [0.5, 0.0],
             joints: true,
         });
         let mut at = -0.55;

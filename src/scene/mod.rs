@@ -50,7 +50,7 @@ pub use scheme::{Scheme, SchemeParameter};
 pub use section::Section;
 pub use shape::{Handedness, Shape};
 pub use support::{Clamp, End, Support};
-pub use supports::{Motion, Supports};
+pub use supports::{Compliance, Motion, Supports};
 pub use taper::Taper;
 pub use time::Time;
 pub use tolerance::Tolerance;
@@ -107,6 +107,9 @@ pub struct Scene<D = f64> {
     /// node stays where it is.
     #[serde(skip)]
     pub(crate) remeshed: Option<usize>,
+    /// The ends whose clamps turn, or may.
+    #[serde(skip)]
+    pub(crate) soft: [bool; 2],
 }
 
 impl<D> Scene<D> {
@@ -155,6 +158,7 @@ impl Scene {
             camera,
             path: None,
             remeshed: None,
+            soft: [false; 2],
         }
     }
 
@@ -173,6 +177,7 @@ impl Scene {
             energies: n.table("energy", |n| self.energies.iter().map(|e| e.over(n)).collect()),
             path: self.path.clone(),
             remeshed: self.remeshed,
+            soft: self.soft,
         }
     }
 

@@ -291,7 +291,7 @@ mod tests {
 
     /// Points of a shape at parts of its length, as a file of the folder.
     fn points_of(shape: &Shape, parts: &[f64], folder: &Path) -> Shape {
-        let fine = shape.mesh(Some(1), [false; 2]).unwrap();
+        let fine = shape.mesh(Some(1), [0.0; 2]).unwrap();
         let rest = Mesh { arc_length: parts.iter().map(|p| p * fine.length).collect(), ..fine };
         let mut text = "x,y,z\n".to_string();
         for [x, y, z] in shape.nodes_of(&rest).unwrap() {
@@ -323,7 +323,7 @@ mod tests {
     fn points_of_a_shape_make_its_mesh() {
         let folder = tempfile::tempdir().unwrap();
         for shape in shapes() {
-            for cut in [[false, false], [true, false], [false, true], [true, true]] {
+            for cut in [[0.0, 0.0], [0.5, 0.0], [0.0, 0.5], [0.5, 0.5]] {
                 for segments in [None, Some(80), Some(13)] {
                     let error = |spans: usize| {
                         let line = points_of(&shape, &equal(spans), folder.path());
@@ -358,7 +358,7 @@ mod tests {
         let Shape::Polyline { lengths, .. } = &mut shape else { unreachable!() };
         *lengths = vec![0.3, 0.1, 0.2];
         shape.read(Path::new(""), false).unwrap();
-        let mesh = shape.mesh(None, [false; 2]).unwrap();
+        let mesh = shape.mesh(None, [0.0; 2]).unwrap();
         let wanted = [[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.3, 0.1, 0.0], [0.3, 0.1, 0.2]];
         let off = mesh.nodes.iter().flatten().zip(wanted.iter().flatten());
         assert!(off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-15);
@@ -375,7 +375,7 @@ mod tests {
         let parts = [0.0, 0.03, 0.2, 0.25, 0.5, 0.6, 1.0];
         let line = points_of(&shapes()[2], &parts, folder.path());
         let points = Polyline::read(&folder.path().join("points.csv"), false).unwrap().points;
-        let mesh = line.mesh(None, [false; 2]).unwrap();
+        let mesh = line.mesh(None, [0.0; 2]).unwrap();
         let points: Vec<[f64; 3]> = points.into_iter().map(Into::into).collect();
         assert_eq!(mesh.nodes, points);
     }
@@ -389,9 +389,9 @@ mod tests {
         let [straight, arc, _] = shapes();
         for (shape, near) in [(straight, 1e-14), (arc, 4e-3)] {
             let line = points_of(&shape, &parts, folder.path());
-            let mesh = line.mesh(None, [true, true]).unwrap();
+            let mesh = line.mesh(None, [0.5, 0.5]).unwrap();
             let nodes: Vec<Vector3<f64>> = mesh.nodes.iter().map(|x| (*x).into()).collect();
-            let ends = shape.mesh(Some(1), [false; 2]).unwrap().nodes;
+            let ends = shape.mesh(Some(1), [0.0; 2]).unwrap().nodes;
             for (pair, s, end) in [(0, 0.0, ends[0]), (8, mesh.length, ends[1])] {
                 let middle = (nodes[pair] + nodes[pair + 1]) / 2.0;
                 let off = (middle - Vector3::from(end)).norm() / mesh.length;

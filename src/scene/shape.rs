@@ -223,19 +223,18 @@ impl Shape {
 }
 
 impl<D: Scalar> Shape<D> {
-    /// The mesh of `segments` equal edges; a wall at the start or the end cuts the middle of the
-    /// outermost edge where `cut` says so. The edges of a polyline go with the distances of its
+    /// The mesh of `segments` equal edges; a wall at the start or the end has the part `behind` of the
+    /// outermost edge behind it. The edges of a polyline go with the distances of its
     /// points, which [`Scene::load`](super::Scene::load) and [`Scene::problem`](super::Scene::problem)
     /// read; by default there are as many.
-    pub fn mesh(&self, segments: Option<usize>, cut: [bool; 2]) -> Result<Mesh<D>, Error> {
-        let cut = cut.map(|cut| if cut { 0.5 } else { 0.0 });
+    pub fn mesh(&self, segments: Option<usize>, behind: [f64; 2]) -> Result<Mesh<D>, Error> {
         let (length, point) = match self.curve()? {
             Curve::Formula(length, point) => (length, point),
-            Curve::Points(line, scale) => return Ok(line.mesh(segments, cut)?.times(scale)),
+            Curve::Points(line, scale) => return Ok(line.mesh(segments, behind)?.times(scale)),
         };
         let segments = segments.ok_or_else(no_segments)?;
-        let edge = length / D::from(segments as f64 - cut[0] - cut[1]);
-        let arc_length: Vec<D> = (0..=segments).map(|i| edge * (i as f64 - cut[0])).collect();
+        let edge = length / D::from(segments as f64 - behind[0] - behind[1]);
+        let arc_length: Vec<D> = (0..=segments).map(|i| edge * (i as f64 - behind[0])).collect();
         let nodes = arc_length.iter().map(|s| point(*s)).collect();
         Ok(Mesh { nodes, arc_length, length, arcs: vec![edge; segments], named: None })
     }
@@ -339,7 +338,7 @@ mod tests {
             axis: [0.0, 0.0, -1.0],
             handedness: Handedness::Left,
         };
-        let mesh = helix.mesh(Some(50), [false, false]).unwrap();
+        let mesh = helix.mesh(Some(50), [0.0, 0.0]).unwrap();
         let c = pitch / TAU;
         for (node, s) in mesh.nodes.iter().zip(&mesh.arc_length) {
             let p = s / radius.hypot(c);
@@ -352,7 +351,7 @@ mod tests {
     #[test]
     fn a_wall_cuts_the_middle_of_the_outermost_edge() {
         let shape = Shape::Arc { length: 1.0, angle: 1.0 };
-        let mesh = shape.mesh(Some(10), [true, false]).unwrap();
+        let mesh = shape.mesh(Some(10), [0.5, 0.0]).unwrap();
         let edge = 1.0 / 9.5;
         assert_relative_eq!(mesh.arc_length[0], -0.5 * edge);
         assert_relative_eq!(mesh.arc_length[10], 1.0, epsilon = 1e-15);

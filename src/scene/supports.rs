@@ -1,11 +1,11 @@
 //! What holds the ends of the rod, and how the ends are moved.
 
 use crate::error::Error;
-use crate::scene::number::{Numbers, Quantity, Written};
+use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::path::Recorded;
 use crate::scene::support::{Clamp, End, Support};
 use crate::scene::track::Track;
-use crate::scene::validate::{direction, finite, positive};
+use crate::scene::validate::{direction, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -36,6 +36,12 @@ pub struct Supports<D = f64> {
     /// against the weight, rad; planar scenes only.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub angle: D,
+    /// How a clamped start gives way.
+    #[serde(default, skip_serializing_if = "Compliance::is_rigid")]
+    pub start_compliance: Compliance<D>,
+    /// How a clamped end does.
+    #[serde(default, skip_serializing_if = "Compliance::is_rigid")]
+    pub end_compliance: Compliance<D>,
     /// The direction in which a roller rolls; by default along the rod at that end.
     #[serde(
         default,
@@ -66,9 +72,50 @@ impl<D: From<f64>> Default for Supports<D> {
             end: Support::Free,
             clamp: Clamp::default(),
             angle: D::from(0.0),
+            start_compliance: Compliance::default(),
+            end_compliance: Compliance::default(),
             roller: None,
             motion: Vec::new(),
             path: None,
+        }
+    }
+}
+
+/// `start_compliance` and `end_compliance`: how a clamp gives way to what the rod does to it. Zero is a
+/// rigid wall.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, bound = "D: Written")]
+pub struct Compliance<D = f64> {
+    /// By how much it turns with a bending moment, rad/(N m).
+    #[serde(default)]
+    pub rotation: D,
+    /// How far it goes along the rod with a force, m/N.
+    #[serde(default)]
+    pub axial: D,
+}
+
+impl<D: From<f64>> Default for Compliance<D> {
+    fn default() -> Self {
+        Self { rotation: D::from(0.0), axial: D::from(0.0) }
+    }
+}
+
+impl<D: Written> Compliance<D> {
+    fn is_rigid(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl Compliance {
+    fn over<D>(&self, n: &mut Numbers<'_, D>) -> Compliance<D> {
+        let compliance = |unit, [low, high]: [f64; 2]| {
+            let searched = Candidates::Decades(low, high, 1.0);
+            Quantity::positive(unit).searched(searched).vanishing()
+        };
+        let [turns, gives] = [[1e-3, 10.0], [1e-6, 1e-2]];
+        Compliance {
+            rotation: n.number("rotation", self.rotation, compliance("rad/(N m)", turns)),
+            axial: n.number("axial", self.axial, compliance("m/N", gives)),
         }
     }
 }
@@ -285,6 +332,14 @@ impl<D> Supports<D> {
         !self.motion.is_empty() || self.path.is_some()
     }
 
+    /// How the clamp of an end gives way.
+    pub fn compliance(&self, end: End) -> &Compliance<D> {
+        match end {
+            End::Start => &self.start_compliance,
+            End::End => &self.end_compliance,
+        }
+    }
+
     /// The support of an end.
     pub fn at(&self, end: End) -> Support {
         match end {
@@ -301,6 +356,8 @@ impl Supports {
             end: self.end,
             clamp: self.clamp,
             angle: n.number("angle", self.angle, Quantity::ANGLE),
+            start_compliance: n.table("start_compliance", |n| self.start_compliance.over(n)),
+            end_compliance: n.table("end_compliance", |n| self.end_compliance.over(n)),
             roller: self.roller,
             motion: n.list("motion", &self.motion, Motion::over),
             path: self.path.clone(),
@@ -373,6 +430,16 @@ impl Supports {
             if self.rolling().is_none() {
                 let allowed = "with start or end = \"roller\" only";
                 return Err(Error::invalid("supports.roller", "no end that rolls", allowed));
+            }
+        }
+        for (key, end) in [("start_compliance", End::Start), ("end_compliance", End::End)] {
+            let give = self.compliance(end);
+            for (own, value) in [("rotation", give.rotation), ("axial", give.axial)] {
+                let key = format!("supports.{key}.{own}");
+                not_negative(&key, value)?;
+                if value != 0.0 && self.at(end) != Support::Clamped {
+                    return Err(Error::invalid(key, value, "0: no wall holds that end"));
+                }
             }
         }
         let ends = [self.start, self.end];

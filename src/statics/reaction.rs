@@ -9,7 +9,7 @@
 //! ```
 //!
 //! over the held nodes `i`, with the tangent `t` of a held edge and the point `c` of the support:
-//! the middle of the outermost edge where a wall cuts it, and the end of the rod otherwise. What a
+//! the middle of the outermost edge where a wall cuts it, its inner node where the clamp is soft, and the end of the rod otherwise. What a
 //! cut edge has inside of the wall, half of its mass, weighs on the wall and not on the rod: it is
 //! left out, so that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress
 //! is that of the mean strain rates over the step that ended. (The rotational
@@ -17,7 +17,7 @@
 
 use crate::numerics::vector::{add, cross, scale, sub, unit};
 use crate::problem::Model;
-use crate::problem::cuts;
+use crate::problem::behind_walls;
 use crate::problem::{Discretized, FramesOf};
 use crate::rod::{Rod, State, Viscosity};
 use crate::scene::Damping;
@@ -72,7 +72,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             boundary_motion.accelerations(*time, &mut acceleration);
         }
         for (i, force) in force.iter_mut().enumerate() {
-            if !self.is_inside(i / M::STRIDE) {
+            if self.behind(i / M::STRIDE) == 0.0 {
                 *force += rod.mass()[i] * (acceleration[i] + damping.mass * v[i]);
             }
         }
@@ -98,14 +98,12 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             return reaction;
         }
         let position = |i: usize| self.model.position(q, i);
-        let inside = self.is_inside(outermost);
-        let point = match inside {
-            true => scale(add(position(outermost), position(next)), 0.5),
-            false => position(outermost),
-        };
+        let behind = self.behind(outermost);
+        let edge = sub(position(next), position(outermost));
+        let point = add(position(outermost), scale(edge, behind));
         for node in [outermost, next] {
             let mut on_node = self.model.rate(force, node);
-            if node == outermost && inside {
+            if node == outermost && behind > 0.0 {
                 on_node = add(on_node, self.load(node, rod.mass()[M::STRIDE * node]));
             }
             reaction.force = add(reaction.force, on_node);
@@ -120,10 +118,14 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         reaction
     }
 
-    /// Whether a node stands inside of a wall.
-    fn is_inside(&self, node: usize) -> bool {
-        let [start, end] = cuts(&self.scene().supports);
-        start && node == 0 || end && node + 1 == self.nodes()
+    /// The part of its edge that is behind a wall, of an outermost node; zero of others.
+    fn behind(&self, node: usize) -> f64 {
+        let [start, end] = behind_walls(self.scene());
+        match node {
+            0 => start,
+            _ if node + 1 == self.nodes() => end,
+            _ => 0.0,
+        }
     }
 
     /// Weight and point forces on a node, N.

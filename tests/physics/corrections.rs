@@ -126,7 +126,7 @@ fn small_deflections_of_cantilevers() {
 /// of the moments over the compliances, for small loads.
 fn castigliano(scene: &Scene, g: Vector3<f64>) -> f64 {
     let n = 20_000;
-    let mesh = scene.rod.shape.mesh(Some(n), [false; 2]).unwrap();
+    let mesh = scene.rod.shape.mesh(Some(n), [0.0; 2]).unwrap();
     let x = |i: usize| Vector3::from(mesh.nodes[i]);
     let l = mesh.length / n as f64;
     let (area, [i1, i2], j) = match scene.rod.section {

@@ -7,4 +7,5 @@ mod bifurcations;
 mod equilibrium;
 mod masses;
 mod modes;
+mod soft_clamps;
 mod tapered;

@@ -25,6 +25,7 @@ fn four_ways_to_an_error() {
         seed: 7,
         observed_information: true,
         discretization_error: Refinement::None,
+        ..Analysis::default()
     };
     let report = fit_with(
         &scene,

@@ -4,6 +4,7 @@
 mod common;
 
 mod across;
+mod budget;
 mod intervals;
 mod outliers;
 mod warnings;

@@ -121,6 +121,14 @@ impl Experiment {
     }
 }
 
+/// The name of a number, with the experiments if it is of some only.
+pub(crate) fn named(name: &impl std::fmt::Display, experiments: &[String]) -> String {
+    match experiments.is_empty() {
+        true => name.to_string(),
+        false => format!("{name} ({})", experiments.join(", ")),
+    }
+}
+
 /// The experiments with the measurements that are fitted.
 pub(crate) fn fitted(experiments: &[Experiment]) -> Vec<Experiment> {
     experiments.iter().map(|e| e.only(|m| !m.held_out())).collect()

@@ -1,5 +1,6 @@
 //! The result of a fit, as it is shown and written.
 
+pub(crate) mod budget;
 pub(crate) mod ending;
 pub(crate) mod plot_data;
 pub(crate) mod replay;
@@ -18,6 +19,7 @@ use crate::fit::uncertainty::identifiability::Finding;
 use crate::fit::uncertainty::noise::LossEffect;
 use crate::fit::uncertainty::prediction::Prediction;
 use crate::fit::uncertainty::recordings::RecordingErrors;
+use crate::fit::uncertainty::sources::BudgetLine;
 use crate::fit::uncertainty::verdict::Grade;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -58,6 +60,9 @@ pub struct FitReport {
     pub not_identifiable: Vec<Finding>,
     /// What mesh and step may be off, parameter by parameter; empty where it was not looked for.
     pub discretization_error: Vec<DiscretizationError>,
+    /// The budgets of all parameters in one list.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub budget: Vec<BudgetLine>,
     /// Whether what is left looks like noise, for every coordinate of every observation.
     pub residual_tests: Vec<ResidualTests>,
     /// Rows of the files that were left out.
@@ -109,6 +114,7 @@ impl FitReport {
         };
         Self {
             converged,
+            budget: assessment.estimates.iter().flat_map(|e| e.budget.clone()).collect(),
             parameters: assessment.estimates,
             correlation,
             residual_rms: assessment.residual_rms,
@@ -240,6 +246,7 @@ impl fmt::Display for FitReport {
                     digits(*high, error)
                 )?;
             }
+            budget::write(f, e)?;
         }
         for d in &self.dropped {
             writeln!(f, "  {}: rows left out: {}", d.observation, d.rows)?;

@@ -3,8 +3,9 @@
 use serde::Deserialize;
 
 /// Work on request, `[analysis]` in the fit file. By default only the discretisation error, which
-/// costs two coarser simulations.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+/// costs two coarser simulations, and what one per cent of the scene's other numbers would change, which
+/// costs a run of a coarse model.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Analysis {
     /// Whether 95 % intervals are computed from the profile of the likelihood too, which are right
@@ -12,12 +13,31 @@ pub struct Analysis {
     pub profile: bool,
     /// Number of replicates of a parametric bootstrap; none when 0.
     pub bootstrap: usize,
-    /// Seed of the bootstrap's random numbers.
+    /// Seed of the random numbers of bootstrap and Monte Carlo.
     pub seed: u64,
     /// Whether standard errors are computed from the exact Hessian of the misfit too.
     pub observed_information: bool,
     /// How the discretisation error is found.
     pub discretization_error: Refinement,
+    /// Number of fits with other known numbers and other noise, which check the budget; none when 0.
+    pub monte_carlo: usize,
+    /// Whether the report says what one per cent of numbers that are neither identified nor known with an
+    /// error would change.
+    pub one_per_cent: bool,
+}
+
+impl Default for Analysis {
+    fn default() -> Self {
+        Self {
+            profile: false,
+            bootstrap: 0,
+            seed: 0,
+            observed_information: false,
+            discretization_error: Refinement::default(),
+            monte_carlo: 0,
+            one_per_cent: true,
+        }
+    }
 }
 
 /// How the error of mesh and step is found in the parameters.

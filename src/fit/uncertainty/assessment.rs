@@ -1,12 +1,14 @@
 //! What an optimum is worth: everything that is computed about it.
 
 use crate::error::Error;
+use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::across::{across_experiments, are_across};
 use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::uncertainty::budget::{Given, budgeted};
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::discretization::{self, DiscretizationError};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
@@ -45,7 +47,7 @@ pub(crate) struct Assessment {
 /// before the search.
 pub(crate) fn assess(
     (search, optimum): (&Search, &Optimum),
-    analysis: &Analysis,
+    (analysis, knowns): (&Analysis, &[Known]),
     experiments: &[Experiment],
     suspicions: &[String],
 ) -> Result<Assessment, Error> {
@@ -107,6 +109,8 @@ pub(crate) fn assess(
         }
         false => (estimates, Vec::new()),
     };
+    let given = Given { knowns, analysis, discretization: &discretization, sigma: &sigma };
+    let estimates = budgeted(estimates, (search, optimum), &noise, given, &mut warnings);
     let local = (&covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), local, &mut warnings);
     Ok(Assessment {
@@ -151,7 +155,10 @@ fn analysed(
     };
     let bootstrap = match analysis.bootstrap {
         0 => vec![None; n],
-        count => bootstrap::spreads(search, optimum, sigma, (count, analysis.seed), warnings),
+        count => {
+            let what = ("bootstrap", count, analysis.seed);
+            bootstrap::spreads((search, optimum), (sigma, &[]), what, warnings)
+        }
     };
     let unknowns = search.unknowns;
     let profile = |(i, interval): (usize, &Option<profile::Interval>)| {

@@ -1,11 +1,15 @@
 //! Parametric bootstrap: fit data made by the fitted model and noise of the estimated size, again
-//! and again, and look at how the estimates spread.
+//! and again, and look at how the estimates spread. With other values of the known numbers each time it
+//! is the Monte Carlo that checks their budget.
 
 use crate::error::Error;
+use crate::fit::known::{self, Known};
+use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -33,6 +37,27 @@ struct Shared<'a> {
     /// Standard deviation of the noise of each measurement, in its unit.
     noise: &'a [f64],
     start: &'a [f64],
+    knowns: &'a [Known],
+    /// Of their correlations.
+    root: DMatrix<f64>,
+}
+
+/// The experiments with the known numbers off by these errors.
+fn with_errors(
+    experiments: &mut [Experiment],
+    knowns: &[Known],
+    errors: &DVector<f64>,
+) -> Result<(), Error> {
+    for experiment in experiments {
+        let scene = experiment.problem.scene();
+        let own = knowns.iter().zip(errors).filter(|(k, _)| k.as_unknown().is_of(experiment));
+        let off = own.filter_map(|(known, error)| {
+            Some((known.parameter, known.parameter.of(scene)? + known.sigma * error))
+        });
+        let off: Vec<_> = off.collect();
+        experiment.problem = experiment.problem.varied(off)?;
+    }
+    Ok(())
 }
 
 impl Shared<'_> {
@@ -57,6 +82,12 @@ impl Shared<'_> {
                 prior.mean = value + prior.sigma * draw();
             }
         }
+        if !self.knowns.is_empty() {
+            let errors = &self.root * DVector::from_fn(self.knowns.len(), |_, _| draw());
+            if let Err(error) = with_errors(&mut experiments, self.knowns, &errors) {
+                return (Err(error), 0.0);
+            }
+        }
         let task = Task { experiments: &experiments, unknowns: &unknowns, ..self.task };
         let search = task.search();
         let found = search.polish(self.start).and_then(|optimum| match optimum.converged {
@@ -67,21 +98,22 @@ impl Shared<'_> {
     }
 }
 
-/// The spread of every estimate over `count` replicates; none where there was no time for them.
+/// The spread of every estimate over `count` replicates, each with other values of `knowns`; none where
+/// there was no time for them.
 pub(crate) fn spreads(
-    search: &Search,
-    optimum: &Optimum,
-    noise: &[f64],
-    (count, seed): (usize, u64),
+    (search, optimum): (&Search, &Optimum),
+    (noise, knowns): (&[f64], &[Known]),
+    (what, count, seed): (&str, usize, u64),
     warnings: &mut Warnings,
 ) -> Vec<Option<Bootstrap>> {
-    let (spreads, failed) = spread(search, optimum, noise, (count, seed));
+    let found = spread((search, optimum), (noise, knowns), (what, count, seed));
+    let (spreads, failed) = found.unwrap_or_else(|_| (vec![None; search.unknowns.len()], count));
     if search.is_stopped() {
         // Those that were done in time are no fair sample.
         return vec![None; search.unknowns.len()];
     }
     if failed > 0 {
-        let words = format!("{failed} of {count} bootstrap replicates did not converge");
+        let words = format!("{failed} of {count} fits of the {what} did not converge");
         warnings.add(Weight::Note, words);
     }
     spreads
@@ -89,18 +121,18 @@ pub(crate) fn spreads(
 
 /// Runs `count` replicates; one spread per unknown, and how many replicates failed.
 fn spread(
-    search: &Search,
-    optimum: &Optimum,
-    noise: &[f64],
-    (count, seed): (usize, u64),
-) -> (Vec<Option<Bootstrap>>, usize) {
+    (search, optimum): (&Search, &Optimum),
+    (noise, knowns): (&[f64], &[Known]),
+    (what, count, seed): (&str, usize, u64),
+) -> Result<(Vec<Option<Bootstrap>>, usize), Error> {
     let mut simulated = Vec::new();
     for (_, measurement, sigma, residuals) in search.measured(optimum) {
         let mut measurement = measurement.clone();
         let seen = measurement.seen_mut().into_iter().zip(residuals);
         simulated.extend(seen.map(|(seen, r)| *seen + r * sigma));
     }
-    let shared = Shared { task: search.task(), simulated, noise, start: &optimum.x };
+    let (task, root, start) = (search.task(), known::root(knowns)?, &optimum.x[..]);
+    let shared = Shared { task, simulated, noise, start, knowns, root };
     let mut found: Vec<Vec<f64>> = Vec::new();
     for first in (0..count).step_by(BATCH) {
         if search.is_stopped() {
@@ -112,13 +144,13 @@ fn spread(
             search.work.add(work);
             found.extend(result.ok());
         }
-        search.report(&format!("bootstrap, {} of {count}", (first + BATCH).min(count)));
+        search.report(&format!("{what}, {} of {count}", (first + BATCH).min(count)));
     }
     let spreads = (0..search.unknowns.len()).map(|i| {
         let x: Vec<f64> = found.iter().map(|x| x[i]).collect();
         spread_of(&search.unknowns[i], optimum.x[i], x)
     });
-    (spreads.collect(), count - found.len())
+    Ok((spreads.collect(), count - found.len()))
 }
 
 fn spread_of(unknown: &Unknown, at: f64, mut x: Vec<f64>) -> Option<Bootstrap> {

@@ -1,8 +1,10 @@
 //! What a fit says of a parameter.
 
+use crate::fit::measurement::experiment::named;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::sources::{BudgetLine, MonteCarlo, PerCent};
 use crate::fit::uncertainty::vanishing::Vanishing;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
@@ -63,15 +65,31 @@ pub struct Estimate {
     /// Spread over a parametric bootstrap, if asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<Bootstrap>,
+    /// Every source of uncertainty with what it does to the parameter; empty without a standard error.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub budget: Vec<BudgetLine>,
+    /// Standard uncertainty of all sources together, in the parameter's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub combined_std: Option<f64>,
+    /// How many of those the expanded uncertainty has: Student's t at the effective degrees of freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage_factor: Option<f64>,
+    /// Expanded uncertainty: the value is within so much, in its unit, with 95 %.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expanded95: Option<f64>,
+    /// What one per cent of numbers that are neither identified nor said to be known would change, the
+    /// most first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub one_per_cent: Vec<PerCent>,
+    /// What fits with other known numbers and other noise say, if asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub monte_carlo: Option<MonteCarlo>,
 }
 
 impl Estimate {
     /// The name, with the experiments if it is of some only.
     pub fn label(&self) -> String {
-        match self.experiments.is_empty() {
-            true => self.name.to_string(),
-            false => format!("{} ({})", self.name, self.experiments.join(", ")),
-        }
+        named(&self.name, &self.experiments)
     }
 
     /// Of an unknown of which nothing is known but this `value`.
@@ -89,6 +107,12 @@ impl Estimate {
             observed_std_error: None,
             profile95: None,
             bootstrap: None,
+            budget: Vec::new(),
+            combined_std: None,
+            coverage_factor: None,
+            expanded95: None,
+            one_per_cent: Vec::new(),
+            monte_carlo: None,
         }
     }
 }

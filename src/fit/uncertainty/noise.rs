@@ -20,6 +20,8 @@ pub(crate) struct Noise {
     pub reach: f64,
     /// How many it reaches up when it is open downward.
     pub up: f64,
+    /// Degrees of freedom from which it was estimated; none where sigma is given.
+    pub freedom: Option<f64>,
     /// Root of the information of every residual: below 1 under robust losses.
     pub weights: Vec<f64>,
 }
@@ -50,7 +52,8 @@ impl Noise {
         let robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
         let freedom = (!known).then_some(freedom);
         let (reach, up) = (quantile95(freedom), one_sided95(freedom));
-        Self { variance, rise: if robust { square / slope } else { variance }, reach, up, weights }
+        let rise = if robust { square / slope } else { variance };
+        Self { variance, rise, reach, up, freedom, weights }
     }
 }
 

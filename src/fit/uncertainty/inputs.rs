@@ -1,0 +1,216 @@
+//! How the estimates answer to numbers of the scenes that are not identified.
+//!
+//! Where a number is off by `dk`, the residuals are off by `dr = (dr/dk) dk` and the fit makes up for it:
+//! the unknowns move by `-(J'WJ)^-1 J'W dr`. Derivatives of residuals by a number of the scene are those
+//! by a parameter; one run has all of them.
+
+use crate::error::Error;
+use crate::fit::known::Known;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::misfit::residuals::Residuals;
+use crate::fit::search::Search;
+use crate::fit::search::coarse::Coarse;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::weighted;
+use crate::fit::uncertainty::sources::PerCent;
+use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
+use nalgebra::DMatrix;
+
+/// Steps of the coarse model in the first period, and so many numbers at most.
+const COARSE_STEPS: f64 = 48.0;
+const MOST_NUMBERS: usize = 16;
+/// Below so much of a per cent, or of its size, an estimate does not answer.
+const SEEN: f64 = 1e-3;
+/// Where the numbers stand of which one per cent matters. Directions, meshes and steps have none.
+const MATTER: [&str; 10] = [
+    "rod.shape.",
+    "rod.section.",
+    "rod.mass.",
+    "material.",
+    "loads.",
+    "camera.pixel_scale",
+    "supports.motion.",
+    "initial.velocity.",
+    "initial.angular_velocity.",
+    "rod.taper.",
+];
+const DIRECTIONS: [&str; 3] = ["rod.shape.direction", "rod.shape.axis", "rod.section.up"];
+
+/// A change of numbers of the scenes.
+pub(crate) struct Change {
+    /// What is off.
+    pub source: String,
+    parts: Vec<Part>,
+}
+
+/// One number, of the experiments that have the same value of it.
+struct Part {
+    number: Unknown,
+    value: f64,
+    /// By how much it changes, in its unit.
+    by: f64,
+}
+
+/// The values of a number, with the experiments that have them.
+fn values(experiments: &[Experiment], number: &Unknown) -> Vec<(f64, Vec<String>)> {
+    let mut values: Vec<(f64, Vec<String>)> = Vec::new();
+    for experiment in experiments.iter().filter(|e| number.is_of(e)) {
+        let Some(value) = number.parameter.of(experiment.problem.scene()) else { continue };
+        match values.iter_mut().find(|(known, _)| *known == value) {
+            Some((_, names)) => names.push(experiment.name.clone()),
+            None => values.push((value, vec![experiment.name.clone()])),
+        }
+    }
+    values
+}
+
+impl Change {
+    /// Of a number in all its experiments, by what `by` makes of its value.
+    fn of(experiments: &[Experiment], number: &Unknown, by: impl Fn(f64) -> f64) -> Self {
+        let part = |(value, experiments): (f64, Vec<String>)| Part {
+            number: Unknown { experiments, plain: true, ..Unknown::new(number.parameter) },
+            value,
+            by: by(value),
+        };
+        let parts = values(experiments, number).into_iter().map(part).collect();
+        Self { source: number.to_string(), parts }
+    }
+
+    /// Of a known number, by its standard uncertainty.
+    pub fn of_known(experiments: &[Experiment], known: &Known) -> Self {
+        Self::of(experiments, &known.as_unknown(), |_| known.sigma)
+    }
+
+    /// The value of its number, where all experiments have the same.
+    pub fn value(&self) -> Option<f64> {
+        match &self.parts[..] {
+            [alone] => Some(alone.value),
+            _ => None,
+        }
+    }
+}
+
+/// One per cent of everything that matters and is not said: components of a vector are one.
+fn one_per_cent(search: &Search, knowns: &[Known]) -> Vec<Change> {
+    let said = |p: Parameter, e: &Experiment| {
+        search.unknowns.iter().any(|u| u.parameter == p && u.is_of(e))
+            || knowns.iter().any(|k| k.parameter == p && k.as_unknown().is_of(e))
+    };
+    let starts = |path: &str, places: &[&str]| places.iter().any(|place| path.starts_with(place));
+    let mut changes: Vec<Change> = Vec::new();
+    let mut seen: Vec<Parameter> = Vec::new();
+    for experiment in search.experiments {
+        let problem = &experiment.problem;
+        for parameter in Parameter::all(problem.scene()) {
+            let path = parameter.path();
+            let there = parameter.of(problem.scene()).is_some_and(|value| value != 0.0);
+            if !there
+                || !starts(path, &MATTER)
+                || starts(path, &DIRECTIONS)
+                || seen.contains(&parameter)
+                || said(parameter, experiment)
+                || problem.check_parameter(parameter).is_err()
+            {
+                continue;
+            }
+            if seen.len() == MOST_NUMBERS {
+                return changes;
+            }
+            seen.push(parameter);
+            let mut change =
+                Change::of(search.experiments, &parameter.into(), |value| 0.01 * value);
+            if let Some(vector) = [".x", ".y", ".z"].iter().find_map(|c| path.strip_suffix(c)) {
+                change.source = vector.into();
+            }
+            match changes.iter_mut().find(|other| other.source == change.source) {
+                Some(other) => other.parts.append(&mut change.parts),
+                None => changes.push(change),
+            }
+        }
+    }
+    changes
+}
+
+/// How every unknown, on its scale, answers to every change; none for those that are not identified.
+/// `experiments` are those of the search, or a coarse model of them.
+pub(crate) fn answers(
+    (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
+    (estimates, weights): (&[Estimate], &[f64]),
+    changes: &[Change],
+) -> Result<Vec<Vec<Option<f64>>>, Error> {
+    let n = search.unknowns.len();
+    if changes.is_empty() {
+        return Ok(Vec::new());
+    }
+    let (mut unknowns, mut x) = (search.unknowns.to_vec(), optimum.x.clone());
+    for part in changes.iter().flat_map(|change| &change.parts) {
+        unknowns.push(part.number.clone());
+        x.push(part.value);
+    }
+    let durations = search.durations();
+    let residuals =
+        Residuals::new(experiments, &search.sigmas, &unknowns, &durations, search.full_work)?
+            .counting(search.work.clone());
+    let rows = weighted(&residuals.plain_jacobian(&x)?, weights);
+    let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
+    let norms: Vec<f64> = (0..n).map(norm).collect();
+    let free: Vec<usize> =
+        (0..n).filter(|j| estimates[*j].identifiable && norms[*j] > 0.0).collect();
+    let by_free =
+        DMatrix::from_fn(rows.len(), free.len(), |i, a| rows[i][free[a]] / norms[free[a]]);
+    let mut first = n;
+    let mut by_change = DMatrix::zeros(rows.len(), changes.len());
+    for (c, change) in changes.iter().enumerate() {
+        for (k, part) in change.parts.iter().enumerate() {
+            for (i, row) in rows.iter().enumerate() {
+                by_change[(i, c)] += part.by * row[first + k];
+            }
+        }
+        first += change.parts.len();
+    }
+    let factors = by_free.qr();
+    let moved = factors.r().solve_upper_triangular(&(factors.q().transpose() * by_change));
+    let answer = |c: usize, j: usize| {
+        let place = free.iter().position(|k| *k == j)?;
+        let moved = -moved.as_ref()?[(place, c)] / norms[j];
+        moved.is_finite().then_some(moved)
+    };
+    Ok((0..changes.len()).map(|c| (0..n).map(|j| answer(c, j)).collect()).collect())
+}
+
+/// What one per cent of everything that matters and is not said would change in every estimate, by a
+/// coarse model: the most first.
+pub(crate) fn per_cents(
+    (search, optimum): (&Search, &Optimum),
+    (estimates, weights): (&[Estimate], &[f64]),
+    knowns: &[Known],
+) -> Result<Vec<Vec<PerCent>>, Error> {
+    let changes = one_per_cent(search, knowns);
+    let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
+    let coarse = coarse.task(search);
+    let found = answers((search, optimum, coarse.experiments), (estimates, weights), &changes)?;
+    search.report("what one per cent of the inputs would change");
+    let of = |(j, estimate): (usize, &Estimate)| {
+        let mut all = Vec::new();
+        let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
+            return all;
+        };
+        let unknown = &search.unknowns[j];
+        let positive = unknown.parameter.is_positive();
+        let size = if positive { 0.01 * value } else { value.abs() };
+        for (change, moved) in changes.iter().zip(&found) {
+            let Some(moved) = moved[j] else { continue };
+            let change_of_it = moved * unknown.slope(value);
+            if change_of_it.abs() > SEEN * size {
+                let relative = positive.then_some(100.0 * moved);
+                let source = change.source.clone();
+                all.push(PerCent { source, change: change_of_it, relative });
+            }
+        }
+        all.sort_by(|a, b| b.change.abs().total_cmp(&a.change.abs()));
+        all
+    };
+    Ok(estimates.iter().enumerate().map(of).collect())
+}

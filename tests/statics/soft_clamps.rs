@@ -1,0 +1,230 @@
+//! Clamps that give: deflections and frequencies against beam theory, in the plane and in space.
+
+use rodfit::fit::Frequencies;
+use rodfit::scene::{Clamp, Dimension, Handedness, InitialState, Material, Scene, Section, Shape};
+use rodfit::scene::{Compliance, PointForce, Support, Time};
+use rodfit::vibration::{About, Kind};
+use rodfit::{Fit, Parameter, Point};
+use std::f64::consts::PI;
+
+use crate::common::differences::at_rest;
+use crate::common::{at_tip, rest, simulate};
+
+const LENGTH: f64 = 0.5;
+const RADIUS: f64 = 5e-3;
+const MODULUS: f64 = 1e9;
+const DENSITY: f64 = 1000.0;
+/// EI, N m^2.
+const BENDING: f64 = MODULUS * PI * RADIUS * RADIUS * RADIUS * RADIUS / 4.0;
+const BOTH: [Dimension; 2] = [Dimension::Planar, Dimension::Spatial];
+
+/// Without weight; the clamp turns by a part of what the rod's tip turns by under a moment.
+fn rod(segments: usize, dimension: Dimension, part: f64) -> Scene {
+    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
+    let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
+    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    scene.rod.dimension = dimension;
+    scene.supports.start_compliance.rotation = part * LENGTH / BENDING;
+    scene
+}
+
+fn rotation() -> Parameter {
+    "supports.start_compliance.rotation".parse().unwrap()
+}
+
+fn named(name: &str) -> Parameter {
+    name.parse().unwrap()
+}
+
+/// By how much a small force at the tip moves it, over what it moves the tip of a rigidly clamped one by.
+fn sag(scene: &Scene) -> f64 {
+    let force = 1e-5 * BENDING / (LENGTH * LENGTH);
+    let mut loaded = scene.clone();
+    loaded.loads.point = at_tip([0.0, -force, 0.0]);
+    -rest(&loaded).tip[1] / (force * LENGTH.powi(3) / (3.0 * BENDING))
+}
+
+/// `P L^3/(3 EI) + c P L^2`: the clamp's part at second order of the mesh, however soft it is.
+#[test]
+fn a_clamp_that_turns_adds_its_deflection() {
+    for (dimension, part) in BOTH.into_iter().flat_map(|d| [0.01, 0.1, 1.0].map(|p| (d, p))) {
+        let errors = [25, 50, 100].map(|segments| {
+            let [soft, rigid] = [part, 0.0].map(|part| sag(&rod(segments, dimension, part)));
+            (soft - rigid) / (3.0 * part) - 1.0
+        });
+        println!("{dimension:?}, {part}: {errors:?}");
+        // A joint half an edge from the wall would leave 2 % at 50. Nothing is left: the joint is at the wall.
+        // What the rod without the clamp has, with its wall at mid-edge, is of second order.
+        let second = [25.0_f64, 50.0, 100.0].map(|n| 0.3 / (part * n * n));
+        assert!((0..3).all(|k| errors[k].abs() < second[k] + 1e-6), "{errors:?}");
+    }
+}
+
+/// The same from the other end, where both ends are clamped the same from both, and with walls at nodes.
+#[test]
+fn both_ends_give_alike() {
+    let start = rod(40, Dimension::Planar, 0.3);
+    let mut end = start.clone();
+    end.rod.shape = Shape::Straight { length: LENGTH, direction: [-1.0, 0.0, 0.0] };
+    (end.supports.start, end.supports.end) = (Support::Free, Support::Clamped);
+    end.supports.end_compliance = std::mem::take(&mut end.supports.start_compliance);
+    let force = 1e-4 * BENDING / (LENGTH * LENGTH);
+    let moved = |mut scene: Scene, node: Point| {
+        scene.loads.point =
+            vec![PointForce { node, force: [0.0, -force, 0.0], ..Default::default() }];
+        let problem = scene.problem().unwrap();
+        let run = at_rest(&problem, &[]);
+        run.at(node, 0.0).unwrap().0[1]
+    };
+    let (a, b) = (moved(start.clone(), Point::Tip), moved(end, Point::Node(0)));
+    assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    // A force in the middle of a beam whose clamps give: w = P L^3/192 EI (1 + 8 k)/(1 + 2 k).
+    let middle = Point::ArcLength(0.5 * LENGTH);
+    let mut both = start;
+    both.supports.end = Support::Clamped;
+    both.supports.end_compliance = both.supports.start_compliance;
+    let found = moved(both.clone(), middle);
+    let mut rigid = both;
+    rigid.supports.start_compliance = Compliance::default();
+    rigid.supports.end_compliance = Compliance::default();
+    let factor = found / moved(rigid, middle);
+    let k = 0.3;
+    let expected = (1.0 + 8.0 * k) / (1.0 + 2.0 * k);
+    assert!((factor / expected - 1.0).abs() < 0.02, "{factor}, expected {expected}");
+}
+
+/// Roots of 1 + cos b cosh b = k b (sin b cosh b - cos b sinh b).
+#[test]
+fn frequencies_are_those_of_a_beam_on_a_spring() {
+    let unit = (BENDING / (DENSITY * PI * RADIUS * RADIUS)).sqrt() / (LENGTH * LENGTH);
+    for (dimension, k) in BOTH.into_iter().flat_map(|d| [0.02, 0.2, 2.0].map(|k| (d, k))) {
+        let equation = |b: f64| {
+            let (sin, cos, sinh, cosh) = (b.sin(), b.cos(), b.sinh(), b.cosh());
+            1.0 + cos * cosh - k * b * (sin * cosh - cos * sinh)
+        };
+        let root = |mut low: f64, mut high: f64| {
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if (equation(middle) > 0.0) == (equation(low) > 0.0) {
+                    low = middle
+                } else {
+                    high = middle
+                }
+            }
+            low
+        };
+        // Between a hinge and a wall.
+        for (mode, exact) in [root(0.1, 1.8751), root(3.9266, 4.6941)].into_iter().enumerate() {
+            let errors = [25, 50, 100].map(|segments| {
+                let scene = rod(segments, dimension, k);
+                let found = scene.problem().unwrap().modes(6, About::Equilibrium).unwrap();
+                let bending = found.modes.iter().filter(|m| m.kind == Kind::Bending);
+                let mut all: Vec<f64> = bending.map(|m| m.frequency_rad_s).collect();
+                all.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);
+                all[mode] / (exact * exact * unit) - 1.0
+            });
+            println!("{dimension:?}, {k}, mode {mode}: {errors:?}");
+            assert!(errors[2].abs() < 1e-3 && errors[1].abs() < 4e-3, "{errors:?}");
+        }
+    }
+}
+
+/// A rigid clamp has a derivative by its compliance, from one side.
+#[test]
+fn a_rigid_clamp_has_a_derivative() {
+    for dimension in BOTH {
+        let force = 1e-4 * BENDING / (LENGTH * LENGTH);
+        let mut scene = rod(100, dimension, 0.0);
+        scene.loads.point = at_tip([force, -force, 0.0]);
+        let problem = scene.problem().unwrap();
+        let parameters = [rotation(), named("supports.start_compliance.axial")];
+        let run = at_rest(&problem, &parameters);
+        let by = run.at(Point::Tip, 0.0).unwrap().1;
+        let (turning, along) = (-by[0][1] / (force * LENGTH * LENGTH), by[1][0] / force);
+        // Half an edge from the wall: a lever and a moment shorter by a part of 1/200 each.
+        assert!((turning - 0.99).abs() < 1e-3, "{dimension:?}: {turning}");
+        assert!((along - 1.0).abs() < 1e-6, "{dimension:?}: {along}");
+        // And gives along itself by what it says.
+        let mut soft = scene.clone();
+        soft.supports.start_compliance.axial = 1e-6;
+        let moved = (rest(&soft).tip[0] - rest(&scene).tip[0]) / (1e-6 * force);
+        assert!((moved - 1.0).abs() < 1e-4, "{dimension:?}: {moved}");
+    }
+}
+
+/// A helix clamped softly: what its clamp adds does not depend on the mesh.
+#[test]
+fn a_curved_rod_has_the_same_clamp_on_all_meshes() {
+    let drop = |segments: usize, part: f64| {
+        let (axis, handedness) = ([0.0, 0.0, -1.0], Handedness::Left);
+        let shape = Shape::Helix { length: LENGTH, radius: 0.02, pitch: 0.05, axis, handedness };
+        let mut scene = rod(segments, Dimension::Spatial, part);
+        scene.rod.shape = shape;
+        scene.loads.point = at_tip([0.0, 0.0, -1e-4]);
+        rest(&scene).tip[2]
+    };
+    let added = [50, 100, 400].map(|n| drop(n, 0.1) - drop(n, 0.0));
+    println!("{added:?}");
+    assert!((added[0] / added[2] - 1.0).abs() < 0.03 && (added[1] / added[2] - 1.0).abs() < 0.01);
+}
+
+/// Let go, a softly clamped rod swings at its own frequency.
+#[test]
+fn a_softly_clamped_rod_swings_more_slowly() {
+    for dimension in BOTH {
+        let period = |part: f64| {
+            let mut scene = rod(20, dimension, part);
+            let first = scene.problem().unwrap().modes(1, About::Equilibrium).unwrap();
+            let first = first.frequencies_rad_s[0];
+            scene.initial.state = InitialState::Equilibrium;
+            scene.initial.point = at_tip([0.0, -1e-3 * BENDING / (LENGTH * LENGTH), 0.0]);
+            scene.time = Some(Time::new(1.0 / first * PI, 2e-3 / first * PI));
+            let run = simulate(&scene);
+            let sag = |k: usize| run.at(Point::Tip, run.times()[k]).unwrap().0[1];
+            let k = (0..run.times().len()).find(|k| sag(*k) > 0.0).unwrap();
+            run.times()[k] * first
+        };
+        let [rigid, soft] = [0.0, 0.5].map(period);
+        assert!((rigid / (0.5 * PI) - 1.0).abs() < 0.02, "{rigid}");
+        assert!((soft / (0.5 * PI) - 1.0).abs() < 0.02, "{soft}");
+    }
+}
+
+/// Frequencies tell a clamp from a modulus.
+#[test]
+fn a_clamp_is_identified() {
+    let mut scene = rod(40, Dimension::Planar, 0.05);
+    let truth = scene.supports.start_compliance.rotation;
+    let modes = scene.problem().unwrap().modes(20, About::Equilibrium).unwrap();
+    let mut found: Vec<f64> = modes.frequencies_rad_s;
+    found.dedup_by(|a, b| (*a / *b - 1.0).abs() < 1e-6);
+    let measured = Frequencies::new(&found[..3], 1e-3);
+    scene.supports.start_compliance.rotation = 0.0;
+    let fit = Fit::new(&scene.problem().unwrap()).observe(measured);
+    let report = fit.identify(Parameter::YoungsModulus).identify(rotation()).solve().unwrap();
+    println!("{report}");
+    let value = |k: usize| report.parameters[k].value.unwrap();
+    assert!(
+        (value(0) / MODULUS - 1.0).abs() < 1e-5 && (value(1) / truth - 1.0).abs() < 1e-4,
+        "{report}"
+    );
+}
+
+#[test]
+fn compliances_of_what_is_no_clamp_are_refused() {
+    let told = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = rod(10, Dimension::Planar, 0.1);
+        change(&mut scene);
+        scene.problem().map(|_| ()).unwrap_err().to_string()
+    };
+    let free = told(&|scene| scene.supports.end_compliance.axial = 1e-6);
+    assert!(free.contains("supports.end_compliance.axial") && free.contains("no wall"), "{free}");
+    let negative = told(&|scene| scene.supports.start_compliance.rotation = -1.0);
+    assert!(negative.contains("supports.start_compliance.rotation"), "{negative}");
+    let problem = rod(10, Dimension::Planar, 0.1).problem().unwrap();
+    let refused = problem.check_parameter(named("supports.end_compliance.rotation"));
+    assert!(refused.unwrap_err().to_string().contains("where no wall is"));
+    let mut nodes = rod(50, Dimension::Planar, 0.1);
+    nodes.supports.clamp = Clamp::Nodes;
+    nodes.problem().unwrap();
+}

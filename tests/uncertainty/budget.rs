@@ -1,0 +1,280 @@
+//! The budget of uncertainty against closed forms and against Monte Carlo.
+
+use rodfit::fit::{Analysis, Correlation, Estimate, Experiment, FitFile, Frequencies, Known};
+use rodfit::fit::{RestShape, Sighting};
+use rodfit::scene::{Material, Scene, Section, Shape};
+use rodfit::vibration::About;
+use rodfit::{Fit, FitReport, Parameter, Point};
+
+use crate::common::coarse;
+use crate::common::fits::{noisy, observe};
+use crate::intervals::small;
+
+/// Known numbers, by a part of their values.
+const KNOWN: [(&str, f64); 3] =
+    [("rod.shape.length", 0.004), ("rod.section.radius", 0.01), ("material.density", 0.02)];
+
+fn named(name: &str) -> Parameter {
+    name.parse().unwrap()
+}
+
+/// A number of the scene with an uncertainty of a part of it.
+fn known(scene: &Scene, name: &str, part: f64) -> Known {
+    Known::new(named(name), part * named(name).of(scene).unwrap())
+}
+
+fn all_known(fit: Fit, scene: &Scene) -> Fit {
+    KNOWN.iter().fold(fit, |fit, (name, part)| fit.known(known(scene, name, *part)))
+}
+
+/// So stiff that it is a beam.
+fn stiff(gravity: f64) -> Scene {
+    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+    let section = Section::Circle { radius: 0.005 };
+    let mut scene = Scene::new(20, shape, section, Material::new(1200.0, 2e10));
+    scene.loads.gravity = [0.0, -gravity, 0.0];
+    scene
+}
+
+/// One frequency with a part of it as noise.
+fn frequency(noise: f64) -> (Scene, Fit) {
+    let scene = stiff(0.0);
+    let problem = scene.problem().unwrap();
+    let first = problem.modes(1, About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let fit = Fit::new(&problem).observe(Frequencies::new(&[first], noise * first));
+    (scene, fit.identify(Parameter::YoungsModulus))
+}
+
+/// The tip's sag with a part of it as noise.
+fn droop(scene: &Scene, noise: f64) -> RestShape {
+    let tip = scene.problem().unwrap().equilibrium().unwrap().tip;
+    let position = [None, Some(tip[1]), None];
+    RestShape::new(vec![Sighting { point: Point::Tip, position }]).sigma(noise * tip[1].abs())
+}
+
+fn fit_droop(noise: f64) -> (Scene, Fit) {
+    let scene = stiff(9.8);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(droop(&scene, noise));
+    (scene, fit.identify(Parameter::YoungsModulus))
+}
+
+/// A small swing, released under its weight.
+fn swing() -> (Scene, Fit) {
+    let mut scene = coarse(10, 1e-3, 0.15);
+    scene.material.youngs_modulus = 1e10;
+    let mut data = observe(&scene, 60);
+    // How far the tip is from the wall would tell the length.
+    data.samples.iter_mut().for_each(|sample| sample.position[0] = None);
+    let size =
+        data.samples.iter().filter_map(|s| s.position[1]).fold(0.0_f64, |m, y| m.max(y.abs()));
+    let data = noisy(&data, 0.02 * size, 3).sigma(0.02 * size);
+    let fit = Fit::new(&scene.problem().unwrap()).observe(data);
+    (scene, fit.identify(Parameter::YoungsModulus))
+}
+
+fn modulus(report: &FitReport) -> &Estimate {
+    report.estimate(Parameter::YoungsModulus).unwrap()
+}
+
+#[track_caller]
+fn near(found: f64, expected: f64, part: f64) {
+    assert!((found / expected - 1.0).abs() < part, "{found}, expected {expected}");
+}
+
+/// Per cent of E per per cent of a source.
+#[track_caller]
+fn relative(estimate: &Estimate, source: &str) -> f64 {
+    let line = estimate.budget.iter().find(|line| line.source == source);
+    line.unwrap_or_else(|| panic!("no {source}")).relative_sensitivity.unwrap()
+}
+
+#[track_caller]
+fn contribution(estimate: &Estimate, source: &str) -> f64 {
+    let line = estimate.budget.iter().find(|line| line.source == source);
+    line.unwrap_or_else(|| panic!("no {source}")).contribution / estimate.value.unwrap()
+}
+
+/// E goes with the square of the frequency, L^4, 1/r^2 and the density; by a swing it does as by a
+/// frequency, as a sag under the weight is one over the squared frequency; by a sag with its inverse.
+#[test]
+fn sensitivities_are_those_of_the_closed_forms() {
+    let (noise, slack) = (0.003, [1e-6, 1e-3, 5e-3]);
+    let fits = [frequency(noise), fit_droop(noise), swing()];
+    for (k, ((scene, fit), slack)) in fits.into_iter().zip(slack).enumerate() {
+        let report = all_known(fit, &scene).solve().unwrap();
+        println!("{report}");
+        let e = modulus(&report);
+        near(relative(e, "rod.shape.length"), 4.0, slack);
+        near(relative(e, "rod.section.radius"), -2.0, slack);
+        near(relative(e, "material.density"), 1.0, slack);
+        near(contribution(e, "rod.shape.length"), 0.016, slack);
+        if k < 2 {
+            let power = [2.0, 1.0][k];
+            near(contribution(e, "noise"), power * noise, 1e-3);
+        }
+        let square = |name: &str| contribution(e, name).powi(2);
+        let sources = ["rod.shape.length", "rod.section.radius", "material.density", "noise"];
+        let mesh = e.budget.iter().filter(|l| ["mesh", "step"].contains(&&l.source[..]));
+        let mesh: f64 = mesh.map(|l| (l.contribution / e.value.unwrap()).powi(2)).sum();
+        let sum = sources.iter().map(|name| square(name)).sum::<f64>() + mesh;
+        near(e.combined_std.unwrap() / e.value.unwrap(), sum.sqrt(), 1e-9);
+        near(e.expanded95.unwrap(), e.coverage_factor.unwrap() * e.combined_std.unwrap(), 1e-12);
+        near(e.coverage_factor.unwrap(), 1.95996, 1e-5);
+        near(e.budget.iter().map(|l| l.share).sum(), 1.0, 1e-12);
+        // The data do not know of it.
+        near(e.std_error.unwrap() / e.value.unwrap(), contribution(e, "noise"), 1e-9);
+    }
+}
+
+/// The error of each known number drawn anew, and the noise, in every fit.
+#[test]
+fn a_monte_carlo_agrees_with_the_budget() {
+    for (scene, fit) in [frequency(0.003), fit_droop(0.003), swing()] {
+        let analysis = Analysis { monte_carlo: 600, seed: 5, ..Analysis::default() };
+        let report = all_known(fit, &scene).analyse(analysis).solve().unwrap();
+        let found = modulus(&report).monte_carlo.clone().unwrap();
+        println!("{report}");
+        near(found.std, found.linear_std, 0.05);
+        let [low, high] = found.interval95;
+        near(high - low, 2.0 * 1.96 * found.linear_std, 0.08);
+        assert!(!report.warnings.iter().any(|w| w.contains("Monte Carlo")), "{report}");
+    }
+}
+
+/// Numbers whose errors go together make up for each other, or add.
+#[test]
+fn correlated_errors_add_with_their_signs() {
+    for (correlation, expected) in [(1.0, 0.0), (0.5, 4.0), (0.0, 5.656854), (-1.0, 8.0)] {
+        let (scene, fit) = frequency(1e-9);
+        // Of one per cent 4, and of two -4.
+        let radius = named("rod.section.radius");
+        let length = known(&scene, "rod.shape.length", 0.01).correlated(radius, correlation);
+        let quiet = Analysis {
+            discretization_error: rodfit::fit::Refinement::None,
+            monte_carlo: 100,
+            ..Analysis::default()
+        };
+        let fit = fit.known(known(&scene, "rod.section.radius", 0.02)).known(length).analyse(quiet);
+        let report = fit.solve().unwrap();
+        let e = modulus(&report);
+        let percent = 100.0 * e.combined_std.unwrap() / e.value.unwrap();
+        assert!((percent - expected).abs() < 1e-4, "{correlation}: {percent}");
+        // Drawn so, too; where they cancel, what is left is of second order.
+        let drawn = 100.0 * e.monte_carlo.as_ref().unwrap().std / e.value.unwrap();
+        assert!((drawn - expected).abs() < 0.25 * expected + 0.2, "{correlation}: {drawn}");
+    }
+}
+
+/// One ruler for two rods is an error of both; two rulers are two.
+#[test]
+fn experiments_share_an_error_or_have_their_own() {
+    let scene = stiff(9.8);
+    let problem = scene.problem().unwrap();
+    let percent = |knowns: Vec<Known>| {
+        let both =
+            ["one", "two"].map(|name| Experiment::new(name, &problem).observe(droop(&scene, 1e-6)));
+        let fit = Fit::of(both).identify(Parameter::YoungsModulus);
+        let report = knowns.into_iter().fold(fit, Fit::known).solve().unwrap();
+        let e = modulus(&report);
+        let own = e.budget.iter().filter(|line| line.std.is_some());
+        let square: f64 = own.map(|line| line.contribution.powi(2)).sum();
+        100.0 * square.sqrt() / e.value.unwrap()
+    };
+    let length = known(&scene, "rod.shape.length", 0.01);
+    near(percent(vec![length.clone()]), 4.0, 1e-3);
+    let own = |name: &str| length.clone().of_experiment(name);
+    near(percent(vec![own("one"), own("two")]), 4.0 / 2.0_f64.sqrt(), 1e-3);
+}
+
+/// Of few values the noise is known badly, and the expanded uncertainty says so; what is known well makes
+/// up for it.
+#[test]
+fn few_values_widen_the_coverage() {
+    let scene = small(0.3);
+    let data = noisy(&observe(&scene, 4), 1e-4, 1);
+    let fit = |known: Option<Known>| {
+        let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone());
+        let fit = fit.identify(Parameter::YoungsModulus).analyse(crate::common::fits::same_mesh());
+        known.into_iter().fold(fit, Fit::known).solve().unwrap()
+    };
+    // Eight values, one unknown.
+    let report = fit(None);
+    let e = modulus(&report);
+    near(e.coverage_factor.unwrap(), 2.364624, 1e-5);
+    let [low, high] = e.interval95.unwrap();
+    near(e.expanded95.unwrap(), 0.5 * (high - low), 1e-4);
+    let report = fit(Some(known(&scene, "rod.shape.length", 0.01)));
+    assert!(modulus(&report).coverage_factor.unwrap() < 1.97, "{report}");
+}
+
+/// Without being asked a fit says what matters, by a run that costs next to nothing.
+#[test]
+fn one_per_cent_of_everything_is_said() {
+    let (scene, fit) = swing();
+    let report = fit.clone().solve().unwrap();
+    println!("{report}");
+    let e = modulus(&report);
+    let all: Vec<(&str, f64)> =
+        e.one_per_cent.iter().map(|p| (&p.source[..], p.relative.unwrap())).collect();
+    let of = |name: &str| all.iter().find(|(source, _)| *source == name).unwrap().1;
+    assert_eq!(all[0].0, "rod.shape.length");
+    near(of("rod.shape.length"), 4.0, 0.02);
+    near(of("rod.section.radius"), -2.0, 0.02);
+    near(of("material.density"), 1.0, 0.02);
+    assert!(all.iter().any(|(source, _)| *source == "loads.gravity"), "{all:?}");
+    assert!(all.iter().any(|(source, _)| *source == "camera.pixel_scale"), "{all:?}");
+    assert!(report.to_string().contains("1 % of             rod.shape.length: +"), "{report}");
+    // What is said to be known stands in the budget instead.
+    let length = known(&scene, "rod.shape.length", 0.01);
+    let said = fit.clone().known(length).solve().unwrap();
+    assert!(modulus(&said).one_per_cent.iter().all(|p| p.source != "rod.shape.length"));
+    let quiet = Analysis { one_per_cent: false, ..Analysis::default() };
+    let quiet = fit.analyse(quiet).solve().unwrap();
+    assert!(modulus(&quiet).one_per_cent.is_empty());
+    assert!(report.simulations < 1.3 * quiet.simulations, "{report}\n{quiet}");
+}
+
+/// What cannot be is refused before anything is computed, with what is allowed.
+#[test]
+fn what_cannot_be_known_is_refused() {
+    let folder = std::env::current_dir().unwrap().join("data");
+    let head = "scene = \"cantilever.toml\"\nobservation = [{ file = \"cantilever-tip.csv\" }]\n";
+    let modulus = "[[parameter]]\nname = \"youngs_modulus\"\n";
+    let with_prior =
+        "[[parameter]]\nname = \"youngs_modulus\"\nprior = { mean = 1e8, sigma = 1e7 }\n";
+    let radius = "[[known]]\nname = \"radius\"\nsigma = 1e-5\n";
+    let length = "[[known]]\nname = \"rod.shape.length\"\nsigma = 1e-3\n";
+    let cases = [
+        (modulus, "[[known]]\nname = \"youngs_modulus\"\nsigma = 1e6\n", "which is identified"),
+        (with_prior, "[[known]]\nname = \"youngs_modulus\"\nsigma = 1e6\n", "which has a prior"),
+        (modulus, "[[known]]\nname = \"radius\"\nsigma = 0.0\n", "known[0].sigma"),
+        (modulus, "[[known]]\nname = \"radius\"\n", "sigma"),
+        (modulus, "[[known]]\nname = \"width\"\nsigma = 1.0\n", "rectangular"),
+        (modulus, &format!("{radius}{radius}"), "each name once"),
+        (
+            modulus,
+            &format!("{radius}correlation = [{{ with = \"density\", value = 0.5 }}]\n"),
+            "[[known]]",
+        ),
+        (
+            modulus,
+            &format!(
+                "{length}{radius}correlation = [{{ with = \"rod.shape.length\", value = 1.5 }}]\n"
+            ),
+            "-1 .. 1",
+        ),
+        (modulus, &format!("{radius}experiment = \"other\"\n"), "experiment"),
+    ];
+    for (parameter, known, words) in cases {
+        let error = FitFile::from_toml(&format!("{head}{parameter}{known}"), &folder).unwrap_err();
+        assert!(error.to_string().contains(words), "{known}: {error}");
+    }
+    // Three that no numbers have together.
+    let [a, b, c] = ["radius", "density", "rod.shape.length"].map(named);
+    let with = |with, value| Correlation { with, experiment: None, value };
+    let one = Known { correlations: vec![with(b, 0.9), with(c, 0.9)], ..Known::new(a, 1.0) };
+    let two = Known::new(b, 1.0).correlated(c, -0.9);
+    let (_, fit) = swing();
+    let error = fit.known(one).known(two).known(Known::new(c, 1.0)).solve().unwrap_err();
+    assert!(error.to_string().contains("negative eigenvalues"), "{error}");
+}
