@@ -112,6 +112,16 @@ pub enum Error {
         /// The inner node.
         node: usize,
     },
+    /// A step turned an edge of a rod with moving supports too far.
+    #[error(
+        "at t = {time} s edge {edge} would turn by more than 45 degrees within one step; a smaller time.step may help"
+    )]
+    Leap {
+        /// End of the step that was refused, s.
+        time: f64,
+        /// The edge, from 0.
+        edge: usize,
+    },
     /// The tangent of a step has no inverse.
     #[error(
         "the tangent is singular at t = {time} s, degree of freedom {row}; a smaller time.step may help"
@@ -264,6 +274,7 @@ impl Error {
             Self::Newton { .. }
                 | Self::EnergyGrowth { .. }
                 | Self::Fold { .. }
+                | Self::Leap { .. }
                 | Self::Unstable { .. }
                 | Self::NotFinite { .. }
                 | Self::SingularTangent { .. }

@@ -100,7 +100,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let descend = |rod: &M::Rod<f64>, q: Vec<f64>, frames| {
             let scales = (self.problem.length(), self.negligible(None));
             let all = 0..q.len();
-            Descent::new(rod, all, scales, None, self.problem.derivatives(), q).descend(frames)
+            let derivatives = self.problem.derivatives();
+            Descent::new(rod, all, scales, None, derivatives, q).holding().descend(frames)
         };
         let first = descend(&rod, q, frames)?;
         let rod = self.tied(self.setup, track, 1)?;

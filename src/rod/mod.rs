@@ -159,6 +159,9 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     /// has infinite energy; a large step does.
     fn folded(&self, before: &[D], now: &[D], frames: &Self::Frames) -> Option<usize>;
 
+    /// The first edge that turned by more than 45 degrees on the way from `before` to `now`.
+    fn leapt(&self, before: &[D], now: &[D]) -> Option<usize>;
+
     /// By how much the potential of the loads in [`energies`](Rod::energies) is short, J, after a step
     /// in which an angle it counts has started over.
     fn wound(&self, _before: &[D], _now: &[D]) -> f64 {
@@ -215,6 +218,16 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
 #[inline]
 fn half_a_turn_apart(product: f64) -> bool {
     product <= -4.0
+}
+
+/// Whether an edge that was `a` and is `b`, m, has turned by more than 45 degrees.
+#[inline]
+fn turned_far<D: Scalar, const N: usize>(a: [D; N], b: [D; N]) -> bool {
+    let dot = |a: &[D; N], b: &[D; N]| -> f64 {
+        a.iter().zip(b).map(|(a, b)| a.value() * b.value()).sum()
+    };
+    let along = dot(&a, &b);
+    along < 0.0 || 2.0 * along * along < dot(&a, &a) * dot(&b, &b)
 }
 
 /// The frames of a rod with derivatives along one parameter.

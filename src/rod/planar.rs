@@ -15,7 +15,7 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 pub use crate::rod::planar::geometry::Geometry;
 use crate::rod::planar::geometry::{Edge, Measure};
-use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart};
+use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart, turned_far};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -469,6 +469,11 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             }
         };
         self.bend.iter().enumerate().position(struck).map(|i| i + 1)
+    }
+
+    fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
+        let edge = |q: &[D], i: usize| [q[2 * i + 2] - q[2 * i], q[2 * i + 3] - q[2 * i + 1]];
+        (0..self.stretch.len()).find(|i| turned_far(edge(before, *i), edge(now, *i)))
     }
 
     /// A hinged rod turns beyond half a turn, where its first angle jumps.

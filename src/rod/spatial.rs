@@ -19,7 +19,7 @@ pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::geometry::Measure;
-use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart};
+use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart, turned_far};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -450,6 +450,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             }
         };
         (0..self.joint.len()).find(|i| struck(*i)).map(|i| i + 1)
+    }
+
+    fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
+        (0..self.stretch.len()).find(|i| turned_far(edge(before, *i), edge(now, *i)))
     }
 
     fn not_finite(&self, q: &[D], frames: &Frames<D>) -> Option<(String, f64)> {

@@ -67,6 +67,8 @@ pub(crate) struct Descent<'a, R, const W: usize> {
     /// Stiffnesses that count as none, N/m (N m for angles).
     negligible: Vec<f64>,
     edges: Option<EdgeCoordinates>,
+    /// Whether what nothing resists is held by the negligible stiffnesses.
+    holds: bool,
     /// What `lambda` multiplies: masses, or the metric of the edges.
     metric: Vec<f64>,
     q: Vec<f64>,
@@ -109,6 +111,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             negligible,
             metric: edges.map_or_else(|| rod.mass().to_vec(), |edges| edges.metric(rod)),
             edges,
+            holds: false,
             start: q.clone(),
             q,
             gradient: vec![0.0; n],
@@ -117,6 +120,13 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             correction: vec![0.0; n],
             iterations: 0,
         }
+    }
+
+    /// Holds what nothing resists, the turn of a straight round rod about itself, by the negligible
+    /// stiffnesses: without them corrections along it are rounding errors over rounding errors.
+    pub fn holding(mut self) -> Self {
+        self.holds = true;
+        self
     }
 
     fn assemble(&mut self, frames: &R::Frames) {
@@ -197,8 +207,12 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             self.assemble(frames);
             self.iterations += 1;
             let free = self.free.clone();
-            let factored =
-                self.factors.factor_sum(&self.metric, lambda, &self.tangent, 1.0, free).is_ok();
+            let (added, weight) = match self.holds {
+                true => (self.weighed(lambda), 1.0),
+                false => (Vec::new(), lambda),
+            };
+            let added = if self.holds { &added } else { &self.metric };
+            let factored = self.factors.factor_sum(added, weight, &self.tangent, 1.0, free).is_ok();
             // A step from a maximum along some direction would go up it.
             let downhill = factored && self.is_minimum(lambda);
             // Where nothing, or only upwards, resists, corrections are rounding errors over almost
@@ -266,10 +280,14 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
         if self.factors.negative_pivots() == 0 {
             return true;
         }
-        let added: Vec<f64> =
-            self.metric.iter().zip(&self.negligible).map(|(m, k)| lambda * m + k).collect();
+        let added = self.weighed(lambda);
         let (mut factors, free) = (self.factors.clone(), self.free.clone());
         factors.factor_sum(&added, 1.0, &self.tangent, 1.0, free).is_ok()
             && factors.negative_pivots() == 0
+    }
+
+    /// `lambda` times the metric, and the negligible stiffnesses.
+    fn weighed(&self, lambda: f64) -> Vec<f64> {
+        self.metric.iter().zip(&self.negligible).map(|(m, k)| lambda * m + k).collect()
     }
 }

@@ -12,5 +12,6 @@ mod generalised_alpha;
 mod hard_cases;
 mod helix;
 mod paper;
+mod recorded;
 mod spatial;
 mod supports;
