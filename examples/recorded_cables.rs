@@ -5,16 +5,18 @@
 //! and identifies it. With the environment variable `RODFIT_MOCAP_DIR` naming the folder of the DEFORM
 //! recordings (Chen et al., CoRL 2024, arXiv 2406.05931; files `DLO1_train_48.csv`, ..,
 //! `DLO1_rest_raw.csv`, ..) it identifies the real ones: all five, or those named behind `--`.
-//! `k` behind `--` adds a curvature at rest for every marker.
+//! `k` behind `--` adds a curvature at rest for every marker, and `halves` fits T5 to two halves of the
+//! recordings, each without the other.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rodfit::fit::{Experiment, FitReport, Loss, Sample};
+use rodfit::fit::{Analysis, Experiment, FitReport, Glitches, Loss, Refinement};
 use rodfit::scene::{
-    Discretization, Friction, InitialState, Material, Recorded, Section, Shape, Support, Taper,
-    Time, Track,
+    Discretization, Friction, InitialState, LostFrames, Material, Recorded, Section, Shape,
+    Support, SwappedLabels, Taper, Time, Track,
 };
 use rodfit::{Fit, Observation, Parameter, Point, Problem, Scene, Unknown};
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -96,58 +98,64 @@ impl Cable {
         scene
     }
 
-    /// The scene of a clip, in steps of its frames.
+    /// The scene of a clip, in steps of its frames, with what is wrong in the recording mended.
     fn problem(&self, scene: &Scene, clip: usize) -> Result<Problem, rodfit::Error> {
         let mut scene = scene.clone();
         let (path, track) = &self.clips[clip];
-        scene.supports.path = Some(Recorded { track: Some(track.clone()), ..Recorded::new(path) });
+        scene.supports.path = Some(Recorded {
+            track: Some(track.clone()),
+            lost_frames: LostFrames::Stretch,
+            swapped_labels: SwappedLabels::Mend,
+            ..Recorded::new(path)
+        });
         let times = track.times();
-        let mut time = Time::new(times[times.len() - 1], times[1] - times[0]);
+        let mut time = Time::new(Time::TO_THE_END, times[1] - times[0]);
         time.scheme = rodfit::scene::Scheme::GeneralisedAlpha;
         scene.time = Some(time);
         scene.problem()
+    }
+
+    /// The name of a clip.
+    fn name_of(&self, clip: usize) -> String {
+        self.clips[clip].0.file_stem().unwrap_or_default().to_string_lossy().into()
     }
 
     /// A fit of the free markers of these clips.
     fn fit(&self, scene: &Scene, clips: &[usize]) -> Result<Fit, rodfit::Error> {
         let mut experiments = Vec::new();
         for clip in clips {
-            let (path, track) = &self.clips[*clip];
-            let name = path.file_stem().unwrap_or_default().to_string_lossy();
-            let mut experiment = Experiment::new(name, &self.problem(scene, *clip)?);
-            let markers = track.markers();
-            for (node, marker) in markers.iter().enumerate().take(markers.len() - 2).skip(2) {
-                let sample = |k: usize| Sample {
-                    time: track.times()[k],
-                    position: marker.seen[k].map_or([None; 3], |x| x.map(Some)),
-                };
-                let frames = (2..track.times().len()).step_by(EVERY);
-                let samples = frames.filter(|k| marker.seen[*k].is_some()).map(sample);
-                let observation = Observation::new(samples.collect()).at(Point::Node(node));
-                experiment = experiment.observe(observation.sigma(SIGMA).loss(Loss::SoftL1));
-            }
-            experiments.push(experiment);
+            let problem = self.problem(scene, *clip)?;
+            let free = Observation::of_free_markers(&problem, EVERY, Glitches::Mask)?;
+            let observe =
+                |e: Experiment, o: Observation| e.observe(o.sigma(SIGMA).loss(Loss::SoftL1));
+            experiments.push(
+                free.into_iter().fold(Experiment::new(self.name_of(*clip), &problem), observe),
+            );
         }
-        Ok(Fit::of(experiments))
+        // One edge between any two markers is part of the model.
+        let same_mesh = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
+        Ok(Fit::of(experiments).analyse(same_mesh))
     }
 
     /// Mean distance per coordinate of all markers but for the first two frames, m: the metric of the
-    /// recordings' authors. None where the simulation ends before the clip.
-    fn error(&self, scene: &Scene, clip: usize) -> Option<f64> {
-        let problem = self.problem(scene, clip).ok()?;
-        let run = problem.simulate().ok()?;
-        let track = &self.clips[clip].1;
+    /// recordings' authors.
+    fn error(&self, scene: &Scene, clip: usize) -> Result<f64, rodfit::Error> {
+        let problem = self.problem(scene, clip)?;
+        let run = problem.simulate()?;
+        // The recording as it is mended.
+        let path = problem.scene().supports.path.as_ref();
+        let track = path.and_then(|path| path.track.as_ref()).unwrap_or(&self.clips[clip].1);
         let (mut sum, mut count) = (0.0, 0.0);
         for (k, time) in track.times().iter().enumerate().skip(2) {
             for (node, marker) in track.markers().iter().enumerate() {
-                let found = run.at(Point::Node(node), *time).ok()?.0;
+                let found = run.at(Point::Node(node), *time)?.0;
                 for (c, seen) in marker.seen[k].into_iter().flatten().enumerate() {
                     sum += (found[c] - seen).abs();
                     count += 1.0;
                 }
             }
         }
-        Some(sum / count)
+        Ok(sum / count)
     }
 }
 
@@ -155,42 +163,127 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// A step of the ladder: its name, how many clips it is fitted to, and the numbers it adds with their starts.
-type Step = (&'static str, usize, Vec<(String, f64)>);
+/// A model: its name, how many clips it is fitted to at most, and its numbers.
+struct Rung {
+    name: &'static str,
+    most: usize,
+    numbers: Vec<String>,
+}
 
-fn ladder(markers: usize, with_curvatures: bool) -> Vec<Step> {
-    let named = |names: &[(&str, f64)]| names.iter().map(|(n, x)| (n.to_string(), *x)).collect();
-    let mut steps: Vec<Step> = vec![
-        (
-            "B3",
-            8,
-            named(&[("youngs_modulus", 1e8), ("damping.stiffness", 0.08), ("damping.mass", 0.2)]),
-        ),
-        ("T5", 8, named(&[("rod.natural_curvature", 0.6), ("shear_modulus", 5e7)])),
-        (
-            "T7",
-            16,
-            named(&[
-                ("loads.damping.friction.stiffness", 1.0),
-                ("loads.damping.friction.curvature", 1.5),
-            ]),
-        ),
-        (
-            "T10",
-            16,
-            named(&[
-                ("rod.taper.youngs_modulus.0", 1.0),
-                ("rod.taper.youngs_modulus.2", 1.0),
-                ("rod.shape.scale", 1.0),
-            ]),
-        ),
-    ];
-    if with_curvatures {
-        let pairs = (1..markers - 1)
-            .flat_map(|j| ["d1", "d2"].map(|d| (format!("rod.natural_bending.{j}.{d}"), 0.0)));
-        steps.push(("K", 16, pairs.collect()));
+/// The models for cables of so many markers, simplest first. The last two with ten numbers are rivals.
+fn ladder(markers: usize) -> Vec<Rung> {
+    let listed = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+    let rung = |name, most, numbers: Vec<String>| Rung { name, most, numbers };
+    let bending = |j: usize| ["d1", "d2"].map(|d| format!("rod.natural_bending.{j}.{d}"));
+    let b3 = listed(&["youngs_modulus", "damping.stiffness", "damping.mass"]);
+    let t5 = [b3.clone(), listed(&["rod.natural_curvature", "shear_modulus"])].concat();
+    let friction =
+        listed(&["loads.damping.friction.stiffness", "loads.damping.friction.curvature"]);
+    let t7 = [t5.clone(), friction].concat();
+    let along = ["rod.taper.youngs_modulus.0", "rod.taper.youngs_modulus.2", "rod.shape.scale"];
+    let t10 = [t7.clone(), listed(&along)].concat();
+    let without = |names: &[String], not: &[&str]| -> Vec<String> {
+        names.iter().filter(|name| !not.contains(&name.as_str())).cloned().collect()
+    };
+    // Hands do not hold the cable along its line: the turns at their edges, instead of the drag.
+    let turns = [1, markers - 2].into_iter().flat_map(bending).collect();
+    let t10e = [without(&t7, &["damping.mass"]), turns].concat();
+    // A curvature for every marker has the table's in it.
+    let curvatures = (1..markers - 1).flat_map(bending).collect();
+    let k = [without(&t7, &["rod.natural_curvature"]), listed(&along[2..]), curvatures].concat();
+    vec![
+        rung("B3", 16, b3),
+        rung("T5", 16, t5),
+        rung("T7", 16, t7),
+        rung("T10", 16, t10),
+        rung("T10e", 16, t10e),
+        rung("K", 16, k),
+    ]
+}
+
+/// Where a number starts that no simpler model had.
+fn start(name: &str) -> f64 {
+    match name {
+        "youngs_modulus" => 1e8,
+        "shear_modulus" => 5e7,
+        "damping.stiffness" => 0.08,
+        "damping.mass" => 0.2,
+        "rod.natural_curvature" => 0.6,
+        "loads.damping.friction.stiffness" => 1.0,
+        "loads.damping.friction.curvature" => 1.5,
+        _ if name.starts_with("rod.natural_bending") => 0.0,
+        _ => 1.0,
     }
-    steps
+}
+
+/// What a model found: values by name, those that came out at zero among them.
+type Found = BTreeMap<String, f64>;
+
+/// The scene of a model with these values, the number's start where there is none.
+fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<dyn Error>> {
+    let markers = cable.lengths.len() + 1;
+    let has = |part: &str| rung.numbers.iter().any(|name| name.contains(part));
+    let mut scene = cable.scene(has("shear_modulus"));
+    if has("friction") {
+        scene.loads.damping.friction = Some(Friction { stiffness: 1.0, curvature: 1.5 });
+    }
+    if has("taper") {
+        scene.rod.taper = Taper { youngs_modulus: Some(vec![1.0; 3].into()), ..Taper::default() };
+    }
+    if has("natural_bending") {
+        scene.rod.natural_bending = vec![[0.0; 2]; markers];
+    }
+    if !has("damping.mass") {
+        scene.loads.damping.mass = 0.0;
+    }
+    if has("natural_bending") && !has("rod.natural_curvature") {
+        // Curvatures of its own go on from the table's as T7 found them.
+        if let Some(value) = found.get("rod.natural_curvature") {
+            "rod.natural_curvature".parse::<Parameter>()?.set(&mut scene, *value)?;
+        }
+    }
+    for name in &rung.numbers {
+        let value = found.get(name).copied().unwrap_or_else(|| start(name));
+        name.parse::<Parameter>()?.set(&mut scene, value)?;
+    }
+    Ok(scene)
+}
+
+/// Fits a model to some clips, from what simpler ones found.
+fn fit(
+    cable: &Cable,
+    rung: &Rung,
+    clips: &[usize],
+    before: &Found,
+) -> Result<(FitReport, Found), Box<dyn Error>> {
+    let scene = scene_of(cable, rung, before)?;
+    let mut fit = cable.fit(&scene, clips)?;
+    // A damping that came out at zero is not there.
+    for name in rung.numbers.iter().filter(|name| before.get(*name) != Some(&0.0)) {
+        let unknown = Unknown::new(name.parse()?);
+        // Of the modulus nothing is known before.
+        let scanned = name == "youngs_modulus" && !before.contains_key(name);
+        let value = before.get(name).copied().unwrap_or_else(|| start(name));
+        fit = fit.identify(if scanned { unknown } else { unknown.start(value) });
+    }
+    let report = fit.solve()?;
+    let mut found = before.clone();
+    for (name, estimate) in rung.numbers.iter().filter_map(|name| {
+        let parameter: Parameter = name.parse().ok()?;
+        Some((name, report.parameters.iter().find(|e| e.name == parameter)?))
+    }) {
+        // What these recordings do not show stays where it was.
+        if let Some(value) = estimate.value {
+            found.insert(name.clone(), value);
+        }
+    }
+    Ok((report, found))
+}
+
+/// So many of all clips, evenly spread; the others judge.
+fn spread(total: usize, most: usize) -> Vec<usize> {
+    let count = most.min(2 * total / 3);
+    (0..count).map(|i| i * total / count).collect()
 }
 
 fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
@@ -201,81 +294,106 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
         cable.name,
         cable.lengths.iter().sum::<f64>()
     );
-    let mut found: Vec<(Parameter, f64)> = Vec::new();
-    // Dampings that are not there.
-    let mut gone: Vec<Parameter> = Vec::new();
-    for (name, most, added) in ladder(markers, with_curvatures) {
-        let mut scene = cable.scene(name != "B3");
-        if !matches!(name, "B3" | "T5") {
-            scene.loads.damping.friction = Some(Friction { stiffness: 1.0, curvature: 1.5 });
+    let mut found = Found::new();
+    // Rivals go on from the same rung.
+    let mut t7 = None;
+    for rung in ladder(markers) {
+        if rung.name == "K" && !with_curvatures {
+            continue;
         }
-        if matches!(name, "T10" | "K") {
-            scene.rod.taper =
-                Taper { youngs_modulus: Some(vec![1.0; 3].into()), ..Taper::default() };
-        }
-        if name == "K" {
-            scene.rod.natural_bending = vec![[0.0; 2]; markers];
-        }
-        for parameter in &gone {
-            parameter.set(&mut scene, 0.0)?;
+        if matches!(rung.name, "T10e" | "K") {
+            found = t7.clone().unwrap_or(found);
         }
         let since = Instant::now();
-        // Evenly spread over the recordings; the others judge.
-        let fitted: Vec<usize> =
-            (0..most.min(total / 2)).map(|i| i * total / most.min(total / 2)).collect();
-        let mut fit = cable.fit(&scene, &fitted)?;
-        for (parameter, value) in &found {
-            fit = fit.identify(Unknown::new(*parameter).start(*value));
-        }
-        for (parameter, start) in added {
-            let unknown = Unknown::new(parameter.parse()?);
-            // Of the modulus nothing is known.
-            let known = parameter != "youngs_modulus";
-            fit = fit.identify(if known { unknown.start(start) } else { unknown });
-        }
-        let report = fit.solve()?;
-        found = values(&report);
-        gone.extend(
-            report.parameters.iter().filter(|e| e.value.is_none_or(|x| x < 1e-9)).map(|e| e.name),
-        );
-        found.retain(|(parameter, _)| !gone.contains(parameter));
-        for parameter in &gone {
-            parameter.set(&mut scene, 0.0)?;
-        }
-        for (parameter, value) in &found {
-            parameter.set(&mut scene, *value)?;
+        let fitted = spread(total, rung.most);
+        let (report, values) = fit(cable, &rung, &fitted, &found)?;
+        found = values;
+        if rung.name == "T7" {
+            t7 = Some(found.clone());
         }
         let took = since.elapsed().as_secs_f64();
-        let errors = |judged: bool| -> Vec<f64> {
-            let clips = (0..total).filter(|clip| fitted.contains(clip) != judged);
-            clips.map(|clip| cable.error(&scene, clip).unwrap_or(f64::NAN)).collect()
-        };
-        let [own, others] = [false, true].map(errors);
+        let scene = scene_of(cable, &rung, &found)?;
+        let mut errors = [Vec::new(), Vec::new()];
+        for clip in 0..total {
+            match cable.error(&scene, clip) {
+                Ok(error) => errors[usize::from(!fitted.contains(&clip))].push(error),
+                Err(error) => println!("         {}: {error}", cable.name_of(clip)),
+            }
+        }
         let mean = |x: &[f64]| 100.0 * x.iter().sum::<f64>() / x.len() as f64;
         println!(
-            "  {name:4} {:2} numbers, {:2} recordings: {:.3} cm off, {:.3} cm on the {} others; {took:.1} s",
+            "  {:4} {:2} numbers, {:2} recordings: {:.3} cm off, {:.3} cm on {} of the {} others; {took:.1} s, {:.0} simulations",
+            rung.name,
             report.parameters.len(),
             fitted.len(),
-            mean(&own),
-            mean(&others),
-            others.len()
+            mean(&errors[0]),
+            mean(&errors[1]),
+            errors[1].len(),
+            total - fitted.len(),
+            report.simulations,
         );
-        for estimate in report.parameters.iter().take(10) {
-            let interval =
-                estimate.interval95.map_or(String::new(), |[a, b]| format!(" [{a:.4e}, {b:.4e}]"));
-            println!(
-                "         {} = {:.4e}{interval} {}",
-                estimate.name,
-                estimate.value.unwrap_or(0.0),
-                estimate.name.unit()
-            );
-        }
+        print(&report, 10);
     }
     Ok(())
 }
 
-fn values(report: &FitReport) -> Vec<(Parameter, f64)> {
-    report.parameters.iter().filter_map(|e| Some((e.name, e.value?))).collect()
+/// The first estimates of a report.
+fn print(report: &FitReport, most: usize) {
+    for estimate in report.parameters.iter().take(most) {
+        let interval = match (estimate.interval95, estimate.upper95) {
+            (Some([a, b]), _) => format!("[{a:.4e}, {b:.4e}]"),
+            (None, Some(upper)) => format!("at most {upper:.4e}"),
+            (None, None) => "not determined".into(),
+        };
+        let value = estimate.value.map_or(String::new(), |value| format!("{value:.4e} "));
+        println!("         {} = {value}{interval} {}", estimate.name, estimate.name.unit());
+    }
+}
+
+/// T5 of both halves of the recordings, each without the other: whether the intervals tell how well the
+/// modulus over the density is known.
+fn halves(cable: &Cable) -> Result<(), Box<dyn Error>> {
+    let rungs = ladder(cable.lengths.len() + 1);
+    let mut logs = Vec::new();
+    for half in 0..2 {
+        let clips: Vec<usize> = (0..cable.clips.len()).filter(|k| k % 2 == half).collect();
+        let mut found = Found::new();
+        let mut last = None;
+        for rung in rungs.iter().filter(|rung| matches!(rung.name, "B3" | "T5")) {
+            let (report, values) = fit(cable, rung, &clips, &found)?;
+            (found, last) = (values, Some(report));
+        }
+        let Some(report) = last else { continue };
+        let modulus = &report.parameters[0];
+        let (Some(value), Some([low, high])) = (modulus.value, modulus.interval95) else {
+            println!("{}: half {half}: E is not determined", cable.name);
+            continue;
+        };
+        println!(
+            "{}: half {half}, {} recordings: EI/(rho A) = {:.4e} [{:.4e}, {:.4e}] m^4/s^2",
+            cable.name,
+            clips.len(),
+            flexural(value),
+            flexural(low),
+            flexural(high)
+        );
+        logs.push((value.ln(), 0.5 * (high / low).ln()));
+    }
+    if let [(a, da), (b, db)] = logs[..] {
+        let (apart, within) = ((a - b).abs(), da.hypot(db));
+        println!(
+            "{}: halves are {:.1} % apart, the intervals say {:.1} %",
+            cable.name,
+            100.0 * apart,
+            100.0 * within
+        );
+    }
+    Ok(())
+}
+
+/// `EI/(rho A)`, m^4/s^2, of a modulus, Pa.
+fn flexural(modulus: f64) -> f64 {
+    modulus * RADIUS * RADIUS / (4.0 * DENSITY)
 }
 
 /// The recordings `PREFIX_train_N.csv` of a folder.
@@ -293,18 +411,19 @@ fn recordings(folder: &Path, name: &str) -> Result<Cable, Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let asked: Vec<String> = std::env::args().skip(1).collect();
-    let with_curvatures = asked.iter().any(|word| word == "k");
+    let said = |word: &str| asked.iter().any(|asked| asked == word);
+    let study =
+        |cable: &Cable| if said("halves") { halves(cable) } else { climb(cable, said("k")) };
     let Some(folder) = std::env::var_os("RODFIT_MOCAP_DIR") else {
         println!("RODFIT_MOCAP_DIR names no folder of recordings: a synthetic cable instead");
         let folder = tempfile::tempdir()?;
         twin(folder.path())?;
-        return climb(&recordings(folder.path(), "twin")?, with_curvatures);
+        return study(&recordings(folder.path(), "twin")?);
     };
-    for name in ["DLO1", "DLO2", "DLO3", "DLO4", "DLO5"] {
-        let named = asked.iter().filter(|word| *word != "k").count() > 0;
-        if !named || asked.iter().any(|word| word == name) {
-            climb(&recordings(Path::new(&folder), name)?, with_curvatures)?;
-        }
+    let all = ["DLO1", "DLO2", "DLO3", "DLO4", "DLO5"];
+    let named = all.iter().any(|name| said(name));
+    for name in all.into_iter().filter(|name| !named || said(name)) {
+        study(&recordings(Path::new(&folder), name)?)?;
     }
     Ok(())
 }

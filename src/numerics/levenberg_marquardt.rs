@@ -56,6 +56,8 @@ const NO_DAMPING: f64 = 1e-16;
 const LEAST_FACTOR: f64 = 0.03;
 /// Part of the largest norm of a column that is remembered at every step.
 const MEMORY: f64 = 0.7;
+/// A step of an unknown is short below this part of the longest.
+const SHORT: f64 = 0.01;
 /// Least part of the predicted drop of the cost that a step must achieve.
 const LEAST_GAIN: f64 = 1e-4;
 /// A step must leave every unknown this part of its effect.
@@ -142,7 +144,13 @@ impl LevenbergMarquardt {
             false => (now / before).abs(),
         });
         let part = parts.fold(0.0, f64::max);
-        change <= self.last_step * noise && left_out * part * part <= self.noise_tolerance * noise
+        // The derivative by a logarithm on its way to zero is soon another one.
+        let is_short = |(j, step): (usize, &f64)| {
+            self.longest_steps.get(j).is_none_or(|l| step.abs() <= SHORT * l)
+        };
+        step.iter().enumerate().all(is_short)
+            && change <= self.last_step * noise
+            && left_out * part * part <= self.noise_tolerance * noise
     }
 
     fn raise_damping(&mut self) {

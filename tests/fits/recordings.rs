@@ -134,3 +134,24 @@ fn glitches_are_masked() {
     let measured = experiment("", &problem).measurements;
     assert!(measured.iter().all(|m| matches!(m, Measurement::Motion(o) if !o.held_out)));
 }
+
+/// A model that dissipates too much otherwise wants drag below zero: there is none, and the report says
+/// how much there may be at most.
+#[test]
+fn drag_that_wants_to_be_negative_is_zero() {
+    let clip = |seed: u64| {
+        let track = recorded(seed, 120, SIGMA, |scene| scene.loads.damping.mass = 0.0);
+        let mut scene = cable(track);
+        scene.loads.damping.stiffness = 0.016;
+        experiment(&format!("clip {seed}"), &scene.problem().unwrap())
+    };
+    let report = Fit::of((0..3).map(clip))
+        .analyse(same_mesh())
+        .identify(Unknown::new(Parameter::YoungsModulus).start(4e8))
+        .identify(Unknown::new(Parameter::DampingMass).start(0.3))
+        .solve()
+        .unwrap();
+    let drag = &report.parameters[1];
+    assert_eq!(drag.value, Some(0.0), "{report}");
+    assert!(drag.upper95.unwrap() < 0.05 && report.not_identifiable.is_empty(), "{report}");
+}

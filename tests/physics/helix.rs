@@ -133,6 +133,9 @@ impl Rod<f64, 10> for PublishedRod {
     fn refer(q: &mut [f64], from: &Frames<f64>, to: &Frames<f64>) {
         SpatialRod::<f64>::refer(q, from, to);
     }
+    fn leapt(&self, before: &[f64], now: &[f64]) -> Option<usize> {
+        self.0.leapt(before, now)
+    }
     fn folded(&self, before: &[f64], now: &[f64], frames: &Frames<f64>) -> Option<usize> {
         self.0.folded(before, now, frames)
     }

@@ -51,8 +51,15 @@ pub(crate) fn vanishing(
     });
     let Some(factors) = normal.cholesky() else { return found };
     let inverse = factors.inverse();
-    let felt = optimum.residuals.iter().zip(losses).map(|(r, loss)| loss.influence(*r)[0]);
-    let felt: Vec<f64> = felt.zip(&noise.weights).map(|(r, w)| r * w).collect();
+    // The slopes of the misfit itself, which are zero along all others, over those of its parabola.
+    let robust = noise.rise / noise.variance;
+    let made = losses.iter().zip(residuals.trust()).zip(&noise.weights);
+    let felt: Vec<f64> = optimum
+        .residuals
+        .iter()
+        .zip(made)
+        .map(|(r, ((loss, trust), w))| trust * loss.influence(trust * r)[0] / (robust * w))
+        .collect();
     let gradient: Vec<f64> = (0..seen.len())
         .map(|a| rows.iter().zip(&felt).map(|(row, r)| column(row, a) * r).sum())
         .collect();
