@@ -1,0 +1,125 @@
+//! The models of a cable, and their fits.
+
+use crate::cable::Cable;
+use rodfit::fit::FitReport;
+use rodfit::scene::{Friction, Taper};
+use rodfit::{Parameter, Scene, Unknown};
+use std::collections::BTreeMap;
+use std::error::Error;
+
+/// A model: its name, how many clips it is fitted to at most, and its numbers.
+pub struct Rung {
+    pub name: &'static str,
+    pub most: usize,
+    pub numbers: Vec<String>,
+}
+
+/// The models for cables of so many markers, simplest first. The last two with ten numbers are rivals.
+pub fn ladder(markers: usize) -> Vec<Rung> {
+    let listed = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+    let rung = |name, most, numbers: Vec<String>| Rung { name, most, numbers };
+    let bending = |j: usize| ["d1", "d2"].map(|d| format!("rod.natural_bending.{j}.{d}"));
+    let b3 = listed(&["youngs_modulus", "damping.stiffness", "damping.mass"]);
+    let t5 = [b3.clone(), listed(&["rod.natural_curvature", "shear_modulus"])].concat();
+    let friction =
+        listed(&["loads.damping.friction.stiffness", "loads.damping.friction.curvature"]);
+    let t7 = [t5.clone(), friction].concat();
+    let along = ["rod.taper.youngs_modulus.0", "rod.taper.youngs_modulus.2", "rod.shape.scale"];
+    let t10 = [t7.clone(), listed(&along)].concat();
+    let without = |names: &[String], not: &[&str]| -> Vec<String> {
+        names.iter().filter(|name| !not.contains(&name.as_str())).cloned().collect()
+    };
+    // Hands do not hold the cable along its line: the turns at their edges, instead of the drag.
+    let turns = [1, markers - 2].into_iter().flat_map(bending).collect();
+    let t10e = [without(&t7, &["damping.mass"]), turns].concat();
+    // A curvature for every marker has the table's in it.
+    let curvatures = (1..markers - 1).flat_map(bending).collect();
+    let k = [without(&t7, &["rod.natural_curvature"]), listed(&along[2..]), curvatures].concat();
+    vec![
+        rung("B3", 16, b3),
+        rung("T5", 16, t5),
+        rung("T7", 16, t7),
+        rung("T10", 16, t10),
+        rung("T10e", 16, t10e),
+        rung("K", 16, k),
+    ]
+}
+
+/// Where a number starts that no simpler model had.
+pub fn start(name: &str) -> f64 {
+    match name {
+        "youngs_modulus" => 1e8,
+        "shear_modulus" => 5e7,
+        "damping.stiffness" => 0.08,
+        "damping.mass" => 0.2,
+        "rod.natural_curvature" => 0.6,
+        "loads.damping.friction.stiffness" => 1.0,
+        "loads.damping.friction.curvature" => 1.5,
+        _ if name.starts_with("rod.natural_bending") => 0.0,
+        _ => 1.0,
+    }
+}
+
+/// What a model found: values by name, those that came out at zero among them.
+pub type Found = BTreeMap<String, f64>;
+
+/// The scene of a model with these values, the number's start where there is none.
+pub fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<dyn Error>> {
+    let markers = cable.lengths.len() + 1;
+    let has = |part: &str| rung.numbers.iter().any(|name| name.contains(part));
+    let mut scene = cable.scene(has("shear_modulus"));
+    if has("friction") {
+        scene.loads.damping.friction = Some(Friction { stiffness: 1.0, curvature: 1.5 });
+    }
+    if has("taper") {
+        scene.rod.taper = Taper { youngs_modulus: Some(vec![1.0; 3].into()), ..Taper::default() };
+    }
+    if has("natural_bending") {
+        scene.rod.natural_bending = vec![[0.0; 2]; markers];
+    }
+    if !has("damping.mass") {
+        scene.loads.damping.mass = 0.0;
+    }
+    if has("natural_bending") && !has("rod.natural_curvature") {
+        // Curvatures of its own go on from the table's as T7 found them.
+        if let Some(value) = found.get("rod.natural_curvature") {
+            "rod.natural_curvature".parse::<Parameter>()?.set(&mut scene, *value)?;
+        }
+    }
+    for name in &rung.numbers {
+        let value = found.get(name).copied().unwrap_or_else(|| start(name));
+        name.parse::<Parameter>()?.set(&mut scene, value)?;
+    }
+    Ok(scene)
+}
+
+/// Fits a model to some clips, from what simpler ones found.
+pub fn fit(
+    cable: &Cable,
+    rung: &Rung,
+    clips: &[usize],
+    before: &Found,
+) -> Result<(FitReport, Found), Box<dyn Error>> {
+    let scene = scene_of(cable, rung, before)?;
+    let mut fit = cable.fit(&scene, clips)?;
+    // A damping that came out at zero is not there.
+    for name in rung.numbers.iter().filter(|name| before.get(*name) != Some(&0.0)) {
+        let unknown = Unknown::new(name.parse()?);
+        // Of the modulus nothing is known before.
+        let scanned = name == "youngs_modulus" && !before.contains_key(name);
+        let value = before.get(name).copied().unwrap_or_else(|| start(name));
+        fit = fit.identify(if scanned { unknown } else { unknown.start(value) });
+    }
+    let report = fit.solve()?;
+    let mut found = before.clone();
+    for (name, estimate) in rung.numbers.iter().filter_map(|name| {
+        let parameter: Parameter = name.parse().ok()?;
+        Some((name, report.parameters.iter().find(|e| e.name == parameter)?))
+    }) {
+        // What these recordings do not show stays where it was.
+        if let Some(value) = estimate.value {
+            found.insert(name.clone(), value);
+        }
+    }
+    Ok((report, found))
+}
