@@ -107,7 +107,8 @@ fn keep<M: Model<W>, const W: usize>(
         energies.push(simulation.energies());
     }
     if let Some(reactions) = &mut record.reactions {
-        reactions.push(discretized.reactions(simulation.rod(), simulation.damping(), state));
+        let resistances = (simulation.damping(), simulation.drag());
+        reactions.push(discretized.reactions(simulation.rod(), resistances, state));
     }
     let tracked = record.tracked();
     let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];

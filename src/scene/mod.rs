@@ -194,10 +194,16 @@ impl Scene {
         let ends = [self.supports.start, self.supports.end];
         if let Some(path) = &mut self.supports.path {
             path.read(&folder, ends)?;
-            if let (Some(time), Ok(track)) = (&mut self.time, path.track())
-                && time.end == Time::TO_THE_END
-            {
-                time.end = track.end();
+            if let (Some(time), Ok(track)) = (&mut self.time, path.track()) {
+                let last = track.end();
+                if time.end == Time::TO_THE_END {
+                    time.end = last;
+                }
+                // A step may begin before the last frame and end after it.
+                if time.end > last + time.step {
+                    let allowed = format!("up to {last} s, where the recording ends");
+                    return Err(Error::invalid("time.end", format!("{} s", time.end), allowed));
+                }
             }
         }
         self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
@@ -251,7 +257,7 @@ impl Scene {
         scene.path = Some(path.into());
         give(&mut scene).map_err(|error| error.in_file(Some(path)))?;
         scene.validate()?;
-        scene.read_shapes()?;
+        scene.read_shapes().map_err(|error| error.in_file(Some(path)))?;
         Ok(scene)
     }
 

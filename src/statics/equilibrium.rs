@@ -107,7 +107,7 @@ fn at_rest<M: Model<W>, const W: usize>(
     let rod = discretized.rod();
     let energies = rod.energies(&rest.q, &rest.frames);
     let still = State::at_rest(rest.q.clone(), rest.frames.clone());
-    let reactions = discretized.reactions(&rod, Damping::default(), &still);
+    let reactions = discretized.reactions(&rod, (Damping::default(), None), &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
     Ok(Equilibrium {

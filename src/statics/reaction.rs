@@ -1,10 +1,10 @@
 //! What the supports exert on the rod.
 //!
 //! A support keeps the unknowns it holds on their way, so it makes up for what acts on them: elastic
-//! forces, dead loads, damping and, where it moves, inertia. In world axes,
+//! forces, dead loads, damping, drag `D` and, where it moves, inertia. In world axes,
 //!
 //! ```text
-//! F = sum_i (dE/dx_i + M_i (a_i + mass v_i))
+//! F = sum_i (dE/dx_i + D_i + M_i (a_i + mass v_i))
 //! M = sum_i (x_i - c) x (the same)  +  dE/dtheta t
 //! ```
 //!
@@ -19,7 +19,7 @@ use crate::numerics::vector::{add, cross, scale, sub, unit};
 use crate::problem::Model;
 use crate::problem::behind_walls;
 use crate::problem::{Discretized, FramesOf};
-use crate::rod::{Rod, State, Viscosity};
+use crate::rod::{NodalDrag, Rod, State, Viscosity};
 use crate::scene::Damping;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -47,7 +47,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     pub(crate) fn reactions(
         &self,
         rod: &M::Rod<f64>,
-        damping: Damping<f64>,
+        (damping, drag): (Damping<f64>, Option<&NodalDrag<f64>>),
         state: &State<f64, FramesOf<M, W>>,
     ) -> Reactions {
         let State { time, q, frames, v, internal, .. } = state;
@@ -71,8 +71,15 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         if let Some(boundary_motion) = self.moved_ends() {
             boundary_motion.accelerations(*time, &mut acceleration);
         }
+        let mut dragged = vec![0.0; q.len()];
+        if let Some(drag) = drag {
+            let mut tangents = Vec::new();
+            drag.tangents(q, &mut tangents);
+            drag.add_forces(&tangents, v, &mut dragged);
+        }
         for (i, force) in force.iter_mut().enumerate() {
             if self.behind(i / M::STRIDE) == 0.0 {
+                *force += dragged[i];
                 *force += rod.mass()[i] * (acceleration[i] + damping.mass * v[i]);
             }
         }

@@ -1,11 +1,11 @@
 //! Rods in a fluid, against closed forms.
 
-use rodfit::AnyProblem;
 use rodfit::problem::Model;
 use rodfit::scene::{
-    Dimension, Drag, Initial, Material, Scene, Scheme, Section, Shape, Support, Time,
+    Clamp, Dimension, Drag, Initial, Material, Scene, Scheme, Section, Shape, Support, Time,
 };
 use rodfit::vibration::About;
+use rodfit::{AnyProblem, Trajectory};
 
 use crate::common::cantilever;
 use crate::energy::first_mode;
@@ -238,4 +238,29 @@ fn drag_is_refused_where_it_cannot_be() {
     scene.loads.drag = Some(Drag { fluid_velocity: [0.0, 0.0, 1.0], ..Drag::default() });
     scene.material.poisson_ratio = Some(0.4);
     assert!(scene.problem().unwrap().planar().is_none());
+}
+
+/// What holds a rod in a stream holds all of the stream's force, that on the held nodes too.
+#[test]
+fn a_wall_holds_the_force_of_a_stream() {
+    for planar in [true, false] {
+        let mut scene = free([1.0, 0.0, 0.0], planar, Scheme::GeneralisedAlpha);
+        scene.supports.start = Support::Clamped;
+        scene.supports.clamp = Clamp::Nodes;
+        let (drag, speed) = (0.5, 0.1);
+        scene.loads.drag = Some(Drag {
+            linear_normal: drag,
+            linear_tangential: drag,
+            fluid_velocity: [0.0, speed, 0.0],
+            ..Drag::default()
+        });
+        scene.loads.damping.mass = 20.0;
+        scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(4.0, 5e-3) });
+        let problem = scene.problem().unwrap();
+        let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_reactions();
+        run.run(&problem, 800, |_| {}).unwrap();
+        let [x, y, z] = run.reactions().last().unwrap().start.force;
+        let off = (y + drag * speed * LENGTH).abs().max(x.abs()).max(z.abs());
+        assert!(off < 1e-6 * drag * speed * LENGTH, "{planar}: {x} {y} {z}");
+    }
 }
