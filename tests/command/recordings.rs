@@ -153,7 +153,7 @@ fn what_makes_no_sense_is_refused() {
             "file = \"clip_0.csv\", lost_frames = \"drop\"",
             &["drop", "stretch"],
         ),
-        ("step = 0.01", "step = 0.01\nend = 9.0", &["time.end", "9 s", "where the recording ends"]),
+        ("step = 0.01", "step = 0.01\nend = 9.0", &["time.end", "9 s"]),
         (
             "start = \"recorded\"\nend = \"recorded\"\npath = { file = \"clip_0.csv\" }",
             "",
