@@ -8,13 +8,14 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Glitches, Observation};
-use crate::fit::measurement::recording::{Recording, Vertical};
 use crate::fit::measurement::shape::RestShape;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::fit::validate::check;
 use crate::input::missing_keys::parse;
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
+use crate::input::track::format::Format;
+use crate::input::track::recording::{Axes, Recording, Vertical};
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::Point;
@@ -22,6 +23,7 @@ use crate::scene::Scene;
 use crate::vibration::Among;
 use crate::vibration::{Kind, Plane};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Most experiments of a fit.
@@ -69,9 +71,10 @@ fn experiment_keys(experiment: &toml::Table) -> Keys {
     }
 }
 
-/// Markers are in the recording that leads the rod's ends.
+/// Free markers are in the recording that leads the rod's ends.
 fn observation_keys(observation: &toml::Table) -> Keys {
-    if observation.contains_key("markers") { &[] } else { &["file"] }
+    let free = observation.get("markers").is_some_and(toml::Value::is_str);
+    if free { &[] } else { &["file"] }
 }
 
 #[derive(Deserialize)]
@@ -138,17 +141,30 @@ impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
-        match form.file.is_none() && form.markers.is_none() {
+        match form.file.is_none() && !matches!(form.markers, Some(Markers::Led(_))) {
             true => Err("missing field `file`"),
             false => Ok(Self(form)),
         }
     }
 }
 
+/// Several markers at once.
+#[derive(Clone, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected \"free\", or a table of markers of the file with their points"
+)]
+enum Markers {
+    /// Of the recording that leads the rod's ends.
+    Led(Led),
+    /// Of a file, by their names.
+    Named(BTreeMap<String, Point>),
+}
+
 /// Which markers of the recording that leads the rod's ends.
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Markers {
+enum Led {
     /// All that no end holds.
     Free,
 }
@@ -168,6 +184,10 @@ struct ObservationKeys {
     loss: Loss,
     #[serde(default)]
     held_out: bool,
+    format: Option<Format>,
+    marker: Option<String>,
+    likelihood: Option<f64>,
+    axes: Option<Axes>,
     fps: Option<f64>,
     scale: Option<f64>,
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
@@ -290,25 +310,36 @@ impl ObservationForm {
     /// What it names: a file's point, or the markers that no end holds; `key` names its table.
     fn read(self, folder: &Path, problem: &Problem, key: &str) -> Result<Vec<Measurement>, Error> {
         let Self(form) = self;
-        let ObservationKeys { fps, scale, origin, y, time_zero, .. } = form;
+        let ObservationKeys { file, markers, format, marker, likelihood, axes, .. } = form;
+        let ObservationKeys { fps, scale, origin, y, time_zero, point, .. } = form;
         let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
         let said = |o: Observation| {
             Measurement::Motion(Observation { offset, sigma, loss, held_out, ..o })
         };
-        let recording = Recording { fps, scale, origin, y, time_zero };
-        let Some(Markers::Free) = form.markers else {
+        let recording =
+            Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero };
+        let Some(Markers::Led(Led::Free)) = markers else {
             let alone = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
             if let Some((own, _)) = alone.iter().find(|(_, there)| *there) {
-                let (found, allowed) = ("no markers beside it", "with markers only");
+                let (found, allowed) = ("no markers beside it", "with markers = \"free\" only");
                 return Err(Error::invalid(format!("{key}.{own}"), found, allowed));
             }
-            let file = folder.join(form.file.unwrap_or_default());
-            let read = Observation::read_as(file, &recording)?;
-            return Ok(vec![said(read.at(form.point.unwrap_or_default()))]);
+            let file = crate::input::file::at(folder, &file.unwrap_or_default());
+            let Some(Markers::Named(markers)) = markers else {
+                let read = Observation::read_as(file, &recording)?;
+                return Ok(vec![said(read.at(point.unwrap_or_default()))]);
+            };
+            if recording.marker.is_some() || point.is_some() || markers.is_empty() {
+                let found = format!("{} markers, marker or point beside them", markers.len());
+                let allowed =
+                    "one at least, each with its point, and no marker or point beside them";
+                return Err(Error::invalid(format!("{key}.markers"), found, allowed));
+            }
+            let read = Observation::read_markers(file, &recording, &markers)?;
+            return Ok(read.into_iter().map(said).collect());
         };
-        if form.file.is_some() || form.point.is_some() || recording != Recording::default() {
-            let allowed = "no file, point, fps, scale, origin, y or time_zero beside markers, which are \
-                           those of supports.path";
+        if file.is_some() || point.is_some() || recording != Recording::default() {
+            let allowed = "no file, point, or keys of files beside free markers, which are those of supports.path";
             return Err(Error::invalid(format!("{key}.markers"), "\"free\"", allowed));
         }
         let every = form.every.unwrap_or(1);

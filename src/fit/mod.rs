@@ -25,6 +25,8 @@ pub(crate) mod uncertainty;
 mod unknown;
 mod validate;
 
+pub use crate::input::track::format::Format;
+pub use crate::input::track::recording::{Axes, Recording, Vertical};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
 pub use file::FitFile;
 pub use known::{Correlation, Known};
@@ -34,12 +36,14 @@ pub use measurement::frequencies::{Frequencies, Frequency};
 pub use measurement::gauge::{Gauge, Moving, Quantity, Reading, Sight};
 pub use measurement::loss::Loss;
 pub use measurement::motion::{Dropped, Glitches, Observation, Sample};
-pub use measurement::recording::{Recording, Vertical};
 pub use measurement::shape::{RestShape, Sighting};
 pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
 pub use report::plot_data::{
     Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
+};
+pub use report::recorded::{
+    MeanError, RecordedMoment, RecordedMotion, RecordingPlots, SpeedError, WindowError,
 };
 pub use report::{DroppedRows, FitReport};
 pub use search::Progress;
@@ -224,7 +228,7 @@ impl Fit {
         let found = (&*search, &optimum);
         let given = (&self.analysis, &self.knowns[..]);
         let assessment = assess(found, given, experiments, &look.suspicions)?;
-        Ok(Ending::assessed(search, &optimum, assessment, self.keep_plot_data))
+        Ok(Ending::assessed(found, assessment, experiments, self.keep_plot_data))
     }
 
     /// The experiments, laid out for generic values of all that they are differentiated by.

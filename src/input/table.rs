@@ -30,8 +30,12 @@ pub struct Row {
 impl Table {
     /// Reads a file; every field is a number, blank or NaN. Lines that start with `#` are comments.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = crate::input::file::data(path)?;
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        Self::of(path, &crate::input::file::data(path)?)
+    }
+
+    /// The same of the bytes of a file.
+    pub fn of(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let delimiter = delimiter(bytes);
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
@@ -90,14 +94,14 @@ impl Table {
 }
 
 /// What separates the columns of the header, the first line that is not a comment.
-fn delimiter(bytes: &[u8]) -> u8 {
+pub(crate) fn delimiter(bytes: &[u8]) -> u8 {
     let mut lines = bytes.split(|b| *b == b'\n');
     let header = lines.find(|line| !line.starts_with(b"#")).unwrap_or_default();
     *header.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',')
 }
 
 /// `X [mm]` or `X (mm)` is `x` in `mm`.
-fn split_unit(header: &str) -> (String, Option<String>) {
+pub(crate) fn split_unit(header: &str) -> (String, Option<String>) {
     let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
     match brackets('[', ']').or_else(|| brackets('(', ')')) {
         Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim().into())),
@@ -105,7 +109,13 @@ fn split_unit(header: &str) -> (String, Option<String>) {
     }
 }
 
-fn number(field: &str, column: &str, path: &Path, line: u64) -> Result<Option<f64>, Error> {
+/// A finite number, or nothing where the field is blank or NaN.
+pub(crate) fn number(
+    field: &str,
+    column: &str,
+    path: &Path,
+    line: u64,
+) -> Result<Option<f64>, Error> {
     if field.is_empty() || field.eq_ignore_ascii_case("nan") {
         return Ok(None);
     }
@@ -121,7 +131,7 @@ fn number(field: &str, column: &str, path: &Path, line: u64) -> Result<Option<f6
     }
 }
 
-fn csv_error(path: &Path, error: csv::Error) -> Error {
+pub(crate) fn csv_error(path: &Path, error: csv::Error) -> Error {
     let line = error.position().map_or(1, |position| position.line());
     match error.into_kind() {
         csv::ErrorKind::Io(source) => Error::io(path, source),

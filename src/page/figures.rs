@@ -116,7 +116,7 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
     )
 }
 
-fn labelled(name: &str, unit: &str) -> String {
+pub(super) fn labelled(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.into() } else { format!("{name}, {unit}") }
 }
 
@@ -243,34 +243,40 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
     )
 }
 
-/// The rod over time, with the points seen, in one plane or two.
+/// One plane or two of the axes, that show most of these places.
+pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
+    places: impl Fn() -> I,
+) -> Vec<[usize; 2]> {
+    let extent = |c: usize| {
+        let (low, high) = places().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+            (low.min(x[c]), high.max(x[c]))
+        });
+        high - low
+    };
+    let extents = [extent(0), extent(1), extent(2)];
+    let largest = extents.iter().copied().fold(0.0, f64::max);
+    let mut planes = vec![[0, 1], [0, 2], [1, 2]];
+    planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
+    let smaller = |plane: &[usize; 2]| extents[plane[0]].min(extents[plane[1]]);
+    let larger = |plane: &[usize; 2]| extents[plane[0]].max(extents[plane[1]]);
+    planes.sort_by(|a, b| larger(b).total_cmp(&larger(a)).then(smaller(b).total_cmp(&smaller(a))));
+    planes.truncate(2);
+    // A rod that stays straight along an axis.
+    if planes.is_empty() { vec![[0, 1]] } else { planes }
+}
+
+/// The rod over time, with the points seen, in one plane or two; not where a recording that leads it is drawn.
 pub(super) fn shapes(report: &FitReport, plots: &PlotData) -> String {
+    let motions = plots.recordings.as_ref().map_or(&[][..], |r| &r.motions);
+    let is_drawn = |name: &str| motions.iter().any(|m| m.experiment == name);
     let mut experiments: Vec<&str> = plots.shapes.iter().map(|s| s.experiment.as_str()).collect();
     experiments.dedup();
+    experiments.retain(|name| !is_drawn(name));
     let one = |experiment: &str| {
         let shapes: Vec<&RodShape> =
             plots.shapes.iter().filter(|s| s.experiment == experiment).collect();
         let seen = sightings(&plots.series, experiment);
-        let nodes = || shapes.iter().flat_map(|shape| &shape.nodes);
-        let extent = |c: usize| {
-            let (low, high) = nodes().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                (low.min(x[c]), high.max(x[c]))
-            });
-            high - low
-        };
-        let extents = [extent(0), extent(1), extent(2)];
-        let largest = extents.iter().copied().fold(0.0, f64::max);
-        let mut planes = vec![[0, 1], [0, 2], [1, 2]];
-        planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
-        // Those that show most.
-        let smaller = |plane: &[usize; 2]| extents[plane[0]].min(extents[plane[1]]);
-        let larger = |plane: &[usize; 2]| extents[plane[0]].max(extents[plane[1]]);
-        planes.sort_by(|a, b| {
-            larger(b).total_cmp(&larger(a)).then(smaller(b).total_cmp(&smaller(a)))
-        });
-        planes.truncate(2);
-        // A rod that stays straight along an axis.
-        let planes = if planes.is_empty() { vec![[0, 1]] } else { planes };
+        let planes = planes(|| shapes.iter().flat_map(|shape| &shape.nodes));
         let draw = |plane: &[usize; 2]| {
             let what = (&shapes[..], &seen[..], experiment);
             projection(what, *plane, planes.len() > 1)
@@ -290,6 +296,8 @@ pub(super) fn shapes(report: &FitReport, plots: &PlotData) -> String {
     match (drawn.is_empty(), report.interrupted) {
         (false, _) => drawn,
         (true, true) => "<p class=\"none\">not simulated: the fit was interrupted</p>".into(),
+        // All are drawn with their recordings.
+        (true, false) if !motions.is_empty() => String::new(),
         (true, false) => "<p class=\"none\">none</p>".into(),
     }
 }

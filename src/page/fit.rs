@@ -2,14 +2,18 @@
 
 use crate::fit::Grade;
 use crate::fit::ResidualTests;
-use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy};
+use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy, Series};
 use crate::fit::{Estimate, FitReport};
 use crate::fit::{Recording, Vertical};
 use crate::page::budget::budgets;
 use crate::page::number::{Scale, quantity, short};
+use crate::page::recordings::recordings;
 use crate::page::{escaped, figures, page, section};
 
 const NONE: &str = "\u{2013}";
+/// More coordinates than this are not all drawn, but so many that fit worst.
+const MOST_SERIES: usize = 36;
+const WORST_SERIES: usize = 12;
 
 /// A self-contained HTML page of a fit. `title` says which, such as the fit file's name. Data,
 /// model and the search are shown if the fit [kept its plots](crate::Fit::keep_plot_data).
@@ -17,6 +21,10 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     let mut body = verdict(report);
     body += &section("Parameters", &parameters(report));
     let plots = report.plot_data.as_ref();
+    if let Some(errors) = &report.recordings {
+        let drawn = plots.and_then(|plots| plots.recordings.as_ref());
+        body += &section("Recordings", &recordings(errors, drawn));
+    }
     if let Some(plots) = plots {
         body += &section("Data and model", &data(report, plots));
     }
@@ -32,7 +40,10 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     }
     body += &section("The search", &search(report, plots));
     if let Some(plots) = plots {
-        body += &section("The rod at the optimum", &figures::shapes(report, plots));
+        let shapes = figures::shapes(report, plots);
+        if !shapes.is_empty() {
+            body += &section("The rod at the optimum", &shapes);
+        }
     }
     body += &section("What was run", &run(report, plots));
     page("Fit", &escaped(title), &body)
@@ -214,9 +225,6 @@ fn left_over(report: &FitReport) -> String {
             with_unit(p.expected, &p.unit)
         )
     }));
-    if let Some(recordings) = &report.recordings {
-        lines.extend(recordings.to_string().lines().map(|line| line.trim().to_string()));
-    }
     lines.iter().map(|line| format!("<p class=\"note\">{}.</p>\n", escaped(line))).collect()
 }
 
@@ -228,7 +236,16 @@ fn data(report: &FitReport, plots: &PlotData) -> String {
     }
     let mut html = String::new();
     let mut before = None;
-    for series in &plots.series {
+    let shown = worst(&plots.series);
+    if shown.len() < plots.series.len() {
+        html += &format!(
+            "<p class=\"note\">The {} of {} coordinates whose residuals are largest against \u{3c3}; all are in \
+             the JSON.</p>\n",
+            shown.len(),
+            plots.series.len()
+        );
+    }
+    for series in shown {
         let this = (&series.experiment, &series.label);
         let parts = [series.experiment.as_str(), series.label.as_str()];
         let named: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
@@ -241,6 +258,21 @@ fn data(report: &FitReport, plots: &PlotData) -> String {
         html += &figures::series(series, report.residual_tests.iter().find(own));
     }
     html
+}
+
+/// All coordinates, or those that fit worst where there are many, in their order.
+fn worst(series: &[Series]) -> Vec<&Series> {
+    let off = |s: &Series| {
+        let residuals = s.residuals();
+        residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64
+    };
+    let mut ranked: Vec<(usize, f64)> = series.iter().map(off).enumerate().collect();
+    if ranked.len() > MOST_SERIES {
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        ranked.truncate(WORST_SERIES);
+        ranked.sort_by_key(|(i, _)| *i);
+    }
+    ranked.into_iter().map(|(i, _)| &series[i]).collect()
 }
 
 fn correlation(report: &FitReport) -> String {
@@ -334,7 +366,13 @@ fn capitalised(words: &str) -> String {
 fn measured(measured: &Measured) -> String {
     let Measured { label, points, values, recording } = measured;
     let mut words = vec![format!("{label}: {points} points, {values} values")];
-    if let Some(Recording { fps, scale, origin, y, time_zero }) = recording {
+    if let Some(recording) = recording {
+        let Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero } =
+            recording;
+        words.extend(format.map(|format| format!("a file of {}", format.program())));
+        words.extend(marker.as_ref().map(|marker| format!("marker {marker}")));
+        words.extend(likelihood.map(|least| format!("likelihood {least} and above")));
+        words.extend(axes.map(|axes| format!("axes {}", Vec::from(axes).join(", "))));
         words.extend(fps.map(|fps| format!("{fps} frames a second")));
         words.extend(scale.map(|scale| format!("{} a pixel", quantity(scale, "m"))));
         words.extend(origin.map(|[x, y, z]| format!("origin at ({x}, {y}, {z})")));

@@ -5,6 +5,7 @@ mod chart;
 mod figures;
 mod fit;
 mod number;
+mod recordings;
 mod study;
 
 pub use fit::fit_page;

@@ -1,6 +1,8 @@
 //! `[supports.path]`: ends that go as markers on the rod were seen to go.
 
 use crate::error::Error;
+use crate::input::track::format::Format;
+use crate::input::track::recording::{Axes, Recording, Vertical};
 use crate::scene::faults::{LostFrames, SwappedLabels};
 use crate::scene::support::{End, Support};
 use crate::scene::track::Track;
@@ -19,9 +21,33 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Recorded {
-    /// A CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, relative to the scene
-    /// file.
+    /// A CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, or a file of another
+    /// [program](Format), relative to the scene file.
     pub file: PathBuf,
+    /// The markers on the rod, from its start to its end; without names all in the order of the file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub markers: Vec<String>,
+    /// Which program wrote the file; found from its first bytes without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub format: Option<Format>,
+    /// Places that the program is less sure of than this are missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub likelihood: Option<f64>,
+    /// Which of the file's axes are the world's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<Axes>,
+    /// Frames a second, where the file has numbers of frames only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fps: Option<f64>,
+    /// Metres a pixel, or a unit that the file does not name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// Which way the file's y axis points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<Vertical>,
+    /// When the recording starts on the file's own clock, in its unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_zero: Option<f64>,
     /// How many markers are held at a recorded end, from that end inwards. The nodes between them stay
     /// on the chords.
     #[serde(default = "two")]
@@ -50,6 +76,14 @@ impl Recorded {
     pub fn new(file: impl Into<PathBuf>) -> Self {
         Self {
             file: file.into(),
+            markers: Vec::new(),
+            format: None,
+            likelihood: None,
+            axes: None,
+            fps: None,
+            scale: None,
+            y: None,
+            time_zero: None,
             held: two(),
             lost_frames: LostFrames::Keep,
             swapped_labels: SwappedLabels::Keep,
@@ -66,7 +100,10 @@ impl Recorded {
     pub(crate) fn read(&mut self, folder: &Path, ends: [Support; 2]) -> Result<(), Error> {
         let track = match self.track.take() {
             Some(track) => track,
-            None => Arc::new(Track::read(&crate::input::file::at(folder, &self.file))?),
+            None => {
+                let file = crate::input::file::at(folder, &self.file);
+                Arc::new(Track::read_as(&file, &self.recording(), &self.markers)?)
+            }
         };
         self.track = Some(track.clone());
         if !track.is_examined() {
@@ -75,6 +112,12 @@ impl Recorded {
             self.track = Some(track.examined(&held, self.lost_frames, self.swapped_labels).into());
         }
         Ok(())
+    }
+
+    /// How its file is read.
+    fn recording(&self) -> Recording {
+        let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
+        Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
     }
 
     /// What is wrong in the recording, in words.

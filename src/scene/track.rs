@@ -1,11 +1,15 @@
 //! Markers that were followed in time: a table of places, and the smooth way through them.
 
 use crate::error::Error;
-use crate::input::table::{LENGTHS, TIMES, Table};
+use crate::input::table::{TIMES, Table};
+use crate::input::track;
+use crate::input::track::recording::Recording;
+use crate::input::track::sheet::Sighted;
 use crate::numerics::hermite::Hermite;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
 use crate::scene::fault::Fault;
+use std::ops::Range;
 use std::path::Path;
 
 /// Where markers were at increasing times.
@@ -33,75 +37,61 @@ pub struct Marker {
 }
 
 impl Track {
-    /// Reads a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`; units in brackets,
-    /// SI without. Without columns z all of it lies at z = 0.
+    /// Reads a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, units in brackets,
+    /// SI without; or a file of another program, which is known by its first bytes. Without columns z all of it
+    /// lies at z = 0.
     ///
     /// # Errors
     /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let table = Table::read(path)?;
-        let clock = table.find("t").or_else(|| table.find("time"));
-        let clock = clock.ok_or_else(|| table.error(1, "no column t or time"))?;
-        let unit = table.factor(clock, &TIMES, "")?;
-        let mut names: Vec<&str> = Vec::new();
-        for (i, (column, _)) in table.columns.iter().enumerate() {
-            let name = column.strip_prefix(['x', 'y', 'z']).filter(|_| i != clock);
-            let Some(name) = name else {
-                if i == clock {
-                    continue;
-                }
-                let message =
-                    format!("column `{column}`, allowed: t, and x.., y.., z.. of markers");
-                return Err(table.error(1, &message));
+        Self::read_as(path, &Recording::default(), &[])
+    }
+
+    /// The markers of these names, in this order, or all in the order of the file; `recording` says how its numbers
+    /// become seconds and metres.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), a marker that is not there, and what makes no sense beside this file.
+    pub fn read_as(path: &Path, recording: &Recording, names: &[String]) -> Result<Self, Error> {
+        let (format, bytes) = track::open(path, recording.format)?;
+        let sheet = track::parse(path, format, &bytes)?;
+        let named = |name: &String| {
+            Recording { marker: Some(name.clone()), ..Recording::default() }.chosen(&sheet)
+        };
+        let chosen: Vec<&Sighted> = match names.is_empty() {
+            true => sheet.markers.iter().collect(),
+            false => names.iter().map(named).collect::<Result<_, _>>()?,
+        };
+        let (mut times, mut markers) = (Vec::new(), Vec::with_capacity(chosen.len()));
+        for marker in chosen {
+            if !marker.axes[0] || !marker.axes[1] {
+                let message = format!("marker `{0}` without a column x{0} or y{0}", marker.name);
+                return Err(sheet.error(1, message));
+            }
+            let along = recording.seen_along(marker.axes);
+            let converted = recording.convert(&sheet, marker)?;
+            let before = converted.times.partition_point(|(_, t)| *t < -1e-9);
+            let before = if recording.time_zero.is_some() { before } else { 0 };
+            let place = |place: &[Option<f64>; 3]| {
+                let whole = (0..3).all(|c| place[c].is_some() == along[c]);
+                whole.then(|| place.map(Option::unwrap_or_default))
             };
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        let mut times = Vec::with_capacity(table.rows.len());
-        for row in &table.rows {
-            let time = row.values[clock]
-                .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?
-                * unit;
-            if let Some(before) = times.last().filter(|before| **before >= time) {
-                let message = format!("t = {time} s after {before} s, allowed: increasing times");
-                return Err(table.error(row.line, &message));
-            }
-            times.push(time);
+            let seen = converted.places[before..].iter().map(place).collect();
+            markers.push((marker.name.clone(), seen));
+            times = converted.times[before..].to_vec();
         }
         // Scenes begin at 0: what was not seen then would be made up.
-        if let (Some(first), Some(row)) = (times.first(), table.rows.first())
+        if let Some((line, first)) = times.first()
             && first.abs() > 1e-9
         {
-            let message = format!("the clock starts at {first} s, allowed: at 0, as the scene's");
-            return Err(table.error(row.line, &message));
-        }
-        let mut markers = Vec::with_capacity(names.len());
-        for name in names {
-            let mut axes = [None; 3];
-            for (axis, letter) in axes.iter_mut().zip(['x', 'y', 'z']) {
-                if let Some(column) = table.find(&format!("{letter}{name}")) {
-                    *axis = Some((column, table.factor(column, &LENGTHS, "")?));
-                }
-            }
-            if axes[..2].contains(&None) {
-                let message = format!("marker `{name}` without a column x{name} or y{name}");
-                return Err(table.error(1, &message));
-            }
-            let seen = table.rows.iter().map(|row| {
-                let mut place = [0.0; 3];
-                for (to, axis) in place.iter_mut().zip(axes) {
-                    if let Some((column, factor)) = axis {
-                        *to = row.values[column]? * factor;
-                    }
-                }
-                Some(place)
-            });
-            markers.push((name.to_string(), seen.collect()));
+            let message = format!(
+                "the clock starts at {first} s, allowed: at 0, as the scene's; time_zero says where that is"
+            );
+            return Err(sheet.error(*line, message));
         }
         let found = markers.len();
-        let track = Self::new(times, markers);
-        track.map_err(|message| table.error(1, &format!("{message}; {found} markers")))
+        let track = Self::new(times.into_iter().map(|(_, t)| t).collect(), markers);
+        track.map_err(|message| sheet.error(1, format!("{message}; {found} markers")))
     }
 
     /// Reads the motion of one point: columns x, y and z, which may be missing, or `ax, ay, az`, its
@@ -187,6 +177,18 @@ impl Track {
     /// With what was found wrong in it.
     pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
         Self { faults: Some(faults), ..self }
+    }
+
+    /// Some of its frames as a recording of its own, from time 0; faults are not looked for again.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub(crate) fn window(&self, frames: Range<usize>) -> Result<Self, String> {
+        let first = self.times[frames.start];
+        let times = self.times[frames.clone()].iter().map(|t| t - first).collect();
+        let of = |m: &Marker| (m.name.clone(), m.seen[frames.clone()].to_vec());
+        let window = Self::new(times, self.markers.iter().map(of).collect())?;
+        Ok(window.with_faults(Vec::new()))
     }
 
     /// Whether faults were looked for.

@@ -98,6 +98,31 @@ fn a_fit_file_of_many_recordings() {
     assert!(shown.lines().count() < 40, "{shown}");
     let page = folder.read("page/fit.html");
     assert!(page.contains("another day") && page.contains("experiments differ"), "no such words");
+    crate::report::is_whole(&page);
+    for words in [
+        "<h2>Recordings</h2>",
+        "mean error by the length of the window",
+        "mean error by the speed of the marker",
+        "<h3>another day, held out: ",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    // A dozen moments in the plane of the cable, each with all its markers.
+    assert_eq!(page.matches("class=\"rod\"").count(), 12);
+    assert_eq!(page.matches("<circle cx=").count() % MARKERS, 0);
+    // Many markers have many coordinates, of which the worst are drawn; and no shapes twice.
+    assert!(!page.contains("The rod at the optimum"), "shapes are drawn twice");
+    let plots = &folder.json("page/fit.json")["plot_data"]["recordings"];
+    assert_eq!(plots["motions"].as_array().unwrap().len(), 6);
+    let windows = plots["windows"].as_array().unwrap();
+    let lengths: Vec<f64> = windows.iter().map(|w| w["length"].as_f64().unwrap()).collect();
+    assert_eq!(lengths, [0.1, 0.25, 0.5]);
+    for window in windows {
+        // Five recordings and one, of 0.84 s.
+        let per = window["held_out"]["count"].as_u64().unwrap();
+        assert_eq!(window["fitted"]["count"].as_u64().unwrap(), 5 * per, "{window}");
+        assert!(window["fitted"]["mean"].as_f64().unwrap() < 3e-5, "{window}");
+    }
     // Scenes that can be run from anywhere, each with its own recording.
     succeeds(&folder.run(&["simulate", "fitted-clip_3.toml", "-q"]));
     let saved = folder.read("fitted-another day.toml");

@@ -4,6 +4,7 @@
 
 pub mod differences;
 pub mod fits;
+pub mod formats;
 pub mod recordings;
 
 use rodfit::scene::{Clamp, Handedness, Material, PointForce, Scene, Section, Shape, Time};

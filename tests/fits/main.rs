@@ -6,6 +6,7 @@ mod common;
 mod bodies;
 mod camera;
 mod experiments;
+mod formats;
 mod helix;
 mod layout;
 mod markers;

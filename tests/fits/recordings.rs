@@ -155,3 +155,81 @@ fn drag_that_wants_to_be_negative_is_zero() {
     assert_eq!(drag.value, Some(0.0), "{report}");
     assert!(drag.upper95.unwrap() < 0.4 && report.not_identifiable.is_empty(), "{report}");
 }
+
+/// How far a rod goes from a recording when it is led by it, with the modulus `e`: marker by marker and frame by
+/// frame after the first two.
+fn errors(track: &Track, e: f64) -> Vec<Vec<f64>> {
+    let problem = problem(track).with([(Parameter::YoungsModulus, e)]).unwrap();
+    let run = problem.simulate().unwrap();
+    let off = |m: &rodfit::scene::track::Marker, j: usize, k: usize| {
+        let (seen, place) = (m.seen[k].unwrap(), run.node(j, k));
+        (0..3).map(|c| (place[c] - seen[c]).abs()).sum::<f64>() / 3.0
+    };
+    let frames = 2..track.times().len();
+    let of = |(j, m)| frames.clone().map(|k| off(m, j, k)).collect();
+    track.markers().iter().enumerate().map(of).collect()
+}
+
+fn mean(all: impl Iterator<Item = f64>) -> (f64, usize) {
+    let (sum, count) = all.fold((0.0, 0), |(sum, count), x| (sum + x, count + 1));
+    (sum / count as f64, count)
+}
+
+/// What is drawn of recordings is what simulations of the test's own give: windows that start anew, ranges of
+/// speed, and the rod with its markers at a dozen moments.
+#[test]
+fn plots_of_recordings_are_their_simulations() {
+    // Cameras that see worse than the model is, so that errors differ from window to window.
+    let (first, other) = (recorded(3, 120, 1e-3, |_| {}), recorded(4, 120, 1e-3, |_| {}));
+    let fit =
+        Fit::of([experiment("a", &problem(&first)), experiment("b", &problem(&other)).held_out()]);
+    let unknown = Unknown::new(Parameter::YoungsModulus).start(4e8);
+    let report = fit.analyse(same_mesh()).identify(unknown).keep_plot_data().solve().unwrap();
+    let e = report.parameters[0].value.unwrap();
+    let plots = report.plot_data.as_ref().unwrap().recordings.as_ref().unwrap();
+    let lengths: Vec<f64> = plots.windows.iter().map(|w| w.length).collect();
+    assert_eq!(lengths, [0.1, 0.25, 0.5, 1.0]);
+    // Two windows of half a second in 1.19 s, and as many tenths as are computed of one recording.
+    let cut = |track: &Track, from: usize, frames: usize| {
+        let times = (0..frames).map(|k| track.times()[k]).collect();
+        let seen = |m: &rodfit::scene::track::Marker| {
+            (m.name.clone(), m.seen[from..from + frames].to_vec())
+        };
+        Track::new(times, track.markers().iter().map(seen).collect()).unwrap()
+    };
+    let own = |track: &Track, from| mean(errors(&cut(track, from, 51), e).into_iter().flatten()).0;
+    for (track, found) in [(&first, plots.windows[2].fitted), (&other, plots.windows[2].held_out)] {
+        let (found, expected) = (found.unwrap(), 0.5 * (own(track, 0) + own(track, 69)));
+        assert_eq!(found.count, 2);
+        assert!((found.mean / expected - 1.0).abs() < 1e-6, "{found:?} {expected:e}");
+    }
+    assert_eq!(plots.windows[0].fitted.unwrap().count, 8);
+    assert!(plots.windows.iter().all(|w| w.failed == 0));
+    // Three free markers in all frames that have one on each side.
+    let all = errors(&other, e);
+    let (expected, count) = mean(all[2..5].iter().flat_map(|m| m[..m.len() - 1].to_vec()));
+    let held_out: Vec<_> = plots.speeds.iter().filter_map(|s| s.held_out).collect();
+    let sum: f64 = held_out.iter().map(|m| m.mean * m.count as f64).sum();
+    assert_eq!((count, held_out.iter().map(|m| m.count).sum::<usize>()), (3 * 117, 3 * 117));
+    assert!((sum / count as f64 / expected - 1.0).abs() < 1e-9);
+    assert!(plots.speeds.windows(2).all(|s| s[0].speed[1] == s[1].speed[0]), "{:?}", plots.speeds);
+    assert!((4..=10).contains(&plots.speeds.len()), "{:?}", plots.speeds);
+    // The moments.
+    let motion = &plots.motions[1];
+    assert_eq!((motion.experiment.as_str(), motion.held_out), ("b", true));
+    assert_eq!(motion.mean_error, report.recordings.unwrap().list[1].mean_error.unwrap());
+    assert_eq!(motion.moments.len(), 12);
+    let run = problem(&other).with([(Parameter::YoungsModulus, e)]).unwrap().simulate().unwrap();
+    for moment in &motion.moments {
+        let k = (moment.time / 0.01).round() as usize;
+        let (error, _) = mean((0..7).map(|j| all[j][k - 2]));
+        assert!((moment.error / error - 1.0).abs() < 1e-9, "{} {error}", moment.error);
+        for (j, seen) in moment.seen.iter().enumerate() {
+            assert_eq!(*seen, other.markers()[j].seen[k]);
+            let place = run.node(j, k);
+            assert!((0..3).all(|c| (place[c] - moment.nodes[j][c]).abs() < 1e-12));
+        }
+    }
+    let (first, last) = (motion.moments[0].time, motion.moments[11].time);
+    assert!((first - 0.02).abs() < 1e-9 && (last - 1.19).abs() < 1e-9, "{first} {last}");
+}

@@ -5,15 +5,14 @@ pub(crate) mod frequencies;
 pub(crate) mod gauge;
 pub(crate) mod loss;
 pub(crate) mod motion;
-pub(crate) mod recording;
 pub(crate) mod shape;
 
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::gauge::Gauge;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Dropped, Observation};
-use crate::fit::measurement::recording::Recording;
 use crate::fit::measurement::shape::RestShape;
+use crate::input::track::recording::Recording;
 use crate::problem::Problem;
 use std::path::PathBuf;
 
@@ -158,8 +157,8 @@ impl Measurement {
     /// How its file was read, if it was read from one.
     pub(crate) fn recording(&self) -> Option<Recording> {
         match self {
-            Self::Motion(o) => o.recording,
-            Self::RestShape(s) => s.recording,
+            Self::Motion(o) => o.recording.clone(),
+            Self::RestShape(s) => s.recording.clone(),
             Self::Frequencies(_) | Self::Gauge(_) => None,
         }
     }

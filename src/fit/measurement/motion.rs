@@ -2,12 +2,16 @@
 
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::recording::Recording;
 use crate::input::table::Table;
+use crate::input::track;
+use crate::input::track::format::Format;
+use crate::input::track::recording::Recording;
+use crate::input::track::sheet::Sheet;
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::track::Marker;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -149,28 +153,79 @@ impl Observation {
     /// Reads a CSV file with a column t (or time, or frame) and at least one of x, y, z, in any
     /// order, separated by commas, semicolons (then with decimal commas or points) or tabs. Units
     /// stand in brackets or parentheses, `t[ms],x[mm]`; without them s and m. Blank or NaN is
-    /// missing; lines that start with `#` are comments. `recording` says how its numbers become seconds
-    /// and metres.
+    /// missing; lines that start with `#` are comments. Files of [other programs](crate::fit::Format) are known by
+    /// their first bytes. `recording` says which marker it is, and how its numbers become seconds and metres.
     ///
     /// # Errors
     ///
     /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
         let path = path.as_ref();
-        let table = Table::read(path)?;
+        let (format, bytes) = track::open(path, recording.format)?;
+        if format != Format::Csv || recording.marker.is_some() {
+            return Self::of_sheet(&track::parse(path, format, &bytes)?, recording);
+        }
+        let table = Table::of(path, &bytes)?;
         let columns = recording.columns(&table)?;
         let (clock, unit) = columns.time;
         let start = recording.time_zero.unwrap_or(0.0);
         if !start.is_finite() {
             return Err(table.error(1, &format!("time_zero = {start}, allowed: a finite number")));
         }
-        let mut samples: Vec<Sample> = Vec::with_capacity(table.rows.len());
-        let mut dropped = Dropped::default();
-        let mut last = f64::NEG_INFINITY;
-        for row in &table.rows {
+        let rows = table.rows.iter().map(|row| {
             let read = row.values[clock]
                 .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
-            let time = (read - start) * unit;
+            let position = recording.position(&columns.axes, &row.values);
+            Ok((row.line, (read - start) * unit, position))
+        });
+        Self::of_rows(path, recording, rows)
+    }
+
+    /// Reads several markers of a file, by their names, each at its point of the rod.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read_as`](Self::read_as).
+    pub fn read_markers(
+        path: impl AsRef<Path>,
+        recording: &Recording,
+        markers: &BTreeMap<String, Point>,
+    ) -> Result<Vec<Self>, Error> {
+        let path = path.as_ref();
+        let (format, bytes) = track::open(path, recording.format)?;
+        let sheet = track::parse(path, format, &bytes)?;
+        let one = |(name, point): (&String, &Point)| {
+            let own = Recording { marker: Some(name.clone()), ..recording.clone() };
+            Ok(Self::of_sheet(&sheet, &own)?.at(*point))
+        };
+        markers.iter().map(one).collect()
+    }
+
+    /// Of the marker in a file that `recording` names.
+    ///
+    /// # Errors
+    ///
+    /// A marker that is not there, and what makes no sense beside this file.
+    fn of_sheet(sheet: &Sheet, recording: &Recording) -> Result<Self, Error> {
+        let converted = recording.convert(sheet, recording.chosen(sheet)?)?;
+        let rows = converted.times.iter().zip(&converted.places);
+        let rows = rows.map(|((line, time), place)| Ok((*line, *time, *place)));
+        Self::of_rows(&sheet.path, recording, rows)
+    }
+
+    /// Of rows with their line, time, s, and position, m.
+    fn of_rows(
+        path: &Path,
+        recording: &Recording,
+        rows: impl ExactSizeIterator<Item = Result<(u64, f64, [Option<f64>; 3]), Error>>,
+    ) -> Result<Self, Error> {
+        let error = |line, message: String| Error::Data { path: path.into(), line, message };
+        let count = rows.len();
+        let mut samples: Vec<Sample> = Vec::with_capacity(count);
+        let mut dropped = Dropped::default();
+        let mut last = f64::NEG_INFINITY;
+        for row in rows {
+            let (line, time, position) = row?;
             if time < 0.0 {
                 if recording.time_zero.is_some() {
                     dropped.before_time_zero += 1;
@@ -179,14 +234,13 @@ impl Observation {
                 let message = format!(
                     "t = {time} s, allowed: 0 or later; time_zero says when the motion starts"
                 );
-                return Err(table.error(row.line, &message));
+                return Err(error(line, message));
             }
             if last >= time {
                 let message = format!("t = {time} s after {last} s, allowed: increasing times");
-                return Err(table.error(row.line, &message));
+                return Err(error(line, message));
             }
             last = time;
-            let position = recording.position(&columns.axes, &row.values);
             match position.iter().any(Option::is_some) {
                 true => samples.push(Sample { time, position }),
                 false => dropped.empty += 1,
@@ -194,16 +248,16 @@ impl Observation {
         }
         let observation = Self {
             source: Some(path.into()),
-            recording: Some(*recording),
+            recording: Some(recording.clone()),
             dropped,
             ..Self::new(samples)
         };
         if observation.values() == 0 {
             let message = match dropped == Dropped::default() {
                 true => "no value below the header".into(),
-                false => format!("no value is left of {} rows: {dropped}", table.rows.len()),
+                false => format!("no value is left of {count} rows: {dropped}"),
             };
-            return Err(table.error(1, &message));
+            return Err(error(1, message));
         }
         Ok(observation)
     }
@@ -240,8 +294,12 @@ impl Observation {
 
     /// The file or the point, for messages.
     pub(crate) fn label(&self) -> String {
+        let marker = self.recording.as_ref().and_then(|r| r.marker.as_ref());
         match (&self.source, &self.marker) {
-            (Some(path), _) => path.display().to_string(),
+            (Some(path), _) => match marker {
+                Some(marker) => format!("{}, {marker}", path.display()),
+                None => path.display().to_string(),
+            },
             (None, Some(marker)) => format!("marker {marker}"),
             (None, None) => format!("the observation of {:?}", self.point),
         }

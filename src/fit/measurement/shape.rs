@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::Dropped;
-use crate::fit::measurement::recording::Recording;
 use crate::input::table::{LENGTHS, Table};
+use crate::input::track::recording::Recording;
 use crate::scene::Point;
 use std::path::{Path, PathBuf};
 
@@ -86,7 +86,7 @@ impl RestShape {
             (true, None) => 1.0,
             (false, _) => table.factor(place, &LENGTHS, "")?,
         };
-        let axes = recording.axes(&table)?;
+        let axes = recording.axis_columns(&table)?;
         let mut sightings = Vec::with_capacity(table.rows.len());
         let mut dropped = Dropped::default();
         for row in &table.rows {
@@ -108,7 +108,7 @@ impl RestShape {
         }
         let shape = Self {
             source: Some(path.into()),
-            recording: Some(*recording),
+            recording: Some(recording.clone()),
             dropped,
             ..Self::new(sightings)
         };

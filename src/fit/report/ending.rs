@@ -1,8 +1,9 @@
 //! The ways in which a fit ends.
 
 use crate::error::Error;
-use crate::fit::measurement::experiment::all;
+use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::report::plot_data::PlotData;
+use crate::fit::report::recorded::recorded;
 use crate::fit::report::replay::{add_motion, still};
 use crate::fit::search::Search;
 use crate::fit::search::basins::Basins;
@@ -24,18 +25,20 @@ pub(crate) struct Ending {
 }
 
 impl Ending {
-    /// With an optimum and what it is worth; `kept` says whether plots are wanted.
+    /// With an optimum and what it is worth; `kept` says whether plots are wanted. `experiments` have what was
+    /// held out too.
     pub fn assessed(
-        search: &Search,
-        optimum: &Optimum,
+        (search, optimum): (&Search, &Optimum),
         mut assessment: Assessment,
+        experiments: &[Experiment],
         kept: bool,
     ) -> Self {
         let mut warnings = std::mem::take(&mut assessment.warnings);
         let plot_data = kept.then(|| {
             let still = still(search, Some(optimum), &assessment.sigma);
             let profiles = std::mem::take(&mut assessment.profiles);
-            let mut plots = PlotData { profiles, ..still };
+            let recordings = recorded(experiments, search, &optimum.x);
+            let mut plots = PlotData { profiles, recordings, ..still };
             if let Err(error) = add_motion(search, &optimum.x, &mut plots) {
                 warnings.add(Weight::Note, format!("no shapes of the rod: {error}"));
             }

@@ -3,6 +3,7 @@
 pub(crate) mod budget;
 pub(crate) mod ending;
 pub(crate) mod plot_data;
+pub(crate) mod recorded;
 pub(crate) mod replay;
 
 use crate::fit::measurement::experiment::{Experiment, all};

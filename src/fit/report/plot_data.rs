@@ -3,10 +3,11 @@
 //! [`Fit::keep_plot_data`](super::Fit::keep_plot_data) asks for it; it costs one simulation and is
 //! what `rodfit fit --report` draws.
 
-use crate::fit::measurement::recording::Recording;
+use crate::fit::report::recorded::RecordingPlots;
 use crate::fit::search::grid::Landscape;
 use crate::fit::search::journal::Iterate;
 use crate::fit::uncertainty::profile::Profile;
+use crate::input::track::recording::Recording;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,9 @@ pub struct PlotData {
     pub series: Vec<Series>,
     /// The rod at about a dozen moments.
     pub shapes: Vec<RodShape>,
+    /// Rods against the recordings that lead their ends, those held out too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recordings: Option<RecordingPlots>,
     /// The way to the optimum.
     pub history: Vec<Iterate>,
     /// The misfit in the scan over each unknown, all others at their best; none without a scan.

@@ -6,13 +6,15 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::scene::{Point, Recorded};
+use crate::problem::Problem;
+use crate::scene::{Point, Track};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::sync::Arc;
 
 /// Frames that a recorded start is made of: nothing is predicted there.
-const STARTING: usize = 2;
+pub(crate) const STARTING: usize = 2;
 
 /// How far the rod of an experiment goes from its recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,8 +64,7 @@ impl RecordingErrors {
         experiments: &[Experiment],
         (search, optimum): (&Search, &Optimum),
     ) -> Option<Self> {
-        let led = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
-        let led: Vec<&Experiment> = experiments.iter().filter(led).collect();
+        let led = led(experiments);
         if led.is_empty() {
             return None;
         }
@@ -77,30 +78,80 @@ impl RecordingErrors {
     }
 }
 
-fn mean_error(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<f64, Error> {
+/// The experiments whose ends a recording leads.
+pub(crate) fn led(experiments: &[Experiment]) -> Vec<&Experiment> {
+    let led = |e: &&Experiment| e.moves() && e.problem.scene().supports.path.is_some();
+    experiments.iter().filter(led).collect()
+}
+
+/// The problem of an experiment with the values of an optimum.
+pub(crate) fn at_optimum(
+    experiment: &Experiment,
+    search: &Search,
+    x: &[f64],
+) -> Result<Problem, Error> {
     let own = search.unknowns.iter().zip(x).filter(|(u, _)| u.is_of(experiment));
-    let problem = experiment.problem.varied(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))?;
-    let path = problem.scene().supports.path.as_ref();
-    let Some((nodes, track)) =
-        path.map(|p: &Recorded| Ok((p.nodes(problem.segments())?, p.track()?))).transpose()?
-    else {
-        return Err(Error::invalid("supports.path", "no such table", "one"));
-    };
-    let time = problem.time()?;
-    let mut run = Trajectory::new(&problem, &nodes, &[])?;
-    run.run(&problem, time.steps(), |_| {})?;
-    search.work.add((run.work().steps * problem.segments()) as f64);
-    let (mut sum, mut count) = (0.0, 0.0_f64);
-    let frames = track.times().iter().enumerate().skip(STARTING);
-    for (frame, t) in frames.filter(|(_, t)| **t <= time.end * (1.0 + 1e-9)) {
-        for (node, marker) in nodes.iter().zip(track.markers()) {
-            let Some(seen) = marker.seen[frame] else { continue };
-            let (place, _) = run.at(Point::Node(*node), t.min(time.end))?;
-            sum += (0..3).map(|c| (place[c] - seen[c]).abs()).sum::<f64>();
-            count += 3.0;
-        }
+    experiment.problem.varied(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))
+}
+
+fn mean_error(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<f64, Error> {
+    let problem = at_optimum(experiment, search, x)?;
+    Ok(Followed::new(&problem, false, search)?.mean_error())
+}
+
+/// A recording, and the rod that went along with it on its own.
+pub(crate) struct Followed {
+    pub track: Arc<Track>,
+    /// The node of every marker.
+    pub nodes: Vec<usize>,
+    pub run: Trajectory,
+    /// When the simulation ended, s.
+    pub end: f64,
+}
+
+/// A marker in a frame.
+pub(crate) struct Compared {
+    pub frame: usize,
+    pub marker: usize,
+    /// Mean distance per coordinate between simulation and recording, m.
+    pub error: f64,
+}
+
+impl Followed {
+    /// Simulates; keeps the motion of all nodes, or of those with markers.
+    pub fn new(problem: &Problem, all: bool, search: &Search) -> Result<Self, Error> {
+        let none = || Error::invalid("supports.path", "no such table", "one");
+        let path = problem.scene().supports.path.as_ref().ok_or_else(none)?;
+        let (nodes, track) =
+            (path.nodes(problem.segments())?, path.track.clone().ok_or_else(none)?);
+        let tracked = if all { (0..problem.nodes()).collect() } else { nodes.clone() };
+        let time = problem.time()?;
+        let mut run = Trajectory::new(problem, &tracked, &[])?;
+        run.run(problem, time.steps(), |_| {})?;
+        search.work.add((run.work().steps * problem.segments()) as f64);
+        Ok(Self { track, nodes, run, end: time.end })
     }
-    Ok(sum / count.max(1.0))
+
+    /// Every marker that was seen after the start.
+    pub fn compared(&self) -> impl Iterator<Item = Compared> {
+        let frames = self.track.times().iter().enumerate().skip(STARTING);
+        let frames = frames.take_while(|(_, t)| **t <= self.end * (1.0 + 1e-9));
+        frames.flat_map(move |(frame, t)| {
+            let markers = self.nodes.iter().zip(self.track.markers()).enumerate();
+            markers.filter_map(move |(marker, (node, way))| {
+                let seen = way.seen[frame]?;
+                let (place, _) = self.run.at(Point::Node(*node), t.min(self.end)).ok()?;
+                let error = (0..3).map(|c| (place[c] - seen[c]).abs()).sum::<f64>() / 3.0;
+                Some(Compared { frame, marker, error })
+            })
+        })
+    }
+
+    /// Over all markers and frames, m.
+    pub fn mean_error(&self) -> f64 {
+        let (sum, count) = self.compared().fold((0.0, 0.0), |(s, n), c| (s + c.error, n + 1.0));
+        sum / f64::max(count, 1.0)
+    }
 }
 
 fn summary(list: &[RecordingError], held_out: bool) -> Option<ErrorSummary> {

@@ -1,0 +1,124 @@
+//! Which program wrote a file, by its first bytes.
+
+use serde::{Deserialize, Serialize};
+
+/// Bytes that are looked at.
+const FIRST: usize = 4096;
+
+/// Programs whose files of markers can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Format {
+    /// A table with a clock and columns x, y, z, or xA, yA, zA of markers A.
+    Csv,
+    /// OptiTrack Motive's CSV export.
+    Motive,
+    /// Vicon Nexus's CSV (ASCII) export.
+    Vicon,
+    /// Tracker's data export, of one track or several.
+    Tracker,
+    /// DeepLabCut's CSV, of one animal or several; Lightning Pose and SLEAP write it too.
+    DeepLabCut,
+    /// DLTdv's points, in pixels or in space.
+    Dltdv,
+    /// Qualisys Track Manager's TSV export.
+    Qualisys,
+    /// Kinovea's export to a spreadsheet.
+    Kinovea,
+}
+
+impl Format {
+    /// The program, for messages.
+    pub fn program(self) -> &'static str {
+        match self {
+            Self::Csv => "a table",
+            Self::Motive => "OptiTrack Motive",
+            Self::Vicon => "Vicon Nexus",
+            Self::Tracker => "Tracker",
+            Self::DeepLabCut => "DeepLabCut",
+            Self::Dltdv => "DLTdv",
+            Self::Qualisys => "Qualisys",
+            Self::Kinovea => "Kinovea",
+        }
+    }
+
+    /// As fit files name it.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Motive => "motive",
+            Self::Vicon => "vicon",
+            Self::Tracker => "tracker",
+            Self::DeepLabCut => "deeplabcut",
+            Self::Dltdv => "dltdv",
+            Self::Qualisys => "qualisys",
+            Self::Kinovea => "kinovea",
+        }
+    }
+
+    /// Of the program that a file looks like one of; else a table.
+    pub(crate) fn of(bytes: &[u8]) -> Self {
+        let text = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST)]);
+        let text = text.trim_start_matches('\u{feff}');
+        let mut lines = text.lines().filter(|line| !line.trim_matches([',', ' ', '\t']).is_empty());
+        let (first, second) = (lines.next().unwrap_or(""), lines.next().unwrap_or(""));
+        let cell = |line: &str| {
+            let cell = line.split([',', ';', '\t']).next().unwrap_or("");
+            cell.trim().trim_matches('"').to_lowercase()
+        };
+        let (begins, below) = (cell(first), cell(second));
+        let alone = !first.contains([',', ';', '\t']);
+        match &begins[..] {
+            "format version" => Self::Motive,
+            "scorer" => Self::DeepLabCut,
+            "no_of_frames" => Self::Qualisys,
+            "trajectories" | "devices" | "model outputs" | "joints" | "segments" | "events" => {
+                Self::Vicon
+            }
+            _ if begins.starts_with("time") && first.contains("/X") => Self::Kinovea,
+            "" | "#multi:" | "multi:" if below == "t" => Self::Tracker,
+            _ if alone && below == "t" && !begins.starts_with('#') => Self::Tracker,
+            _ if is_point(&begins) => Self::Dltdv,
+            _ => Self::Csv,
+        }
+    }
+}
+
+/// `pt1_x` or `pt12_cam2_y`.
+fn is_point(cell: &str) -> bool {
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let Some((point, rest)) = cell.strip_prefix("pt").and_then(|rest| rest.split_once('_')) else {
+        return false;
+    };
+    digits(point) && rest.rsplit('_').next().is_some_and(|axis| ["x", "y", "z"].contains(&axis))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_show_in_the_first_bytes() {
+        for (text, format) in [
+            ("Format Version,1.23,Take Name,rod\n\n,Type,Marker\n", Format::Motive),
+            ("\u{feff}\r\n\r\nTrajectories\r\n100\r\n", Format::Vicon),
+            ("mass_A\nt\tx\ty\n0\t1\t2\n", Format::Tracker),
+            (",mass_A,,mass_B\nt,x,y,x,y\n", Format::Tracker),
+            ("#multi:\tmass_A\t\nt\tx\ty\n", Format::Tracker),
+            ("scorer,DLC,DLC\nbodyparts,tip,tip\n", Format::DeepLabCut),
+            ("pt1_cam1_X,pt1_cam1_Y\n1,2\n", Format::Dltdv),
+            ("pt1_X,pt1_Y,pt1_Z\n", Format::Dltdv),
+            ("NO_OF_FRAMES\t3\nNO_OF_CAMERAS\t2\n", Format::Qualisys),
+            ("\"Time\",\"Trajectory 1/0/X\",\"Trajectory 1/0/Y\"\n", Format::Kinovea),
+            ("\"Time (ms)\";\"X (mm)\";\"Y (mm)\"\n", Format::Csv),
+            ("t,x,y\n0,1,2\n", Format::Csv),
+            ("# tip\nt,x\n0,1\n", Format::Csv),
+            ("", Format::Csv),
+            ("t\n0\n", Format::Csv),
+            ("point_x,y\n", Format::Csv),
+        ] {
+            assert_eq!(Format::of(text.as_bytes()), format, "{text:?}");
+        }
+    }
+}

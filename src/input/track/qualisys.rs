@@ -1,0 +1,73 @@
+//! Qualisys Track Manager's TSV export: keys with their values, the markers' names among them, then x, y and z of
+//! each in mm; the frame's number and the time may stand before them, and a line with the names of the columns
+//! above. What was not seen is empty, or 0 in all three.
+
+use crate::error::Error;
+use crate::input::track::format::Format;
+use crate::input::track::sheet::{Clock, Layout, Lengths, Line, Lines, Says, Sheet};
+use std::path::Path;
+
+pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
+    let lines = Lines::of(path, bytes, b'\t')?;
+    let not = |line, found: &str, allowed: &str| {
+        Err(lines.not_of(Format::Qualisys, line, found, allowed))
+    };
+    // Keys are in capitals; numbers and names of columns are not.
+    let is_key = |l: &Line| {
+        let key = l.field(0);
+        key.contains('_') && key.bytes().all(|b| b.is_ascii_uppercase() || b == b'_')
+            || ["FREQUENCY", "DESCRIPTION"].contains(&key)
+    };
+    let header = lines.list.iter().take_while(|l| is_key(l)).count();
+    let key = |name: &str| lines.list[..header].iter().find(|l| l.field(0) == name);
+    let Some(called) = key("MARKER_NAMES") else {
+        return not(1, "no line `MARKER_NAMES`", "it: export with the header switched on");
+    };
+    let Some(rate) = key("FREQUENCY") else {
+        return not(1, "no line `FREQUENCY`", "it: export with the header switched on");
+    };
+    if let Some(data) = key("DATA_INCLUDED").filter(|l| l.field(1) != "3D") {
+        return not(data.number, &format!("DATA_INCLUDED `{}`", data.field(1)), "3D");
+    }
+    let per_second = lines.rate(rate, 1, "FREQUENCY")?;
+    let names: Vec<&str> = called.fields().skip(1).filter(|name| !name.is_empty()).collect();
+    let mut rows = &lines.list[header..];
+    // Names of columns.
+    if let [first, rest @ ..] = rows
+        && first.field(0).parse::<f64>().is_err()
+        && !first.field(0).is_empty()
+    {
+        rows = rest;
+    }
+    let columns = rows.first().map_or(0, |line| {
+        let empty = (0..line.len()).rev().take_while(|i| line.field(*i).is_empty()).count();
+        // A tab at the end of the line.
+        line.len() - if line.len() % 3 == names.len() * 3 % 3 { 0 } else { empty.min(1) }
+    });
+    let before = columns.saturating_sub(3 * names.len());
+    if columns < 3 * names.len() || before > 2 {
+        let line = rows.first().map_or(called.number, |line| line.number);
+        let found = format!("{columns} columns for {} markers", names.len());
+        return not(line, &found, "three for each, after the frame's number and the time at most");
+    }
+    let mut layout = Layout::default();
+    for (k, name) in names.iter().enumerate() {
+        for axis in 0..3 {
+            layout.add(&lines, called.number, (before + 3 * k + axis, name, Says::Axis(axis)))?;
+        }
+    }
+    let frame = |k: usize, line: &Line| match before {
+        0 => Ok((k + 1) as f64),
+        _ => lines.some_number(line, 0, "Frame"),
+    };
+    let rows = rows.iter();
+    let (rows, mut markers) = layout.read(&lines, (called.number, columns), rows, frame)?;
+    for place in markers.iter_mut().flat_map(|m| &mut m.places) {
+        if *place == [Some(0.0); 3] {
+            *place = [None; 3];
+        }
+    }
+    let clock = Clock::Frames { first: 1.0, rate: Some(per_second) };
+    let lengths = Lengths::Known("mm", 1e-3);
+    Ok(Sheet { path: path.into(), format: Format::Qualisys, clock, lengths, rows, markers })
+}

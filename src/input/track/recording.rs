@@ -1,0 +1,444 @@
+//! Recordings as laboratories write them: their columns, units, clocks and image axes.
+
+use crate::error::Error;
+use crate::input::table::{LENGTHS, TIMES, Table};
+use crate::input::track::format::Format;
+use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
+use serde::{Deserialize, Serialize};
+
+/// How the numbers of a file become seconds and metres, and which of its markers is meant. The default reads files
+/// in SI units, or in the units of their header.
+///
+/// ```
+/// use rodfit::Observation;
+/// use rodfit::fit::{Recording, Vertical};
+/// // A 240 Hz camera that sees 0.4 mm a pixel, the clamp at pixel (112, 305), release at frame 37.
+/// let recording = Recording {
+///     fps: Some(240.0),
+///     scale: Some(0.4e-3),
+///     origin: Some([112.0, 305.0, 0.0]),
+///     y: Some(Vertical::Down),
+///     time_zero: Some(37.0),
+///     ..Recording::default()
+/// };
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("tip.csv");
+/// std::fs::write(&path, "frame,x[px],y[px]\n36,1362,305\n38,1361,310\n39,1358,\n")?;
+/// let observation = Observation::read_as(&path, &recording)?;
+/// assert_eq!(observation.samples.len(), 2);
+/// assert_eq!(observation.samples[0].position[1], Some(-5.0 * 0.4e-3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Recording {
+    /// Which program wrote the file; found from its first bytes without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub format: Option<Format>,
+    /// Which of the file's markers; not needed where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub marker: Option<String>,
+    /// Places that the program is less sure of than this are missing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub likelihood: Option<f64>,
+    /// Which of the file's axes are the world's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<Axes>,
+    /// Frames a second, Hz; where the time is a frame number and the file does not say the rate, and only there.
+    pub fps: Option<f64>,
+    /// Metres a pixel; where positions are in pixels, `x[px]`, or in a unit that the file does not name, and only
+    /// there.
+    pub scale: Option<f64>,
+    /// Where the world's origin is in the file's own coordinates and units, whatever these are; 0
+    /// along an axis that was not seen.
+    #[serde(deserialize_with = "crate::input::arrays::some_numbers")]
+    pub origin: Option<[f64; 3]>,
+    /// Which way the y axis points; needed for pixels, up for lengths.
+    pub y: Option<Vertical>,
+    /// When the motion starts on the file's own clock, in its unit; what was seen before is left
+    /// out, and counted in [`Observation::dropped`](crate::Observation::dropped).
+    pub time_zero: Option<f64>,
+}
+
+/// Which way an axis points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Vertical {
+    /// Against gravity, as in drawings.
+    Up,
+    /// With gravity, as in images.
+    Down,
+}
+
+/// What the world's x, y and z are in the file's axes: `["x", "z", "-y"]`; `"none"` of one that was not seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<String>", into = "Vec<String>")]
+pub struct Axes([Option<(usize, f64)>; 3]);
+
+/// An axis that was not seen.
+const NONE: &str = "none";
+
+impl Axes {
+    /// From the names of the file's axes, with a minus where they point the other way.
+    ///
+    /// # Errors
+    /// Other names, an axis twice, and axes that mirror what was seen, in words.
+    pub fn new(names: [&str; 3]) -> Result<Self, String> {
+        let mut axes = [None; 3];
+        for (to, name) in axes.iter_mut().zip(names) {
+            let (sign, letter) = name.strip_prefix('-').map_or((1.0, name), |rest| (-1.0, rest));
+            *to = match (letter, ["x", "y", "z"].iter().position(|axis| *axis == letter)) {
+                (_, Some(axis)) => Some((axis, sign)),
+                (NONE, None) if sign > 0.0 => None,
+                _ => {
+                    return Err(format!("axis {name:?}, allowed: x, y, z, -x, -y, -z or none"));
+                }
+            };
+        }
+        let named: Vec<(usize, f64)> = axes.iter().copied().flatten().collect();
+        if (0..3).any(|axis| named.iter().filter(|(own, _)| *own == axis).count() > 1) {
+            return Err(format!("axes = {names:?}, allowed: each of the file's axes once"));
+        }
+        if let [(a, s), (b, t), (c, u)] = named[..] {
+            let even = (b + 3 - a) % 3 == 1 && (c + 3 - b) % 3 == 1;
+            if s * t * u * if even { 1.0 } else { -1.0 } < 0.0 {
+                return Err(format!(
+                    "axes = {names:?}, a mirror image, allowed: right-handed ones, such as [\"x\", \"z\", \"-y\"]"
+                ));
+            }
+        }
+        match named.is_empty() {
+            true => Err(format!("axes = {names:?}, allowed: one at least")),
+            false => Ok(Self(axes)),
+        }
+    }
+}
+
+impl TryFrom<Vec<String>> for Axes {
+    type Error = String;
+
+    fn try_from(names: Vec<String>) -> Result<Self, String> {
+        match &names[..] {
+            [x, y, z] => Self::new([x, y, z]),
+            _ => Err(format!("{} axes, allowed: three", names.len())),
+        }
+    }
+}
+
+impl From<Axes> for Vec<String> {
+    fn from(axes: Axes) -> Self {
+        let name = |axis: Option<(usize, f64)>| match axis {
+            Some((axis, sign)) => {
+                format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
+            }
+            None => NONE.into(),
+        };
+        axes.0.map(name).to_vec()
+    }
+}
+
+/// The columns x, y, z with their factors to metres.
+pub(crate) type AxisColumns = [Option<(usize, f64)>; 3];
+
+/// The columns of a recording.
+pub(crate) struct Columns {
+    /// The clock's column, and its unit in s.
+    pub time: (usize, f64),
+    pub axes: AxisColumns,
+}
+
+/// A marker in seconds and metres of the world, row by row.
+pub(crate) struct Converted {
+    /// Line in the file, and when, s; before 0 where `time_zero` leaves a row out.
+    pub times: Vec<(u64, f64)>,
+    pub places: Vec<[Option<f64>; 3]>,
+}
+
+impl Recording {
+    /// Where a row saw the point, m.
+    pub(crate) fn position(&self, axes: &AxisColumns, row: &[Option<f64>]) -> [Option<f64>; 3] {
+        let origin = self.origin.unwrap_or_default();
+        self.turned(std::array::from_fn(|c| {
+            let (column, factor) = axes[c]?;
+            row[column].map(|value| (value - origin[c]) * factor)
+        }))
+    }
+
+    /// A place along the world's axes.
+    fn turned(&self, place: [Option<f64>; 3]) -> [Option<f64>; 3] {
+        match self.axes {
+            Some(Axes(axes)) => axes.map(|axis| axis.and_then(|(c, sign)| Some(sign * place[c]?))),
+            None => place,
+        }
+    }
+
+    /// Which of the world's axes a place along some of the file's has.
+    pub(crate) fn seen_along(&self, file: [bool; 3]) -> [bool; 3] {
+        self.turned(file.map(|there| there.then_some(0.0))).map(|axis| axis.is_some())
+    }
+
+    /// Refuses axes that the file does not have.
+    fn check_axes(&self, has: [bool; 3]) -> Result<(), String> {
+        let Some(Axes(axes)) = self.axes else { return Ok(()) };
+        match axes.iter().flatten().find(|(axis, _)| !has[*axis]) {
+            Some((axis, _)) => {
+                let name = ["x", "y", "z"][*axis];
+                Err(format!(
+                    "axes names {name}, which was not recorded, allowed: what was, or \"none\""
+                ))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The marker that is meant.
+    pub(crate) fn chosen<'a>(&self, sheet: &'a Sheet) -> Result<&'a Sighted, Error> {
+        let own = |m: &&Sighted| self.marker.as_ref().is_none_or(|name| *name == m.name);
+        let mut found = sheet.markers.iter().filter(own);
+        match (found.next(), found.next()) {
+            (Some(marker), None) => Ok(marker),
+            (first, _) => {
+                let names: Vec<&str> = sheet.markers.iter().map(|m| &m.name[..]).collect();
+                let said = match (&self.marker, first) {
+                    (Some(name), None) => format!("marker = {name:?}"),
+                    _ => format!("{} markers and no marker = \"..\"", names.len()),
+                };
+                let message = format!(
+                    "{said} in a file of {}, allowed: one of {}",
+                    sheet.format.program(),
+                    names.join(", ")
+                );
+                Err(sheet.error(1, message))
+            }
+        }
+    }
+
+    /// A marker in seconds and metres.
+    pub(crate) fn convert(&self, sheet: &Sheet, marker: &Sighted) -> Result<Converted, Error> {
+        let refused = |message: String| sheet.error(1, message);
+        let start = self.time_zero.unwrap_or(match sheet.clock {
+            Clock::Time(_) => 0.0,
+            Clock::Frames { first, .. } => first,
+        });
+        if !start.is_finite() {
+            return Err(refused(format!("time_zero = {start}, allowed: a finite number")));
+        }
+        let rate = match (sheet.clock, self.fps) {
+            (Clock::Time(_), None) => None,
+            (Clock::Frames { rate: Some(rate), .. }, None) => Some(rate),
+            (Clock::Frames { rate: None, .. }, Some(fps)) if fps.is_finite() && fps > 0.0 => {
+                Some(fps)
+            }
+            (Clock::Frames { rate: None, .. }, Some(fps)) => {
+                return Err(refused(format!("fps = {fps}, allowed: above 0")));
+            }
+            (Clock::Frames { rate: None, .. }, None) => {
+                return Err(refused(
+                    "the time is a frame number, which needs fps = frames a second".into(),
+                ));
+            }
+            (Clock::Frames { rate: Some(rate), .. }, Some(fps)) => {
+                let message =
+                    format!("fps = {fps} beside {rate} frames a second in the file, allowed: none");
+                return Err(refused(message));
+            }
+            (Clock::Time(_), Some(fps)) => {
+                return Err(refused(format!(
+                    "fps = {fps} beside a clock, allowed: beside frame numbers"
+                )));
+            }
+        };
+        let seconds = |clock: f64| match (sheet.clock, rate) {
+            (_, Some(rate)) => (clock - start) / rate,
+            (Clock::Time(unit), None) => (clock - start) * unit,
+            (Clock::Frames { .. }, None) => f64::NAN,
+        };
+        let factor = match (sheet.lengths, self.scale) {
+            (_, Some(scale)) if !(scale.is_finite() && scale > 0.0) => {
+                return Err(refused(format!("scale = {scale}, allowed: above 0")));
+            }
+            (Lengths::Known(_, factor), None) => factor,
+            (Lengths::Known(unit, _), Some(scale)) => {
+                let message = format!(
+                    "scale = {scale}, metres a pixel, beside lengths in {unit}, allowed: beside pixels, or where \
+                     the file does not name the unit"
+                );
+                return Err(refused(message));
+            }
+            (Lengths::Pixels { .. }, Some(scale)) => scale,
+            (Lengths::Pixels { .. }, None) => {
+                let message =
+                    format!("`{}` is in pixels, which needs scale = metres a pixel", marker.name);
+                return Err(refused(message));
+            }
+            (Lengths::Calibrated, scale) => scale.unwrap_or(1.0),
+        };
+        let down = match (self.y, sheet.lengths) {
+            (Some(y), _) => y == Vertical::Down,
+            (None, Lengths::Pixels { down: Some(down) }) => down,
+            (None, Lengths::Pixels { down: None }) => {
+                let message = "`y` is in pixels, which needs y = \"down\" (images) or \"up\"";
+                return Err(refused(message.into()));
+            }
+            (None, _) => false,
+        };
+        let origin = self.origin.unwrap_or_default();
+        for (axis, origin) in origin.iter().enumerate() {
+            if !origin.is_finite() || *origin != 0.0 && !marker.axes[axis] {
+                let name = ["x", "y", "z"][axis];
+                return Err(refused(format!(
+                    "origin = {origin} along {name}, allowed: a finite number, 0 without a column {name}"
+                )));
+            }
+        }
+        self.check_axes(marker.axes).map_err(refused)?;
+        let least = match (self.likelihood, &marker.likelihood) {
+            (None, _) => None,
+            (Some(least), Some(sure)) if (0.0..=1.0).contains(&least) => Some((least, sure)),
+            (Some(least), Some(_)) => {
+                return Err(refused(format!("likelihood = {least}, allowed: from 0 to 1")));
+            }
+            (Some(least), None) => {
+                let message =
+                    format!("likelihood = {least} without a column likelihood, allowed: with one");
+                return Err(refused(message));
+            }
+        };
+        let factors = [factor, if down { -factor } else { factor }, factor];
+        let place = |(k, place): (usize, &[Option<f64>; 3])| {
+            // What the program says nothing of it is not sure of.
+            if least.is_some_and(|(least, sure)| sure[k].is_none_or(|sure| sure < least)) {
+                return [None; 3];
+            }
+            self.turned([0, 1, 2].map(|c| Some((place[c]? - origin[c]) * factors[c])))
+        };
+        Ok(Converted {
+            times: sheet.rows.iter().map(|row| (row.line, seconds(row.clock))).collect(),
+            places: marker.places.iter().enumerate().map(place).collect(),
+        })
+    }
+
+    /// Refuses columns of other names, and two of one.
+    pub(crate) fn check_columns(table: &Table, names: &[&str]) -> Result<(), Error> {
+        for (i, (name, _)) in table.columns.iter().enumerate() {
+            if !names.contains(&name.as_str()) {
+                let allowed = names.join(", ");
+                return Err(table.error(1, &format!("column `{name}`, allowed: {allowed}")));
+            }
+            if table.columns[..i].iter().any(|(before, _)| before == name) {
+                return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn columns(&self, table: &Table) -> Result<Columns, Error> {
+        Self::check_columns(table, &["t", "time", "frame", "x", "y", "z"])?;
+        let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
+        let clocks: Vec<usize> = clocks.collect();
+        let time = match clocks[..] {
+            [clock] if table.columns[clock].0 == "frame" => (clock, self.frame_time(table, clock)?),
+            [clock] => (clock, self.clock_time(table, clock)?),
+            [] => {
+                let found: Vec<&str> = table.columns.iter().map(|(name, _)| &name[..]).collect();
+                let message = format!("no column t, time or frame; found {}", found.join(", "));
+                return Err(table.error(1, &message));
+            }
+            _ => return Err(table.error(1, "two clocks, allowed: one of t, time and frame")),
+        };
+        Ok(Columns { time, axes: self.axis_columns(table)? })
+    }
+
+    /// The columns of positions. What says how to read columns that are not there is refused.
+    pub(crate) fn axis_columns(&self, table: &Table) -> Result<AxisColumns, Error> {
+        let mut axes = [None; 3];
+        let pixels = |(_, unit): &(String, Option<String>)| unit.as_deref() == Some("px");
+        if let Some(scale) = self.scale.filter(|_| !table.columns.iter().any(pixels)) {
+            let message = format!(
+                "scale = {scale}, metres a pixel, without a column in pixels, allowed: with one, as in \
+                 x[px]; lengths in m are without a unit"
+            );
+            return Err(table.error(1, &message));
+        }
+        if self.y.is_some() && table.find("y").is_none() {
+            return Err(
+                table.error(1, "y = \"up\" or \"down\" without a column y, allowed: with one")
+            );
+        }
+        for (name, origin) in ["x", "y", "z"].into_iter().zip(self.origin.unwrap_or_default()) {
+            if !origin.is_finite() || origin != 0.0 && table.find(name).is_none() {
+                let message = format!(
+                    "origin = {origin} along {name}, allowed: a finite number, 0 without a column {name}"
+                );
+                return Err(table.error(1, &message));
+            }
+        }
+        for (slot, name) in axes.iter_mut().zip(["x", "y", "z"]) {
+            if let Some(column) = table.find(name) {
+                *slot = Some((column, self.axis(table, column)?));
+            }
+        }
+        if axes.iter().all(Option::is_none) {
+            return Err(table.error(1, "no column x, y or z"));
+        }
+        if let Some(least) = self.likelihood {
+            let message =
+                format!("likelihood = {least} without a column likelihood, allowed: with one");
+            return Err(table.error(1, &message));
+        }
+        self.check_axes(axes.map(|axis| axis.is_some()))
+            .map_err(|message| table.error(1, &message))?;
+        Ok(axes)
+    }
+
+    /// Seconds a unit of a clock that counts no frames.
+    fn clock_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
+        if let Some(fps) = self.fps {
+            let name = &table.columns[clock].0;
+            let message = format!(
+                "fps = {fps} beside the clock `{name}`, allowed: beside frame numbers, a column `frame`"
+            );
+            return Err(table.error(1, &message));
+        }
+        table.factor(clock, &TIMES, "")
+    }
+
+    /// Seconds a frame.
+    fn frame_time(&self, table: &Table, clock: usize) -> Result<f64, Error> {
+        if let Some(unit) = &table.columns[clock].1 {
+            return Err(table.error(1, &format!("unit [{unit}] of `frame`, allowed: none")));
+        }
+        match self.fps {
+            Some(fps) if fps.is_finite() && fps > 0.0 => Ok(1.0 / fps),
+            Some(fps) => Err(table.error(1, &format!("fps = {fps}, allowed: above 0"))),
+            None => {
+                Err(table.error(1, "the time is a frame number, which needs fps = frames a second"))
+            }
+        }
+    }
+
+    /// Metres a unit of an axis, negative where it points down.
+    fn axis(&self, table: &Table, column: usize) -> Result<f64, Error> {
+        let (name, unit_name) = &table.columns[column];
+        let pixels = unit_name.as_deref() == Some("px");
+        let factor = match (pixels, self.scale) {
+            (true, Some(scale)) if scale.is_finite() && scale > 0.0 => scale,
+            (true, Some(scale)) => {
+                return Err(table.error(1, &format!("scale = {scale}, allowed: above 0")));
+            }
+            (true, None) => {
+                let message = format!("`{name}` is in pixels, which needs scale = metres a pixel");
+                return Err(table.error(1, &message));
+            }
+            (false, _) => table.factor(column, &LENGTHS, ", px")?,
+        };
+        match (name.as_str(), self.y) {
+            ("y", Some(Vertical::Down)) => Ok(-factor),
+            ("y", None) if pixels => {
+                let message = "`y` is in pixels, which needs y = \"down\" (images) or \"up\"";
+                Err(table.error(1, message))
+            }
+            _ => Ok(factor),
+        }
+    }
+}

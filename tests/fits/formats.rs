@@ -1,0 +1,360 @@
+//! Files of motion-capture and video-tracking programs: the same tip gives the same number in all of them, and what
+//! is broken is refused with its line and what helps.
+
+use rodfit::fit::{Axes, Format, Recording, Vertical};
+use rodfit::scene::Track;
+use rodfit::{Fit, Observation, Parameter, Point, Problem};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+use crate::common::coarse;
+use crate::common::fits::same_mesh;
+use crate::common::formats::{GAP, Written, all, tip};
+
+const FRAMES: usize = 24;
+
+fn problem() -> Problem {
+    coarse(8, 3.90625e-3, 0.4).problem().unwrap()
+}
+
+fn written(folder: &TempDir, file: &Written) -> PathBuf {
+    let path = folder.path().join(file.name);
+    std::fs::write(&path, &file.text).unwrap();
+    path
+}
+
+/// To the last digit: what a reader makes of its file is what the others make of theirs.
+#[test]
+fn one_tip_gives_the_same_modulus_in_every_format() {
+    let problem = problem();
+    let tip = tip(&problem, FRAMES);
+    let folder = TempDir::new().unwrap();
+    let mut before = None;
+    for file in all(&tip) {
+        let path = written(&folder, &file);
+        let seen = Observation::read_as(&path, &file.recording).unwrap();
+        assert_eq!((seen.samples.len(), seen.dropped.empty), (FRAMES - 1, 1), "{}", file.name);
+        assert!(!seen.samples.iter().any(|s| s.time == GAP as f64 / 64.0), "{}", file.name);
+        // Named, it is read alike.
+        let named = Recording {
+            format: Some(serde_json::from_str(&format!("\"{}\"", file.format)).unwrap()),
+            ..file.recording.clone()
+        };
+        assert_eq!(Observation::read_as(&path, &named).unwrap().samples, seen.samples);
+        let fit = Fit::new(&problem)
+            .observe(seen.clone().sigma(1e-6))
+            .identify(Parameter::YoungsModulus)
+            .analyse(same_mesh())
+            .solve()
+            .unwrap();
+        let found = (seen.samples, fit.parameters[0].value.unwrap().to_bits());
+        println!("{:16} {:?}", file.name, fit.parameters[0].value);
+        assert!((f64::from_bits(found.1) / 1e8 - 1.0).abs() < 1e-4);
+        assert_eq!(before.get_or_insert(found.clone()), &found, "{}", file.name);
+    }
+}
+
+/// Markers of a file lead a rod's ends as those of a table do: in any order of the file.
+#[test]
+fn recordings_of_other_programs_lead_ends() {
+    let folder = TempDir::new().unwrap();
+    let path = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let table = path(
+        "t.csv",
+        "t,xa,ya,za,xb,yb,zb\n0,.1,0,.2,1,2,3\n0.01,.2,0,.2,,,\n0.02,.3,.1,.2,1,2,4\n",
+    );
+    let vicon = path(
+        "v.csv",
+        "Trajectories\n100\n,,b,,,a,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n,,m,m,m,m,m,m\n8,0,9,9,9,9,9,9\n9,0,1,-3,2,.1,-.2,0\n\
+         10,0,,,,.2,-.2,0\n11,0,1,-4,2,.3,-.2,.1\n",
+    );
+    let recording = Recording {
+        axes: Some(Axes::new(["x", "z", "-y"]).unwrap()),
+        time_zero: Some(9.0),
+        ..Recording::default()
+    };
+    let read = Track::read_as(&vicon, &recording, &["a".into(), "b".into()]).unwrap();
+    let expected = Track::read(&table).unwrap();
+    assert_eq!(read.markers(), expected.markers());
+    assert_eq!(read.times(), [0.0, 0.01, 0.02]);
+    let late = Track::read(&vicon).unwrap_err().to_string();
+    assert!(late.contains("starts at 0.07 s") && late.contains("time_zero"), "{late}");
+    let none = Track::read_as(&vicon, &recording, &["c".into()]).unwrap_err().to_string();
+    assert!(
+        none.contains("marker = \"c\" in a file of Vicon Nexus, allowed: one of b, a"),
+        "{none}"
+    );
+}
+
+/// Right-handed axes only: what was mirrored cannot be the rod.
+#[test]
+fn axes_are_turned_and_never_mirrored() {
+    for names in [["x", "z", "-y"], ["-y", "x", "z"], ["z", "x", "y"], ["-x", "-y", "z"]] {
+        assert!(Axes::new(names).is_ok(), "{names:?}");
+    }
+    for (names, words) in [
+        (["x", "z", "y"], "mirror"),
+        (["-x", "y", "z"], "mirror"),
+        (["x", "x", "z"], "once"),
+        (["x", "w", "z"], "allowed: x, y, z"),
+        (["none", "none", "none"], "one at least"),
+        (["x", "-none", "z"], "allowed: x, y, z"),
+    ] {
+        let error = Axes::new(names).unwrap_err();
+        assert!(error.contains(words), "{names:?}: {error}");
+    }
+}
+
+fn refused(path: &Path, recording: &Recording, words: &[&str]) {
+    match Observation::read_as(path, recording) {
+        Ok(_) => panic!("{} is read: {:?}", path.display(), std::fs::read_to_string(path)),
+        Err(error) => {
+            let error = error.to_string();
+            assert!(
+                error.contains(&format!("{}:", path.display())),
+                "no file and line in: {error}"
+            );
+            for word in words {
+                assert!(error.contains(word), "`{word}` in: {error}");
+            }
+        }
+    }
+}
+
+/// What is broken in a file: what is replaced by what, and words of the refusal, the line among them.
+type Broken<'a> = (&'a str, &'a str, &'a [&'a str]);
+
+fn broken(name: &str, cases: &[Broken]) {
+    let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
+    let files = all(&tip);
+    let file = files.iter().find(|f| f.name == name).unwrap();
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join(name);
+    let named = Recording {
+        format: Some(serde_json::from_str(&format!("\"{}\"", file.format)).unwrap()),
+        ..file.recording.clone()
+    };
+    for (from, to, words) in cases {
+        assert!(file.text.contains(from), "{from:?} in {}", file.text);
+        std::fs::write(&path, file.text.replacen(from, to, 1)).unwrap();
+        refused(&path, &named, words);
+    }
+    // Half a file, cut anywhere, is refused or read, but never more than that.
+    for cut in (0..file.text.len()).step_by(7).filter(|cut| file.text.is_char_boundary(*cut)) {
+        std::fs::write(&path, &file.text[..cut]).unwrap();
+        let _ = Observation::read_as(&path, &named);
+        let _ = Observation::read_as(&path, &file.recording);
+    }
+}
+
+#[test]
+fn broken_files_of_motive() {
+    broken(
+        "motive.csv",
+        &[
+            ("Format Version", "Version", &["1: ", "`Format Version`", "format = \"csv\""]),
+            ("Length Units,Millimeters", "Units,mm", &["1: ", "no `Length Units`", "Meters"]),
+            ("Millimeters", "Inches", &["1: ", "`Inches`", "Millimeters"]),
+            ("Frame,Time", "Bild,Time", &["begins with `Frame`"]),
+            (",Type,", ",Art,", &["7: ", "`Type` and `Name`"]),
+            ("Time (Seconds)", "Zeit", &["7: ", "`Zeit`", "Time (Seconds)"]),
+            (
+                "Marker,Marker,Marker,Marker,Marker,Marker",
+                "Bone,Bone,Bone,Bone,Bone,Bone",
+                &["3: ", "Bone", "Markers"],
+            ),
+            (
+                "rod:tip,rod:tip,rod:tip",
+                "rod:end,rod:end,rod:end",
+                &["marker = \"rod:tip\"", "rod:mid, rod:end"],
+            ),
+            ("rod:tip,rod:tip,rod:tip", "rod:mid,rod:mid,rod:mid", &["two columns x", "rod:mid"]),
+            ("1,0.015625,", "1,0.000000,", &["9: ", "increasing"]),
+            ("1,0.015625,", "1,,", &["9: ", "Time (Seconds)", "blank"]),
+            ("1,0.015625,0,1,2,3,", "1,0.015625,0,1,2,", &["9: ", "11 fields", "12"]),
+            ("499.5", "4q9.5", &["9: ", "`4q9.5`", "rod:tip x"]),
+            ("X,Y,Z,X,Y,Z", "X,Y,Z,X,W,Z", &["7: ", "`rod:mid` without a column x or y"]),
+        ],
+    );
+}
+
+#[test]
+fn broken_files_of_vicon() {
+    broken(
+        "vicon.csv",
+        &[
+            ("Trajectories\r\n", "Trajektorien\r\n", &["`Trajectories`", "ticked"]),
+            ("64\r\n,,rod", "fast\r\n,,rod", &["11: ", "`fast`"]),
+            ("64\r\n,,rod", "0\r\n,,rod", &["11: ", "above 0"]),
+            ("Frame,Sub Frame,X,Y,Z,X", "Bild,Sub Frame,X,Y,Z,X", &["13: ", "`Bild`", "`Frame`"]),
+            (",,mm,mm,mm", ",,mm,in,mm", &["14: ", "`in`", "mm, cm or m"]),
+            (",,mm,mm,mm", ",,mm,m,mm", &["14: ", "several units"]),
+            (",,rod:tip,,,rod:mid", ",,,,,rod:mid", &["12: ", "no marker over the first"]),
+            (
+                ",,rod:tip,,,rod:mid",
+                ",,rod:end,,,rod:mid",
+                &["marker = \"rod:tip\"", "rod:end, rod:mid"],
+            ),
+            ("2,0,499.5", "1,0,499.5", &["16: ", "increasing"]),
+            ("2,0,499.5", "zwei,0,499.5", &["16: ", "`zwei`", "Frame"]),
+            ("2,0,499.5", "2,499.5", &["16: ", "7 fields", "8"]),
+            ("499.5", "inf", &["16: ", "`inf`"]),
+            ("X,Y,Z,X,Y,Z", "X,Y',Z,X,Y,Z", &["13: ", "`rod:tip` without"]),
+        ],
+    );
+}
+
+#[test]
+fn broken_files_of_tracker() {
+    broken(
+        "tracks.txt",
+        &[
+            ("t,x,y", "x,t,y", &["2: ", "the time `t`"]),
+            ("t,x,y", "Zeit,x,y", &["2: ", "`Zeit`"]),
+            ("mass_C,,,,", "mass_D,,,,", &["marker = \"mass_C\"", "mass_A, mass_D"]),
+            (",vx,vy,x,y", ",vx,vy,x,x", &["2: ", "two columns x", "mass_C"]),
+            (",vx,vy,x,y", ",vx,vy,x,r", &["2: ", "`mass_C` without"]),
+            ("\n0.015625,", "\n0,", &["4: ", "increasing"]),
+            ("\n0.015625,", "\n,", &["4: ", "`t` is blank"]),
+            ("\n0.015625,1", "\n0.015625", &["4: ", "11 fields", "12"]),
+            ("499.5", "499..5", &["4: ", "499..5"]),
+            ("499.5,-2.25,5,6,7,8,9", "499.5,-2.25,5,6,7,8,9,10", &["4: ", "13 fields"]),
+        ],
+    );
+    broken(
+        "tracker.txt",
+        &[
+            ("x\ty", "r\tw", &["2: ", "no columns x and y"]),
+            ("mass_A\nt\tx\ty\n", "", &["the time `t`"]),
+        ],
+    );
+}
+
+#[test]
+fn broken_files_of_deeplabcut() {
+    broken(
+        "deeplabcut.csv",
+        &[
+            ("scorer", "model", &["1: ", "`scorer`"]),
+            ("bodyparts", "parts", &["1: ", "`bodyparts`"]),
+            ("coords", "what", &["1: ", "`coords`"]),
+            ("x,y,likelihood", "x,y,p", &["3: ", "coords `p`", "likelihood"]),
+            ("x,y,likelihood", "x,x,likelihood", &["3: ", "two columns x", "`tip`"]),
+            ("x,y,likelihood", "x,z,likelihood", &["3: ", "`tip` without"]),
+            ("\n1,", "\n0,", &["5: ", "increasing"]),
+            ("\n1,", "\nfirst,", &["5: ", "`first`", "frame's number"]),
+            ("\n1,499.5", "\n1", &["5: ", "3 fields", "4"]),
+            ("499.5", "x", &["5: ", "`x`"]),
+            ("0.99", "sure", &["4: ", "`sure`", "likelihood"]),
+        ],
+    );
+    broken(
+        "animals.csv",
+        &[("rod2,rod2,rod2", "rod3,rod3,rod3", &["marker = \"rod2:tip\"", "rod1:tip, rod3:tip"])],
+    );
+}
+
+#[test]
+fn broken_files_of_dltdv() {
+    broken(
+        "xypts.csv",
+        &[
+            ("pt1_cam1_X", "frame", &["1: ", "column `frame`", "pt1_X"]),
+            ("pt1_cam1_Y", "pt1_cam1_X", &["1: ", "two columns x"]),
+            ("pt1_cam1_Y", "pt1_cam1_Q", &["1: ", "`pt1_cam1_Q`"]),
+            ("pt1_cam1_X,pt1_cam1_Y", "pt1_X,pt1_Y", &["1: ", "with a camera and without"]),
+            (
+                "pt1_cam2_X,pt1_cam2_Y",
+                "pt2_cam2_X,pt2_cam2_Y",
+                &["marker = \"pt1_cam2\"", "pt1_cam1, pt2_cam2"],
+            ),
+            (",pt1_cam2_Y", "", &["1: ", "`pt1_cam2` without"]),
+            ("NaN,NaN,500.5", "NaN,500.5", &["3: ", "3 fields", "4"]),
+            ("NaN,NaN,500.5", "NaN,NaN,Inf", &["3: ", "`Inf`"]),
+            ("NaN,NaN,500.5", "NaN,NaN,-", &["3: ", "`-`"]),
+            ("NaN,NaN,500.5", "NaN,NaN,500.5,1", &["3: ", "5 fields"]),
+        ],
+    );
+}
+
+#[test]
+fn broken_files_of_qualisys() {
+    broken(
+        "qualisys.tsv",
+        &[
+            ("MARKER_NAMES", "NAMES_OF_MARKERS", &["1: ", "`MARKER_NAMES`"]),
+            ("\nFREQUENCY", "\nRATE_HZ", &["1: ", "`FREQUENCY`"]),
+            ("\t64\n", "\t-64\n", &["4: ", "above 0"]),
+            ("\t64\n", "\tfast\n", &["4: ", "`fast`"]),
+            ("DATA_INCLUDED\t3D", "DATA_INCLUDED\t6D", &["9: ", "6D", "3D"]),
+            ("mid\ttip", "mid\tend", &["marker = \"tip\"", "mid, end"]),
+            ("mid\ttip", "tip\ttip", &["10: ", "two columns x"]),
+            ("mid\ttip", "mid\ttip\tleft", &["12: ", "6 columns for 3 markers"]),
+            ("499.5", "4,5", &["13: ", "`4,5`"]),
+            ("250\t-1\t0\t499.5", "250\t-1\t499.5", &["13: ", "5 fields"]),
+        ],
+    );
+}
+
+#[test]
+fn broken_files_of_kinovea() {
+    broken(
+        "kinovea.csv",
+        &[
+            ("Time (ms)", "Frame", &["1: ", "`Frame`", "`Time`"]),
+            ("Time (ms)", "Time (h)", &["1: ", "[h]", "ms"]),
+            ("/0/X (mm)", "/0/X (cm)", &["1: ", "several units"]),
+            ("/0/X (mm)", "/0/X (in)", &["1: ", "[in]", "px"]),
+            ("/0/X (mm)", "/0/W (mm)", &["1: ", "NAME/X"]),
+            ("/0/Y (mm)", "/0/X (mm)", &["1: ", "two columns x"]),
+            ("Trajectory 1/0/Y (mm)", "speed", &["1: ", "`speed`"]),
+            ("\n15,625", "\n0:00:00:15", &["3: ", "milliseconds"]),
+            ("\n15,625", "\n0", &["3: ", "increasing"]),
+            ("499,5;", "", &["3: ", "2 fields", "3"]),
+            ("499,5", "4 9", &["3: ", "`4 9`"]),
+        ],
+    );
+}
+
+/// Keys that make no sense beside a file, each with what is allowed.
+#[test]
+fn keys_beside_files_are_checked() {
+    let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
+    let files = all(&tip);
+    let folder = TempDir::new().unwrap();
+    let case = |name: &str, change: &dyn Fn(&mut Recording), words: &[&str]| {
+        let file = files.iter().find(|f| f.name == name).unwrap();
+        let path = written(&folder, file);
+        let mut recording = file.recording.clone();
+        change(&mut recording);
+        refused(&path, &recording, words);
+    };
+    case("motive.csv", &|r| r.marker = None, &["2 markers", "rod:mid, rod:tip"]);
+    case("motive.csv", &|r| r.fps = Some(64.0), &["fps = 64 beside a clock"]);
+    case("motive.csv", &|r| r.scale = Some(1e-3), &["scale", "lengths in mm"]);
+    case("motive.csv", &|r| r.likelihood = Some(0.5), &["likelihood = 0.5", "column likelihood"]);
+    case("motive.csv", &|r| r.format = Some(Format::Vicon), &["Trajectories", "Vicon"]);
+    case("vicon.csv", &|r| r.fps = Some(64.0), &["64 frames a second in the file"]);
+    case("deeplabcut.csv", &|r| r.fps = None, &["fps = frames a second"]);
+    case("deeplabcut.csv", &|r| r.scale = None, &["metres a pixel"]);
+    case("deeplabcut.csv", &|r| r.likelihood = Some(60.0), &["likelihood = 60", "from 0 to 1"]);
+    case("deeplabcut.csv", &|r| r.origin = Some([0.0, 0.0, 1.0]), &["origin = 1 along z"]);
+    let in_space = |r: &mut Recording| r.axes = Some(Axes::new(["x", "z", "-y"]).unwrap());
+    case("deeplabcut.csv", &in_space, &["axes names z", "none"]);
+    case("xypts.csv", &|r| r.y = None, &["y = \"down\""]);
+    case("xypts.csv", &|r| r.fps = Some(0.0), &["fps = 0"]);
+    case("tracker.txt", &|r| r.scale = Some(f64::NAN), &["scale = NaN"]);
+    case("tracker.txt", &|r| r.time_zero = Some(f64::INFINITY), &["time_zero = inf"]);
+    case("table.csv", &in_space, &["axes names z"]);
+    case("table.csv", &|r| r.likelihood = Some(0.5), &["column likelihood"]);
+    case("markers.csv", &|r| r.marker = Some("top".into()), &["marker = \"top\"", "mid, tip"]);
+    // An image's y axis points down without a word; a word turns it.
+    let file = files.iter().find(|f| f.name == "deeplabcut.csv").unwrap();
+    let up = Recording { y: Some(Vertical::Up), ..file.recording.clone() };
+    let read = Observation::read_as(written(&folder, file), &up).unwrap().at(Point::Tip);
+    assert_eq!(read.samples[1].position[1], Some(2.25 * 1e-3));
+}
