@@ -3,6 +3,8 @@
 
 mod check;
 mod fit;
+mod init;
+mod inspect;
 mod limits;
 mod modes;
 mod output;
@@ -34,8 +36,8 @@ struct Manner {
     /// No progress and no summary; errors are still printed.
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Run what is estimated to take more than the limits of memory, time and disk; and let results that Ctrl-C cut
-    /// short take the place of older ones.
+    /// Run what is estimated to take more than the limits of memory, time and disk; let results that Ctrl-C cut
+    /// short take the place of older ones, and what `init` writes that of files that are there.
     #[arg(long, global = true)]
     force: bool,
 }
@@ -56,6 +58,10 @@ enum Command {
     Check(check::Options),
     /// Identify parameters from recorded motion.
     Fit(fit::Options),
+    /// Tell what is in a file of markers, and write the observation of a fit file.
+    Inspect(inspect::Options),
+    /// Write a scene and a fit to begin with.
+    Init(init::Options),
 }
 
 /// Where a report goes.
@@ -102,6 +108,8 @@ pub fn run() -> ExitCode {
         Command::Parameters(options) => parameters::run(&options, manner),
         Command::Check(options) => check::run(&options, manner),
         Command::Fit(options) => fit::run(&options, manner),
+        Command::Inspect(options) => inspect::run(&options, manner),
+        Command::Init(options) => init::run(&options, manner),
     };
     let code = outcome.unwrap_or_else(|error| {
         terminal::complain(&error);

@@ -34,6 +34,7 @@ pub use measurement::Measurement;
 pub use measurement::experiment::Experiment;
 pub use measurement::frequencies::{Frequencies, Frequency};
 pub use measurement::gauge::{Gauge, Moving, Quantity, Reading, Sight};
+pub use measurement::inspection::{InspectedMarker, Inspection};
 pub use measurement::loss::Loss;
 pub use measurement::motion::{Dropped, Glitches, Observation, Sample};
 pub use measurement::shape::{RestShape, Sighting};

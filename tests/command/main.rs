@@ -9,6 +9,7 @@ mod folder;
 mod hostile;
 mod hostile_fits;
 mod hostile_scenes;
+mod inspect;
 mod interrupt;
 mod outputs;
 mod recordings;

@@ -47,6 +47,8 @@ fn in_order(page: &str, parts: &[&str]) {
 
 /// Nothing is fetched, nothing runs, and every element that opens closes.
 pub fn is_whole(page: &str) {
+    // A parameter of schemes, and no number.
+    let page = page.replace("rho_inf", "rho");
     for forbidden in ["http:", "https:", "src=", "href=", "<script", "@import", "NaN", "inf"] {
         let found = page.find(forbidden).map(|at| page[..at + 20].chars().rev().take(100));
         assert!(found.is_none(), "{forbidden}: {:?}", found.map(|f| f.collect::<String>()));

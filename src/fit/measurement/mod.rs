@@ -3,6 +3,7 @@
 pub(crate) mod experiment;
 pub(crate) mod frequencies;
 pub(crate) mod gauge;
+pub(crate) mod inspection;
 pub(crate) mod loss;
 pub(crate) mod motion;
 pub(crate) mod shape;

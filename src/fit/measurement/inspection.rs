@@ -1,0 +1,363 @@
+//! What is in a file of markers, before anything is made of it.
+
+use crate::error::Error;
+use crate::input::track;
+use crate::input::track::format::Format;
+use crate::input::track::recording::{Recording, Vertical};
+use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
+use crate::scene::{LostFrames, SwappedLabels, Track};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Below this a program is not sure of a place.
+const SURE: f64 = 0.6;
+/// A step of the clock is a gap if it is so many times the usual one.
+const STEP: f64 = 1.5;
+/// A place jumps if it is off its neighbours' cubic by so many times the median, and by so many times what places a
+/// few frames away are.
+const JUMP: [f64; 2] = [20.0, 4.0];
+/// A normal deviate is below this in half of all cases.
+const HALF: f64 = 0.674_489_75;
+
+/// What is in a file of markers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Inspection {
+    /// The file.
+    pub file: PathBuf,
+    /// Which program wrote it.
+    pub format: Format,
+    /// Number of frames.
+    pub frames: usize,
+    /// Frames a second: as the file says, or the clock's usual step; none where neither is there.
+    pub rate: Option<f64>,
+    /// First and last reading of its clock, in its unit.
+    pub clock: [f64; 2],
+    /// What the clock counts: `s`, `ms`, `us` or `frames`.
+    pub clock_unit: String,
+    /// Where the clock leaps: its reading before, and how many steps are missing.
+    pub leaps: Vec<(f64, usize)>,
+    /// Unit of places: `m`, `cm`, `mm`, `px`, or `unnamed`.
+    pub unit: String,
+    /// The markers, in the order of the file.
+    pub markers: Vec<InspectedMarker>,
+    /// What seems wrong if the markers stand along a rod in this order.
+    pub faults: Vec<String>,
+    /// How an observation reads it: the marker that moves most, from the first frame on. What the file does not say
+    /// and nobody said is none.
+    pub recording: Recording,
+    /// That observation for a fit file.
+    pub observation: String,
+}
+
+/// A marker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct InspectedMarker {
+    /// Its name; empty in a table of one.
+    pub name: String,
+    /// The axes that were recorded: `xy`, `xyz`.
+    pub axes: String,
+    /// Frames in which it was seen, wholly or in part.
+    pub seen: usize,
+    /// How often it is lost between two frames in which it was seen, and for how many frames at most.
+    pub gaps: [usize; 2],
+    /// Frames of which the program is less than 0.6 sure, where it says so.
+    pub unsure: Option<usize>,
+    /// Smallest and largest coordinate along each of its axes, in the file's unit.
+    pub range: Vec<[f64; 2]>,
+    /// Standard deviation of the noise per coordinate, from third differences: no more than that, where the marker
+    /// is slow against the frames; in the file's unit. None with fewer than 8 of them.
+    pub noise: Option<f64>,
+    /// Clock readings at which it jumps for a frame.
+    pub jumps: Vec<f64>,
+}
+
+impl Inspection {
+    /// Looks into a file; `recording` may say its format, and the `fps` and `scale` that it does not.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or a line of it that makes no sense, with its number.
+    pub fn of(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let (format, bytes) = track::open(path, recording.format)?;
+        let sheet = track::parse(path, format, &bytes)?;
+        let clocks: Vec<f64> = sheet.rows.iter().map(|row| row.clock).collect();
+        let step = median(clocks.windows(2).map(|w| w[1] - w[0]).collect());
+        let (clock_unit, rate) = match sheet.clock {
+            Clock::Time(unit) => {
+                let named = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)];
+                let name = named.iter().find(|(_, own)| *own == unit).map_or("s", |(name, _)| name);
+                (name, step.map(|step| 1.0 / (step * unit)))
+            }
+            Clock::Frames { rate, .. } => ("frames", rate.or(recording.fps)),
+        };
+        let leap = |w: &[f64]| {
+            let steps = (w[1] - w[0]) / step.filter(|s| *s > 0.0)?;
+            (steps > STEP).then(|| (w[0], (steps.round() as usize).saturating_sub(1).max(1)))
+        };
+        let markers: Vec<InspectedMarker> =
+            sheet.markers.iter().map(|marker| inspected(marker, &clocks)).collect();
+        let mut inspection = Self {
+            file: path.into(),
+            format,
+            frames: clocks.len(),
+            rate,
+            clock: [clocks[0], clocks[clocks.len() - 1]],
+            clock_unit: clock_unit.into(),
+            leaps: clocks.windows(2).filter_map(leap).collect(),
+            unit: match sheet.lengths {
+                Lengths::Known(unit, _) => unit,
+                Lengths::Pixels { .. } => "px",
+                Lengths::Calibrated => "unnamed",
+            }
+            .into(),
+            markers,
+            faults: faults(&sheet, recording),
+            recording: recording.clone(),
+            observation: String::new(),
+        };
+        inspection.recording = inspection.read_as(&sheet, recording);
+        inspection.observation = inspection.pasted(&quoted(&path.display().to_string()), &sheet);
+        Ok(inspection)
+    }
+
+    /// The marker that moves most: more likely a rod's tip than its wall.
+    fn foremost(&self) -> Option<&InspectedMarker> {
+        let extent = |m: &&InspectedMarker| m.range.iter().map(|[a, b]| b - a).fold(0.0, f64::max);
+        let known = self.markers.iter().filter(|m| m.seen > 0);
+        known.max_by(|a, b| extent(a).total_cmp(&extent(b)))
+    }
+
+    fn read_as(&self, sheet: &Sheet, said: &Recording) -> Recording {
+        let marker = self.foremost();
+        Recording {
+            marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
+            likelihood: marker.and_then(|m| m.unsure).map(|_| SURE),
+            y: matches!(sheet.lengths, Lengths::Pixels { .. }).then_some(Vertical::Down),
+            time_zero: Some(self.clock[0]),
+            ..said.clone()
+        }
+    }
+
+    /// The observation, of a file with this name as TOML writes it.
+    fn pasted(&self, file: &str, sheet: &Sheet) -> String {
+        let read = &self.recording;
+        let mut lines = vec!["[[observation]]".to_string()];
+        let mut line = |key: &str, value: String, words: &str| {
+            let words = if words.is_empty() { String::new() } else { format!(" # {words}") };
+            lines.push(format!("{:<27}{words}", format!("{key} = {value}")).trim_end().into());
+        };
+        line("file", file.into(), "");
+        if read.format.is_some() {
+            line("format", quoted(self.format.key()), "");
+        }
+        if let Some(marker) = &read.marker {
+            let others: Vec<&str> = self.markers.iter().map(|m| &m.name[..]).collect();
+            line(
+                "marker",
+                quoted(marker),
+                &format!("the one that moves most of {}", others.join(", ")),
+            );
+        }
+        line("point", "\"tip\"".into(), "or a node, or { arc_length = 0.2 }");
+        if let Some(sure) = read.likelihood {
+            line("likelihood", sure.to_string(), "what the program is less sure of is missing");
+        }
+        if self.foremost().is_some_and(|m| m.axes.len() == 3) {
+            let words = "the world's in the file; [\"x\", \"z\", \"-y\"] for a picture of x and z";
+            line("axes", "[\"x\", \"y\", \"z\"]".into(), words);
+        }
+        let or_dots = |value: Option<f64>| value.map_or("..".into(), |value| value.to_string());
+        if matches!(sheet.clock, Clock::Frames { rate: None, .. }) {
+            line("fps", or_dots(read.fps), "the camera's frames a second: the file does not say");
+        }
+        let metres = match sheet.lengths {
+            Lengths::Known(_, factor) => Some(factor),
+            Lengths::Pixels { .. } => {
+                line("scale", or_dots(read.scale), "metres a pixel");
+                line("y", "\"down\"".into(), "as in images");
+                read.scale
+            }
+            Lengths::Calibrated => {
+                line("scale", or_dots(read.scale), "metres a unit of the calibration; 1 is metres");
+                read.scale
+            }
+        };
+        line("origin", "[0, 0, 0]".into(), "where the scene's origin is in the file's coordinates");
+        line("time_zero", self.clock[0].to_string(), "when the motion starts on the file's clock");
+        let noise = self.foremost().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
+        if let (Some(noise), Some(metres)) = (noise, metres) {
+            line("sigma", format!("{:.1e}", noise * metres), "m, by the third differences");
+        }
+        lines.join("\n") + "\n"
+    }
+}
+
+/// As TOML writes it.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.into()).to_string()
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+fn inspected(marker: &Sighted, clocks: &[f64]) -> InspectedMarker {
+    let there: Vec<bool> =
+        marker.places.iter().map(|place| place.iter().any(Option::is_some)).collect();
+    let first = there.iter().position(|seen| *seen).unwrap_or(0);
+    let last = there.iter().rposition(|seen| *seen).map_or(0, |k| k + 1);
+    let lost = there[first..last.max(first)].chunk_by(|a, b| a == b).filter(|run| !run[0]);
+    let lost: Vec<usize> = lost.map(<[bool]>::len).collect();
+    let axes: Vec<usize> = (0..3).filter(|c| marker.axes[*c]).collect();
+    let along = |c: usize| marker.places.iter().map(move |place| place[c]);
+    let range = |c: &usize| {
+        let seen = along(*c).flatten();
+        seen.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+    };
+    let thirds = axes.iter().flat_map(|c| {
+        let all: Vec<Option<f64>> = along(*c).collect();
+        let third = |w: &[Option<f64>]| Some((w[3]? - 3.0 * w[2]? + 3.0 * w[1]? - w[0]?).abs());
+        all.windows(4).filter_map(third).collect::<Vec<_>>()
+    });
+    let thirds: Vec<f64> = thirds.collect();
+    // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise.
+    let noise = (thirds.len() >= 8).then(|| median(thirds)).flatten();
+    let unsure = marker.likelihood.as_ref();
+    InspectedMarker {
+        name: marker.name.clone(),
+        axes: axes.iter().map(|c| ["x", "y", "z"][*c]).collect(),
+        seen: there.iter().filter(|seen| **seen).count(),
+        gaps: [lost.len(), lost.iter().copied().max().unwrap_or(0)],
+        unsure: unsure.map(|all| all.iter().filter(|sure| sure.is_none_or(|s| s < SURE)).count()),
+        range: match last > first {
+            true => axes.iter().map(range).collect(),
+            false => Vec::new(),
+        },
+        noise: noise.map(|third| third / HALF / 20.0_f64.sqrt()),
+        jumps: jumps(marker).into_iter().map(|k| clocks[k]).collect(),
+    }
+}
+
+/// Frames in which a marker is off the cubic through two places on each side of it, far more than usual and than a
+/// few frames away.
+fn jumps(marker: &Sighted) -> Vec<usize> {
+    let off = |k: usize| -> Option<f64> {
+        let mut squares = 0.0;
+        for c in (0..3).filter(|c| marker.axes[*c]) {
+            let at = |k: usize| marker.places[k][c];
+            let between = (4.0 * (at(k - 1)? + at(k + 1)?) - at(k - 2)? - at(k + 2)?) / 6.0;
+            squares += (at(k)? - between).powi(2);
+        }
+        Some(squares.sqrt())
+    };
+    let frames = marker.places.len();
+    let all: Vec<Option<f64>> =
+        (0..frames).map(|k| if k < 2 || k + 2 >= frames { None } else { off(k) }).collect();
+    let Some(usual) = median(all.iter().copied().flatten().collect()) else { return Vec::new() };
+    let apart = |k: usize| {
+        // Frames next to a jump are off because of it.
+        let beside = [k.checked_sub(4), k.checked_sub(3), Some(k + 3), Some(k + 4)];
+        beside.into_iter().flatten().filter_map(|k| *all.get(k)?).fold(0.0, f64::max)
+    };
+    let jumps = |k: &usize| {
+        let Some(own) = all[*k] else { return false };
+        let near = (k.saturating_sub(2)..=k + 2).filter(|other| other != k);
+        let most = near.filter_map(|other| *all.get(other)?).fold(0.0, f64::max);
+        own > most && own > JUMP[0] * usual && own > JUMP[1] * apart(*k)
+    };
+    (0..frames).filter(jumps).collect()
+}
+
+/// Frames that were lost while the clock went on, and labels that change places, of markers along a rod.
+fn faults(sheet: &Sheet, recording: &Recording) -> Vec<String> {
+    let known = Recording {
+        fps: recording.fps,
+        scale: recording.scale,
+        y: recording.y.or(Some(Vertical::Up)),
+        ..Recording::default()
+    };
+    let along = |marker: &Sighted| -> Option<(Vec<f64>, Vec<Option<[f64; 3]>>)> {
+        let converted = known.convert(sheet, marker).ok()?;
+        let place = |place: &[Option<f64>; 3]| {
+            let whole = (0..3).all(|c| place[c].is_some() == marker.axes[c]);
+            whole.then(|| place.map(Option::unwrap_or_default))
+        };
+        let times = converted.times.iter().map(|(_, t)| *t).collect();
+        Some((times, converted.places.iter().map(place).collect()))
+    };
+    let Some(all) = sheet.markers.iter().map(along).collect::<Option<Vec<_>>>() else {
+        return Vec::new();
+    };
+    let Some((times, _)) = all.first().cloned().filter(|_| all.len() > 2) else {
+        return Vec::new();
+    };
+    let names = sheet.markers.iter().map(|m| m.name.clone());
+    let markers = names.zip(all.into_iter().map(|(_, seen)| seen)).collect();
+    let Ok(track) = Track::new(times, markers) else { return Vec::new() };
+    let held: Vec<usize> = (0..track.markers().len()).collect();
+    let examined = track.examined(&held, LostFrames::Keep, SwappedLabels::Keep);
+    examined.faults().iter().map(ToString::to_string).collect()
+}
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [first, last] = self.clock;
+        let format = match self.format {
+            Format::Csv => "a table".to_string(),
+            format => format!("a file of {}", format.program()),
+        };
+        writeln!(f, "{}: {format}, format = \"{}\"", self.file.display(), self.format.key())?;
+        let unit = match &self.clock_unit[..] {
+            "frames" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let clock = if unit.is_empty() { "numbered " } else { "from " };
+        write!(f, "{} frames, {clock}{first}{unit} to {last}{unit}", self.frames)?;
+        match self.rate {
+            Some(rate) => writeln!(f, ", {} a second", (rate * 1e4).round() / 1e4)?,
+            None => writeln!(f, "; the file does not say how many a second")?,
+        }
+        for (before, missing) in self.leaps.iter().take(5) {
+            writeln!(f, "the clock leaps after {before}{unit}: {missing} frames are missing")?;
+        }
+        if self.leaps.len() > 5 {
+            writeln!(f, "and {} times more", self.leaps.len() - 5)?;
+        }
+        let named = match &self.unit[..] {
+            "unnamed" => "in a unit that the file does not name",
+            unit => &format!("in {unit}"),
+        };
+        writeln!(f, "{} markers, places {named}:", self.markers.len())?;
+        for marker in &self.markers {
+            let name = if marker.name.is_empty() { "(no name)" } else { &marker.name };
+            write!(f, "  {name}: {}, seen in {} frames", marker.axes, marker.seen)?;
+            let [gaps, longest] = marker.gaps;
+            if gaps > 0 {
+                write!(f, ", {gaps} gaps of up to {longest}")?;
+            }
+            if let Some(unsure) = marker.unsure.filter(|unsure| *unsure > 0) {
+                write!(f, ", unsure in {unsure}")?;
+            }
+            for (axis, [low, high]) in marker.axes.chars().zip(&marker.range) {
+                write!(f, ", {axis} {low:.4} .. {high:.4}")?;
+            }
+            if let Some(noise) = marker.noise {
+                write!(f, ", noise at most {noise:.2e}")?;
+            }
+            if let Some(first) = marker.jumps.first() {
+                write!(f, ", jumps {} times, first at {first}{unit}", marker.jumps.len())?;
+            }
+            writeln!(f)?;
+        }
+        if !self.faults.is_empty() {
+            writeln!(f, "if these are markers along a rod, in this order:")?;
+            self.faults.iter().try_for_each(|fault| writeln!(f, "  {fault}"))?;
+        }
+        write!(f, "\n{}", self.observation.trim_end())
+    }
+}

@@ -1,0 +1,215 @@
+//! `rodfit inspect` tells what is in a file and writes the observation; `rodfit init` writes a scene and a fit that run.
+
+use crate::common::coarse;
+use crate::common::formats::{Written, all, tip};
+use crate::common::recordings::{csv, recorded};
+use crate::folder::{Folder, refused, stderr, stdout, succeeds};
+use rodfit::scene::Track;
+
+/// The tip of the folder's rod, in every format.
+fn files() -> Vec<Written> {
+    all(&tip(&coarse(8, 3.90625e-3, 0.4).problem().unwrap(), 24))
+}
+
+/// What it tells of the same tip in any file: format, rate, unit, gaps, noise.
+#[test]
+fn files_of_all_programs_are_told_alike() {
+    let folder = Folder::new();
+    for file in files() {
+        folder.write(file.name, &file.text);
+        let pixels = ["deeplabcut", "dltdv"].contains(&file.format);
+        let mut said = vec!["inspect", file.name, "--json", "told.json"];
+        if pixels {
+            said.extend(["--fps", "64"]);
+        }
+        let output = folder.run(&said);
+        succeeds(&output);
+        let (shown, told) = (stdout(&output), folder.json("told.json"));
+        println!("{shown}");
+        assert!(shown.contains(&format!("format = \"{}\"", file.format)), "{shown}");
+        assert_eq!(
+            (told["format"].as_str(), told["frames"].as_u64()),
+            (Some(file.format), Some(24))
+        );
+        assert_eq!(told["rate"].as_f64().unwrap(), 64.0, "{}", file.name);
+        let own = told["recording"]["marker"].as_str().map(str::to_string);
+        assert_eq!(own, file.recording.marker, "{}", file.name);
+        let markers = told["markers"].as_array().unwrap();
+        let marker = markers.iter().find(|m| own.as_deref().is_none_or(|own| m["name"] == own));
+        let marker = marker.unwrap();
+        match marker["unsure"].as_u64() {
+            Some(unsure) => assert_eq!(unsure, 1, "{}", file.name),
+            None => assert_eq!(marker["gaps"], serde_json::json!([1, 1]), "{}", file.name),
+        }
+        // Rounded to a 1024th of a millimetre, and smooth against the frames but for its own third derivative.
+        if file.format != "deeplabcut" {
+            assert!(marker["noise"].as_f64().unwrap() < 0.3, "{marker}");
+        }
+    }
+}
+
+/// The observation is pasted as it is, where the file says all; and a fit goes on from there.
+#[test]
+fn the_observation_can_be_pasted() {
+    let folder = Folder::new();
+    for file in files() {
+        folder.write(file.name, &file.text);
+        let pixels = ["deeplabcut", "dltdv", "tracker"].contains(&file.format);
+        let mut said = vec!["inspect", file.name, "--json", "told.json", "--scale", "1e-3"];
+        if file.format != "tracker" {
+            said.extend(["--fps", "64"]);
+        }
+        succeeds(&folder.run(if pixels { &said } else { &said[..4] }));
+        let observation = folder.json("told.json")["observation"].as_str().unwrap().to_string();
+        // What only the person knows: the camera's axes.
+        let observation = match file.name {
+            "xypts.csv" => observation.replace("origin = [0, 0, 0]", "origin = [1, 1, 0]"),
+            "xyzpts.csv" => {
+                observation.replace("[\"x\", \"y\", \"z\"]", "[\"x\", \"z\", \"none\"]")
+            }
+            _ => observation,
+        };
+        assert!(!observation.contains(".."), "{observation}");
+        let fit = format!(
+            "scene = \"scene.toml\"\n{observation}\n[[parameter]]\nname = \"youngs_modulus\"\n"
+        );
+        folder.write("pasted.toml", &fit);
+        let scene = crate::folder::replaced(crate::folder::SCENE, "end = 0.3", "end = 0.4");
+        folder.write("scene.toml", &scene);
+        let output = folder.run(&["fit", "pasted.toml", "--json", "fit.json"]);
+        let code = output.status.code();
+        assert!(code == Some(0) || code == Some(3), "{}: {}{fit}", file.name, stderr(&output));
+        let found = folder.json("fit.json")["parameters"][0]["value"].as_f64().unwrap();
+        assert!((found / 1e8 - 1.0).abs() < 0.05, "{}: {found:e}", file.name);
+    }
+}
+
+/// Jumps, leaps of the clock, lost frames and swapped labels.
+#[test]
+fn what_is_wrong_in_a_file_is_told() {
+    let folder = Folder::new();
+    let clean = recorded(0, 120, 1e-5, |_| {});
+    folder.write("clean.csv", &csv(&clean));
+    let shown = stdout(&folder.run(&["inspect", "clean.csv"]));
+    for words in
+        ["120 frames, from 0 s to 1.19 s, 100 a second", "7 markers, places in m", "noise at most"]
+    {
+        assert!(shown.contains(words), "`{words}` in {shown}");
+    }
+    for words in ["jumps", "leaps", "lost", "label", "gaps"] {
+        assert!(!shown.contains(words), "`{words}` in {shown}");
+    }
+    let markers = |change: &dyn Fn(&mut Vec<(String, Vec<Option<[f64; 3]>>)>)| {
+        let mut all =
+            clean.markers().iter().map(|m| (m.name.clone(), m.seen.clone())).collect::<Vec<_>>();
+        change(&mut all);
+        all
+    };
+    let jumping = markers(&|all| {
+        all[3].1[50].as_mut().unwrap()[1] += 0.03;
+        let other = all[5].1.clone();
+        all[5].1 = std::mem::replace(&mut all[4].1, other);
+        all[2].1[20..25].fill(None);
+    });
+    let mut times = clean.times().to_vec();
+    times[80..].iter_mut().for_each(|t| *t += 0.03);
+    folder.write("faulty.csv", &csv(&Track::new(times, jumping).unwrap()));
+    let shown = stdout(&folder.run(&["inspect", "faulty.csv"]));
+    for words in [
+        "the clock leaps after 0.79 s: 3 frames are missing",
+        "2: xy, seen in 115 frames, 1 gaps of up to 5",
+        "jumps 1 times, first at 0.5 s",
+        "markers 4 and 5 have each other's label",
+    ] {
+        assert!(shown.contains(words), "`{words}` in {shown}");
+    }
+    refused(&folder.run(&["inspect", "none.csv"]), &["none.csv"]);
+    folder.write("text.csv", "dear diary\n");
+    refused(&folder.run(&["inspect", "text.csv"]), &["text.csv:1", "no column t"]);
+    refused(
+        &folder.run(&["inspect", "clean.csv", "--json", "clean.csv"]),
+        &["which this run reads"],
+    );
+}
+
+/// All that is written runs, finds what its data were made with, and is not written over.
+#[test]
+fn templates_run() {
+    for (template, truth) in [
+        ("cantilever", vec![1.1e8, 0.4]),
+        ("droop", vec![3e7]),
+        ("frequencies", vec![1.1e8]),
+        ("helix", vec![1.1e7]),
+        ("cable", vec![5e8]),
+    ] {
+        let folder = Folder::new();
+        let output = folder.run(&["init", template]);
+        succeeds(&output);
+        let fit = format!("{template}-fit.toml");
+        assert!(stdout(&output).contains(&format!("rodfit fit {fit}")), "{}", stdout(&output));
+        succeeds(&folder.run(&["parameters", &format!("{template}.toml"), "-q"]));
+        let output = folder.run(&["fit", &fit, "--json", "found.json"]);
+        succeeds(&output);
+        println!("{}", stdout(&output));
+        let found = folder.json("found.json");
+        for (k, truth) in truth.iter().enumerate() {
+            let [low, high] =
+                [0, 1].map(|end| found["parameters"][k]["interval95"][end].as_f64().unwrap());
+            // Three standard errors, and not two.
+            let room = 0.25 * (high - low);
+            assert!(
+                low - room < *truth && *truth < high + room,
+                "{template}: {}",
+                found["parameters"]
+            );
+        }
+        let before = folder.read(&fit);
+        refused(&folder.run(&["init", template]), &["which is there", "--force"]);
+        folder.write(&fit, "mine");
+        refused(&folder.run(&["init", template]), &["which is there"]);
+        assert_eq!(folder.read(&fit), "mine");
+        succeeds(&folder.run(&["init", template, "--force"]));
+        assert_eq!(folder.read(&fit), before);
+    }
+}
+
+#[test]
+fn templates_take_files() {
+    let folder = Folder::new();
+    for file in files() {
+        folder.write(file.name, &file.text);
+        let mut said = vec!["init", "cantilever", "--force", "--into", "new", "--from", file.name];
+        if ["deeplabcut", "dltdv"].contains(&file.format) {
+            said.extend(["--fps", "64"]);
+        }
+        if ["deeplabcut", "dltdv", "tracker"].contains(&file.format) {
+            said.extend(["--scale", "1e-3"]);
+        }
+        succeeds(&folder.run(&said));
+        // It runs; that the rod is another is the person's to say.
+        let output = folder.run(&["fit", "new/cantilever-fit.toml", "--json", "found.json"]);
+        let code = output.status.code();
+        assert!(code == Some(0) || code == Some(3), "{}: {}", file.name, stderr(&output));
+        assert_eq!(folder.json("found.json")["parameters"][0]["name"], "youngs_modulus");
+    }
+    // What is missing is asked for.
+    let output = folder.run(&["init", "cantilever", "--force", "--from", "deeplabcut.csv"]);
+    refused(&output, &["deeplabcut.csv", "fps = frames a second"]);
+    refused(
+        &folder.run(&["init", "frequencies", "--from", "table.csv"]),
+        &["--from", "frequencies"],
+    );
+    refused(&folder.run(&["init", "droop", "--from", "table.csv"]), &["table.csv:1", "allowed"]);
+    // A cable's lengths, step and way up are those of its recording.
+    let track = recorded(3, 120, 1e-5, |_| {});
+    folder.write("clip.csv", &csv(&track));
+    succeeds(&folder.run(&["init", "cable", "--from", "clip.csv"]));
+    let scene = folder.read("cable.toml");
+    for words in
+        ["segments = 6 ", "lengths = [0.07, 0.07, 0.0", "step = 0.01 ", "gravity = [0, -9.81, 0]"]
+    {
+        assert!(scene.contains(words), "`{words}` in {scene}");
+    }
+    let output = folder.run(&["fit", "cable-fit.toml", "--json", "found.json"]);
+    assert!(output.status.code() == Some(0), "{}{}", stdout(&output), stderr(&output));
+}
