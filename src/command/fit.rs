@@ -1,10 +1,12 @@
 //! `rodfit fit`
 
 use crate::command::output::{Output, Outputs};
-use crate::command::{Json, Manner, Route, conclude, limits, terminal};
+use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
 use rodfit::fit::{Experiment, FitFile, FitReport, Known};
 use rodfit::{Error, page};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The first line of a scene with values of a fit that was stopped.
 const INTERRUPTED: &str =
@@ -12,8 +14,10 @@ const INTERRUPTED: &str =
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Fit file (TOML).
-    fit: PathBuf,
+    /// Fit file (TOML); of several each goes its own way, one after the other, and its name is added to those of
+    /// what is written.
+    #[arg(required = true)]
+    fit: Vec<PathBuf>,
     #[command(flatten)]
     json: Json,
     /// Write the scene with the fitted values here (TOML), `-` is stdout; those of several
@@ -35,49 +39,136 @@ pub struct Options {
 }
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let admit = |scene: &_| limits::of_mesh(scene).admit(manner);
-    let mut file = FitFile::load_if(&options.fit, admit)?;
-    for known in &options.known {
-        file.knowns.push(self::known(known)?);
+    // All are looked at before any is solved.
+    let several = options.fit.len() > 1;
+    let mut runs: Vec<Run> = Vec::new();
+    for (i, path) in options.fit.iter().enumerate() {
+        let name = if several { Some(name_of(path)) } else { None };
+        if let Some(before) = options.fit[..i].iter().find(|p| Some(name_of(p)) == name) {
+            return Err(Error::Invalid {
+                file: None,
+                key: "fit".into(),
+                found: format!("{} beside {}", path.display(), before.display()),
+                allowed: "files of different names: what is written is called after them".into(),
+            });
+        }
+        runs.push(Run::new(path, name.as_deref(), options, manner)?);
     }
-    file.analysis.monte_carlo = options.monte_carlo.unwrap_or(file.analysis.monte_carlo);
-    for experiment in &mut file.experiments {
-        experiment.problem =
-            experiment.problem.clone().with_derivatives(options.derivatives.into());
+    let stop = terminal::stop_on_ctrl_c(manner);
+    let mut code = 0;
+    for run in runs {
+        if several && run.outputs.has_summary() {
+            terminal::print(&format_args!("{}", run.path.display()))?;
+        }
+        code = code.max(match run.solve(stop.clone()) {
+            Ok(code) => code,
+            Err(error) if several => {
+                terminal::complain(&error);
+                code_of(&error)
+            }
+            Err(error) => return Err(error),
+        });
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
     }
-    let mut outputs = Outputs::new(manner);
-    let json = outputs.add("--json", options.json.json.as_deref());
-    let folder = options.report.as_deref();
-    let page = outputs.add_in_folder("--report", folder, "fit.html");
-    let numbers = outputs.add_in_folder("--report", folder, "fit.json");
-    let saves: Vec<Option<Output>> = match &options.save {
-        Some(path) => saves(path, &file.experiments, &mut outputs)?,
-        None => Vec::new(),
-    };
-    let mut inputs = file.files();
-    inputs.push(options.fit.clone());
-    outputs.check(&inputs)?;
-    limits::of_fit(&file, options.fit.clone()).admit(manner)?;
+    Ok(code)
+}
 
-    let report = solve(&file, page.is_some(), manner)?;
-    if report.interrupted {
-        outputs.are_interrupted();
+/// A fit file without folder and extension.
+fn name_of(fit: &Path) -> String {
+    fit.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// A fit, and where its results go.
+struct Run {
+    path: PathBuf,
+    file: FitFile,
+    manner: Manner,
+    outputs: Outputs,
+    json: Option<Output>,
+    page: Option<Output>,
+    numbers: Option<Output>,
+    saves: Vec<Option<Output>>,
+}
+
+impl Run {
+    /// Reads a fit file; `name` is added to what is written, if it is one of several.
+    fn new(
+        path: &Path,
+        name: Option<&str>,
+        options: &Options,
+        manner: Manner,
+    ) -> Result<Self, Error> {
+        let admit = |scene: &_| limits::of_mesh(scene).admit(manner);
+        let mut file = FitFile::load_if(path, admit)?;
+        for known in &options.known {
+            file.knowns.push(self::known(known)?);
+        }
+        file.analysis.monte_carlo = options.monte_carlo.unwrap_or(file.analysis.monte_carlo);
+        for experiment in &mut file.experiments {
+            experiment.problem =
+                experiment.problem.clone().with_derivatives(options.derivatives.into());
+        }
+        let of = |asked: &Option<PathBuf>, option: &str| -> Result<Option<PathBuf>, Error> {
+            match (asked, name) {
+                (Some(path), Some(name)) if path == Path::new("-") => Err(Error::Invalid {
+                    file: None,
+                    key: option.into(),
+                    found: format!("- beside several fits, {name} among them"),
+                    allowed: "a file, to whose name those of the fits are added".into(),
+                }),
+                (Some(path), Some(name)) => {
+                    let extension = path.extension().unwrap_or_default().to_string_lossy();
+                    Ok(Some(path_of(
+                        path,
+                        name,
+                        if option == "--save" { "toml" } else { &extension },
+                    )))
+                }
+                (asked, _) => Ok(asked.clone()),
+            }
+        };
+        let mut outputs = Outputs::new(manner);
+        let json = of(&options.json.json, "--json")?;
+        let json = outputs.add("--json", json.as_deref());
+        let folder =
+            options.report.as_ref().map(|folder| name.map_or(folder.clone(), |n| folder.join(n)));
+        let page = outputs.add_in_folder("--report", folder.as_deref(), "fit.html");
+        let numbers = outputs.add_in_folder("--report", folder.as_deref(), "fit.json");
+        let saves: Vec<Option<Output>> = match of(&options.save, "--save")? {
+            Some(path) => saves(&path, &file.experiments, &mut outputs)?,
+            None => Vec::new(),
+        };
+        let mut inputs = file.files();
+        inputs.extend(options.fit.iter().cloned());
+        outputs.check(&inputs)?;
+        limits::of_fit(&file, path.into()).admit(manner)?;
+        Ok(Self { path: path.into(), file, manner, outputs, json, page, numbers, saves })
     }
-    let title = options.fit.display().to_string();
-    let mut written = vec![
-        outputs.write_json(json, &report),
-        outputs.write(page, || Ok(page::fit_page(&report, &title).into_bytes())),
-        outputs.write_json(numbers, &report),
-    ];
-    for (output, experiment) in saves.into_iter().zip(&file.experiments) {
-        written.push(outputs.write(output, || saved(&report, experiment)));
+
+    fn solve(self, stop: Arc<AtomicBool>) -> Result<u8, Error> {
+        let Self { path, file, manner, mut outputs, json, page, numbers, saves } = self;
+        let report = solve(&file, page.is_some(), stop, manner)?;
+        if report.interrupted {
+            outputs.are_interrupted();
+        }
+        let title = path.display().to_string();
+        let mut written = vec![
+            outputs.write_json(json, &report),
+            outputs.write(page, || Ok(page::fit_page(&report, &title).into_bytes())),
+            outputs.write_json(numbers, &report),
+        ];
+        for (output, experiment) in saves.into_iter().zip(&file.experiments) {
+            written.push(outputs.write(output, || saved(&report, experiment)));
+        }
+        written.push(outputs.summary(&report));
+        let code = if report.is_success() { 0 } else { 3 };
+        if code != 0 {
+            terminal::tell(format_args!("error: {}", report.status));
+        }
+        Ok(conclude(code, written))
     }
-    written.push(outputs.summary(&report));
-    let code = if report.is_success() { 0 } else { 3 };
-    if code != 0 {
-        terminal::tell(format_args!("error: {}", report.status));
-    }
-    Ok(conclude(code, written))
 }
 
 /// A number with its standard uncertainty, `NAME=SIGMA`.
@@ -93,10 +184,15 @@ fn known(text: &str) -> Result<Known, Error> {
     Ok(Known::new(name.trim().parse()?, sigma))
 }
 
-fn solve(file: &FitFile, plots: bool, manner: Manner) -> Result<FitReport, Error> {
+fn solve(
+    file: &FitFile,
+    plots: bool,
+    stop: Arc<AtomicBool>,
+    manner: Manner,
+) -> Result<FitReport, Error> {
     let bar = terminal::spinner(manner);
     let shown = bar.clone();
-    let mut fit = file.fit().stop_when(terminal::stop_on_ctrl_c(manner));
+    let mut fit = file.fit().stop_when(stop);
     if plots {
         fit = fit.keep_plot_data();
     }
@@ -143,17 +239,17 @@ fn saves(
         true => outputs.add("--save", Some(path)),
         false => {
             let option = format!("--save of experiment {:?}", experiment.name);
-            outputs.add(&option, Some(&save_path(path, &experiment.name)))
+            outputs.add(&option, Some(&path_of(path, &experiment.name, "toml")))
         }
     };
     Ok(experiments.iter().map(add).collect())
 }
 
-/// Where the fitted scene of one of several experiments is written: `fitted-NAME.toml`.
-fn save_path(path: &Path, experiment: &str) -> PathBuf {
+/// Where what is of one of several experiments or fits is written: `fitted-NAME.toml`.
+fn path_of(path: &Path, experiment: &str, extension: &str) -> PathBuf {
     // What file systems do not take.
     let plain = |c: char| if c.is_control() || r#"/\:*?"<>|"#.contains(c) { '_' } else { c };
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name: String = experiment.chars().map(plain).collect();
-    path.with_file_name(format!("{stem}-{name}.toml"))
+    path.with_file_name(format!("{stem}-{name}.{extension}"))
 }

@@ -329,3 +329,36 @@ fn the_budget_has_what_is_known() {
     refused(&folder.run(&["fit", "fit.toml", "--known", "nothing=1"]), &["nothing"]);
     refused(&folder.run(&["fit", "fit.toml", "--known", "youngs_modulus=1e6"]), &["identified"]);
 }
+
+/// Several fits in one call: each as if it were alone, its results called after it; all are looked at before any runs.
+#[test]
+fn several_fits_run_one_after_the_other() {
+    let folder = Folder::new();
+    for template in ["droop", "frequencies"] {
+        succeeds(&folder.run(&["init", template]));
+    }
+    let both = ["fit", "droop-fit.toml", "frequencies-fit.toml"];
+    let written = ["--json", "found.json", "--save", "fitted.toml", "--report", "page"];
+    let output = folder.run(&[&both[..], &written].concat());
+    succeeds(&output);
+    let shown = stdout(&output);
+    assert!(
+        shown.contains("droop-fit.toml\n") && shown.contains("frequencies-fit.toml\n"),
+        "{shown}"
+    );
+    for name in ["droop-fit", "frequencies-fit"] {
+        let value = |json: serde_json::Value| json["parameters"][0]["value"].as_f64().unwrap();
+        let together = value(folder.json(&format!("found-{name}.json")));
+        assert!(folder.read(&format!("page/{name}/fit.html")).contains("</html>"));
+        assert!(folder.read(&format!("fitted-{name}.toml")).contains("youngs_modulus"));
+        succeeds(&folder.run(&["fit", &format!("{name}.toml"), "--json", "alone.json"]));
+        assert_eq!(together, value(folder.json("alone.json")));
+    }
+    folder.write("broken.toml", "scene = 1\n");
+    let output = folder.run(&["fit", "droop-fit.toml", "broken.toml", "--json", "none.json"]);
+    refused(&output, &["broken.toml"]);
+    assert!(stdout(&output).is_empty() && !folder.path("none-droop-fit.json").exists());
+    refused(&folder.run(&["fit", "droop-fit.toml", "droop-fit.toml"]), &["different names"]);
+    refused(&folder.run(&[&both[..], &["--json", "-"]].concat()), &["--json", "several fits"]);
+    refused(&folder.run(&["fit"]), &["FIT"]);
+}

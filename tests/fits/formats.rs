@@ -1,7 +1,7 @@
 //! Files of motion-capture and video-tracking programs: the same tip gives the same number in all of them, and what
 //! is broken is refused with its line and what helps.
 
-use rodfit::fit::{Axes, Format, Recording, Vertical};
+use rodfit::fit::{Axes, FitFile, Format, Recording, Vertical};
 use rodfit::scene::Track;
 use rodfit::{Fit, Observation, Parameter, Point, Problem};
 use std::path::{Path, PathBuf};
@@ -54,6 +54,61 @@ fn one_tip_gives_the_same_modulus_in_every_format() {
     }
 }
 
+/// Versions and settings of the programs lay their files out in more ways than one.
+#[test]
+fn layouts_vary() {
+    let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
+    let folder = TempDir::new().unwrap();
+    let files = all(&tip);
+    let same = |name: &str, change: &dyn Fn(&str) -> String| {
+        let file = files.iter().find(|f| f.name == name).unwrap();
+        let path = written(&folder, file);
+        let before = Observation::read_as(&path, &file.recording).unwrap().samples;
+        let text = change(&file.text);
+        assert_ne!(text, file.text, "{name}");
+        std::fs::write(&path, &text).unwrap();
+        let read = Observation::read_as(&path, &file.recording);
+        assert_eq!(read.unwrap_or_else(|e| panic!("{e}: {text}")).samples, before, "{name}");
+    };
+    let data = |text: &str, header: usize, change: &dyn Fn(usize, &str) -> String| {
+        let lines = text.lines().enumerate();
+        let lines =
+            lines.map(|(i, line)| if i < header { line.into() } else { change(i - header, line) });
+        lines.map(|line| line + "\n").collect::<String>()
+    };
+    // Motive 3: a row of parents, and no blank line; Windows' ends of lines; a mark of the bytes' order.
+    same("motive.csv", &|t| {
+        let t = t.replacen("\n\n", "\n", 1);
+        t.replacen("\n,,Rotation", "\n,Parent,,,,,base,base,base,base,base,base\n,,Rotation", 1)
+    });
+    same("motive.csv", &|t| t.replacen("\n\n", "\n,,,,,,,,,,,\n", 1));
+    same("motive.csv", &|t| format!("\u{feff}{}", t.replace('\n', "\r\n")));
+    same("vicon.csv", &|t| t.replace("\r\n", "\n").replacen("\n\n", "", 1));
+    same("vicon.csv", &|t| {
+        t.replace("X,Y,Z,X,Y,Z", "X,Y,Z,X,Y,Z,X',Y',Z'").replace(",250,-0.4,0", ",250,-0.4,0,,,")
+    });
+    // Frames, times, names of columns, tabs at the ends of lines.
+    same("qualisys.tsv", &|t| data(t, 11, &|k, l| format!("{}\t{}\t{l}", k + 1, k as f64 / 64.0)));
+    same("qualisys.tsv", &|t| {
+        data(t, 11, &|k, l| format!("{}\t{}\t{l}\t", k + 1, k as f64 / 64.0))
+    });
+    same("qualisys.tsv", &|t| data(t, 11, &|k, l| format!("{}\t{l}", k + 1)));
+    same("qualisys.tsv", &|t| data(t, 11, &|_, l| format!("{l}\t")));
+    same("qualisys.tsv", &|t| t.replace("0.000\t0.000\t0.000", "\t\t"));
+    same("qualisys.tsv", &|t| {
+        t.replacen("Measured\n", "Measured\nmid X\tmid Y\tmid Z\ttip X\ttip Y\ttip Z\n", 1)
+    });
+    // Delimiters, and decimal commas beside semicolons.
+    same("tracks.txt", &|t| t.replace(',', ";"));
+    same("tracks.txt", &|t| t.replace(',', ";").replace('.', ","));
+    same("tracker.txt", &|t| t.replacen("mass_A\n", "#multi:\tmass_A\t\n", 1));
+    same("kinovea.csv", &|t| t.replace(',', ".").replace(';', ","));
+    same("deeplabcut.csv", &|t| {
+        data(t, 3, &|k, l| l.replacen(&format!("{k},"), &format!("a/b{k:03}.png,"), 1))
+    });
+    same("deeplabcut.csv", &|t| t.replace(",3.5,4.5,0.1", ",,,"));
+}
+
 /// Markers of a file lead a rod's ends as those of a table do: in any order of the file.
 #[test]
 fn recordings_of_other_programs_lead_ends() {
@@ -88,6 +143,51 @@ fn recordings_of_other_programs_lead_ends() {
         none.contains("marker = \"c\" in a file of Vicon Nexus, allowed: one of b, a"),
         "{none}"
     );
+}
+
+/// A fit file takes several markers of one file, each at its point.
+#[test]
+fn several_markers_of_a_file_are_observed() {
+    let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
+    let folder = TempDir::new().unwrap();
+    let files = all(&tip);
+    written(&folder, files.iter().find(|f| f.name == "motive.csv").unwrap());
+    let scene = coarse(8, 3.90625e-3, 0.4).to_toml().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let text = |keys: &str| {
+        format!(
+            "scene = \"scene.toml\"\n[[observation]]\nfile = \"motive.csv\"\naxes = [\"x\", \"y\", \"none\"]\n\
+             sigma = 1e-3\n{keys}\n[[parameter]]\nname = \"youngs_modulus\"\n"
+        )
+    };
+    let read = |keys: &str| FitFile::from_toml(&text(keys), folder.path());
+    let markers = "markers = { \"rod:mid\" = { arc_length = 0.25 }, \"rod:tip\" = \"tip\" }";
+    let fit = read(markers).unwrap();
+    let seen: Vec<_> = fit.experiments[0].measurements.iter().filter_map(|m| m.motion()).collect();
+    assert_eq!(seen.iter().map(|o| o.samples.len()).collect::<Vec<_>>(), [9, 8]);
+    assert_eq!(
+        seen.iter().map(|o| o.point).collect::<Vec<_>>(),
+        [Point::ArcLength(0.25), Point::Tip]
+    );
+    assert!(seen.iter().all(|o| o.sigma == Some(1e-3)));
+    let one = read("marker = \"rod:tip\"").unwrap();
+    assert_eq!(one.experiments[0].measurements[0].motion().unwrap().samples, seen[1].samples);
+    for (keys, words) in [
+        ("", "2 markers and no marker"),
+        ("marker = \"rod\"", "one of rod:mid, rod:tip"),
+        ("markers = { \"rod\" = \"tip\" }", "one of rod:mid, rod:tip"),
+        ("markers = {}", "observation[0].markers"),
+        ("markers = { \"rod:tip\" = \"tip\" }\npoint = \"tip\"", "no marker or point"),
+        ("markers = \"all\"", "a table of markers"),
+        ("format = \"optitrack\"", "optitrack"),
+        ("marker = \"rod:tip\"\nlikelihood = 0.5", "without a column likelihood"),
+    ] {
+        let error = read(keys).unwrap_err().to_string();
+        assert!(error.contains(words), "{keys}: {error}");
+    }
+    let mirrored = text("marker = \"rod:tip\"").replace("\"y\", \"none\"", "\"z\", \"y\"");
+    let error = FitFile::from_toml(&mirrored, folder.path()).unwrap_err().to_string();
+    assert!(error.contains("mirror") && error.contains("axes"), "{error}");
 }
 
 /// Right-handed axes only: what was mirrored cannot be the rod.

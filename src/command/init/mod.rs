@@ -84,7 +84,8 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         written.push(outputs.write(place, || Ok(text.clone().into_bytes())));
     }
     let names: Vec<&str> = files.iter().map(|(name, _)| &name[..]).collect();
-    let fit = options.into.join(format!("{name}-fit.toml"));
+    let fit = format!("{name}-fit.toml");
+    let fit = if options.into == Path::new(".") { fit.into() } else { options.into.join(fit) };
     let made_up = match options.from {
         Some(_) => "where the scene's origin is, and its measures, are yours to fill in",
         None => "the data are made up",

@@ -12,13 +12,10 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     let not = |line, found: &str, allowed: &str| {
         Err(lines.not_of(Format::Qualisys, line, found, allowed))
     };
-    // Keys are in capitals; numbers and names of columns are not.
-    let is_key = |l: &Line| {
-        let key = l.field(0);
-        key.contains('_') && key.bytes().all(|b| b.is_ascii_uppercase() || b == b'_')
-            || ["FREQUENCY", "DESCRIPTION"].contains(&key)
-    };
-    let header = lines.list.iter().take_while(|l| is_key(l)).count();
+    let named = lines.list.iter().position(|l| l.field(0) == "MARKER_NAMES");
+    let types = |l: &Line| l.field(0) == "TRAJECTORY_TYPES";
+    let header =
+        named.map_or(0, |at| at + 1 + usize::from(lines.list.get(at + 1).is_some_and(types)));
     let key = |name: &str| lines.list[..header].iter().find(|l| l.field(0) == name);
     let Some(called) = key("MARKER_NAMES") else {
         return not(1, "no line `MARKER_NAMES`", "it: export with the header switched on");
@@ -39,11 +36,13 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     {
         rows = rest;
     }
-    let columns = rows.first().map_or(0, |line| {
-        let empty = (0..line.len()).rev().take_while(|i| line.field(*i).is_empty()).count();
-        // A tab at the end of the line.
-        line.len() - if line.len() % 3 == names.len() * 3 % 3 { 0 } else { empty.min(1) }
-    });
+    // The frame's number and the time may stand before the places, and a tab may end each line.
+    let found = rows.first().map_or(0, Line::len);
+    let tab = found > 0 && rows.iter().all(|l| l.field(found - 1).is_empty());
+    let columns = match found.saturating_sub(3 * names.len()) {
+        1 | 3 if tab => found - 1,
+        _ => found,
+    };
     let before = columns.saturating_sub(3 * names.len());
     if columns < 3 * names.len() || before > 2 {
         let line = rows.first().map_or(called.number, |line| line.number);
