@@ -15,7 +15,8 @@ mod study;
 mod terminal;
 
 use crate::command::output::{Output, Outputs};
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use rodfit::{Derivatives, Error, Scene};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -62,6 +63,11 @@ enum Command {
     Inspect(inspect::Options),
     /// Write a scene and a fit to begin with.
     Init(init::Options),
+    /// Print what a shell needs to complete this command, to be put where it looks for that.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
 }
 
 /// Where a report goes.
@@ -110,12 +116,19 @@ pub fn run() -> ExitCode {
         Command::Fit(options) => fit::run(&options, manner),
         Command::Inspect(options) => inspect::run(&options, manner),
         Command::Init(options) => init::run(&options, manner),
+        Command::Completions { shell } => completions(shell),
     };
     let code = outcome.unwrap_or_else(|error| {
         terminal::complain(&error);
         code_of(&error)
     });
     ExitCode::from(code)
+}
+
+fn completions(shell: Shell) -> Result<u8, Error> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Arguments::command(), "rodfit", &mut script);
+    terminal::print(&String::from_utf8_lossy(&script).trim_end()).map(|()| 0)
 }
 
 /// The scene of a subcommand, and a place for each of its outputs, by its option; they are checked before

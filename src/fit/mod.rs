@@ -25,8 +25,9 @@ pub(crate) mod uncertainty;
 mod unknown;
 mod validate;
 
+pub use crate::input::track::axes::Axes;
 pub use crate::input::track::format::Format;
-pub use crate::input::track::recording::{Axes, Recording, Vertical};
+pub use crate::input::track::recording::{Recording, Vertical};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
 pub use file::FitFile;
 pub use known::{Correlation, Known};

@@ -1,8 +1,9 @@
 //! `[supports.path]`: ends that go as markers on the rod were seen to go.
 
 use crate::error::Error;
+use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
-use crate::input::track::recording::{Axes, Recording, Vertical};
+use crate::input::track::recording::{Recording, Vertical};
 use crate::scene::faults::{LostFrames, SwappedLabels};
 use crate::scene::support::{End, Support};
 use crate::scene::track::Track;

@@ -116,9 +116,9 @@ fn what_is_wrong_in_a_file_is_told() {
     folder.write("faulty.csv", &csv(&Track::new(times, jumping).unwrap()));
     let shown = stdout(&folder.run(&["inspect", "faulty.csv"]));
     for words in [
-        "the clock leaps after 0.79 s: 3 frames are missing",
-        "2: xy, seen in 115 frames, 1 gaps of up to 5",
-        "jumps 1 times, first at 0.5 s",
+        "the clock leaps after 0.79 s: frames missing: 3",
+        "2: xy, seen in 115 frames, lost once for up to 5 frames",
+        "jumps once, first at 0.5 s",
         "markers 4 and 5 have each other's label",
     ] {
         assert!(shown.contains(words), "`{words}` in {shown}");

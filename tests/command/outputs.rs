@@ -347,3 +347,18 @@ fn simulations_without_outputs_do_not_grow_with_their_steps() {
     let output = folder.run_after("ulimit -v 150000", &["simulate", "scene.toml", "-q"]);
     succeeds(&output);
 }
+
+/// Shells are told all subcommands and their options.
+#[test]
+fn shells_can_complete() {
+    let folder = Folder::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = folder.run(&["completions", shell]);
+        succeeds(&output);
+        let script = stdout(&output);
+        for word in ["simulate", "inspect", "init", "report"] {
+            assert!(script.contains(word), "{word} in {shell}");
+        }
+    }
+    refused(&folder.run(&["completions", "csh"]), &["csh", "bash"]);
+}

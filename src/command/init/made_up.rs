@@ -4,7 +4,7 @@ use crate::command::init::{Files, Template, cable, quoted, read};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::scene::{InitialState, Recorded, Support, Track};
+use rodfit::scene::Track;
 use rodfit::vibration::Plane;
 use rodfit::{Error, Parameter, Point, Scene};
 use std::f64::consts::TAU;
@@ -143,47 +143,54 @@ fn track(times: Vec<f64>, markers: Seen) -> Result<Track, Error> {
     Track::new(times, markers).map_err(Error::Fit)
 }
 
+/// A recording as a file.
+fn csv(track: &Track) -> String {
+    let names = track.markers().iter().map(|m| format!(",x{0},y{0}", m.name));
+    let mut text = format!("t{}\n", names.collect::<String>());
+    for (k, t) in track.times().iter().enumerate() {
+        let places = track.markers().iter().filter_map(|m| m.seen[k]);
+        let places = places.map(|[x, y, _]| format!(",{x},{y}"));
+        text += &format!("{}{}\n", (t * 1e6).round() / 1e6, places.collect::<String>());
+    }
+    text
+}
+
 /// Four recordings of a cable, of which the last is held out.
 fn recordings(scene: &str, fit: &str) -> Result<Files, Error> {
     let mut files = Vec::new();
-    let mut written = None;
+    let unwritten = |source| Error::Io { path: std::env::temp_dir(), source };
+    let folder = tempfile::tempdir().map_err(unwritten)?;
+    let line = |j: usize| vec![Some([APART * j as f64, 0.0, 0.0]); 2];
+    let straight =
+        track(vec![0.0, FRAME], (0..MARKERS).map(|j| (j.to_string(), line(j))).collect())?;
+    let truth = cable(scene, &straight, &quoted("cable-1.csv"), "");
     for clip in 0..4 {
         let hands = hands(clip, FRAMES + SETTLING)?;
-        let text = cable(scene, &hands, &quoted("cable-1.csv"), "");
-        let mut made = read(&text)?;
-        made.supports.path = Some(Recorded::of(hands));
-        made.initial.state = InitialState::Recorded;
-        (made.supports.start, made.supports.end) = (Support::Recorded, Support::Recorded);
-        let run = made.problem()?.with([(Parameter::YoungsModulus, 5e8)])?.simulate()?;
+        std::fs::write(folder.path().join("cable-1.csv"), csv(&hands)).map_err(unwritten)?;
+        let made = Scene::from_toml(&truth, folder.path())?.problem()?;
+        let run = made.with([(Parameter::YoungsModulus, 5e8)])?.simulate()?;
         let mut noise = Noise::new(2e-4);
-        let names: Vec<String> = (0..MARKERS).map(|j| format!(",x{j},y{j}")).collect();
-        let mut csv = format!("t{}\n", names.concat());
         let mut seen: Seen = (0..MARKERS).map(|j| (j.to_string(), Vec::new())).collect();
         for k in 0..FRAMES {
-            csv += &format!("{:.2}", FRAME * k as f64);
             for (j, (_, seen)) in seen.iter_mut().enumerate() {
                 let [x, y, _] = run.node(j, k + SETTLING);
                 // Hands are where they are.
                 let held = j < 2 || j + 2 >= MARKERS;
                 let [x, y] =
                     [x, y].map(|x| if held { (x * 1e6).round() / 1e6 } else { noise.on(x) });
-                csv += &format!(",{x},{y}");
                 seen.push(Some([x, y, 0.0]));
             }
-            csv += "\n";
         }
-        files.push((format!("cable-{}.csv", clip + 1), csv));
-        let times = (0..FRAMES).map(|k| FRAME * k as f64).collect();
-        if written.is_none() {
-            let own = cable(scene, &track(times, seen)?, &quoted("cable-1.csv"), "");
-            written = Some(own);
+        let recorded = track((0..FRAMES).map(|k| FRAME * k as f64).collect(), seen)?;
+        files.push((format!("cable-{}.csv", clip + 1), csv(&recorded)));
+        if clip == 0 {
+            files.push(("cable.toml".into(), cable(scene, &recorded, &quoted("cable-1.csv"), "")));
         }
     }
     let held_out = "\n[[experiment]]              # predicted only\nscene = \"cable.toml\"\npaths = [\"cable-4.csv\"]\n\
                     held_out = true\n[[experiment.observation]]\nmarkers = \"free\"\nsigma = 0.01\n";
     let fitted = "[\"cable-1.csv\", \"cable-2.csv\", \"cable-3.csv\"]";
     let fit = fit.replace("{fitted}", fitted).replace("{held_out}", held_out);
-    files.push(("cable.toml".into(), written.unwrap_or_default()));
     files.push(("cable-fit.toml".into(), fit));
     Ok(files)
 }

@@ -8,6 +8,7 @@ use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Below this a program is not sure of a place.
@@ -16,7 +17,7 @@ const SURE: f64 = 0.6;
 const STEP: f64 = 1.5;
 /// A place jumps if it is off its neighbours' cubic by so many times the median, and by so many times what places a
 /// few frames away are.
-const JUMP: [f64; 2] = [20.0, 4.0];
+const JUMP: [f64; 2] = [10.0, 4.0];
 /// A normal deviate is below this in half of all cases.
 const HALF: f64 = 0.674_489_75;
 
@@ -99,7 +100,7 @@ impl Inspection {
             (steps > STEP).then(|| (w[0], (steps.round() as usize).saturating_sub(1).max(1)))
         };
         let markers: Vec<InspectedMarker> =
-            sheet.markers.iter().map(|marker| inspected(marker, &clocks)).collect();
+            sheet.markers.iter().map(|marker| inspected(marker, &clocks, step)).collect();
         let mut inspection = Self {
             file: path.into(),
             format,
@@ -206,7 +207,12 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-fn inspected(marker: &Sighted, clocks: &[f64]) -> InspectedMarker {
+/// With a usual `step` of the clock: frames about a leap are not compared.
+fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
+    let steady = |frames: Range<usize>| {
+        let most = STEP * step.unwrap_or(f64::INFINITY);
+        clocks[frames].windows(2).all(|w| w[1] - w[0] < most)
+    };
     let there: Vec<bool> =
         marker.places.iter().map(|place| place.iter().any(Option::is_some)).collect();
     let first = there.iter().position(|seen| *seen).unwrap_or(0);
@@ -221,8 +227,11 @@ fn inspected(marker: &Sighted, clocks: &[f64]) -> InspectedMarker {
     };
     let thirds = axes.iter().flat_map(|c| {
         let all: Vec<Option<f64>> = along(*c).collect();
-        let third = |w: &[Option<f64>]| Some((w[3]? - 3.0 * w[2]? + 3.0 * w[1]? - w[0]?).abs());
-        all.windows(4).filter_map(third).collect::<Vec<_>>()
+        let third = |(k, w): (usize, &[Option<f64>])| {
+            let third = w[3]? - 3.0 * w[2]? + 3.0 * w[1]? - w[0]?;
+            steady(k..k + 4).then_some(third.abs())
+        };
+        all.windows(4).enumerate().filter_map(third).collect::<Vec<_>>()
     });
     let thirds: Vec<f64> = thirds.collect();
     // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise.
@@ -239,13 +248,13 @@ fn inspected(marker: &Sighted, clocks: &[f64]) -> InspectedMarker {
             false => Vec::new(),
         },
         noise: noise.map(|third| third / HALF / 20.0_f64.sqrt()),
-        jumps: jumps(marker).into_iter().map(|k| clocks[k]).collect(),
+        jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
     }
 }
 
 /// Frames in which a marker is off the cubic through two places on each side of it, far more than usual and than a
 /// few frames away.
-fn jumps(marker: &Sighted) -> Vec<usize> {
+fn jumps(marker: &Sighted, steady: impl Fn(Range<usize>) -> bool) -> Vec<usize> {
     let off = |k: usize| -> Option<f64> {
         let mut squares = 0.0;
         for c in (0..3).filter(|c| marker.axes[*c]) {
@@ -256,8 +265,9 @@ fn jumps(marker: &Sighted) -> Vec<usize> {
         Some(squares.sqrt())
     };
     let frames = marker.places.len();
-    let all: Vec<Option<f64>> =
-        (0..frames).map(|k| if k < 2 || k + 2 >= frames { None } else { off(k) }).collect();
+    let all: Vec<Option<f64>> = (0..frames)
+        .map(|k| if k >= 2 && k + 2 < frames && steady(k - 2..k + 3) { off(k) } else { None })
+        .collect();
     let Some(usual) = median(all.iter().copied().flatten().collect()) else { return Vec::new() };
     let apart = |k: usize| {
         // Frames next to a jump are off because of it.
@@ -304,6 +314,15 @@ fn faults(sheet: &Sheet, recording: &Recording) -> Vec<String> {
     examined.faults().iter().map(ToString::to_string).collect()
 }
 
+/// How often, in words.
+fn times(n: usize) -> String {
+    match n {
+        1 => "once".into(),
+        2 => "twice".into(),
+        n => format!("{n} times"),
+    }
+}
+
 impl fmt::Display for Inspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [first, last] = self.clock;
@@ -323,22 +342,23 @@ impl fmt::Display for Inspection {
             None => writeln!(f, "; the file does not say how many a second")?,
         }
         for (before, missing) in self.leaps.iter().take(5) {
-            writeln!(f, "the clock leaps after {before}{unit}: {missing} frames are missing")?;
+            writeln!(f, "the clock leaps after {before}{unit}: frames missing: {missing}")?;
         }
         if self.leaps.len() > 5 {
-            writeln!(f, "and {} times more", self.leaps.len() - 5)?;
+            writeln!(f, "and leaps {} more", times(self.leaps.len() - 5))?;
         }
         let named = match &self.unit[..] {
             "unnamed" => "in a unit that the file does not name",
             unit => &format!("in {unit}"),
         };
-        writeln!(f, "{} markers, places {named}:", self.markers.len())?;
+        let plural = if self.markers.len() == 1 { "" } else { "s" };
+        writeln!(f, "{} marker{plural}, places {named}:", self.markers.len())?;
         for marker in &self.markers {
             let name = if marker.name.is_empty() { "(no name)" } else { &marker.name };
             write!(f, "  {name}: {}, seen in {} frames", marker.axes, marker.seen)?;
             let [gaps, longest] = marker.gaps;
             if gaps > 0 {
-                write!(f, ", {gaps} gaps of up to {longest}")?;
+                write!(f, ", lost {} for up to {longest} frames", times(gaps))?;
             }
             if let Some(unsure) = marker.unsure.filter(|unsure| *unsure > 0) {
                 write!(f, ", unsure in {unsure}")?;
@@ -350,7 +370,7 @@ impl fmt::Display for Inspection {
                 write!(f, ", noise at most {noise:.2e}")?;
             }
             if let Some(first) = marker.jumps.first() {
-                write!(f, ", jumps {} times, first at {first}{unit}", marker.jumps.len())?;
+                write!(f, ", jumps {}, first at {first}{unit}", times(marker.jumps.len()))?;
             }
             writeln!(f)?;
         }

@@ -11,6 +11,8 @@ use crate::scene::{Point, Track};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+/// Most places of nodes in time that a simulation may keep: above, it keeps those of nodes with markers only.
+const MOST_PLACES: usize = 2_000_000;
 /// Moments of a recording that are kept.
 const MOMENTS: usize = 12;
 /// How long rods go on their own, s.
@@ -94,7 +96,7 @@ pub struct RecordedMotion {
 pub struct RecordedMoment {
     /// When, s.
     pub time: f64,
-    /// Simulated positions of the nodes, m.
+    /// Simulated positions of the nodes, m; of those with markers only where a fine mesh was simulated for long.
     pub nodes: Vec<[f64; 3]>,
     /// Where each marker was seen, m; none where it was not.
     pub seen: Vec<Option<[f64; 3]>>,
@@ -130,7 +132,8 @@ pub(crate) fn recorded(
 
 fn one(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<One, Error> {
     let problem = at_optimum(experiment, search, x)?;
-    let followed = Followed::new(&problem, true, search)?;
+    let all = problem.nodes() * problem.time()?.steps() <= MOST_PLACES;
+    let followed = Followed::new(&problem, all, search)?;
     let mean_error = followed.mean_error();
     let mut windows = Vec::new();
     for length in LENGTHS.into_iter().filter(|l| *l <= followed.end * (1.0 + SHORTER)) {
@@ -144,7 +147,7 @@ fn one(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<One, Error
         experiment: experiment.name.clone(),
         held_out: experiment.measurements.iter().all(Measurement::held_out),
         mean_error,
-        moments: moments(&problem, &followed)?,
+        moments: moments(&followed)?,
     };
     Ok(One { motion, windows, speeds: by_speed(&problem, &followed) })
 }
@@ -180,7 +183,7 @@ fn in_windows(problem: &Problem, track: &Track, length: f64, search: &Search) ->
 }
 
 /// The rod at frames evenly spread over the time that is predicted.
-fn moments(problem: &Problem, followed: &Followed) -> Result<Vec<RecordedMoment>, Error> {
+fn moments(followed: &Followed) -> Result<Vec<RecordedMoment>, Error> {
     let Followed { track, run, end, .. } = followed;
     let frames = track.times().partition_point(|t| *t <= end * (1.0 + 1e-9));
     let (mut sums, mut counts) = (vec![0.0; frames], vec![0.0_f64; frames]);
@@ -197,7 +200,7 @@ fn moments(problem: &Problem, followed: &Followed) -> Result<Vec<RecordedMoment>
         let place = |i| run.at(Point::Node(i), time).map(|(x, _)| [x[0], x[1], x[2]]);
         Ok(RecordedMoment {
             time,
-            nodes: (0..problem.nodes()).map(place).collect::<Result<_, Error>>()?,
+            nodes: followed.tracked.iter().copied().map(place).collect::<Result<_, Error>>()?,
             seen: track.markers().iter().map(|m| m.seen[*frame]).collect(),
             error: sums[*frame] / counts[*frame].max(1.0),
         })

@@ -104,6 +104,8 @@ pub(crate) struct Followed {
     pub track: Arc<Track>,
     /// The node of every marker.
     pub nodes: Vec<usize>,
+    /// The nodes whose motion is kept.
+    pub tracked: Vec<usize>,
     pub run: Trajectory,
     /// When the simulation ended, s.
     pub end: f64,
@@ -129,7 +131,7 @@ impl Followed {
         let mut run = Trajectory::new(problem, &tracked, &[])?;
         run.run(problem, time.steps(), |_| {})?;
         search.work.add((run.work().steps * problem.segments()) as f64);
-        Ok(Self { track, nodes, run, end: time.end })
+        Ok(Self { track, nodes, tracked, run, end: time.end })
     }
 
     /// Every marker that was seen after the start.

@@ -1,6 +1,7 @@
 //! Files of markers as motion-capture and video-tracking programs write them, and tables of one's own: each reader
 //! makes the same sheet of its file, and a recording says how that becomes seconds and metres of the world.
 
+pub(crate) mod axes;
 pub(crate) mod deeplabcut;
 pub(crate) mod dltdv;
 pub(crate) mod format;

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::input::table::{LENGTHS, TIMES, Table};
+use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
 use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
 use serde::{Deserialize, Serialize};
@@ -70,73 +71,6 @@ pub enum Vertical {
     Down,
 }
 
-/// What the world's x, y and z are in the file's axes: `["x", "z", "-y"]`; `"none"` of one that was not seen.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<String>", into = "Vec<String>")]
-pub struct Axes([Option<(usize, f64)>; 3]);
-
-/// An axis that was not seen.
-const NONE: &str = "none";
-
-impl Axes {
-    /// From the names of the file's axes, with a minus where they point the other way.
-    ///
-    /// # Errors
-    /// Other names, an axis twice, and axes that mirror what was seen, in words.
-    pub fn new(names: [&str; 3]) -> Result<Self, String> {
-        let mut axes = [None; 3];
-        for (to, name) in axes.iter_mut().zip(names) {
-            let (sign, letter) = name.strip_prefix('-').map_or((1.0, name), |rest| (-1.0, rest));
-            *to = match (letter, ["x", "y", "z"].iter().position(|axis| *axis == letter)) {
-                (_, Some(axis)) => Some((axis, sign)),
-                (NONE, None) if sign > 0.0 => None,
-                _ => {
-                    return Err(format!("axis {name:?}, allowed: x, y, z, -x, -y, -z or none"));
-                }
-            };
-        }
-        let named: Vec<(usize, f64)> = axes.iter().copied().flatten().collect();
-        if (0..3).any(|axis| named.iter().filter(|(own, _)| *own == axis).count() > 1) {
-            return Err(format!("axes = {names:?}, allowed: each of the file's axes once"));
-        }
-        if let [(a, s), (b, t), (c, u)] = named[..] {
-            let even = (b + 3 - a) % 3 == 1 && (c + 3 - b) % 3 == 1;
-            if s * t * u * if even { 1.0 } else { -1.0 } < 0.0 {
-                return Err(format!(
-                    "axes = {names:?}, a mirror image, allowed: right-handed ones, such as [\"x\", \"z\", \"-y\"]"
-                ));
-            }
-        }
-        match named.is_empty() {
-            true => Err(format!("axes = {names:?}, allowed: one at least")),
-            false => Ok(Self(axes)),
-        }
-    }
-}
-
-impl TryFrom<Vec<String>> for Axes {
-    type Error = String;
-
-    fn try_from(names: Vec<String>) -> Result<Self, String> {
-        match &names[..] {
-            [x, y, z] => Self::new([x, y, z]),
-            _ => Err(format!("{} axes, allowed: three", names.len())),
-        }
-    }
-}
-
-impl From<Axes> for Vec<String> {
-    fn from(axes: Axes) -> Self {
-        let name = |axis: Option<(usize, f64)>| match axis {
-            Some((axis, sign)) => {
-                format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
-            }
-            None => NONE.into(),
-        };
-        axes.0.map(name).to_vec()
-    }
-}
-
 /// The columns x, y, z with their factors to metres.
 pub(crate) type AxisColumns = [Option<(usize, f64)>; 3];
 
@@ -166,10 +100,7 @@ impl Recording {
 
     /// A place along the world's axes.
     fn turned(&self, place: [Option<f64>; 3]) -> [Option<f64>; 3] {
-        match self.axes {
-            Some(Axes(axes)) => axes.map(|axis| axis.and_then(|(c, sign)| Some(sign * place[c]?))),
-            None => place,
-        }
+        self.axes.map_or(place, |axes| axes.turned(place))
     }
 
     /// Which of the world's axes a place along some of the file's has.
@@ -179,16 +110,7 @@ impl Recording {
 
     /// Refuses axes that the file does not have.
     fn check_axes(&self, has: [bool; 3]) -> Result<(), String> {
-        let Some(Axes(axes)) = self.axes else { return Ok(()) };
-        match axes.iter().flatten().find(|(axis, _)| !has[*axis]) {
-            Some((axis, _)) => {
-                let name = ["x", "y", "z"][*axis];
-                Err(format!(
-                    "axes names {name}, which was not recorded, allowed: what was, or \"none\""
-                ))
-            }
-            None => Ok(()),
-        }
+        self.axes.map_or(Ok(()), |axes| axes.check(has))
     }
 
     /// The marker that is meant.
