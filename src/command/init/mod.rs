@@ -160,6 +160,8 @@ fn from(
             }
             let scene = cable(scene, &track, &path, &keys);
             let fit = fit.replace("{fitted}", &format!("[{path}]")).replace("{held_out}", "");
+            let sigma = "0.01                # m: how far off a good model is";
+            let fit = fit.replace("{sigma}", sigma);
             Ok(both(scene, fit))
         }
     }

@@ -60,14 +60,14 @@ pub struct InspectedMarker {
     pub name: String,
     /// The axes that were recorded: `xy`, `xyz`.
     pub axes: String,
-    /// Frames in which it was seen, wholly or in part.
+    /// Frames in which it was seen, wholly or in part, and the program is sure of it.
     pub seen: usize,
     /// How often it is lost between two frames in which it was seen, and for how many frames at most.
     pub gaps: [usize; 2],
     /// Frames of which the program is less than 0.6 sure, where it says so.
     pub unsure: Option<usize>,
-    /// Smallest and largest coordinate along each of its axes, in the file's unit.
-    pub range: Vec<[f64; 2]>,
+    /// Smallest and largest coordinate along each of its axes, in the file's unit; none where it was never seen.
+    pub range: Vec<Option<[f64; 2]>>,
     /// Standard deviation of the noise per coordinate, from third differences: no more than that, where the marker
     /// is slow against the frames; in the file's unit. None with fewer than 8 of them.
     pub noise: Option<f64>,
@@ -127,7 +127,8 @@ impl Inspection {
 
     /// The marker that moves most: more likely a rod's tip than its wall.
     fn foremost(&self) -> Option<&InspectedMarker> {
-        let extent = |m: &&InspectedMarker| m.range.iter().map(|[a, b]| b - a).fold(0.0, f64::max);
+        let extent =
+            |m: &&InspectedMarker| m.range.iter().flatten().map(|[a, b]| b - a).fold(0.0, f64::max);
         let known = self.markers.iter().filter(|m| m.seen > 0);
         known.max_by(|a, b| extent(a).total_cmp(&extent(b)))
     }
@@ -207,8 +208,21 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
+/// The marker where the program is sure of it.
+fn sure(marker: &Sighted) -> Sighted {
+    let mut marker = marker.clone();
+    let unsure = |sure: &Option<f64>| sure.is_none_or(|sure| sure < SURE);
+    for (place, sure) in marker.places.iter_mut().zip(marker.likelihood.iter().flatten()) {
+        if unsure(sure) {
+            *place = [None; 3];
+        }
+    }
+    marker
+}
+
 /// With a usual `step` of the clock: frames about a leap are not compared.
 fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMarker {
+    let marker = &sure(marker);
     let steady = |frames: Range<usize>| {
         let most = STEP * step.unwrap_or(f64::INFINITY);
         clocks[frames].windows(2).all(|w| w[1] - w[0] < most)
@@ -222,8 +236,8 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
     let axes: Vec<usize> = (0..3).filter(|c| marker.axes[*c]).collect();
     let along = |c: usize| marker.places.iter().map(move |place| place[c]);
     let range = |c: &usize| {
-        let seen = along(*c).flatten();
-        seen.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+        let seen = along(*c).flatten().map(|x| [x, x]);
+        seen.reduce(|[a, b], [x, y]| [a.min(x), b.max(y)])
     };
     let thirds = axes.iter().flat_map(|c| {
         let all: Vec<Option<f64>> = along(*c).collect();
@@ -243,10 +257,7 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
         seen: there.iter().filter(|seen| **seen).count(),
         gaps: [lost.len(), lost.iter().copied().max().unwrap_or(0)],
         unsure: unsure.map(|all| all.iter().filter(|sure| sure.is_none_or(|s| s < SURE)).count()),
-        range: match last > first {
-            true => axes.iter().map(range).collect(),
-            false => Vec::new(),
-        },
+        range: axes.iter().map(range).collect(),
         noise: noise.map(|third| third / HALF / 20.0_f64.sqrt()),
         jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
     }
@@ -363,7 +374,8 @@ impl fmt::Display for Inspection {
             if let Some(unsure) = marker.unsure.filter(|unsure| *unsure > 0) {
                 write!(f, ", unsure in {unsure}")?;
             }
-            for (axis, [low, high]) in marker.axes.chars().zip(&marker.range) {
+            for (axis, range) in marker.axes.chars().zip(&marker.range) {
+                let Some([low, high]) = range else { continue };
                 write!(f, ", {axis} {low:.4} .. {high:.4}")?;
             }
             if let Some(noise) = marker.noise {
