@@ -7,24 +7,19 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::fit::measurement::shape::RestShape;
+use crate::fit::observation_form::ObservationForm;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::fit::validate::check;
 use crate::input::missing_keys::parse;
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
-use crate::input::track::axes::Axes;
-use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
-use crate::problem::Problem;
 use crate::scene::Parameter;
-use crate::scene::Point;
 use crate::scene::Scene;
 use crate::vibration::Among;
 use crate::vibration::{Kind, Plane};
 use serde::Deserialize;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Most experiments of a fit.
@@ -135,69 +130,6 @@ impl TryFrom<ExperimentForm> for NamedForm {
 }
 
 #[derive(Clone, Deserialize)]
-#[serde(try_from = "ObservationKeys")]
-struct ObservationForm(ObservationKeys);
-
-impl TryFrom<ObservationKeys> for ObservationForm {
-    type Error = &'static str;
-
-    fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
-        match form.file.is_none() && !matches!(form.markers, Some(Markers::Led(_))) {
-            true => Err("missing field `file`"),
-            false => Ok(Self(form)),
-        }
-    }
-}
-
-/// Several markers at once.
-#[derive(Clone, Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected \"free\", or a table of markers of the file with their points"
-)]
-enum Markers {
-    /// Of the recording that leads the rod's ends.
-    Led(Led),
-    /// Of a file, by their names.
-    Named(BTreeMap<String, Point>),
-}
-
-/// Which markers of the recording that leads the rod's ends.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Led {
-    /// All that no end holds.
-    Free,
-}
-
-#[derive(Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ObservationKeys {
-    file: Option<PathBuf>,
-    markers: Option<Markers>,
-    every: Option<usize>,
-    glitches: Option<Glitches>,
-    point: Option<Point>,
-    #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
-    offset: [f64; 3],
-    sigma: Option<f64>,
-    #[serde(default)]
-    loss: Loss,
-    #[serde(default)]
-    held_out: bool,
-    format: Option<Format>,
-    marker: Option<String>,
-    likelihood: Option<f64>,
-    axes: Option<Axes>,
-    fps: Option<f64>,
-    scale: Option<f64>,
-    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
-    origin: Option<[f64; 3]>,
-    y: Option<Vertical>,
-    time_zero: Option<f64>,
-}
-
-#[derive(Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ShapeForm {
     file: PathBuf,
@@ -304,55 +236,6 @@ impl KnownForm {
         });
         let (experiments, correlations) = (experiment.list(key)?, correlation.collect());
         Ok(Known { experiments, correlations, ..Known::new(name, sigma) })
-    }
-}
-
-impl ObservationForm {
-    /// What it names: a file's point, or the markers that no end holds; `key` names its table.
-    fn read(self, folder: &Path, problem: &Problem, key: &str) -> Result<Vec<Measurement>, Error> {
-        let Self(form) = self;
-        let ObservationKeys { file, markers, format, marker, likelihood, axes, .. } = form;
-        let ObservationKeys { fps, scale, origin, y, time_zero, point, .. } = form;
-        let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
-        let said = |o: Observation| {
-            Measurement::Motion(Observation { offset, sigma, loss, held_out, ..o })
-        };
-        let recording =
-            Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero };
-        let Some(Markers::Led(Led::Free)) = markers else {
-            let alone = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
-            if let Some((own, _)) = alone.iter().find(|(_, there)| *there) {
-                let (found, allowed) = ("no markers beside it", "with markers = \"free\" only");
-                return Err(Error::invalid(format!("{key}.{own}"), found, allowed));
-            }
-            let file = crate::input::file::at(folder, &file.unwrap_or_default());
-            let Some(Markers::Named(markers)) = markers else {
-                let read = Observation::read_as(file, &recording)?;
-                return Ok(vec![said(read.at(point.unwrap_or_default()))]);
-            };
-            if recording.marker.is_some() || point.is_some() || markers.is_empty() {
-                let found = format!("{} markers, marker or point beside them", markers.len());
-                let allowed =
-                    "one at least, each with its point, and no marker or point beside them";
-                return Err(Error::invalid(format!("{key}.markers"), found, allowed));
-            }
-            let read = Observation::read_markers(file, &recording, &markers)?;
-            return Ok(read.into_iter().map(said).collect());
-        };
-        if file.is_some() || point.is_some() || recording != Recording::default() {
-            let allowed = "no file, point, or keys of files beside free markers, which are those of supports.path";
-            return Err(Error::invalid(format!("{key}.markers"), "\"free\"", allowed));
-        }
-        let every = form.every.unwrap_or(1);
-        let glitches = form.glitches.unwrap_or_default();
-        let free = Observation::of_free_markers(problem, every, glitches);
-        let free = free.map_err(|error| match error {
-            Error::Invalid { key: own, found, allowed, .. } => {
-                Error::invalid(format!("{key}.{own}"), found, allowed)
-            }
-            error => error,
-        })?;
-        Ok(free.into_iter().map(said).collect())
     }
 }
 

@@ -19,6 +19,7 @@ mod file;
 mod known;
 pub(crate) mod measurement;
 pub(crate) mod misfit;
+mod observation_form;
 pub(crate) mod report;
 pub(crate) mod search;
 pub(crate) mod uncertainty;
