@@ -97,24 +97,23 @@ impl Search<'_> {
     }
 
     /// Fits the whole recordings from a start.
-    fn led_from(&mut self, mut x: Vec<f64>) -> Result<Optimum, Error> {
+    fn led_from(&mut self, start: Vec<f64>) -> Result<Optimum, Error> {
         self.trust.clear();
-        let mut found: Option<Optimum> = None;
-        for _ in 0..ROUNDS {
-            let rows = match &found {
-                Some(optimum) => optimum.jacobian.clone(),
-                None => self.all_residuals()?.plain_jacobian(&x)?,
-            };
-            let trust = trust(&rows);
-            if found.is_some() && same(&trust, &self.trust) {
+        let residuals = self.all_residuals()?;
+        let rows = residuals.plain_jacobian(&start)?;
+        let there = (residuals.plain(&start)?, rows);
+        self.trust = trust(&there.1);
+        let from_start = self.polish_knowing(&start, there, residuals.halved())?;
+        let mut optimum = self.raised(from_start)?;
+        for _ in 1..ROUNDS {
+            let trust = trust(&optimum.jacobian);
+            if same(&trust, &self.trust) {
                 break;
             }
             self.trust = trust;
-            let optimum = self.raised(self.polish(&x)?)?;
-            x.clone_from(&optimum.x);
-            found = Some(optimum);
+            let Optimum { x, residuals, jacobian, halved, .. } = optimum;
+            optimum = self.raised(self.polish_knowing(&x, (residuals, jacobian), halved)?)?;
         }
-        let optimum = found.ok_or_else(|| Error::Fit("no start for the fit was found".into()))?;
         self.journal.reach((optimum.x.clone(), optimum.cost, optimum.converged));
         Ok(optimum)
     }

@@ -56,8 +56,17 @@ impl Search<'_> {
         let residuals = known.residuals.iter().zip(&units).map(|(r, unit)| r * unit).collect();
         let row = |(row, unit): (&Vec<f64>, &f64)| row.iter().map(|d| d * unit).collect();
         let jacobian = known.jacobian.iter().zip(&units).map(row).collect();
-        let there = (residuals, jacobian);
-        self.finish(self.all_residuals()?.knowing(&known.x, there, known.halved), &known.x)
+        self.polish_knowing(&known.x, (residuals, jacobian), known.halved)
+    }
+
+    /// Fits the full model to the whole record from where its plain residuals and their Jacobian are known.
+    pub fn polish_knowing(
+        &self,
+        start: &[f64],
+        there: (Vec<f64>, Vec<Vec<f64>>),
+        halved: bool,
+    ) -> Result<Optimum, Error> {
+        self.finish(self.all_residuals()?.knowing(start, there, halved), start)
     }
 
     fn finish(&self, residuals: Residuals, start: &[f64]) -> Result<Optimum, Error> {

@@ -103,8 +103,9 @@ fn predicted(
     let horizons = vec![f64::MAX; held_out.len()];
     let residuals = Residuals::new(held_out, &ones, &unknowns, &horizons, search.full_work)?
         .counting(search.work.clone());
-    let differences = residuals.plain(&optimum.x)?;
+    // The Jacobian first: its run yields the residuals too.
     let rows = residuals.plain_jacobian(&optimum.x)?;
+    let differences = residuals.plain(&optimum.x)?;
     // Where nothing is said of the noise, that of what was fitted.
     let like = |unit: &str| {
         let fitted = all(search.experiments).zip(noise);
