@@ -56,6 +56,9 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
     pub stages: &'a [StageForces<D, R::Geometry, W>],
     /// The rod at the end, measured from the frames at the start.
     pub end: &'a R::Geometry,
+    /// Of a viscous rod the gradient that the next step counts by its start, without mass damping and drag, and its
+    /// tangent: with the elastic stiffness, whatever the stress follows from.
+    pub next: (&'a [D], &'a BandMatrix<D, W>),
 }
 
 impl<D: Scalar, R: Rod<D, W>, const W: usize> Linearization<'_, D, R, W> {

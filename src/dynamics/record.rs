@@ -200,7 +200,11 @@ fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usi
 impl Record {
     /// The record with its derivative by parameter `k`, or by one that changes nothing.
     pub fn along(&self, k: Option<usize>) -> Record<Dual64> {
-        let motion = (0..self.motion.len()).map(|index| self.dual(k, index)).collect();
+        let still = [[0.0; 3]; 2];
+        let motion = match k {
+            Some(k) => self.motion.iter().zip(&self.derivatives[k]).map(both).collect(),
+            None => self.motion.iter().map(|motion| both((motion, &still))).collect(),
+        };
         let empty = Record::new(self.tracked.clone(), 0).with_axes(self.edges.clone());
         Record { times: self.times.clone(), motion, ..empty }
     }
@@ -209,13 +213,15 @@ impl Record {
     pub fn rate(&self, k: usize, stencil: &Stencil<Dual64>, time: f64) -> Result<[f64; 3], Error> {
         let (end, hermite) = self.around(Dual64::from(time))?;
         let columns = self.columns(stencil)?;
-        let rate = self.interpolate(&columns, end, &hermite, |index| self.dual(Some(k), index))?;
+        let at = |index: usize| both((&self.motion[index], &self.derivatives[k][index]));
+        let rate = self.interpolate(&columns, end, &hermite, at)?;
         Ok(rate.map(|x| x.eps))
     }
+}
 
-    fn dual(&self, k: Option<usize>, index: usize) -> Motion<Dual64> {
-        let rates = k.map_or([[0.0; 3]; 2], |k| self.derivatives[k][index]);
-        let both = |part: usize, c: usize| Dual64::new(self.motion[index][part][c], rates[part][c]);
-        [0, 1].map(|part| [0, 1, 2].map(|c| both(part, c)))
-    }
+/// A motion with its derivatives.
+#[inline]
+fn both((motion, rates): (&Motion, &Motion)) -> Motion<Dual64> {
+    let dual = |part: usize, c: usize| Dual64::new(motion[part][c], rates[part][c]);
+    [0, 1].map(|part| [0, 1, 2].map(|c| dual(part, c)))
 }

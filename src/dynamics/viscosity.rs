@@ -15,14 +15,103 @@
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::decay::mean_decay;
+use crate::numerics::lanes::Lanes;
 use crate::numerics::scalar::Scalar;
 use crate::rod::{InternalVariables, Viscosity};
 use crate::scene::{Damping, Maxwell};
+use num_dual::Dual64;
 
 /// What is left of `z0` after a step of length `h`, s, and what a change of the strain adds.
-fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
+pub fn relaxation<D: Scalar>(maxwell: &Maxwell<D>, h: f64) -> [D; 2] {
     let x = maxwell.time.recip() * h;
     [(-x).exp(), mean_decay(x)]
+}
+
+/// What the stress of a moment counts of every strain `s`, of its mean rate `r` over the step before, 1/s, and of the
+/// stretch `z` of its relaxing spring: that of the elastic rod at `factor s - strain s0 - rate r0 - relaxing z0`. Kinds
+/// of strain, stretching, bending and twisting, count `own_factor s - time (past[0] s0 + past[1] r0)` besides.
+#[derive(Clone, Copy, Debug)]
+pub struct Memory<D> {
+    pub factor: D,
+    pub strain: D,
+    pub rate: D,
+    pub relaxing: D,
+    pub past: [D; 2],
+    pub own_factor: [D; 3],
+    pub time: [D; 3],
+}
+
+impl<D: Scalar> Memory<D> {
+    /// At the end of a step, which began with `s0`, `r0` and `z0`; of an averaging scheme for the viscous stress alone.
+    pub fn at_end(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
+        let (zero, part) = (D::from(0.0), if coefficients.averages() { 0.5 } else { 1.0 });
+        let past = [(1.0, 0.0), (0.0, 1.0)]
+            .map(|(strain, rate)| coefficients.viscous_past(D::from(strain), D::from(rate)));
+        let (eta, time) = (damping.stiffness * part, damping.own_times().map(|time| time * part));
+        let own_factor = time.map(|time| time * past[0]);
+        let [left, taken] = match &damping.maxwell {
+            Some(maxwell) => relaxation(maxwell, coefficients.h).map(|x| maxwell.stiffness * x),
+            None => [zero; 2],
+        };
+        Self {
+            factor: coefficients.viscous_factor(damping.stiffness) + taken,
+            strain: eta * past[0] + taken,
+            rate: eta * past[1],
+            relaxing: -left,
+            past,
+            own_factor,
+            time,
+        }
+    }
+
+    /// At the start of a step, where `s`, `r` and `z` are known and are themselves `s0`, `r0` and `z0`.
+    pub fn at_start(coefficients: &StepCoefficients<D>, damping: &Damping<D>) -> Self {
+        let zero = D::from(0.0);
+        // An average counts both ends by half.
+        let part = if coefficients.averages() { 0.5 } else { 1.0 };
+        Self {
+            factor: D::from(if coefficients.averages() { 0.0 } else { 1.0 }),
+            strain: zero,
+            rate: -(damping.stiffness * part),
+            relaxing: damping.maxwell.as_ref().map_or(zero, |maxwell| -maxwell.stiffness),
+            past: [zero, D::from(-1.0)],
+            own_factor: [zero; 3],
+            time: damping.own_times().map(|time| time * part),
+        }
+    }
+}
+
+impl Memory<Dual64> {
+    /// The numbers alone.
+    pub fn value(&self) -> Memory<f64> {
+        self.map(|x| x.re)
+    }
+
+    /// The derivatives side by side.
+    pub fn rates<const G: usize>(all: &[Self; G]) -> Memory<Lanes<G>> {
+        let eps = |of: &dyn Fn(&Self) -> Dual64| Lanes(std::array::from_fn(|g| of(&all[g]).eps));
+        Memory {
+            factor: eps(&|m| m.factor),
+            strain: eps(&|m| m.strain),
+            rate: eps(&|m| m.rate),
+            relaxing: eps(&|m| m.relaxing),
+            past: [0, 1].map(|k| eps(&|m| m.past[k])),
+            own_factor: [0, 1, 2].map(|k| eps(&|m| m.own_factor[k])),
+            time: [0, 1, 2].map(|k| eps(&|m| m.time[k])),
+        }
+    }
+
+    fn map(&self, convert: impl Fn(Dual64) -> f64 + Copy) -> Memory<f64> {
+        Memory {
+            factor: convert(self.factor),
+            strain: convert(self.strain),
+            rate: convert(self.rate),
+            relaxing: convert(self.relaxing),
+            past: self.past.map(convert),
+            own_factor: self.own_factor.map(convert),
+            time: self.time.map(convert),
+        }
+    }
 }
 
 /// The stress at the end of a step that began with `before`.
@@ -34,35 +123,33 @@ pub fn at_end<D: Scalar>(
 ) {
     let InternalVariables { strain, strain_rate, relaxing, .. } = before;
     let Viscosity { factor, shift, own } = viscosity;
+    let memory = Memory::at_end(coefficients, damping);
     let starts = strain.iter().zip(strain_rate);
+    let past = |strain: &D, rate: &D| memory.past[0] * *strain + memory.past[1] * *rate;
+    *factor = memory.factor;
     if coefficients.averages() {
         // Of the dashpots alone, whose natural strains are the same whatever their time.
-        *factor = coefficients.viscous_factor(damping.stiffness);
         let by_rate = coefficients.rate.recip();
         for (shift, (strain, rate)) in shift.iter_mut().zip(starts) {
-            *shift = coefficients.viscous_past(*strain, *rate) * by_rate;
+            *shift = past(strain, rate) * by_rate;
         }
         if let Some(own) = own {
-            own.factor = damping.own_times().map(|time| coefficients.viscous_factor(time));
+            own.factor = memory.own_factor;
         }
         return;
     }
-    *factor = coefficients.viscous_factor(damping.stiffness);
     for (shift, (strain, rate)) in shift.iter_mut().zip(starts.clone()) {
-        *shift = damping.stiffness * coefficients.viscous_past(*strain, *rate);
+        *shift = memory.strain * *strain + memory.rate * *rate;
     }
-    if let Some(own) = own {
-        own.time = damping.own_times();
-        own.factor = own.time.map(|time| coefficients.viscous_factor(time) - 1.0);
-        for (past, (strain, rate)) in own.past.iter_mut().zip(starts) {
-            *past = coefficients.viscous_past(*strain, *rate);
+    if damping.maxwell.is_some() {
+        for (shift, z) in shift.iter_mut().zip(relaxing) {
+            *shift += memory.relaxing * *z;
         }
     }
-    if let Some(maxwell) = &damping.maxwell {
-        let [left, taken] = relaxation(maxwell, coefficients.h).map(|x| maxwell.stiffness * x);
-        *factor += taken;
-        for (shift, (strain, z)) in shift.iter_mut().zip(strain.iter().zip(relaxing)) {
-            *shift += taken * *strain - left * *z;
+    if let Some(own) = own {
+        (own.factor, own.time) = (memory.own_factor, memory.time);
+        for (to, (strain, rate)) in own.past.iter_mut().zip(starts) {
+            *to = past(strain, rate);
         }
     }
 }

@@ -189,25 +189,6 @@ impl<D: Scalar> BendTwist<D> {
         Joint::new(&e.edge, &f.edge, turn + (self.twist - transported))
     }
 
-    /// First and second derivatives at the joint of two edges.
-    #[inline(always)]
-    pub(crate) fn tangent_at(
-        &self,
-        joint: &Joint<D>,
-        e: &EdgeState<D>,
-        f: &EdgeState<D>,
-    ) -> Tangent<D> {
-        joint.tangent(&e.edge, &f.edge, &self.stiffness, &self.stress(&joint.strains).0)
-    }
-
-    /// First derivatives between edges that are known already; `turn` is how much the second's angle
-    /// exceeds the first's, rad.
-    #[inline(always)]
-    pub(crate) fn pull_between(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> Pull<D> {
-        let joint = self.joint(e, f, turn);
-        joint.pull(&e.edge, &f.edge, &self.stress(&joint.strains).0)
-    }
-
     /// Integrated curvatures and twist (rad) in the material frame.
     #[inline]
     pub fn strains(&self, q: &[D; UNKNOWNS]) -> [D; 3] {

@@ -14,14 +14,17 @@
 //! which is the derivative of the step itself: Newton's method returns to the limit in every iteration.
 //! `R` is a curvature, 1/m, times the joint's length.
 //!
-//! To rods a joint with sliders is an elastic one at a time: with the tangent as its stiffness, and the
+//! To energies a joint with sliders is an elastic one at a time: with the tangent as its stiffness, and the
 //! natural strains at which that stiffness has the whole stress where the joint is.
 
 use crate::energy::bend_twist::JointLaw;
 use crate::energy::planar_bend::PlanarBend;
 use crate::energy::stiffness::Stiffness;
+use crate::numerics::lanes::{Lanes, dot as lanes_dot};
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, dot, scale, sub};
+use num_dual::Dual64;
+use std::sync::Arc;
 
 /// The sliders of a rod.
 #[derive(Clone, Debug)]
@@ -30,6 +33,22 @@ pub struct Sliders<D> {
     pub stiffness: D,
     /// Strains at which they slip, one for every joint.
     pub limits: Vec<D>,
+}
+
+/// The sliders of a rod, and its springs while it makes a step.
+#[derive(Clone, Debug)]
+pub struct Springs<D, J> {
+    /// What they slip on.
+    pub sliders: Arc<Sliders<D>>,
+    /// Of every joint its elastic stiffness, and where its spring would be at no strain if it did not slip; empty of a
+    /// rod without the stress of its springs.
+    pub acting: Vec<J>,
+}
+
+impl<D, J> From<Sliders<D>> for Springs<D, J> {
+    fn from(sliders: Sliders<D>) -> Self {
+        Self { sliders: Arc::new(sliders), acting: Vec::new() }
+    }
 }
 
 /// Where springs are that would be at `z`, and the part of their stress that is left.
@@ -67,14 +86,37 @@ impl<D: Scalar> Sliders<D> {
         size.and_then(|size| returned(size, self.limits[i])).map_or(z, |part| scale(z, part))
     }
 
+    /// How far a joint in the plane whose spring would be at `z` is from beginning or ceasing to slip.
+    pub fn from_limit(&self, i: usize, z: D) -> f64 {
+        (z.value().abs() - self.limits[i].value()).abs()
+    }
+
+    /// The same of a joint in space.
+    pub fn from_limit_in_space(&self, i: usize, elastic: &Stiffness<D>, z: Vector<D>) -> f64 {
+        let size = size(elastic, z).0.map_or(0.0, |size| size.value());
+        (size - self.limits[i].value()).abs()
+    }
+
     /// A joint in space of these strains with its springs, which would be at `z`.
     pub fn joint(
+        &self,
+        i: usize,
+        both: (&JointLaw<D>, &Stiffness<D>),
+        strains: Vector<D>,
+        z: Vector<D>,
+    ) -> JointLaw<D> {
+        let (stiffness, stress) = self.response(i, both, strains, z);
+        JointLaw { stiffness, natural: sub(strains, stiffness.inverse_times(&stress)) }
+    }
+
+    /// Its stiffness and stresses.
+    pub fn response(
         &self,
         i: usize,
         (law, elastic): (&JointLaw<D>, &Stiffness<D>),
         strains: Vector<D>,
         z: Vector<D>,
-    ) -> JointLaw<D> {
+    ) -> (Stiffness<D>, Vector<D>) {
         let (size, mean) = size(elastic, z);
         let pull = elastic.times(&z);
         let mut own = elastic.map(|k| k * self.stiffness);
@@ -94,14 +136,60 @@ impl<D: Scalar> Sliders<D> {
             own = left.map(|k| k * self.stiffness * part);
             stress = scale(stress, part);
         }
-        let stiffness = law.stiffness.plus(&own);
         let stress = add(law.stiffness.times(&sub(strains, law.natural)), stress);
-        JointLaw { stiffness, natural: sub(strains, stiffness.inverse_times(&stress)) }
+        (law.stiffness.plus(&own), stress)
     }
 
     /// Energy of springs that are stretched by `z`, J.
     pub fn energy(&self, elastic: &Stiffness<D>, z: Vector<D>) -> D {
         dot(z, elastic.times(&z)) * self.stiffness * 0.5
+    }
+}
+
+/// How the strains change with parameters at which the sliders of a rod slip.
+#[derive(Clone, Debug)]
+pub struct SliderRates<const G: usize>(Vec<Lanes<G>>);
+
+impl<const G: usize> SliderRates<G> {
+    /// Of dual sliders, one for each parameter.
+    pub fn of(duals: [&Sliders<Dual64>; G]) -> Self {
+        let count = duals.iter().map(|sliders| sliders.limits.len()).min().unwrap_or(0);
+        Self((0..count).map(|i| Lanes(duals.map(|sliders| sliders.limits[i].eps))).collect())
+    }
+
+    /// The derivative of [`slid`](Sliders::slid), where that of `z` is `rate`.
+    pub fn slid(&self, sliders: &Sliders<f64>, i: usize, z: f64, rate: Lanes<G>) -> Lanes<G> {
+        match returned(z.abs(), sliders.limits[i]) {
+            Some(_) => self.0[i] * z.signum(),
+            None => rate,
+        }
+    }
+
+    /// The derivative of [`slid_in_space`](Sliders::slid_in_space), where `z` has the derivatives `rate` and the
+    /// elastic stiffness, whose upper triangle row by row they are, `stiffer`:
+    /// `|z|^2 = z.K z/k` and the spring is at `z R/|z|`.
+    pub fn slid_in_space(
+        &self,
+        sliders: &Sliders<f64>,
+        i: usize,
+        (elastic, stiffer): (&Stiffness<f64>, &[Lanes<G>; 6]),
+        (z, rate): (Vector<f64>, [Lanes<G>; 3]),
+    ) -> [Lanes<G>; 3] {
+        let limit = sliders.limits[i];
+        let (size, mean) = size(elastic, z);
+        let slips = size.and_then(|size| Some((size, returned(size, limit)?)));
+        let Some((size, part)) = slips else { return rate };
+        let pull = elastic.times(&z);
+        let [k11, k12, k13, k22, k23, k33] = *stiffer;
+        let [x, y, t] = z;
+        let diagonal = k11 * (x * x) + k22 * (y * y) + k33 * (t * t);
+        let off = k12 * (x * y) + k13 * (x * t) + k23 * (y * t);
+        let mean_rate = (k11 + k22) * 0.5;
+        let twice =
+            lanes_dot(&pull, &rate) * 2.0 + diagonal + off * 2.0 - mean_rate * (size * size);
+        let size_rate = twice * (0.5 / (mean * size));
+        let part_rate = self.0[i] * size.recip() - size_rate * (part / size);
+        [0, 1, 2].map(|c| rate[c] * part + part_rate * z[c])
     }
 }
 
@@ -158,6 +246,36 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    /// How far springs are stretched changes with every number as in dual numbers, sticking and slipping.
+    #[test]
+    fn slipping_has_derivatives_by_every_number() {
+        let elastic = Stiffness {
+            bend: [Dual64::new(2.0, 0.3), Dual64::new(0.1, -0.2), Dual64::new(1.4, 0.7)],
+            twist: Dual64::new(0.8, -0.4),
+            coupling: [Dual64::new(0.05, 0.6), Dual64::new(-0.1, 0.2)],
+        };
+        let limits = vec![Dual64::new(0.02, 0.9)];
+        let sliders = Sliders { stiffness: Dual64::new(1.7, 0.5), limits };
+        let plain = Sliders { stiffness: 1.7, limits: vec![0.02] };
+        let rates = SliderRates::of([&sliders, &sliders]);
+        let Stiffness { bend: [b11, b12, b22], twist, coupling: [c1, c2] } = elastic.map(|k| k.eps);
+        let stiffer = [b11, b12, c1, b22, c2, twist].map(|k| Lanes([k; 2]));
+        for z in [[0.004, -0.006, 0.003], [0.03, 0.02, -0.05]] {
+            let rate = [0.2, -0.7, 0.4];
+            let dual: Vector<Dual64> = std::array::from_fn(|c| Dual64::new(z[c], rate[c]));
+            let exact = sliders.slid_in_space(0, &elastic, dual).map(|z| z.eps);
+            let both = (&elastic.map(|k| k.re), &stiffer);
+            let found = rates.slid_in_space(&plain, 0, both, (z, rate.map(|r| Lanes([r; 2]))));
+            for c in 0..3 {
+                assert!((found[c].0[1] - exact[c]).abs() < 1e-14, "{found:?} {exact:?}");
+            }
+            let [x, dx] = [z[0], rate[0]];
+            let exact = sliders.slid(0, Dual64::new(x, dx)).eps;
+            let found = rates.slid(&plain, 0, x, Lanes([dx; 2]));
+            assert!(found.0.iter().all(|found| (found - exact).abs() < 1e-14), "{found:?} {exact}");
         }
     }
 

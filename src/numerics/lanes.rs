@@ -70,3 +70,9 @@ pub fn dot<const G: usize, const N: usize>(a: &[f64; N], b: &[Lanes<G>; N]) -> L
     }
     sum
 }
+
+/// All of some things, if all are there.
+pub fn all<T, const G: usize>(some: [Option<T>; G]) -> Option<[T; G]> {
+    let all: Vec<T> = some.into_iter().collect::<Option<_>>()?;
+    all.try_into().ok()
+}

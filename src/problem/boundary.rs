@@ -144,6 +144,11 @@ impl<D: Nestable> BoundaryMotion<D> {
         Self { ends, recorded, stride: M::STRIDE }
     }
 
+    /// Whether its numbers can be parameters: a recording has none.
+    pub fn has_numbers(&self) -> bool {
+        !self.ends.is_empty()
+    }
+
     /// Moves the held unknowns of `q`, which are where `from` puts them, to where `to` does.
     pub fn advance<R: Rod<D, W>, const W: usize>(
         &self,

@@ -64,7 +64,7 @@
 
 use crate::energy::adapter::Chart;
 use crate::energy::frame::EdgeFrame;
-use crate::energy::friction::Sliders;
+use crate::energy::friction::{Sliders, Springs};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, turned, unit};
 use crate::problem::tributary::{Arcs, TributaryLengths};
@@ -73,7 +73,6 @@ use crate::scene::mesh::Mesh;
 use crate::scene::{End, Material, Scene, Support};
 use nalgebra::Vector3;
 use num_dual::Dual64;
-use std::sync::Arc;
 
 /// A force and a moment on a node, in world axes.
 #[derive(Clone, Copy, Debug)]
@@ -224,13 +223,13 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
 }
 
 /// The springs of internal friction, if the scene has any.
-pub(crate) fn sliders<D: Scalar>(
+pub(crate) fn springs<D: Scalar, J>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
-) -> Option<Arc<Sliders<D>>> {
+) -> Option<Springs<D, J>> {
     let friction = scene.loads.damping.friction?;
     let limits = tributary.joint.iter().map(|length| friction.curvature * *length).collect();
-    Some(Arc::new(Sliders { stiffness: friction.stiffness, limits }))
+    Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
 }
 
 /// Where an end rolls: as the scene says, or along the rod.

@@ -6,7 +6,7 @@ use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, sub};
 use crate::problem::model::{
-    Correction, Model, NodalLoad, NodalMass, first_director, rolling, sliders, tilted,
+    Correction, Model, NodalLoad, NodalMass, first_director, rolling, springs, tilted,
 };
 use crate::problem::own;
 use crate::problem::profile::Profile;
@@ -214,7 +214,7 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             load,
             moment: Vec::new(),
             heading: rest.direction(0),
-            sliders: sliders(scene, &rest.tributary),
+            sliders: springs(scene, &rest.tributary),
             own: Extra::default(),
         }
     }

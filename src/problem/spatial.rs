@@ -9,7 +9,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, dot, sub, unit};
 use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
 use crate::problem::model::{
-    Correction, Model, NodalLoad, NodalMass, first_director, rolling, sliders, tilted,
+    Correction, Model, NodalLoad, NodalMass, first_director, rolling, springs, tilted,
 };
 use crate::problem::profile::{Constants, Profile};
 use crate::problem::soft_clamp::SoftClamps;
@@ -165,7 +165,7 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             load.push(DeadLoad { force: gravity.map(|g| weighing[i] * g) });
         }
         let own = Extra::default();
-        let sliders = sliders(scene, &rest.tributary);
+        let sliders = springs(scene, &rest.tributary);
         SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load, sliders, own }
     }
 

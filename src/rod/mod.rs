@@ -16,7 +16,7 @@ pub use drag::NodalDrag;
 pub use extra::Extra;
 pub(crate) use extra::Placed;
 pub use planar::PlanarRod;
-pub use sensitive::{FrameRate, Sensitive};
+pub use sensitive::{Counted, FrameRate, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
 pub use viscosity::{OwnViscosity, Viscosity};
@@ -198,10 +198,13 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
         0
     }
 
-    /// Becomes `law` with the springs of `elastic`, which would be stretched by `z` if they did not slip,
-    /// where these are the strains of all elements.
-    fn set_sliders(&mut self, law: &Self, _elastic: &Self, _strains: &[D], _z: &[D]) {
-        self.clone_from(law);
+    /// Lets the springs of internal friction act, as stretched as they are in a step that began with these internal
+    /// variables; without, they do not. The stiffness they are a part of is that of `elastic`.
+    fn set_springs(&mut self, _elastic: &Self, _before: Option<&InternalVariables<D>>) {}
+
+    /// How far that of the springs is from beginning or ceasing to slip which is nearest to it.
+    fn from_slip_limit(&self, _z: &[D]) -> f64 {
+        f64::INFINITY
     }
 
     /// Lets springs slip that are stretched beyond their limit.

@@ -2,10 +2,11 @@
 //!
 //! Unknowns `q = [x0, y0, x1, y1, ..]`, m, in the plane of the scene; half-bandwidth 5.
 
+mod edges;
 mod geometry;
 mod rates;
 
-use crate::energy::friction::Sliders;
+use crate::energy::friction::Springs;
 use crate::energy::planar_bend::curvature_between;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
@@ -13,15 +14,15 @@ use crate::energy::{
 };
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
+pub use crate::rod::planar::edges::HALF_BANDWIDTH;
+use crate::rod::planar::edges::{ByEdge, TakesEdges, ToEdges, ToNodes};
 pub use crate::rod::planar::geometry::Geometry;
 use crate::rod::planar::geometry::{Edge, Measure};
-use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart, turned_far};
+use crate::rod::{
+    Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
+};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
-use std::sync::Arc;
-
-/// Half-bandwidth of the planar tangent.
-pub const HALF_BANDWIDTH: usize = 5;
 
 /// The elements, masses and loads of a planar rod.
 #[derive(Clone, Debug)]
@@ -38,8 +39,9 @@ pub struct PlanarRod<D> {
     pub moment: Vec<(usize, DeadMoment<D>)>,
     /// The first edge's direction at rest: angles of the moments' potential count from it.
     pub heading: [D; 2],
-    /// Springs of internal friction beside the bends.
-    pub sliders: Option<Arc<Sliders<D>>>,
+    /// Springs of internal friction beside the bends, acting ones with the elastic stiffness and where they would be
+    /// at no curvature.
+    pub sliders: Option<Springs<D, [D; 2]>>,
     /// Energies of one's own.
     pub own: Extra<D>,
 }
@@ -69,23 +71,52 @@ fn add_gradients<D: Scalar, E: Element<D, N>, const N: usize>(
     }
 }
 
+/// A bend without a spring of internal friction.
+#[inline(always)]
+fn as_it_is<D: Copy>(_: usize, bend: &PlanarBend<D>, _: D) -> PlanarBend<D> {
+    *bend
+}
+
 impl<D: Nestable> PlanarRod<D> {
-    /// Shows every inner node from the first on: its number, itself, the edges before and after it,
-    /// and the curvature between them. Returns the last edge.
+    /// Shows every inner node from the first on: its number, itself as `law` makes it of the bend and its curvature,
+    /// the edges before and after it, and the curvature between them. Returns the last edge.
     #[inline(always)]
     fn each_bend(
         &self,
         q: &[D],
+        law: impl Fn(usize, &PlanarBend<D>, D) -> PlanarBend<D>,
         mut show: impl FnMut(usize, &PlanarBend<D>, (&Edge<D>, &Edge<D>, D)),
     ) -> Edge<D> {
         let mut edge = Edge::new(unknowns(q, 0));
         for (i, bend) in self.bend.iter().enumerate() {
             let next = Edge::new(unknowns(q, i + 1));
             let curvature = curvature_between(edge.tangent, next.tangent);
-            show(i, bend, (&edge, &next, curvature));
+            show(i, &law(i, bend, curvature), (&edge, &next, curvature));
             edge = next;
         }
         edge
+    }
+
+    /// Whether springs of internal friction act.
+    fn is_sliding(&self) -> bool {
+        self.sliders.as_ref().is_some_and(|springs| !springs.acting.is_empty())
+    }
+
+    /// Bend `i` at a curvature, with the spring of internal friction that acts there if one does.
+    fn sliding(&self, i: usize, bend: &PlanarBend<D>, curvature: D) -> PlanarBend<D> {
+        let Some(Springs { sliders, acting }) = &self.sliders else { return *bend };
+        match acting.get(i) {
+            Some([elastic, from]) => {
+                sliders.bend(i, (bend, *elastic), curvature, curvature + *from)
+            }
+            None => *bend,
+        }
+    }
+
+    /// The same where the rod is at `q`.
+    fn element(&self, i: usize, q: &[D]) -> PlanarBend<D> {
+        let bend = &self.bend[i];
+        self.sliding(i, bend, bend.strain(unknowns(q, i)))
     }
 
     /// The derivatives by edge `i`, on which its joints act with the `moment` and the `stiffness` by its
@@ -115,10 +146,15 @@ impl<D: Nestable> PlanarRod<D> {
     /// by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its length `l`
     /// turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
     #[inline(always)]
-    fn each_edge(&self, q: &[D], to: &mut impl TakesEdges<D>) {
+    fn each_edge(
+        &self,
+        q: &[D],
+        law: impl Fn(usize, &PlanarBend<D>, D) -> PlanarBend<D>,
+        to: &mut impl TakesEdges<D>,
+    ) {
         let zero = D::from(0.0);
         let (mut moment0, mut stiffness0) = (zero, zero);
-        let last = self.each_bend(q, |i, bend, (e, f, curvature)| {
+        let last = self.each_bend(q, law, |i, bend, (e, f, curvature)| {
             let [moment, stiffness] = bend.response(curvature);
             let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
             let after = s.map(|s| [-(s * e.normal[0]), -(s * e.normal[1])]);
@@ -141,8 +177,9 @@ impl<D: Nestable> PlanarRod<D> {
                 dual_tangent(element, unknowns(q, i));
             let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);
             let mut after = [[zero; 2]; 2];
-            if let Some(bend) = self.bend.get(i) {
-                let Local { gradient: g, hessian: h, .. } = dual_tangent(bend, unknowns(q, i));
+            if i < self.bend.len() {
+                let Local { gradient: g, hessian: h, .. } =
+                    dual_tangent(&self.element(i, q), unknowns(q, i));
                 // The first edge goes against the first node, the second with the last.
                 own = own.plus([-g[0], -g[1]], [h[0][0], h[1][0], h[1][1]]);
                 after = [4, 5].map(|r| [-h[r][0], -h[r][1]]);
@@ -156,11 +193,16 @@ impl<D: Nestable> PlanarRod<D> {
     /// of the moments at its ends over its length as shear force; what two edges carry and the load
     /// of the node between them is the gradient there.
     #[inline(always)]
-    fn hand_gradient(&self, q: &[D], gradient: &mut [D]) {
+    fn hand_gradient(
+        &self,
+        q: &[D],
+        law: impl Fn(usize, &PlanarBend<D>, D) -> PlanarBend<D>,
+        gradient: &mut [D],
+    ) {
         let zero = D::from(0.0);
         let mut nodes = Forces { rod: self, gradient, carried: [zero; 2] };
         let mut before = zero;
-        let last = self.each_bend(q, |i, bend, (edge, _, curvature)| {
+        let last = self.each_bend(q, law, |i, bend, (edge, _, curvature)| {
             let [moment, _] = bend.response(curvature);
             nodes.edge(i, edge, before - moment);
             before = moment;
@@ -215,24 +257,6 @@ impl<D: Nestable> PlanarRod<D> {
     }
 }
 
-/// Derivatives by an edge's vector: of the energies of its stretching and of both its joints.
-#[derive(Clone, Copy)]
-struct ByEdge<D> {
-    /// N.
-    gradient: [D; 2],
-    /// `xx, yx, yy`, N/m.
-    vector: [D; 3],
-}
-
-impl<D: Scalar> ByEdge<D> {
-    fn plus(&self, gradient: [D; 2], vector: [D; 3]) -> Self {
-        Self {
-            gradient: std::array::from_fn(|c| self.gradient[c] + gradient[c]),
-            vector: std::array::from_fn(|c| self.vector[c] + vector[c]),
-        }
-    }
-}
-
 /// Writes the gradient alone by nodes.
 struct Forces<'a, D> {
     rod: &'a PlanarRod<D>,
@@ -267,98 +291,6 @@ impl<D: Scalar> Forces<'_, D> {
     }
 }
 
-/// What is shown the edges, from the first on.
-trait TakesEdges<D> {
-    /// Edge `i` as it is, with the curvature of the joint after it if there is one.
-    #[inline(always)]
-    fn see(&mut self, _i: usize, _edge: &Edge<D>, _curvature: Option<D>) {}
-
-    /// Edge `i`; `after` are the derivatives between the next edge (rows) and this one (columns).
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]);
-}
-
-/// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
-struct ToNodes<'a, D> {
-    load: &'a [DeadLoad<D, 2>],
-    gradient: &'a mut [D],
-    tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
-    /// Of the edge before, with the derivatives between the edge that comes and it.
-    before: ByEdge<D>,
-    between: [[D; 2]; 2],
-}
-
-impl<'a, D: Scalar> ToNodes<'a, D> {
-    #[inline(always)]
-    fn new(
-        load: &'a [DeadLoad<D, 2>],
-        gradient: &'a mut [D],
-        tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
-    ) -> Self {
-        let zero = D::from(0.0);
-        let before = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
-        Self { load, gradient, tangent, before, between: [[zero; 2]; 2] }
-    }
-
-    /// The last node.
-    #[inline(always)]
-    fn end(self) {
-        let ([px, py], [xx, yx, yy]) = (self.before.gradient, self.before.vector);
-        let i = self.load.len() - 1;
-        let load = &self.load[i].force;
-        (self.gradient[2 * i], self.gradient[2 * i + 1]) = (px - load[0], py - load[1]);
-        let mut below = [[D::from(0.0); HALF_BANDWIDTH]; 2];
-        below[0][0] = yx;
-        self.tangent.set_columns(2 * i, &[xx, yy], &below);
-    }
-}
-
-impl<D: Scalar> TakesEdges<D> for (ToNodes<'_, D>, Measure<'_, D>) {
-    #[inline(always)]
-    fn see(&mut self, i: usize, edge: &Edge<D>, curvature: Option<D>) {
-        self.1.see(i, edge, curvature);
-    }
-
-    #[inline(always)]
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]) {
-        self.0.edge(i, own, after);
-    }
-}
-
-impl<D: Scalar> TakesEdges<D> for ToNodes<'_, D> {
-    #[inline(always)]
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]) {
-        let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
-        let ([px, py], [pxx, pyx, pyy]) = (self.before.gradient, self.before.vector);
-        let [[b00, b01], [b10, b11]] = self.between;
-        let [[a00, a01], [a10, a11]] = *after;
-        let load = &self.load[i].force;
-        let g: &mut [D; 2] = self.gradient[2 * i..].first_chunk_mut().expect("a node of the rod");
-        *g = [px - gx - load[0], py - gy - load[1]];
-        let diagonal = [pxx + xx - (b00 + b00), pyy + yy - (b11 + b11)];
-        let below = [
-            [pyx + yx - b01 - b10, b00 + a00 - xx, b10 + a10 - yx, -a00, -a10],
-            [b01 + a01 - yx, b11 + a11 - yy, -a01, -a11, D::from(0.0)],
-        ];
-        self.tangent.set_columns(2 * i, &diagonal, &below);
-        (self.before, self.between) = (*own, *after);
-    }
-}
-
-/// Adds what stands between edges.
-struct ToEdges<'a, D> {
-    tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
-    /// The last edge.
-    last: usize,
-}
-
-impl<D: Scalar> TakesEdges<D> for ToEdges<'_, D> {
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, [a, b]: &[[D; 2]; 2]) {
-        let ([xx, yx, yy], z) = (own.vector, D::from(0.0));
-        let rows = [[xx, z, z, z], [yx, yy, z, z], [a[0], a[1], z, z], [b[0], b[1], z, z]];
-        self.tangent.add_corner(2 * i + 2, if i < self.last { 4 } else { 2 }, &rows);
-    }
-}
-
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     type Dual = PlanarRod<Dual64>;
     type Frames = ();
@@ -376,11 +308,17 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
 
     fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
         match derivatives {
-            Derivatives::Hand => self.hand_gradient(q, gradient),
+            Derivatives::Hand if self.is_sliding() => {
+                self.hand_gradient(q, |i, bend, k| self.sliding(i, bend, k), gradient);
+            }
+            Derivatives::Hand => self.hand_gradient(q, as_it_is, gradient),
             Derivatives::Dual => {
                 self.set_loads(q, gradient);
                 add_gradients(&self.stretch, q, gradient, dual_gradient);
-                add_gradients(&self.bend, q, gradient, dual_gradient);
+                for i in 0..self.bend.len() {
+                    let local: [D; 6] = dual_gradient(&self.element(i, q), unknowns(q, i));
+                    scatter(&local, gradient, i);
+                }
             }
         }
         for (i, moment) in &self.moment {
@@ -399,7 +337,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     ) {
         let mut nodes = ToNodes::new(&self.load, gradient, tangent);
         match derivatives {
-            Derivatives::Hand => self.each_edge(q, &mut nodes),
+            Derivatives::Hand if self.is_sliding() => {
+                self.each_edge(q, |i, bend, k| self.sliding(i, bend, k), &mut nodes);
+            }
+            Derivatives::Hand => self.each_edge(q, as_it_is, &mut nodes),
             Derivatives::Dual => self.each_edge_in_duals(q, &mut nodes),
         }
         nodes.end();
@@ -408,7 +349,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
 
     fn measure(&self, q: &[D], (): &(), geometry: &mut Geometry) {
         let mut measure = Measure::new(&self.stretch, geometry);
-        let last = self.each_bend(q, |i, _, (edge, _, curvature)| {
+        let last = self.each_bend(q, as_it_is, |i, _, (edge, _, curvature)| {
             measure.see(i, edge, Some(curvature));
         });
         measure.see(self.bend.len(), &last, None);
@@ -428,7 +369,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         }
         let nodes = ToNodes::new(&self.load, gradient, tangent);
         let mut both = (nodes, Measure::new(&self.stretch, geometry));
-        self.each_edge(q, &mut both);
+        match self.is_sliding() {
+            true => self.each_edge(q, |i, bend, k| self.sliding(i, bend, k), &mut both),
+            false => self.each_edge(q, as_it_is, &mut both),
+        }
         both.0.end();
         self.add_to_tangent(q, derivatives, gradient, tangent);
     }
@@ -443,7 +387,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.bend.len() };
         match derivatives {
-            Derivatives::Hand => self.each_edge(q, &mut edges),
+            Derivatives::Hand => self.each_edge(q, as_it_is, &mut edges),
             Derivatives::Dual => self.each_edge_in_duals(q, &mut edges),
         }
         for (i, moment) in &self.moment {
@@ -494,7 +438,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         let stretch =
             |i: usize, edge: &Edge<D>| self.stretch[i].energy_at(edge.squared, edge.length).value();
         let mut sums = [0.0; 3];
-        let last = self.each_bend(q, |i, element, (edge, _, curvature)| {
+        let last = self.each_bend(q, as_it_is, |i, element, (edge, _, curvature)| {
             sums[0] += stretch(i, edge);
             sums[1] += element.energy_at(curvature).value();
         });
@@ -569,24 +513,30 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         if self.sliders.is_some() { self.bend.len() } else { 0 }
     }
 
-    fn set_sliders(&mut self, law: &Self, elastic: &Self, strains: &[D], z: &[D]) {
-        self.stretch.clone_from(&law.stretch);
-        let Some(sliders) = &elastic.sliders else { return };
-        let strains = &strains[elastic.stretch.len()..];
-        for (i, to) in self.bend.iter_mut().enumerate() {
-            let both = (&law.bend[i], elastic.bend[i].stiffness);
-            *to = sliders.bend(i, both, strains[i], z[i]);
-        }
+    fn set_springs(&mut self, elastic: &Self, before: Option<&InternalVariables<D>>) {
+        let Some(springs) = &mut self.sliders else { return };
+        springs.acting.clear();
+        let Some(InternalVariables { strain, slid, .. }) = before else { return };
+        let starts = strain[elastic.stretch.len()..].iter().zip(slid);
+        let spring =
+            |(bend, (strain, slid)): (&PlanarBend<D>, (&D, &D))| [bend.stiffness, *slid - *strain];
+        springs.acting.extend(elastic.bend.iter().zip(starts).map(spring));
     }
 
     fn slip(&self, z: &mut [D]) {
-        if let Some(sliders) = &self.sliders {
+        if let Some(Springs { sliders, .. }) = &self.sliders {
             z.iter_mut().enumerate().for_each(|(i, z)| *z = sliders.slid(i, *z));
         }
     }
 
+    fn from_slip_limit(&self, z: &[D]) -> f64 {
+        let Some(Springs { sliders, .. }) = &self.sliders else { return f64::INFINITY };
+        let limits = z.iter().enumerate().map(|(i, z)| sliders.from_limit(i, *z));
+        limits.fold(f64::INFINITY, f64::min)
+    }
+
     fn slider_energy(&self, z: &[D]) -> f64 {
-        let Some(sliders) = &self.sliders else { return 0.0 };
+        let Some(Springs { sliders, .. }) = &self.sliders else { return 0.0 };
         let energy = |(z, bend): (&D, &PlanarBend<D>)| (*z * *z * bend.stiffness).value();
         0.5 * sliders.stiffness.value() * z.iter().zip(&self.bend).map(energy).sum::<f64>()
     }

@@ -14,6 +14,18 @@ pub struct FrameRate<const G: usize> {
     pub turn: Lanes<G>,
 }
 
+/// The strains of all elements as the stress of a moment counts them, in the order of the strains, each with its
+/// derivatives: the stress of a joint is `K (s - s_natural)`, and of what is viscous alone `K s`.
+#[derive(Clone, Debug, Default)]
+pub struct Counted<const G: usize> {
+    /// Whether natural strains count.
+    pub natural: bool,
+    /// The strains.
+    pub strains: Vec<(f64, Lanes<G>)>,
+    /// What stretching, bending and twisting count besides, without what couples them; empty of most rods.
+    pub own: Vec<(f64, Lanes<G>)>,
+}
+
 /// A rod whose forces have derivatives with respect to `G` parameters side by side. Dual rods, one for
 /// each parameter, say what the parameters change; each derivative is what it would be alone.
 pub trait Sensitive<const W: usize>: Rod<f64, W> {
@@ -27,6 +39,48 @@ pub trait Sensitive<const W: usize>: Rod<f64, W> {
     /// what has `changed`: dual rods with their rates.
     fn gradient_rate<const G: usize>(
         changed: (&[Self::Dual; G], &Self::Rates<G>),
+        geometry: &Self::Geometry,
+        at: (&[f64], &Self::Frames),
+        derivatives: Derivatives,
+        out: &mut [[f64; G]],
+    );
+
+    /// The kind of a strain: 0 of stretching, 1 of bending, 2 of twisting.
+    fn kind(&self, strain: usize) -> usize;
+
+    /// Writes the derivatives of the strains at fixed unknowns, where the rod is measured: edges may have other
+    /// lengths at rest.
+    fn rest_strain_rates<const G: usize>(
+        rates: &Self::Rates<G>,
+        geometry: &Self::Geometry,
+        out: &mut [Lanes<G>],
+    );
+
+    /// Adds the derivatives of the strains along those of the unknowns and frames.
+    fn add_strain_rates<const G: usize>(
+        &self,
+        frames: &[FrameRate<G>],
+        geometry: &Self::Geometry,
+        q: &[[f64; G]],
+        out: &mut [Lanes<G>],
+    );
+
+    /// Makes the derivatives of where springs would be, `z`, those of where they are.
+    fn slip_rates<const G: usize>(&self, rates: &Self::Rates<G>, z: &[f64], out: &mut [Lanes<G>]);
+
+    /// Writes the derivatives of the stresses of all elements: N, and N m.
+    fn stress_rates<const G: usize>(
+        &self,
+        rates: &Self::Rates<G>,
+        counted: &Counted<G>,
+        out: &mut [Lanes<G>],
+    );
+
+    /// Writes the derivatives of the gradient at fixed unknowns and frames where the stresses have the derivatives
+    /// `stress`, and loads those of what has `changed`; without, of the stresses alone.
+    fn stressed_rate<const G: usize>(
+        changed: Option<(&[Self::Dual; G], &Self::Rates<G>)>,
+        stress: &[Lanes<G>],
         geometry: &Self::Geometry,
         at: (&[f64], &Self::Frames),
         derivatives: Derivatives,

@@ -2,14 +2,15 @@
 //!
 //! Unknowns `q = [x0 (3), theta0, x1 (3), theta1, .., x_last (3)]`, m and rad; half-bandwidth 10.
 
+mod forces;
 mod geometry;
 mod rates;
 
 use crate::energy::BendTwist;
 use crate::energy::bend_twist;
-use crate::energy::bend_twist::{EdgeState, JointLaw};
+use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
-use crate::energy::friction::Sliders;
+use crate::energy::friction::Springs;
 use crate::energy::joint::{ByEdge, Edge, Sum, between};
 use crate::energy::{DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
@@ -17,19 +18,22 @@ use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, unit};
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
+use crate::rod::spatial::forces::{Forces, Open, STRIDE};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::geometry::Measure;
-use crate::rod::{Energies, Extra, Rod, Viscosity, half_a_turn_apart, turned_far};
+use crate::rod::{
+    Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
+};
 use num_dual::Dual64;
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
-/// Unknowns from one node to the next.
-const STRIDE: usize = 4;
 /// Unknowns of a bend and twist.
 const WINDOW: usize = bend_twist::UNKNOWNS;
 /// Where the six unknowns of a stretch stand in the window.
 const ENDS: [usize; 6] = [0, 1, 2, 4, 5, 6];
+
+/// The elastic stiffness of a joint, and where its spring would be at no strain.
+type Spring<D> = (Stiffness<D>, Vector<D>);
 
 /// The elements, masses and loads of a spatial rod.
 #[derive(Clone, Debug)]
@@ -43,7 +47,7 @@ pub struct SpatialRod<D> {
     /// Weight and point forces, one per node.
     pub load: Vec<DeadLoad<D, 3>>,
     /// Springs of internal friction beside the joints.
-    pub sliders: Option<Arc<Sliders<D>>>,
+    pub sliders: Option<Springs<D, Spring<D>>>,
     /// Energies of one's own.
     pub own: Extra<D>,
 }
@@ -80,56 +84,41 @@ fn add_at<D: Scalar>(to: &mut [D], i: usize, from: &Vector<D>) {
     }
 }
 
-/// An edge whose last joint is still to come.
-struct Open<D> {
-    edge: Edge<D>,
-    /// The tangent it moved from.
-    from: Vector<D>,
-    /// The axial force, N, and the derivatives by the joint before.
-    force: D,
-    pull: [D; 3],
-}
-
-impl<D: Scalar> Open<D> {
-    /// The gradient by the edge's vector and angle, with the derivatives by the joint after.
-    #[inline(always)]
-    fn closed(&self, by: [D; 3]) -> [D; 4] {
-        let [p, q, torque] = add(self.pull, by);
-        let along = scale(self.edge.tangent, self.force);
-        let [x, y, z] = add(along, self.edge.across([p, q]));
-        [x, y, z, torque]
-    }
-}
-
-/// Writes a gradient by nodes from that by edges, one after the other.
-struct Forces<'a, D> {
-    gradient: &'a mut [D],
-    /// By the edge before, N.
-    carried: Vector<D>,
-}
-
-impl<D: Scalar> Forces<'_, D> {
-    /// Edge `i` with the gradient by its vector and angle, and the `load` on its first node, N.
-    #[inline(always)]
-    fn edge(&mut self, i: usize, [x, y, z, torque]: [D; 4], load: Vector<D>) {
-        let [a, b, c] = sub(sub(self.carried, [x, y, z]), load);
-        let node: &mut [D; 4] = self.gradient[STRIDE * i..].first_chunk_mut().expect("a node");
-        *node = [a, b, c, torque];
-        self.carried = [x, y, z];
-    }
-
-    /// The last node, `i`.
-    #[inline(always)]
-    fn end(self, i: usize, load: Vector<D>) {
-        self.gradient[STRIDE * i..].copy_from_slice(&sub(self.carried, load));
-    }
-}
-
 impl<D: Nestable> SpatialRod<D> {
     /// Bend and twist `i` with its reference.
     #[inline(always)]
     pub fn bend_twist(&self, i: usize, frames: &Frames<D>) -> BendTwist<D> {
         self.joint[i].at([frames.edges[i], frames.edges[i + 1]], frames.twist[i])
+    }
+
+    /// The same with the springs of internal friction that act there.
+    fn element(&self, i: usize, q: &[D], frames: &Frames<D>) -> BendTwist<D> {
+        let element = self.bend_twist(i, frames);
+        let Some((springs, (elastic, from))) = self.spring(i) else { return element };
+        let strains = element.strains(around(q, i));
+        let both = (&self.joint[i], elastic);
+        let JointLaw { stiffness, natural } =
+            springs.sliders.joint(i, both, strains, add(strains, *from));
+        BendTwist { stiffness, natural, ..element }
+    }
+
+    /// The stiffness and the stresses of joint `i` at its strains.
+    #[inline(always)]
+    fn response(&self, i: usize, strains: &[D; 3]) -> (Stiffness<D>, [D; 3]) {
+        let law = &self.joint[i];
+        match self.spring(i) {
+            None => (law.stiffness, law.stiffness.times(&sub(*strains, law.natural))),
+            Some((springs, (elastic, from))) => {
+                springs.sliders.response(i, (law, elastic), *strains, add(*strains, *from))
+            }
+        }
+    }
+
+    /// The spring of joint `i`, if one acts.
+    #[inline(always)]
+    fn spring(&self, i: usize) -> Option<(&Springs<D, Spring<D>>, &Spring<D>)> {
+        let springs = self.sliders.as_ref()?;
+        Some((springs, springs.acting.get(i)?))
     }
 
     /// Edge `i` as it is.
@@ -164,7 +153,8 @@ impl<D: Nestable> SpatialRod<D> {
         let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
             let bent = joint.joint(e, f, turn);
             to.see(i, e, Some((&bent, f)));
-            let tangent = joint.tangent_at(&bent, e, f);
+            let (stiffness, stress) = self.response(i, &bent.strains);
+            let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
             let [force, along] = self.stretch[i].tension(e.squared, e.length);
             let own = e.derivatives(&open.plus(&tangent.e), force, along);
             to.edge(i, &own, &between(e, f, tangent.fe));
@@ -198,7 +188,7 @@ impl<D: Nestable> SpatialRod<D> {
             }
             let mut after = [[zero; 4]; 4];
             if i < self.joint.len() {
-                let joint = bend_twist::dual_tangent(&self.bend_twist(i, frames), around(q, i));
+                let joint = bend_twist::dual_tangent(&self.element(i, q, frames), around(q, i));
                 let first = pick(&joint, FIRST, FIRST);
                 for r in 0..4 {
                     gradient[r] += joint.gradient[FIRST[r].0] * FIRST[r].1;
@@ -225,7 +215,8 @@ impl<D: Nestable> SpatialRod<D> {
         let axial =
             |i: usize, edge: &EdgeState<D>| self.stretch[i].force(edge.squared, edge.length);
         let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            let pull = joint.pull_between(e, f, turn);
+            let bent = joint.joint(e, f, turn);
+            let pull = bent.pull(&e.edge, &f.edge, &self.response(i, &bent.strains).1);
             nodes.edge(i, e.gradient(add(open, pull.e), axial(i, e)), self.load[i].force);
             open = pull.f;
         });
@@ -270,7 +261,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
                 }
                 for i in 0..self.joint.len() {
                     let local =
-                        bend_twist::dual_gradient(&self.bend_twist(i, frames), around(q, i));
+                        bend_twist::dual_gradient(&self.element(i, q, frames), around(q, i));
                     for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
                         *to += *from;
                     }
@@ -480,11 +471,16 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn strains(&self, q: &[D], frames: &Frames<D>, strains: &mut Vec<D>) {
-        strains.clear();
-        strains.extend(self.stretch.iter().enumerate().map(|(i, e)| e.strain(&edge(q, i))));
-        strains.extend(
-            (0..self.joint.len()).flat_map(|i| self.bend_twist(i, frames).strains(around(q, i))),
-        );
+        let (edges, joints) = (self.stretch.len(), self.joint.len());
+        strains.resize(edges + 3 * joints, D::from(0.0));
+        let (axial, bent) = strains.split_at_mut(edges);
+        let (bent, _) = bent.as_chunks_mut::<3>();
+        let strain = |i: usize, e: &EdgeState<D>| self.stretch[i].strain_of(e.squared, e.length);
+        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
+            axial[i] = strain(i, e);
+            bent[i] = joint.joint(e, f, turn).strains;
+        });
+        axial[joints] = strain(joints, &last);
     }
 
     fn dashpots(&self) -> Self {
@@ -550,27 +546,35 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         if self.sliders.is_some() { 3 * self.joint.len() } else { 0 }
     }
 
-    fn set_sliders(&mut self, law: &Self, elastic: &Self, strains: &[D], z: &[D]) {
-        self.stretch.clone_from(&law.stretch);
-        let Some(sliders) = &elastic.sliders else { return };
-        let (strains, _) = strains[elastic.stretch.len()..].as_chunks::<3>();
-        let (z, _) = z.as_chunks::<3>();
-        for (i, to) in self.joint.iter_mut().enumerate() {
-            let both = (&law.joint[i], &elastic.joint[i].stiffness);
-            *to = sliders.joint(i, both, strains[i], z[i]);
-        }
+    fn set_springs(&mut self, elastic: &Self, before: Option<&InternalVariables<D>>) {
+        let Some(springs) = &mut self.sliders else { return };
+        springs.acting.clear();
+        let Some(InternalVariables { strain, slid, .. }) = before else { return };
+        let strains = strain[elastic.stretch.len()..].as_chunks::<3>().0;
+        let starts = strains.iter().zip(slid.as_chunks::<3>().0);
+        let spring = |(joint, (strain, slid)): (&JointLaw<D>, (&[D; 3], &[D; 3]))| {
+            (joint.stiffness, sub(*slid, *strain))
+        };
+        springs.acting.extend(elastic.joint.iter().zip(starts).map(spring));
     }
 
     fn slip(&self, z: &mut [D]) {
-        let Some(sliders) = &self.sliders else { return };
-        let (z, _) = z.as_chunks_mut::<3>();
-        for (i, z) in z.iter_mut().enumerate() {
-            *z = sliders.slid_in_space(i, &self.joint[i].stiffness, *z);
+        let Some(springs) = &self.sliders else { return };
+        for (i, z) in z.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            *z = springs.sliders.slid_in_space(i, &self.joint[i].stiffness, *z);
         }
     }
 
+    fn from_slip_limit(&self, z: &[D]) -> f64 {
+        let Some(springs) = &self.sliders else { return f64::INFINITY };
+        let of = |(i, z): (usize, &[D; 3])| {
+            springs.sliders.from_limit_in_space(i, &self.joint[i].stiffness, *z)
+        };
+        z.as_chunks::<3>().0.iter().enumerate().map(of).fold(f64::INFINITY, f64::min)
+    }
+
     fn slider_energy(&self, z: &[D]) -> f64 {
-        let Some(sliders) = &self.sliders else { return 0.0 };
+        let Some(Springs { sliders, .. }) = &self.sliders else { return 0.0 };
         let (z, _) = z.as_chunks::<3>();
         let energy =
             |(z, joint): (&[D; 3], &JointLaw<D>)| sliders.energy(&joint.stiffness, *z).value();

@@ -1,4 +1,5 @@
-//! Viscous stress as a rod is told of it: for a step it is a matter of stiffnesses and natural strains.
+//! Viscous stress as a rod is told of it: for a step it is a matter of stiffnesses and natural strains. Where the
+//! rod is known, the stress of relaxing springs and of those of internal friction is a shift too.
 
 use crate::numerics::scalar::Scalar;
 use crate::rod::InternalVariables;
@@ -42,7 +43,7 @@ impl<D: Scalar> Viscosity<D> {
 
     /// The stress of a rod in motion.
     pub fn now(&mut self, damping: &Damping<D>, internal: &InternalVariables<D>) {
-        let InternalVariables { strain_rate, relaxing, .. } = internal;
+        let InternalVariables { strain_rate, relaxing, slid, .. } = internal;
         self.factor = D::from(1.0);
         for (shift, rate) in self.shift.iter_mut().zip(strain_rate) {
             *shift = -(damping.stiffness * *rate);
@@ -50,6 +51,13 @@ impl<D: Scalar> Viscosity<D> {
         if let Some(maxwell) = &damping.maxwell {
             for (shift, stretched) in self.shift.iter_mut().zip(relaxing) {
                 *shift -= maxwell.stiffness * *stretched;
+            }
+        }
+        if let Some(friction) = &damping.friction {
+            // Springs take up strains of bending and twisting, the last ones.
+            let first = self.shift.len() - slid.len();
+            for (shift, stretched) in self.shift[first..].iter_mut().zip(slid) {
+                *shift -= friction.stiffness * *stretched;
             }
         }
         if let Some(own) = &mut self.own {

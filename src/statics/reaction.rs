@@ -60,10 +60,6 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 viscosity.now(&damping, internal);
                 let mut viscous = rod.clone();
                 viscous.set_viscous(rod, &viscosity);
-                if rod.slides() > 0 {
-                    let law = viscous.clone();
-                    viscous.set_sliders(&law, rod, &internal.strain, &internal.slid);
-                }
                 viscous.gradient(q, frames, self.derivatives(), &mut force);
             }
         }

@@ -3,7 +3,9 @@
 use nalgebra::Vector3;
 use num_dual::{Dual64, DualSVec64};
 use rodfit::problem::Model;
-use rodfit::scene::{Clamp, PointForce, Scene, Scheme, Section, Shape, Support, Time};
+use rodfit::scene::{
+    Clamp, Damping, Friction, Maxwell, PointForce, Scene, Scheme, Section, Shape, Support, Time,
+};
 use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Point, Problem};
 
 use crate::common::{at_tip, cantilever, cantilever_with, helix_with, planar};
@@ -198,6 +200,31 @@ fn together_as_one_at_a_time() {
                 at_end[i][c]
             );
         }
+    }
+}
+
+/// With all that a material remembers.
+#[test]
+fn together_as_one_at_a_time_where_springs_slip() {
+    for mut scene in [
+        cantilever_with(0.7, 2e-3, 0.1, Clamp::MidEdge),
+        helix_with(0.5, 1e-3, 0.03, Clamp::MidEdge),
+    ] {
+        scene.loads.damping = Damping {
+            mass: 0.3,
+            stiffness: 1e-3,
+            bending: 2e-3,
+            maxwell: Some(Maxwell { stiffness: 0.4, time: 0.02 }),
+            friction: Some(Friction { stiffness: 0.8, curvature: 0.1 }),
+            ..Damping::default()
+        };
+        let problem = scene.problem().unwrap();
+        let of_damping = |p: &Parameter| p.to_string().contains("damping");
+        let mut all: Vec<Parameter> =
+            Parameter::all(problem.scene()).into_iter().filter(of_damping).collect();
+        all.extend([Parameter::YoungsModulus, Parameter::Density, Parameter::Radius]);
+        assert!(all.len() >= 10);
+        assert_same_in_any_company(&problem, &all);
     }
 }
 

@@ -5,6 +5,7 @@ use crate::dynamics::linearization::Linearization;
 use crate::dynamics::sensitivity::viscous::Viscous;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
+use crate::numerics::lanes::all;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
 use crate::rod::{DualFrames, FrameRate, Rod, Sensitive};
@@ -20,7 +21,7 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
     rates: R::Rates<G>,
     /// Derivatives of the masses; none where there are none.
     mass: Option<Vec<[f64; G]>>,
-    viscous: Option<Viscous<R, W, G>>,
+    viscous: Option<Viscous<G>>,
     damping: [Damping<Dual64>; G],
     drag: Option<[NodalDrag<Dual64>; G]>,
     /// The scheme's parameter.
@@ -66,14 +67,15 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         let q = lanes(states.map(|state| &state.q[..]), rate);
         let free = first.free();
         let mut held = (0..q.len()).filter(|i| !free.contains(i));
-        let boundary_motion = first.boundary_motion().is_some();
+        let away = held.any(|i| q[i] != [0.0; G]);
+        // Supports that go as they were recorded to go have no derivatives.
+        let motion = first.boundary_motion().filter(|motion| motion.has_numbers());
         Some(Self {
-            moves_supports: boundary_motion || held.any(|i| q[i] != [0.0; G]),
-            boundary_motion: boundary_motion
-                .then(|| simulations.map(|s| s.boundary_motion().cloned()))
-                .and_then(all),
+            moves_supports: away || motion.is_some(),
+            boundary_motion: motion
+                .and_then(|_| all(simulations.map(|s| s.boundary_motion().cloned()))),
             held: Vec::new(),
-            viscous: Viscous::new(simulations),
+            viscous: Viscous::new::<R, W>(simulations),
             rates,
             mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
             damping: simulations.map(Simulation::damping),
@@ -111,14 +113,14 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         // Where the scheme's own numbers change, how.
         let slopes = dual.map(|dual| dual.map(|x| x.eps));
         let slopes = self.parameter.iter().any(|parameter| parameter.eps != 0.0).then_some(slopes);
-        if self.viscous.is_some() || self.boundary_motion.is_some() {
+        if self.boundary_motion.is_some() {
             for (lane, dual) in self.dual_frames.iter_mut().enumerate() {
                 R::set_dual_frames(&step.before.frames, &self.frames, lane, dual);
             }
         }
         self.find_held(step);
         if let Some(viscous) = &mut self.viscous {
-            viscous.set(&self.rods, &dual, self.damping, step);
+            viscous.at_end(&self.rates, (&dual, &self.damping), step);
         }
         self.rate_forces(&coefficients, step);
         self.rate_drag(&dual, step);
@@ -126,14 +128,9 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         self.solve(step)?;
         self.finish(&coefficients, slopes.as_ref(), step);
         if let Some(viscous) = &mut self.viscous {
-            let (rods, frames) = (&self.rods, &self.dual_frames);
-            viscous.finish(
-                (rods, frames),
-                (&dual, self.damping),
-                step,
-                [&self.q, &self.v],
-                &mut self.unbalanced,
-            );
+            let changed = (&self.rates, &self.frames[..]);
+            viscous.go_on(changed, (&dual, &self.damping), step, &self.q);
+            self.rate_next_forces(&coefficients, step);
             self.add_drag(step);
         } else if coefficients.averages() {
             self.unbalanced.fill([0.0; G]);
@@ -180,11 +177,16 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     ) {
         let Self { direct, frames, held, .. } = self;
         let elastic = (&self.rods, &self.rates);
-        let viscous = self.viscous.as_ref().map(Viscous::rods);
+        let stress = self.viscous.as_ref().map(Viscous::stress);
         let before = &step.before.frames;
         if !coefficients.averages() {
-            let (duals, place, q) = (viscous.unwrap_or(elastic), step.end, &step.after.q);
-            R::gradient_rate(duals, place, (q, before), step.derivatives, direct);
+            let (place, at) = (step.end, (&step.after.q[..], before));
+            match stress {
+                Some(stress) => {
+                    R::stressed_rate(Some(elastic), stress, place, at, step.derivatives, direct);
+                }
+                None => R::gradient_rate(elastic, place, at, step.derivatives, direct),
+            }
             R::frame_rate(frames, place, step.gradient, step.tangent, direct);
             for (i, rate, _) in held {
                 step.tangent.add_column(*i, *rate, direct);
@@ -193,12 +195,14 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         }
         let mut sum = vec![[0.0; G]; direct.len()];
         for (k, forces) in step.stages.iter().enumerate() {
-            let place = &forces.geometry;
-            let (duals, stage) = match (coefficients.stages.get(k), viscous) {
-                (None, Some(viscous)) => (viscous, &END),
-                (stage, _) => (elastic, stage.unwrap_or(&END)),
-            };
-            R::gradient_rate(duals, place, (&forces.q, before), step.derivatives, direct);
+            let (place, at) = (&forces.geometry, (&forces.q[..], before));
+            let stage = coefficients.stages.get(k).unwrap_or(&END);
+            match stress.filter(|_| k >= coefficients.stages.len()) {
+                Some(stress) => {
+                    R::stressed_rate(None, stress, place, at, step.derivatives, direct);
+                }
+                None => R::gradient_rate(elastic, place, at, step.derivatives, direct),
+            }
             R::frame_rate(frames, place, &forces.gradient, &forces.tangent, direct);
             for (j, start) in self.q.iter().enumerate() {
                 forces.tangent.add_column(j, start.map(|x| x * (1.0 - stage.place)), direct);
@@ -211,6 +215,40 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             }
         }
         *direct = sum;
+    }
+
+    /// The derivatives of the forces that the next step counts by its start, of a viscous rod.
+    fn rate_next_forces(
+        &mut self,
+        coefficients: &StepCoefficients<f64>,
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let Some(viscous) = &self.viscous else { return };
+        let Self { direct, frames, q, .. } = self;
+        let (gradient, tangent) = step.next;
+        let elastic = (!coefficients.averages()).then_some((&self.rods, &self.rates));
+        let at = (&step.after.q[..], &step.before.frames);
+        R::stressed_rate(elastic, viscous.stress(), step.end, at, step.derivatives, direct);
+        R::frame_rate(frames, step.end, gradient, tangent, direct);
+        for (i, rate) in q.iter().enumerate() {
+            tangent.add_column(i, *rate, direct);
+        }
+        let free = step.free.clone();
+        let direct = &self.direct[free.clone()];
+        self.unbalanced[free.clone()].copy_from_slice(direct);
+        if elastic.is_none() {
+            return;
+        }
+        let damping = self.damping[0].mass.re;
+        let changes = self.damping.map(|damping| damping.mass.eps);
+        for i in free {
+            let (mass, v) = (step.rod.mass()[i], step.after.v[i]);
+            let masses = self.mass.as_ref().map_or([0.0; G], |masses| masses[i]);
+            for g in 0..G {
+                self.unbalanced[i][g] +=
+                    (changes[g] * mass + damping * masses[g]) * v + damping * mass * self.v[i][g];
+            }
+        }
     }
 
     /// The right-hand side of the step. Masses, damping and the scheme's numbers are looked at only
@@ -406,12 +444,6 @@ impl<'a> Began<'a> {
     fn at(&self, i: usize) -> (f64, [f64; 2]) {
         (self.q1[i] - self.q0[i], [self.v0[i], self.a0.map_or(0.0, |a0| a0[i])])
     }
-}
-
-/// All of them, if all are there.
-fn all<T, const G: usize>(some: [Option<T>; G]) -> Option<[T; G]> {
-    let all: Vec<T> = some.into_iter().collect::<Option<_>>()?;
-    all.try_into().ok()
 }
 
 /// Numbers with their derivatives along one parameter.

@@ -77,6 +77,14 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
         }
     }
 
+    fn of_node(&self, lane: usize, first: usize, axes: usize) -> [[f64; 3]; 2] {
+        match self {
+            Self::One(group) => of_node(first, axes, |i| group.rate(lane, i)),
+            Self::Two(group) => of_node(first, axes, |i| group.rate(lane, i)),
+            Self::Four(group) => of_node(first, axes, |i| group.rate(lane, i)),
+        }
+    }
+
     fn frames(&self, lane: usize, frames: &R::Frames) -> DualFrames<R, f64, W> {
         match self {
             Self::One(group) => group.frames(lane, frames),
@@ -92,6 +100,31 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
             Self::Four(group) => group.advance(step),
         }
     }
+}
+
+/// The group of parameter `k`, and its place there.
+fn group_of<R: Sensitive<W>, const W: usize>(
+    groups: &[Group<R, W>],
+    k: usize,
+) -> (&Group<R, W>, usize) {
+    let mut lane = k;
+    let holds = |group: &&Group<R, W>| {
+        let held = lane < group.count();
+        lane -= if held { 0 } else { group.count() };
+        held
+    };
+    let group = groups.iter().find(holds).expect("no parameter beyond the last");
+    (group, lane)
+}
+
+/// Both rates of the `axes` unknowns from `first` on; then zeros.
+#[inline]
+fn of_node(first: usize, axes: usize, rate: impl Fn(usize) -> [f64; 2]) -> [[f64; 3]; 2] {
+    let mut rates = [[0.0; 3]; 2];
+    for c in 0..axes {
+        [rates[0][c], rates[1][c]] = rate(first + c);
+    }
+    rates
 }
 
 impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
@@ -118,11 +151,16 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
 
     /// dq/dp and dv/dp of parameter `k`, of the `axes` unknowns from `first` on; then zeros.
     pub fn of_node(&self, k: usize, first: usize, axes: usize) -> [[f64; 3]; 2] {
-        let mut rates = [[0.0; 3]; 2];
-        for c in 0..axes {
-            [rates[0][c], rates[1][c]] = self.rate(k, first + c);
+        match &self.0 {
+            Kind::Implicit(groups) => {
+                let (group, lane) = group_of(groups, k);
+                group.of_node(lane, first, axes)
+            }
+            Kind::Direct(simulations) => {
+                let state = simulations[k].state();
+                of_node(first, axes, |i| [state.q[i].eps, state.v[i].eps])
+            }
         }
-        rates
     }
 
     /// Unknowns, velocities and frames of a state with their derivatives by parameter `k`.
@@ -134,13 +172,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
         let frames = match &self.0 {
             Kind::Direct(simulations) => simulations[k].state().frames.clone(),
             Kind::Implicit(groups) => {
-                let mut lane = k;
-                let holds = |group: &&Group<R, W>| {
-                    let held = lane < group.count();
-                    lane -= if held { 0 } else { group.count() };
-                    held
-                };
-                let group = groups.iter().find(holds).expect("no parameter beyond the last");
+                let (group, lane) = group_of(groups, k);
                 group.frames(lane, &plain.frames)
             }
         };
@@ -152,16 +184,11 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     }
 
     /// dq/dp and dv/dp of parameter `k` and unknown `i`.
-    fn rate(&self, mut k: usize, i: usize) -> [f64; 2] {
+    fn rate(&self, k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
             Kind::Implicit(groups) => {
-                for group in groups {
-                    if k < group.count() {
-                        return group.rate(k, i);
-                    }
-                    k -= group.count();
-                }
-                panic!("no parameter {k} beyond the last")
+                let (group, lane) = group_of(groups, k);
+                group.rate(lane, i)
             }
             Kind::Direct(simulations) => {
                 let state = simulations[k].state();

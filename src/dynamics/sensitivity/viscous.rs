@@ -1,173 +1,233 @@
-//! Derivatives of viscous stress, of relaxation and of internal friction.
+//! Derivatives of viscous stress, of relaxation and of internal friction: of what strains have gone through.
+//!
+//! The stress of a moment counts every strain as some of the strain now and some of what it was before
+//! ([`Memory`]), and how far a spring of internal friction is stretched. So its derivatives are those of plain
+//! numbers, side by side, and what a rod makes of stresses it makes of their derivatives.
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::stepper::stretched;
-use crate::dynamics::viscosity;
-use crate::rod::{DualFrames, InternalVariables, Rod, Sensitive, Viscosity};
+use crate::dynamics::viscosity::{Memory, relaxation};
+use crate::numerics::lanes::{Lanes, all};
+use crate::rod::{Counted, FrameRate, InternalVariables, Sensitive};
 use crate::scene::Damping;
 use num_dual::Dual64;
 
-/// What `G` parameters change of a step's viscous stress.
+/// The derivatives, along `G` parameters, of a step's viscous stress.
 #[derive(Clone)]
-pub struct Viscous<R: Sensitive<W>, const W: usize, const G: usize> {
-    /// The rods with that stress.
-    rods: [R::Dual; G],
-    rates: R::Rates<G>,
-    /// What that stress alone is made from.
-    dashpots: Option<[R::Dual; G]>,
-    /// The rods with internal friction besides.
-    sliding: Option<[R::Dual; G]>,
-    /// How far its springs would be stretched if they did not slip.
-    z: Vec<Dual64>,
-    /// Derivatives of the internal variables.
-    internal: [InternalVariables<f64>; G],
-    /// The internal variables with the derivatives along one parameter.
-    dual: InternalVariables<Dual64>,
-    viscosity: Viscosity<Dual64>,
-    strain: Vec<Dual64>,
-    q: Vec<Dual64>,
-    forces: Vec<Dual64>,
+pub struct Viscous<const G: usize> {
+    /// Of the internal variables.
+    internal: InternalVariables<Lanes<G>>,
+    /// Of the strains at the end of the step: at fixed unknowns, and in all.
+    rest: Vec<Lanes<G>>,
+    strain: Vec<Lanes<G>>,
+    /// How far springs of internal friction would be stretched there if they did not slip, and the derivatives of how
+    /// far they are.
+    z: Vec<f64>,
+    slid: Vec<Lanes<G>>,
+    counted: Counted<G>,
+    /// Whether kinds of strain have times of their own.
+    apart: bool,
+    /// Of the stresses.
+    stress: Vec<Lanes<G>>,
 }
 
-impl<R: Sensitive<W>, const W: usize, const G: usize> Viscous<R, W, G> {
+/// The numbers of a step and of the damping, with the derivatives along each parameter.
+type Numbers<'a, const G: usize> = (&'a [StepCoefficients<Dual64>; G], &'a [Damping<Dual64>; G]);
+
+impl<const G: usize> Viscous<G> {
     /// At the start of simulations; none of rods that are not viscous.
-    pub fn new(simulations: [&Simulation<Dual64, R::Dual, W>; G]) -> Option<Self> {
-        let [first, ..] = &simulations[..] else { return None };
-        let (state, newton) = (first.state(), first.newton()?);
-        let strains = state.internal.strain.len();
+    pub fn new<R: Sensitive<W>, const W: usize>(
+        simulations: [&Simulation<Dual64, R::Dual, W>; G],
+    ) -> Option<Self> {
+        let internal = simulations.map(|simulation| &simulation.state().internal);
         let times = simulations.iter().flat_map(|simulation| simulation.damping().own_times());
         let apart = times.into_iter().any(|time| time != Dual64::from(0.0) || time.eps != 0.0);
-        let dashpots = newton.dashpots().map(|_| {
-            simulations.map(|simulation| {
-                let dashpots = simulation.newton().and_then(|newton| newton.dashpots());
-                dashpots.unwrap_or(simulation.rod()).clone()
-            })
-        });
-        let rates = |x: &[Dual64]| x.iter().map(|x| x.eps).collect::<Vec<f64>>();
-        (strains > 0).then(|| Self {
-            rods: dashpots
-                .clone()
-                .unwrap_or(simulations.map(|simulation| simulation.rod().clone())),
-            rates: R::Rates::default(),
-            dashpots,
-            sliding: (first.rod().slides() > 0)
-                .then(|| simulations.map(|simulation| simulation.rod().clone())),
+        let rates = |of: &dyn Fn(&InternalVariables<Dual64>) -> &Vec<Dual64>| -> Vec<Lanes<G>> {
+            let count = internal.iter().map(|internal| of(internal).len()).min().unwrap_or(0);
+            (0..count).map(|i| Lanes(internal.map(|internal| of(internal)[i].eps))).collect()
+        };
+        let strain = rates(&|internal| &internal.strain);
+        let zero = vec![Lanes::ZERO; strain.len()];
+        (!strain.is_empty()).then(|| Self {
+            internal: InternalVariables {
+                strain_rate: rates(&|internal| &internal.strain_rate),
+                slid: rates(&|internal| &internal.slid),
+                relaxing: rates(&|internal| &internal.relaxing),
+                strain,
+            },
+            rest: zero.clone(),
+            strain: zero.clone(),
             z: Vec::new(),
-            internal: simulations.map(|simulation| {
-                let internal = &simulation.state().internal;
-                InternalVariables {
-                    strain: rates(&internal.strain),
-                    strain_rate: rates(&internal.strain_rate),
-                    slid: rates(&internal.slid),
-                    relaxing: rates(&internal.relaxing),
-                }
-            }),
-            dual: InternalVariables::default(),
-            viscosity: Viscosity::none(strains, apart),
-            strain: Vec::new(),
-            q: Vec::new(),
-            forces: vec![Dual64::from(0.0); state.q.len()],
+            slid: Vec::new(),
+            counted: Counted::default(),
+            apart,
+            stress: zero,
         })
     }
 
-    /// The rods with the stress of the step, and what the parameters change of them.
-    pub fn rods(&self) -> (&[R::Dual; G], &R::Rates<G>) {
-        (self.sliding.as_ref().unwrap_or(&self.rods), &self.rates)
+    /// The derivatives of the stresses of all elements that were found last.
+    pub fn stress(&self) -> &[Lanes<G>] {
+        &self.stress
     }
 
-    /// Takes the stress at the end of a step.
-    pub fn set(
+    /// Finds those at the end of a step, at fixed unknowns and frames.
+    pub fn at_end<R: Sensitive<W>, const W: usize>(
         &mut self,
-        rods: &[R::Dual; G],
-        coefficients: &[StepCoefficients<Dual64>; G],
-        damping: [Damping<Dual64>; G],
+        rates: &R::Rates<G>,
+        numbers: Numbers<G>,
         step: &Linearization<'_, f64, R, W>,
     ) {
-        let before = &step.before.internal;
-        for g in 0..G {
-            carry(before, &self.internal[g], &mut self.dual);
-            viscosity::at_end(&coefficients[g], &damping[g], &self.dual, &mut self.viscosity);
-            let viscous = &mut self.rods[g];
-            match &self.dashpots {
-                Some(dashpots) => viscous.set_dashpots(&dashpots[g], &self.viscosity),
-                None => viscous.set_viscous(&rods[g], &self.viscosity),
-            }
-            if let Some(sliding) = &mut self.sliding {
-                let now = &step.after.internal.strain;
-                self.strain.clear();
-                self.strain.extend(now.iter().map(|s| Dual64::from(*s)));
-                stretched(rods[g].slides(), &self.dual, &self.strain, &mut self.z);
-                sliding[g].set_sliders(&self.rods[g], &rods[g], &self.strain, &self.z);
+        R::rest_strain_rates(rates, step.end, &mut self.rest);
+        self.strain.copy_from_slice(&self.rest);
+        self.slide(rates, step);
+        let memories = each(numbers, Memory::at_end);
+        let factor = memories.first().map_or(0.0, |memory| memory.factor.re);
+        self.strain.iter_mut().for_each(|rate| *rate = *rate * factor);
+        self.count(&memories, &step.before.internal, numbers, step);
+        step.rod.stress_rates(rates, &self.counted, &mut self.stress);
+    }
+
+    /// Goes on to the end of the step, where unknowns have the derivatives `q`, and finds those of the stresses that
+    /// the next step counts by its start; less what the tangent of the forces there makes of `q` and of the frames,
+    /// that of the elastic stiffness.
+    pub fn go_on<R: Sensitive<W>, const W: usize>(
+        &mut self,
+        (rates, frames): (&R::Rates<G>, &[FrameRate<G>]),
+        numbers: Numbers<G>,
+        step: &Linearization<'_, f64, R, W>,
+        q: &[[f64; G]],
+    ) {
+        self.strain.copy_from_slice(&self.rest);
+        step.rod.add_strain_rates(frames, step.end, q, &mut self.strain);
+        self.slide(rates, step);
+        self.relax(numbers, step);
+        let by_h = numbers.0.first().map_or(0.0, |coefficients| coefficients.h.recip());
+        let own = &mut self.internal;
+        for (i, now) in self.strain.iter().enumerate() {
+            own.strain_rate[i] = (*now - own.strain[i]) * by_h;
+        }
+        own.strain.copy_from_slice(&self.strain);
+        own.slid.copy_from_slice(&self.slid);
+
+        let memories = each(numbers, Memory::at_start);
+        let beyond = memories.first().map_or(0.0, |memory| memory.factor.re) - 1.0;
+        for (rate, rest) in self.strain.iter_mut().zip(&self.rest) {
+            *rate = *rest + *rate * beyond;
+        }
+        self.count(&memories, &step.after.internal, numbers, step);
+        step.rod.stress_rates(rates, &self.counted, &mut self.stress);
+    }
+
+    /// How far springs of internal friction are stretched at the end of a step.
+    fn slide<R: Sensitive<W>, const W: usize>(
+        &mut self,
+        rates: &R::Rates<G>,
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let (before, own) = (&step.before.internal, &self.internal);
+        let count = own.slid.len();
+        stretched(count, before, &step.after.internal.strain, &mut self.z);
+        let first = self.strain.len() - count;
+        let changes = self.strain[first..].iter().zip(&own.strain[first..]);
+        self.slid.clear();
+        self.slid.extend(changes.zip(&own.slid).map(|((now, then), slid)| *slid + *now - *then));
+        step.rod.slip_rates(rates, &self.z, &mut self.slid);
+    }
+
+    /// Takes the springs of a Maxwell branch to the end of a step.
+    fn relax<R: Sensitive<W>, const W: usize>(
+        &mut self,
+        (coefficients, damping): Numbers<G>,
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let relaxation = |g: usize| {
+            let maxwell = damping[g].maxwell.as_ref();
+            maxwell.map(|maxwell| relaxation(maxwell, coefficients[g].h))
+        };
+        let Some(all) = all(std::array::from_fn(relaxation)) else { return };
+        let Some([left, taken]) = all.first().map(|both| both.map(|x| x.re)) else { return };
+        let [left_rate, taken_rate] = [0, 1].map(|k| Lanes(all.map(|both| both[k].eps)));
+        let (before, now) = (&step.before.internal, &step.after.internal);
+        let InternalVariables { relaxing, strain, .. } = &mut self.internal;
+        for (i, z) in relaxing.iter_mut().enumerate() {
+            let change = now.strain[i] - before.strain[i];
+            *z = *z * left
+                + left_rate * before.relaxing[i]
+                + (self.strain[i] - strain[i]) * taken
+                + taken_rate * change;
+        }
+    }
+
+    /// What the stress counts of the strains at the end of a step and of what they were: the derivatives of those in
+    /// all, and of those now what `strain` says.
+    fn count<R: Sensitive<W>, const W: usize>(
+        &mut self,
+        memories: &[Memory<Dual64>; G],
+        past: &InternalVariables<f64>,
+        (coefficients, damping): Numbers<G>,
+        step: &Linearization<'_, f64, R, W>,
+    ) {
+        let Some(memory) = memories.first().map(Memory::value) else { return };
+        let rates = Memory::rates(memories);
+        let (now, own) = (&step.after.internal, &self.internal);
+        let counted = &mut self.counted;
+        counted.natural = !coefficients.iter().any(StepCoefficients::averages);
+        counted.strains.clear();
+        counted.strains.extend(now.strain.iter().enumerate().map(|(i, s)| {
+            let (strain, rate) = (past.strain[i], past.strain_rate[i]);
+            let value = memory.factor * s - memory.strain * strain - memory.rate * rate;
+            let change = rates.factor * *s + self.strain[i]
+                - rates.strain * strain
+                - own.strain[i] * memory.strain
+                - rates.rate * rate
+                - own.strain_rate[i] * memory.rate;
+            (value, change)
+        }));
+        for (i, ((value, change), z)) in counted.strains.iter_mut().zip(&past.relaxing).enumerate()
+        {
+            *value -= memory.relaxing * z;
+            *change -= rates.relaxing * *z + own.relaxing[i] * memory.relaxing;
+        }
+        let friction =
+            all(damping.each_ref().map(|damping| Some(damping.friction.as_ref()?.stiffness)));
+        if let Some(stiffness) = friction
+            && let Some(first) = stiffness.first()
+        {
+            let (value, rate) = (first.re, Lanes(stiffness.map(|x| x.eps)));
+            let start = counted.strains.len() - now.slid.len();
+            let springs = now.slid.iter().zip(&self.slid);
+            for ((strain, change), (slid, own)) in counted.strains[start..].iter_mut().zip(springs)
+            {
+                *strain += value * slid;
+                *change += rate * *slid + *own * value;
             }
         }
-        R::set_rates(self.sliding.as_ref().unwrap_or(&self.rods), &mut self.rates);
-    }
-
-    /// Goes on to the end of a step, where the unknowns and velocities have the derivatives `q` and
-    /// `v`, and writes those of the forces there that the next step counts by its start.
-    pub fn finish(
-        &mut self,
-        (rods, frames): (&[R::Dual; G], &[DualFrames<R, f64, W>; G]),
-        (coefficients, damping): (&[StepCoefficients<Dual64>; G], [Damping<Dual64>; G]),
-        step: &Linearization<'_, f64, R, W>,
-        [q, v]: [&[[f64; G]]; 2],
-        unbalanced: &mut [[f64; G]],
-    ) {
-        let now = step.after;
-        for g in 0..G {
-            let (coefficients, own) = (&coefficients[g], &mut self.internal[g]);
-            self.q.clear();
-            self.q.extend(now.q.iter().zip(q).map(|(q, rate)| Dual64::new(*q, rate[g])));
-            rods[g].strains(&self.q, &frames[g], &mut self.strain);
-            carry(&step.before.internal, own, &mut self.dual);
-            stretched(rods[g].slides(), &self.dual, &self.strain, &mut self.z);
-            rods[g].slip(&mut self.z);
-            own.slid.iter_mut().zip(&self.z).for_each(|(slid, z)| *slid = z.eps);
-            let relaxing = &mut self.forces;
-            viscosity::relax(&damping[g], coefficients.h, &self.dual, &self.strain, relaxing);
-            own.relaxing.iter_mut().zip(&*relaxing).for_each(|(own, z)| *own = z.eps);
-            for (i, strain) in self.strain.iter().enumerate() {
-                own.strain_rate[i] = (strain.eps - own.strain[i]) / coefficients.h;
-                own.strain[i] = strain.eps;
-            }
-            carry(&now.internal, own, &mut self.dual);
-            viscosity::at_start(coefficients, &damping[g], &self.dual, &mut self.viscosity);
-            let base = &self.dashpots.as_ref().unwrap_or(rods)[g];
-            self.rods[g].set_viscous(base, &self.viscosity);
-            let mut rod = &self.rods[g];
-            if let Some(sliding) = &mut self.sliding {
-                sliding[g].set_sliders(rod, &rods[g], &self.strain, &self.z);
-                rod = &sliding[g];
-            }
-            self.forces.resize(self.q.len(), Dual64::from(0.0));
-            rod.gradient(&self.q, &frames[g], step.derivatives, &mut self.forces);
-            let zero = Dual64::from(0.0);
-            let mass_damping = if coefficients.averages() { zero } else { damping[g].mass };
-            for i in step.free.clone() {
-                let velocity = Dual64::new(now.v[i], v[i][g]);
-                let mass = rods[g].mass()[i];
-                unbalanced[i][g] = (self.forces[i] + mass_damping * mass * velocity).eps;
-            }
+        counted.own.clear();
+        if self.apart {
+            counted.own.extend(now.strain.iter().enumerate().map(|(i, s)| {
+                let kind = step.rod.kind(i);
+                let (strain, rate) = (past.strain[i], past.strain_rate[i]);
+                let before = memory.past[0] * strain + memory.past[1] * rate;
+                let change = rates.past[0] * strain
+                    + own.strain[i] * memory.past[0]
+                    + rates.past[1] * rate
+                    + own.strain_rate[i] * memory.past[1];
+                let (factor, time) = (memory.own_factor[kind], memory.time[kind]);
+                let change = rates.own_factor[kind] * *s + self.rest[i] * factor
+                    - rates.time[kind] * before
+                    - change * time;
+                (factor * s - time * before, change)
+            }));
         }
     }
 }
 
-/// Writes internal variables with their derivatives.
-fn carry(
-    plain: &InternalVariables<f64>,
-    rates: &InternalVariables<f64>,
-    dual: &mut InternalVariables<Dual64>,
-) {
-    let lists = [
-        (&plain.strain, &rates.strain, &mut dual.strain),
-        (&plain.strain_rate, &rates.strain_rate, &mut dual.strain_rate),
-        (&plain.slid, &rates.slid, &mut dual.slid),
-        (&plain.relaxing, &rates.relaxing, &mut dual.relaxing),
-    ];
-    for (plain, rates, dual) in lists {
-        dual.clear();
-        dual.extend(plain.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, *rate)));
-    }
+/// What the stress of a moment counts, along each parameter.
+fn each<const G: usize>(
+    (coefficients, damping): Numbers<G>,
+    of: impl Fn(&StepCoefficients<Dual64>, &Damping<Dual64>) -> Memory<Dual64>,
+) -> [Memory<Dual64>; G] {
+    std::array::from_fn(|g| of(&coefficients[g], &damping[g]))
 }

@@ -6,13 +6,15 @@
 //! has therefore one number for each parameter besides the change of its tangent: how fast its
 //! directors turn about it.
 
+use crate::energy::bend_twist::Stiffness;
 use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot};
+use crate::energy::friction::SliderRates;
 use crate::energy::{Derivatives, bend_twist, dual_gradient_rate};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::lanes::{Lanes, dot as lanes_dot};
+use crate::numerics::lanes::{Lanes, all, dot as lanes_dot};
 use crate::numerics::vector::{Vector, add, combine, cross, dot};
 use crate::rod::DualFrames;
-use crate::rod::sensitive::{FrameRate, Sensitive};
+use crate::rod::sensitive::{Counted, FrameRate, Sensitive};
 use crate::rod::spatial::geometry::{Bent, Geometry, Straight};
 use crate::rod::spatial::{ENDS, HALF_BANDWIDTH, STRIDE, SpatialRod, around, ends};
 use num_dual::Dual64;
@@ -28,13 +30,22 @@ impl<const G: usize> JointRate<G> {
     const ZERO: Self = Self { stiffness: [Lanes::ZERO; 6], offset: [Lanes::ZERO; 3] };
 
     #[inline(always)]
-    fn stress(&self, [x, y, z]: [f64; 3]) -> [Lanes<G>; 3] {
-        let ([k11, k12, k13, k22, k23, k33], [a, b, c]) = (self.stiffness, self.offset);
-        [
-            k11 * x + k12 * y + k13 * z + a,
-            k12 * x + k22 * y + k23 * z + b,
-            k13 * x + k23 * y + k33 * z + c,
-        ]
+    fn stress(&self, strains: [f64; 3]) -> [Lanes<G>; 3] {
+        let ([a, b, c], [x, y, z]) = (self.stiffer(strains), self.offset);
+        [a + x, b + y, c + z]
+    }
+
+    /// The part by the strains.
+    #[inline(always)]
+    fn stiffer(&self, [x, y, z]: [f64; 3]) -> [Lanes<G>; 3] {
+        let [k11, k12, k13, k22, k23, k33] = self.stiffness;
+        [k11 * x + k12 * y + k13 * z, k12 * x + k22 * y + k23 * z, k13 * x + k23 * y + k33 * z]
+    }
+
+    /// Without what couples bending and twisting.
+    fn alone(&self) -> Self {
+        let [k11, k12, _, k22, _, k33] = self.stiffness;
+        Self { stiffness: [k11, k12, Lanes::ZERO, k22, Lanes::ZERO, k33], ..*self }
     }
 }
 
@@ -45,8 +56,11 @@ pub struct Rates<const G: usize> {
     elastic: bool,
     /// Axial forces: by the strain, and without.
     stretch: Vec<[Lanes<G>; 2]>,
+    /// Rest lengths, over themselves.
+    rest: Vec<Lanes<G>>,
     joint: Vec<JointRate<G>>,
     load: Vec<[Lanes<G>; 3]>,
+    sliders: Option<SliderRates<G>>,
 }
 
 /// The vector of edge `j`.
@@ -64,40 +78,67 @@ fn lanes_cross<const G: usize>(a: &Vector<f64>, b: &[Lanes<G>; 3]) -> [Lanes<G>;
     [b[2] * a[1] - b[1] * a[2], b[0] * a[2] - b[2] * a[0], b[1] * a[0] - b[0] * a[1]]
 }
 
-fn hand_rate<const G: usize>(rates: &Rates<G>, geometry: &Geometry, out: &mut [[f64; G]]) {
-    let Rates { stretch, joint, load, .. } = rates;
-    let Geometry { edges, joints } = geometry;
+/// Writes the derivatives of the gradient at fixed unknowns and frames from those of the axial forces, by the strain
+/// of an edge, of the stresses, by those of a joint, and of the loads.
+#[inline(always)]
+fn pull<const G: usize>(
+    Geometry { edges, joints }: &Geometry,
+    axial: impl Fn(usize, f64) -> Lanes<G>,
+    stress: impl Fn(usize, &[f64; 3]) -> [Lanes<G>; 3],
+    load: impl Fn(usize) -> [Lanes<G>; 3],
+    out: &mut [[f64; G]],
+) {
     let by_edge = |i: usize, [p, q, h]: [Lanes<G>; 3]| -> [Lanes<G>; 3] {
         let Straight { tangent, strain, across: [m1, m2], turn, .. } = &edges[i];
-        let [slope, offset] = stretch[i];
-        let force = slope * *strain + offset;
+        let force = axial(i, *strain);
         let (p, q) = (p + h * turn[0], q + h * turn[1]);
         let along = |c: usize| force * tangent[c] + p * m1[c] + q * m2[c];
         [along(0), along(1), along(2)]
     };
     let (mut carried, mut open) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
-    for (i, (law, Bent { strains, by: [by_e, by_f] })) in joint.iter().zip(joints).enumerate() {
-        let w = law.stress(*strains);
+    for (i, Bent { strains, by: [by_e, by_f] }) in joints.iter().enumerate() {
+        let w = stress(i, strains);
         let pull =
             |[p, q, h]: &[[f64; 3]; 3]| [lanes_dot(p, &w), lanes_dot(q, &w), lanes_dot(h, &w)];
         let [p, q, h] = pull(by_e);
         let by = [open[0] + p, open[1] + q, open[2] + h];
-        let force = by_edge(i, by);
+        let (force, load) = (by_edge(i, by), load(i));
         let node: &mut [[f64; G]; STRIDE] = out[STRIDE * i..].first_chunk_mut().expect("a node");
         for c in 0..3 {
-            node[c] = (carried[c] - force[c] - load[i][c]).0;
+            node[c] = (carried[c] - force[c] - load[c]).0;
         }
         node[3] = by[2].0;
         carried = force;
         open = pull(by_f);
     }
-    let i = joint.len();
-    let force = by_edge(i, open);
+    let i = joints.len();
+    let (force, loads) = (by_edge(i, open), [load(i), load(i + 1)]);
     for c in 0..3 {
-        out[STRIDE * i + c] = (carried[c] - force[c] - load[i][c]).0;
-        out[STRIDE * (i + 1) + c] = (force[c] - load[i + 1][c]).0;
+        out[STRIDE * i + c] = (carried[c] - force[c] - loads[0][c]).0;
+        out[STRIDE * (i + 1) + c] = (force[c] - loads[1][c]).0;
     }
     out[STRIDE * i + 3] = open[2].0;
+}
+
+/// What energies of one's own change.
+fn add_own<const G: usize>(
+    duals: &[SpatialRod<Dual64>; G],
+    (q, frames): (&[f64], &Frames<f64>),
+    derivatives: Derivatives,
+    out: &mut [[f64; G]],
+) {
+    for (g, dual) in duals.iter().enumerate() {
+        dual.own.add_gradient_rate(q, &frames.edges, derivatives, |first, local| {
+            out[first..].iter_mut().zip(local).for_each(|(out, local)| out[g] += local);
+        });
+    }
+}
+
+/// `K s` of lanes.
+#[inline(always)]
+fn times<const G: usize>(stiffness: &Stiffness<f64>, s: &[Lanes<G>; 3]) -> [Lanes<G>; 3] {
+    let Stiffness { bend: [b11, b12, b22], twist, coupling: [c1, c2] } = *stiffness;
+    [[b11, b12, c1], [b12, b22, c2], [c1, c2, twist]].map(|row| lanes_dot(&row, s))
 }
 
 impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
@@ -110,7 +151,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         ) -> Lanes<G> {
             Lanes(std::array::from_fn(|g| of(&duals[g])))
         }
-        let Rates { elastic, stretch, joint, load } = rates;
+        let Rates { elastic, stretch, rest, joint, load, sliders } = rates;
         let Some(first) = duals.first() else { return };
         let (edges, joints, nodes) =
             (0..first.stretch.len(), 0..first.joint.len(), 0..first.load.len());
@@ -118,6 +159,12 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         stretch.extend(
             edges.map(|i| [0, 1].map(|k| lanes(duals, |rod| rod.stretch[i].force_rate()[k]))),
         );
+        rest.clear();
+        rest.extend(first.stretch.iter().enumerate().map(|(i, law)| {
+            lanes(duals, |rod| rod.stretch[i].rest_length.eps) * law.rest_length.re.recip()
+        }));
+        let own = all(duals.each_ref().map(|rod| Some(&*rod.sliders.as_ref()?.sliders)));
+        *sliders = own.map(SliderRates::of);
         joint.clear();
         joint.extend(joints.map(|i| JointRate {
             stiffness: std::array::from_fn(|k| lanes(duals, |rod| rod.joint[i].stress_rate().0[k])),
@@ -137,7 +184,9 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         out: &mut [[f64; G]],
     ) {
         if derivatives == Derivatives::Hand && rates.elastic {
-            hand_rate(rates, geometry, out);
+            let Rates { stretch, joint, load, .. } = rates;
+            let axial = |i: usize, strain: f64| stretch[i][0] * strain + stretch[i][1];
+            pull(geometry, axial, |i, strains| joint[i].stress(*strains), |i| load[i], out);
         } else {
             out.fill([0.0; G]);
             for (i, load) in rates.load.iter().enumerate() {
@@ -163,7 +212,114 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
                     add(STRIDE * i, &local.map(|x| x.eps));
                 }
             }
-            dual.own.add_gradient_rate(q, &frames.edges, derivatives, add);
+        }
+        add_own(duals, (q, frames), derivatives, out);
+    }
+
+    fn kind(&self, strain: usize) -> usize {
+        strain.checked_sub(self.stretch.len()).map_or(0, |own| 1 + usize::from(own % 3 == 2))
+    }
+
+    fn rest_strain_rates<const G: usize>(
+        rates: &Rates<G>,
+        geometry: &Geometry,
+        out: &mut [Lanes<G>],
+    ) {
+        let (edges, joints) = out.split_at_mut(geometry.edges.len());
+        for ((out, edge), rest) in edges.iter_mut().zip(&geometry.edges).zip(&rates.rest) {
+            *out = *rest * -(1.0 + edge.strain);
+        }
+        joints.fill(Lanes::ZERO);
+    }
+
+    fn add_strain_rates<const G: usize>(
+        &self,
+        frames: &[FrameRate<G>],
+        geometry: &Geometry,
+        q: &[[f64; G]],
+        out: &mut [Lanes<G>],
+    ) {
+        let (edges, joints) = out.split_at_mut(geometry.edges.len());
+        let (joints, _) = joints.as_chunks_mut::<3>();
+        let mut before = [Lanes::ZERO; 3];
+        for (j, (measured, frame)) in geometry.edges.iter().zip(frames).enumerate() {
+            let Straight { length, tangent, across, turn, follow, .. } = measured;
+            let e = edge(q, j);
+            edges[j] += lanes_dot(tangent, &e) * self.stretch[j].rest_length.recip();
+            let [a, b] = across.each_ref().map(|m| lanes_dot(m, &e));
+            let turned = frame.turn + lanes_dot(follow, &frame.tangent) * *length;
+            let own = [a, b, Lanes(q[STRIDE * j + 3]) + turned + a * turn[0] + b * turn[1]];
+            if let Some(i) = j.checked_sub(1) {
+                let [by_e, by_f] = &geometry.joints[i].by;
+                for c in 0..3 {
+                    for r in 0..3 {
+                        joints[i][c] += before[r] * by_e[r][c] + own[r] * by_f[r][c];
+                    }
+                }
+            }
+            before = own;
+        }
+    }
+
+    fn slip_rates<const G: usize>(&self, rates: &Rates<G>, z: &[f64], out: &mut [Lanes<G>]) {
+        let (Some(springs), Some(changes)) = (&self.sliders, &rates.sliders) else { return };
+        let (z, out) = (z.as_chunks::<3>().0, out.as_chunks_mut::<3>().0);
+        for (i, (z, out)) in z.iter().zip(out).enumerate() {
+            let both = (&self.joint[i].stiffness, &rates.joint[i].stiffness);
+            *out = changes.slid_in_space(&springs.sliders, i, both, (*z, *out));
+        }
+    }
+
+    fn stress_rates<const G: usize>(
+        &self,
+        rates: &Rates<G>,
+        counted: &Counted<G>,
+        out: &mut [Lanes<G>],
+    ) {
+        let edges = self.stretch.len();
+        let (axial, joints) = out.split_at_mut(edges);
+        let natural = if counted.natural { 1.0 } else { 0.0 };
+        for (i, (out, law)) in axial.iter_mut().zip(&self.stretch).enumerate() {
+            let (mut s, mut rate) = counted.strains[i];
+            if let Some((own, own_rate)) = counted.own.get(i) {
+                (s, rate) = (s + own, rate + *own_rate);
+            }
+            // Those at fixed unknowns have the change of the strain by the rest length in them.
+            let shorter = rates.rest[i] * law.stiffness;
+            let [slope, offset] = rates.stretch[i].map(|rate| rate + shorter);
+            *out = slope * s + rate * law.stiffness + offset * natural;
+        }
+        for (i, out) in joints.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            let (law, changes) = (&self.joint[i].stiffness, &rates.joint[i]);
+            let at = edges + 3 * i;
+            let all: [(f64, Lanes<G>); 3] = [0, 1, 2].map(|c| counted.strains[at + c]);
+            let stiff = times(law, &all.map(|(_, rate)| rate));
+            let changed = changes.stiffer(all.map(|(s, _)| s));
+            *out = [0, 1, 2].map(|c| stiff[c] + changed[c] + changes.offset[c] * natural);
+            if let Some(own) = counted.own.get(at..at + 3) {
+                let alone = law.by_kind(0.0, [1.0; 2]);
+                let own: [(f64, Lanes<G>); 3] = [0, 1, 2].map(|c| own[c]);
+                let stiff = times(&alone, &own.map(|(_, rate)| rate));
+                let changed = changes.alone().stiffer(own.map(|(s, _)| s));
+                (0..3).for_each(|c| out[c] += stiff[c] + changed[c]);
+            }
+        }
+    }
+
+    fn stressed_rate<const G: usize>(
+        changed: Option<(&[SpatialRod<Dual64>; G], &Rates<G>)>,
+        stress: &[Lanes<G>],
+        geometry: &Geometry,
+        at: (&[f64], &Frames<f64>),
+        derivatives: Derivatives,
+        out: &mut [[f64; G]],
+    ) {
+        let (axial, joints) = stress.split_at(geometry.edges.len());
+        let (joints, _) = joints.as_chunks::<3>();
+        let load = |i: usize| changed.map_or([Lanes::ZERO; 3], |(_, rates)| rates.load[i]);
+        pull(geometry, |i, _| axial[i], |i, _| joints[i], load, out);
+        if let Some((duals, _)) = changed {
+            add_own(duals, at, derivatives, out);
         }
     }
 

@@ -11,6 +11,7 @@ mod averaging;
 mod convergence;
 mod dragging;
 mod guess;
+mod rounding;
 mod sliding;
 
 pub(crate) use sliding::stretched;
@@ -30,17 +31,11 @@ use guess::Guess;
 use sliding::Sliding;
 use std::ops::Range;
 
-/// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
-/// stored to `eps/2`, and forming strains from them costs a few roundings more.
-const ROUNDING: f64 = 8.0;
-/// To rounding, a Newton step below this part of the rod's length ends the iteration.
-const SMALLEST_STEP: f64 = 1e-12;
-/// After a Newton step below this part of the rod's length the next iterate is expected to be the
-/// solution, so its tangent is formed only when that turns out wrong.
-const LAST_STEP: f64 = 1e-8;
 /// Corrections that a step takes without trouble. After these, and before another tangent is formed,
-/// its residual is looked at: a tolerance may be below what rounding errors leave.
-const UNTROUBLED: usize = 2;
+/// its residual is looked at: a tolerance may be below what rounding errors leave. Where corrections are still
+/// above the second number, a part of the rod's length, that is not so for as long.
+const UNTROUBLED: (usize, f64) = (2, 1e-6);
+const MOSTLY_UNTROUBLED: usize = 10;
 /// Quadratic convergence needs 2 to 5; a simulation that needs more than this has lost the branch.
 const MAX_ITERATIONS: usize = 40;
 
@@ -68,14 +63,14 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     /// Whether the tangent and its factors are formed again at the solution.
     keeps_tangent: bool,
     /// The rod with Kelvin-Voigt stress over the current step, or of an averaging scheme that stress
-    /// alone; only when damped.
+    /// alone; only when damped, or with internal friction.
     viscous: Option<R>,
     /// What that stress alone is made from.
     dashpots: Option<R>,
     /// What makes that stress of the elastic one.
     viscosity: Viscosity<D>,
-    /// The rod with internal friction, only where there is any.
-    sliding: Option<Sliding<D, R>>,
+    /// The springs of internal friction, only where there are any.
+    sliding: Option<Sliding<D>>,
     /// The drag of the current step, only in a fluid.
     dragging: Option<Dragging<D, W>>,
     /// The numbers of the current step.
@@ -92,6 +87,8 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     stages: Vec<StageForces<D, R::Geometry, W>>,
     /// The rod at the end of the step, where its tangent is kept.
     end: R::Geometry,
+    /// Of a viscous rod the gradient and tangent of the forces that the next step counts by its start, likewise.
+    next: (Vec<D>, BandMatrix<D, W>),
 }
 
 impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
@@ -106,7 +103,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let coefficients = StepCoefficients::new(scheme, parameter, false, 1.0);
         let (rod, averages) = (&system.rod, coefficients.averages());
         let is_viscous = system.damping.is_viscous();
-        if is_viscous || rod.slides() > 0 {
+        let slides = rod.slides() > 0;
+        if is_viscous || slides {
             let State { q, frames, internal, .. } = state;
             rod.strains(q, frames, &mut internal.strain);
             internal.strain_rate = vec![D::from(0.0); internal.strain.len()];
@@ -114,8 +112,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             let relaxes = system.damping.maxwell.is_some();
             internal.relaxing.resize(if relaxes { internal.strain.len() } else { 0 }, D::from(0.0));
         }
-        let viscous = is_viscous.then(|| if averages { rod.dashpots() } else { rod.clone() });
-        let sliding = (rod.slides() > 0).then(|| Sliding::of(rod.clone()));
+        let law = || if averages { rod.dashpots() } else { rod.clone() };
+        let viscous = (is_viscous || slides).then(law);
+        let sliding = slides.then(Sliding::new);
         let n = state.q.len();
         Self {
             scheme,
@@ -139,20 +138,21 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             rounding: vec![0.0; n],
             stages: Vec::new(),
             end: R::Geometry::default(),
+            next: (Vec::new(), BandMatrix::zeros(0)),
         }
     }
 
     /// Leaves the tangent and its factors behind at the solution of every step to come.
     pub fn keep_tangent(&mut self) {
         self.keeps_tangent = true;
+        if self.viscous.is_some() {
+            let n = self.gradient.len();
+            self.next = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        }
     }
     /// The scheme's parameter.
     pub fn parameter(&self) -> D {
         self.parameter
-    }
-    /// What the viscous stress of an averaging scheme is made from.
-    pub fn dashpots(&self) -> Option<&R> {
-        self.dashpots.as_ref()
     }
 
     /// The last step, which went from `before` to `after`; none if its tangent was not kept.
@@ -177,6 +177,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             weights: self.weights,
             stages: &self.stages,
             end: &self.end,
+            next: (&self.next.0, &self.next.1),
         })
     }
 
@@ -196,18 +197,18 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 viscosity::at_start(&coefficients, damping, internal, &mut self.viscosity);
                 let base = self.dashpots.as_ref().unwrap_or(rod);
                 viscous.set_viscous(base, &self.viscosity);
-                if self.sliding.is_none() {
-                    viscous.gradient(q, frames, *derivatives, unbalanced);
+                viscous.set_springs(rod, None);
+                let (gradient, tangent) = &mut self.next;
+                match self.keeps_tangent {
+                    true => {
+                        viscous.tangent(q, frames, *derivatives, unbalanced, tangent);
+                        gradient.copy_from_slice(unbalanced);
+                    }
+                    false => viscous.gradient(q, frames, *derivatives, unbalanced),
                 }
             }
-            None if self.sliding.is_some() => {}
             None if coefficients.averages() => unbalanced.fill(D::from(0.0)),
             None => rod.gradient(q, frames, *derivatives, unbalanced),
-        }
-        if let Some(sliding) = &mut self.sliding {
-            let law = self.viscous.as_ref().unwrap_or(rod);
-            sliding.rod.set_sliders(law, rod, &internal.strain, &internal.slid);
-            sliding.rod.gradient(q, frames, *derivatives, unbalanced);
         }
         if !coefficients.averages() {
             for i in free.clone() {
@@ -251,10 +252,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let steady = self.coefficients.averages();
         let guessed = self.guess.place(step, &self.coefficients, before, state, steady);
         let solved = match self.tolerance {
-            // What is left cannot be predicted where springs begin to slip.
-            Tolerance::Predicted(_)
-                if D::ORDER == 0 && !self.coefficients.averages() && self.sliding.is_none() =>
-            {
+            Tolerance::Predicted(_) if D::ORDER == 0 && !self.coefficients.averages() => {
                 self.solve_as_predicted(step, before, state, work)
             }
             _ => self.solve_to_rounding(step, before, state, work),
@@ -276,6 +274,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 Some(dashpots) => viscous.set_dashpots(dashpots, viscosity),
                 None => viscous.set_viscous(&step.system.rod, viscosity),
             }
+            viscous.set_springs(&step.system.rod, Some(&before.internal));
         }
     }
 
@@ -292,13 +291,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             self.average(step, before, state, with_tangent);
         } else {
             let (q, frames, derivatives) = (&state.q, &state.frames, step.system.derivatives);
-            let elastic = &step.system.rod;
-            let Self { gradient, tangent, sliding, viscous, .. } = self;
-            let law = viscous.as_ref().unwrap_or(elastic);
-            let rod = match sliding {
-                Some(sliding) => sliding.at(law, elastic, &before.internal, (q, frames)),
-                None => law,
-            };
+            let Self { gradient, tangent, viscous, .. } = self;
+            let rod = viscous.as_ref().unwrap_or(&step.system.rod);
             match with_tangent {
                 true => rod.tangent(q, frames, derivatives, gradient, tangent),
                 false => rod.gradient(q, frames, derivatives, gradient),
@@ -335,9 +329,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     ) -> Result<(), Error> {
         self.convergence.begin();
         let mut next = Next::Tangent;
+        let mut size = f64::INFINITY;
         for iteration in 0..=MAX_ITERATIONS {
             let fresh = next == Next::Tangent;
-            let troubled = iteration >= UNTROUBLED + usize::from(!fresh);
+            let large = size > UNTROUBLED.1 * self.length;
+            let untroubled = if large { MOSTLY_UNTROUBLED } else { UNTROUBLED.0 };
+            let troubled = iteration >= untroubled + usize::from(!fresh);
             self.evaluate(step, before, state, fresh && !troubled, work);
             if troubled {
                 self.set_rounding(step, state);
@@ -365,8 +362,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             for (n1, right) in forces.zip(&self.correction[free.clone()]) {
                 *n1 += *right * by_end;
             }
-            let size = self.correct(step, state, work);
+            size = self.correct(step, state, work);
             next = self.convergence.corrected(size, fresh);
+            if next == Next::Done && !self.slides_on(step, before, state, size) {
+                // What is left cannot be predicted where springs begin to slip, or stick again.
+                next = Next::Tangent;
+            }
             if next == Next::Done {
                 // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.
                 let masses = &step.system.rod.mass()[free.clone()];
@@ -389,6 +390,22 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         Ok(())
     }
 
+    /// Whether the last correction, m, let no spring of internal friction begin to slip or stick again.
+    fn slides_on(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &State<D, R::Frames>,
+        size: f64,
+    ) -> bool {
+        let Some(sliding) = &mut self.sliding else { return true };
+        let elastic = &step.system.rod;
+        sliding.look(elastic, &before.internal, (&state.q[..], &state.frames));
+        // A corner leaves no more than the correction.
+        let part = size / self.length;
+        part <= self.tolerance.part() || sliding.goes_on(elastic, part)
+    }
+
     /// Solves for the correction and takes it; returns its largest entry, m.
     fn correct(
         &mut self,
@@ -397,6 +414,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work: &mut Work,
     ) -> f64 {
         self.factors.solve(&mut self.correction);
+        self.sliding.iter_mut().for_each(|sliding| sliding.seen = false);
         let (free, mut largest) = (step.system.free.clone(), 0.0_f64);
         let correction = &self.correction[free.clone()];
         for (q, correction) in state.q[free.clone()].iter_mut().zip(correction) {
@@ -410,59 +428,6 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         largest
     }
 
-    /// Corrects until the residual is rounding error or the correction vanishes; numbers that carry
-    /// derivatives get one more correction per order.
-    fn solve_to_rounding(
-        &mut self,
-        step: &Step<'_, D, R>,
-        before: &State<D, R::Frames>,
-        state: &mut State<D, R::Frames>,
-        work: &mut Work,
-    ) -> Result<(), Error> {
-        let mut expect_solution = false;
-        let mut last = false;
-        let mut polish = D::ORDER;
-        for iteration in 0..=MAX_ITERATIONS + D::ORDER {
-            let with_tangent = !expect_solution;
-            self.evaluate(step, before, state, with_tangent, work);
-            if iteration == 0 {
-                self.set_rounding(step, state);
-            }
-            self.residual(step, before, state);
-            let (residual, tolerance, at_rounding) =
-                self.largest_residual(step.system.free.clone());
-            if !residual.is_finite() || (iteration >= MAX_ITERATIONS && !last && !at_rounding) {
-                let (time, iterations) = (step.time, iteration);
-                return Err(Error::Newton { time, iterations, residual, tolerance });
-            }
-            let done = last || at_rounding;
-            if done && polish == 0 {
-                if self.keeps_tangent {
-                    if !with_tangent {
-                        self.evaluate(step, before, state, true, work);
-                    }
-                    let rod = &step.system.rod;
-                    rod.measure(&state.q, &state.frames, &mut self.end);
-                    for StageForces { q, geometry, .. } in &mut self.stages {
-                        rod.measure(q, &state.frames, geometry);
-                    }
-                    self.factor(step, work)?;
-                }
-                return Ok(());
-            }
-            polish -= usize::from(done);
-
-            if !with_tangent {
-                self.evaluate(step, before, state, true, work);
-            }
-            self.factor(step, work)?;
-            let largest = self.correct(step, state, work);
-            last = done || largest <= SMALLEST_STEP * self.length;
-            expect_solution = !self.keeps_tangent && largest <= LAST_STEP * self.length;
-        }
-        unreachable!("the last iteration returns")
-    }
-
     /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.
     fn factor(&mut self, step: &Step<'_, D, R>, work: &mut Work) -> Result<(), Error> {
         work.factorizations += 1;
@@ -474,17 +439,6 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         self.factors
             .factor_sum(step.system.rod.mass(), masses, matrix, tangent, step.system.free.clone())
             .map_err(|singular| Error::SingularTangent { time: step.time, row: singular.row })
-    }
-
-    /// Rounding level of each residual.
-    fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
-        let matrix = self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix);
-        matrix.absolute_product(&state.q, &mut self.rounding);
-        let end = self.coefficients.end.value();
-        let masses = step.system.rod.mass().iter().zip(&state.q);
-        for (level, (mass, q)) in self.rounding.iter_mut().zip(masses) {
-            *level = ROUNDING * f64::EPSILON * (end * *level + mass.value() * q.value().abs());
-        }
     }
 
     /// Leaves minus the residual in `correction`.
@@ -519,19 +473,6 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         }
     }
 
-    /// The largest residual, its rounding level, and whether all are at theirs.
-    fn largest_residual(&self, free: Range<usize>) -> (f64, f64, bool) {
-        let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
-        for (residual, rounding) in self.correction[free.clone()].iter().zip(&self.rounding[free]) {
-            let size = residual.value().abs();
-            at_rounding &= size <= *rounding;
-            if size > largest || size.is_nan() {
-                (largest, level) = (size, *rounding);
-            }
-        }
-        (largest, level, at_rounding)
-    }
-
     /// Velocities, strain rates and frames at the solution.
     pub fn finish(
         &mut self,
@@ -558,19 +499,27 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 a1[i] = coefficients.acceleration_at_end(q1[i] - q0[i], [v0[i], v1[i]], a0);
             }
         }
-        if self.viscous.is_some() || self.sliding.is_some() {
+        if self.viscous.is_some() {
             let State { q, frames, internal, .. } = state;
             let rod = &step.system.rod;
-            rod.strains(q, frames, &mut internal.strain);
-            stretched(rod.slides(), &before.internal, &internal.strain, &mut internal.slid);
-            rod.slip(&mut internal.slid);
+            match &mut self.sliding {
+                Some(sliding) => {
+                    if !sliding.seen {
+                        sliding.look(rod, &before.internal, (&q[..], frames));
+                    }
+                    internal.strain.clone_from(&sliding.strains);
+                    internal.slid.clone_from(&sliding.slid);
+                }
+                None => rod.strains(q, frames, &mut internal.strain),
+            }
             let (damping, z) = (&step.system.damping, &mut internal.relaxing);
             viscosity::relax(damping, step.h, &before.internal, &internal.strain, z);
             let changes = internal.strain.iter().zip(&before.internal.strain);
             internal.strain_rate.clear();
             internal.strain_rate.extend(changes.map(|(s1, s0)| (*s1 - *s0) * (1.0 / step.h)));
             self.find_forces(step.system, state);
-            work.gradients += 1;
+            work.tangents += usize::from(self.keeps_tangent);
+            work.gradients += usize::from(!self.keeps_tangent);
         } else if self.coefficients.averages() {
             state.unbalanced.fill(D::from(0.0));
         }

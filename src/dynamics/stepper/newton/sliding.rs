@@ -1,39 +1,47 @@
-//! The rod with internal friction while Newton's method iterates.
+//! Where the springs of internal friction are at the end of a step.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::{InternalVariables, Rod};
 
-/// The rod with internal friction, as it is where the springs are stretched as far as the unknowns of an
-/// iteration say.
+/// A correction of a node by less than this part of its edge's length changes no strain by more than one.
+const SURELY: f64 = 20.0;
+
+/// The strains where a step ends, and where they take the springs of internal friction.
 #[derive(Clone, Debug)]
-pub(super) struct Sliding<D, R> {
-    pub rod: R,
-    strains: Vec<D>,
-    /// How far the springs would be stretched if they did not slip.
+pub(super) struct Sliding<D> {
+    pub strains: Vec<D>,
+    /// How far the springs would be stretched if they did not slip, and how far they are.
     z: Vec<D>,
+    pub slid: Vec<D>,
+    /// Whether this is so at the unknowns of now.
+    pub seen: bool,
 }
 
-impl<D: Nestable, R> Sliding<D, R> {
-    /// Of a rod.
-    pub fn of(rod: R) -> Self {
-        Self { rod, strains: Vec::new(), z: Vec::new() }
+impl<D: Nestable> Sliding<D> {
+    /// Before the first step.
+    pub fn new() -> Self {
+        Self { strains: Vec::new(), z: Vec::new(), slid: Vec::new(), seen: false }
     }
 
-    /// The rod at the unknowns `q` of a step that began with these internal variables; `law` is the rod without friction.
-    pub fn at<const W: usize>(
+    /// Looks at the unknowns `q` of a step that began with these internal variables.
+    pub fn look<R: Rod<D, W>, const W: usize>(
         &mut self,
-        law: &R,
         elastic: &R,
         before: &InternalVariables<D>,
         (q, frames): (&[D], &R::Frames),
-    ) -> &R
-    where
-        R: Rod<D, W>,
-    {
+    ) {
         elastic.strains(q, frames, &mut self.strains);
         stretched(elastic.slides(), before, &self.strains, &mut self.z);
-        self.rod.set_sliders(law, elastic, &self.strains, &self.z);
-        &self.rod
+        self.slid.clone_from(&self.z);
+        elastic.slip(&mut self.slid);
+        self.seen = true;
+    }
+
+    /// Whether, where it looked last, the last correction by up to `size`, as a part of the rod's length, let no
+    /// spring begin to slip or stick again.
+    pub fn goes_on<R: Rod<D, W>, const W: usize>(&self, elastic: &R, size: f64) -> bool {
+        let edges = (self.strains.len() - self.z.len()) as f64;
+        elastic.from_slip_limit(&self.z) > SURELY * size * edges
     }
 }
 

@@ -1,0 +1,97 @@
+//! Newton's iteration until nothing but rounding errors is left.
+
+use crate::dynamics::linearization::StageForces;
+use crate::dynamics::step::{Step, Work};
+use crate::dynamics::stepper::newton::{MAX_ITERATIONS, Newton};
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::rod::{Rod, State};
+use std::ops::Range;
+
+/// A residual counts as rounding below this many times `eps * sum |J_ij| |x_j|`: coordinates are
+/// stored to `eps/2`, and forming strains from them costs a few roundings more.
+const ROUNDING: f64 = 8.0;
+/// To rounding, a Newton step below this part of the rod's length ends the iteration.
+const SMALLEST_STEP: f64 = 1e-12;
+/// After a Newton step below this part of the rod's length the next iterate is expected to be the
+/// solution, so its tangent is formed only when that turns out wrong.
+const LAST_STEP: f64 = 1e-8;
+
+impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+    /// Corrects until the residual is rounding error or the correction vanishes; numbers that carry
+    /// derivatives get one more correction per order.
+    pub(super) fn solve_to_rounding(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &mut State<D, R::Frames>,
+        work: &mut Work,
+    ) -> Result<(), Error> {
+        let mut expect_solution = false;
+        let mut last = false;
+        let mut polish = D::ORDER;
+        for iteration in 0..=MAX_ITERATIONS + D::ORDER {
+            let with_tangent = !expect_solution;
+            self.evaluate(step, before, state, with_tangent, work);
+            if iteration == 0 {
+                self.set_rounding(step, state);
+            }
+            self.residual(step, before, state);
+            let (residual, tolerance, at_rounding) =
+                self.largest_residual(step.system.free.clone());
+            if !residual.is_finite() || (iteration >= MAX_ITERATIONS && !last && !at_rounding) {
+                let (time, iterations) = (step.time, iteration);
+                return Err(Error::Newton { time, iterations, residual, tolerance });
+            }
+            let done = last || at_rounding;
+            if done && polish == 0 {
+                if self.keeps_tangent {
+                    if !with_tangent {
+                        self.evaluate(step, before, state, true, work);
+                    }
+                    let rod = &step.system.rod;
+                    rod.measure(&state.q, &state.frames, &mut self.end);
+                    for StageForces { q, geometry, .. } in &mut self.stages {
+                        rod.measure(q, &state.frames, geometry);
+                    }
+                    self.factor(step, work)?;
+                }
+                return Ok(());
+            }
+            polish -= usize::from(done);
+
+            if !with_tangent {
+                self.evaluate(step, before, state, true, work);
+            }
+            self.factor(step, work)?;
+            let largest = self.correct(step, state, work);
+            last = done || largest <= SMALLEST_STEP * self.length;
+            expect_solution = !self.keeps_tangent && largest <= LAST_STEP * self.length;
+        }
+        unreachable!("the last iteration returns")
+    }
+
+    /// Rounding level of each residual.
+    pub(super) fn set_rounding(&mut self, step: &Step<'_, D, R>, state: &State<D, R::Frames>) {
+        let matrix = self.dragging.as_ref().map_or(&self.tangent, |dragging| &dragging.matrix);
+        matrix.absolute_product(&state.q, &mut self.rounding);
+        let end = self.coefficients.end.value();
+        let masses = step.system.rod.mass().iter().zip(&state.q);
+        for (level, (mass, q)) in self.rounding.iter_mut().zip(masses) {
+            *level = ROUNDING * f64::EPSILON * (end * *level + mass.value() * q.value().abs());
+        }
+    }
+
+    /// The largest residual, its rounding level, and whether all are at theirs.
+    pub(super) fn largest_residual(&self, free: Range<usize>) -> (f64, f64, bool) {
+        let (mut largest, mut level, mut at_rounding) = (0.0_f64, 0.0, true);
+        for (residual, rounding) in self.correction[free.clone()].iter().zip(&self.rounding[free]) {
+            let size = residual.value().abs();
+            at_rounding &= size <= *rounding;
+            if size > largest || size.is_nan() {
+                (largest, level) = (size, *rounding);
+            }
+        }
+        (largest, level, at_rounding)
+    }
+}
