@@ -246,6 +246,20 @@ impl Measurement {
         if let Some(sigma) = self.sigma() {
             positive(&format!("{key}.sigma"), sigma)?;
         }
+        let (factors, points) = match self {
+            Self::Motion(o) => (&o.sigma_factors[..], o.samples.len()),
+            Self::RestShape(s) => (&s.sigma_factors[..], s.sightings.len()),
+            Self::Frequencies(_) | Self::Gauge(_) => (&[][..], 0),
+        };
+        factors.iter().try_for_each(|f| positive(&format!("{key}.sigma_factors"), *f))?;
+        if !factors.is_empty() && (factors.len() != points || self.sigma().is_none()) {
+            let found = format!("{} for {points} points", factors.len());
+            return Err(Error::invalid(
+                format!("{key}.sigma_factors"),
+                found,
+                "one each, and a sigma",
+            ));
+        }
         let finite = |position: &[Option<f64>; 3]| position.iter().flatten().all(|x| x.is_finite());
         match self {
             Self::Motion(o) => {

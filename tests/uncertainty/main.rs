@@ -6,5 +6,6 @@ mod common;
 mod across;
 mod budget;
 mod intervals;
+mod noise;
 mod outliers;
 mod warnings;

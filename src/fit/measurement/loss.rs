@@ -8,6 +8,13 @@
 use serde::{Deserialize, Serialize};
 use statrs::statistics::{Data, Median};
 
+/// The standard deviation that tells as much as these do on average, and each of them over it; none for none.
+pub(crate) fn typical(sigmas: &[f64]) -> Option<(f64, Vec<f64>)> {
+    let told = sigmas.iter().map(|s| (s * s).recip()).sum::<f64>() / sigmas.len().max(1) as f64;
+    let sigma = told.sqrt().recip();
+    (!sigmas.is_empty()).then(|| (sigma, sigmas.iter().map(|s| s / sigma).collect()))
+}
+
 /// How residuals count. Near zero all losses are the square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

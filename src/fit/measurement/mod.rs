@@ -75,6 +75,24 @@ impl Measurement {
         }
     }
 
+    /// The standard deviation of every value, in the order of the residuals, where `sigma` is typical of them.
+    pub(crate) fn sigmas(&self, sigma: f64) -> Vec<f64> {
+        let each = |factors: &[f64], seen: &mut dyn Iterator<Item = [Option<f64>; 3]>| {
+            let factors = factors.iter().copied().chain(std::iter::repeat(1.0));
+            let of = |(position, factor): ([Option<f64>; 3], f64)| {
+                std::iter::repeat_n(sigma * factor, position.iter().flatten().count())
+            };
+            seen.zip(factors).flat_map(of).collect()
+        };
+        match self {
+            Self::Motion(o) => each(&o.sigma_factors, &mut o.samples.iter().map(|s| s.position)),
+            Self::RestShape(s) => {
+                each(&s.sigma_factors, &mut s.sightings.iter().map(|s| s.position))
+            }
+            Self::Frequencies(_) | Self::Gauge(_) => vec![sigma; self.values()],
+        }
+    }
+
     /// How residuals count.
     pub fn loss(&self) -> Loss {
         match self {

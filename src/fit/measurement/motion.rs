@@ -1,7 +1,7 @@
 //! Recorded motion: where a point of the rod was seen at which times.
 
 use crate::error::Error;
-use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::loss::{Loss, typical};
 use crate::input::table::Table;
 use crate::input::track;
 use crate::input::track::format::Format;
@@ -66,6 +66,8 @@ pub struct Observation {
     pub samples: Vec<Sample>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
+    /// That of every sample over `sigma`, which is then typical of them; empty where all have the same.
+    pub sigma_factors: Vec<f64>,
     /// How residuals count.
     pub loss: Loss,
     /// Whether the observation is kept out of the fit and only predicted.
@@ -88,6 +90,7 @@ impl Observation {
             offset: [0.0; 3],
             samples,
             sigma: None,
+            sigma_factors: Vec::new(),
             loss: Loss::Squares,
             held_out: false,
             source: None,
@@ -275,6 +278,12 @@ impl Observation {
     /// With a known standard deviation per coordinate, m.
     pub fn sigma(self, sigma: f64) -> Self {
         Self { sigma: Some(sigma), ..self }
+    }
+
+    /// With a known standard deviation of each sample, per coordinate, m.
+    pub fn sigmas(self, sigmas: &[f64]) -> Self {
+        let Some((sigma, sigma_factors)) = typical(sigmas) else { return self };
+        Self { sigma: Some(sigma), sigma_factors, ..self }
     }
 
     /// With another loss than squares.

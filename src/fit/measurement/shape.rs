@@ -1,7 +1,7 @@
 //! A photographed droop: where points of a rod at rest were seen.
 
 use crate::error::Error;
-use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::loss::{Loss, typical};
 use crate::fit::measurement::motion::Dropped;
 use crate::input::table::{LENGTHS, Table};
 use crate::input::track::recording::Recording;
@@ -25,6 +25,8 @@ pub struct RestShape {
     pub sightings: Vec<Sighting>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
+    /// That of every sighting over `sigma`, which is then typical of them; empty where all have the same.
+    pub sigma_factors: Vec<f64>,
     /// How residuals count.
     pub loss: Loss,
     /// Whether the shape is kept out of the fit and only predicted.
@@ -43,6 +45,7 @@ impl RestShape {
         Self {
             sightings,
             sigma: None,
+            sigma_factors: Vec::new(),
             loss: Loss::Squares,
             held_out: false,
             source: None,
@@ -121,6 +124,12 @@ impl RestShape {
     /// With a known standard deviation per coordinate, m.
     pub fn sigma(self, sigma: f64) -> Self {
         Self { sigma: Some(sigma), ..self }
+    }
+
+    /// With a known standard deviation of each sighting, per coordinate, m.
+    pub fn sigmas(self, sigmas: &[f64]) -> Self {
+        let Some((sigma, sigma_factors)) = typical(sigmas) else { return self };
+        Self { sigma: Some(sigma), sigma_factors, ..self }
     }
 
     /// With another loss than squares.

@@ -47,7 +47,8 @@ pub(crate) struct Comparison {
 #[derive(Debug)]
 struct Series {
     values: Values,
-    weight: f64,
+    /// One over the standard deviation of every value.
+    weights: Vec<f64>,
     loss: Loss,
 }
 
@@ -103,14 +104,14 @@ impl Comparison {
             rest_work: experiment.rest_work(),
         };
         for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
-            comparison.add(measurement, sigma.recip(), horizon)?;
+            comparison.add(measurement, *sigma, horizon)?;
         }
         nodes(&comparison.moving, &comparison.problem)?;
         nodes(&comparison.resting, &comparison.problem)?;
         Ok(comparison)
     }
 
-    fn add(&mut self, measurement: &Measurement, weight: f64, horizon: f64) -> Result<(), Error> {
+    fn add(&mut self, measurement: &Measurement, sigma: f64, horizon: f64) -> Result<(), Error> {
         let values = match measurement {
             Measurement::Motion(observation) => {
                 self.moving.push(observation.point);
@@ -146,7 +147,8 @@ impl Comparison {
                 Values::Gauge { shows: gauge.shows(), points, readings }
             }
         };
-        self.series.push(Series { values, weight, loss: measurement.loss() });
+        let weights = measurement.sigmas(sigma).into_iter().map(f64::recip).collect();
+        self.series.push(Series { values, weights, loss: measurement.loss() });
         Ok(())
     }
 
@@ -285,12 +287,14 @@ impl Comparison {
     ) -> Result<(), Error> {
         let &Simulated { moving, resting, frequencies, view, scene } = simulated;
         let mesh = scene.made_mesh();
-        for Series { values, weight, loss } in &self.series {
+        for Series { values, weights, loss } in &self.series {
+            let mut weights = weights.iter().copied();
             let mut compare = |position: [D; 3], seen: &[Option<f64>; 3]| {
                 let recorded = view.recorded(position);
                 for c in 0..3 {
-                    if let Some(seen) = seen[c] {
-                        each((recorded[c] - D::from(seen)) * *weight, *loss);
+                    let Some(seen) = seen[c] else { continue };
+                    if let Some(weight) = weights.next() {
+                        each((recorded[c] - D::from(seen)) * weight, *loss);
                     }
                 }
             };
@@ -314,7 +318,7 @@ impl Comparison {
                     let mut seen = Vec::with_capacity(points.len());
                     let stencils = points.iter().map(|point| point.fixed().stencil(&mesh));
                     let stencils = stencils.collect::<Result<Vec<_>, _>>()?;
-                    for Reading { time, value } in readings {
+                    for (Reading { time, value }, weight) in readings.iter().zip(weights) {
                         let (record, time) = match time {
                             Some(time) => (moving, *time),
                             None => (resting, 0.0),
@@ -326,12 +330,12 @@ impl Comparison {
                             seen.push(Moving { position, velocity });
                         }
                         let sight = Sight { time, points: &seen, scene };
-                        each((D::shown(&**shows, &sight) - *value) * *weight, *loss);
+                        each((D::shown(&**shows, &sight) - *value) * weight, *loss);
                     }
                 }
                 Values::Frequencies(values) => {
-                    for (place, seen) in values {
-                        each((frequencies[*place] - D::from(*seen)) * *weight, *loss);
+                    for ((place, seen), weight) in values.iter().zip(weights) {
+                        each((frequencies[*place] - D::from(*seen)) * weight, *loss);
                     }
                 }
             }

@@ -3,6 +3,7 @@
 pub(crate) mod camera;
 pub(crate) mod comparison;
 pub(crate) mod hessian;
+pub(crate) mod memory;
 pub(crate) mod noise;
 pub(crate) mod residual_tests;
 pub(crate) mod residuals;

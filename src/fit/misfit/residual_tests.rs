@@ -5,12 +5,19 @@
 //! with time.
 
 use crate::fit::measurement::loss::Loss;
+use crate::fit::misfit::memory::{Memory, usual_spacing};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
+use std::f64::consts::PI;
 
 /// A finding by chance once in a thousand series is not worth a warning more often.
 const DOUBT: f64 = 1e-3;
+/// Noise whose neighbours resemble each other is told from motion that is left by what is new in each value,
+/// which must look like white noise at first sight.
+const NEW: f64 = 1e-2;
+/// Waves are looked for among so many, the longest ones.
+const MOST_WAVES: usize = 500;
 /// Fewer values say nothing about their distribution.
 const FEWEST: usize = 12;
 /// Correlations are looked for up to this many samples apart.
@@ -24,9 +31,21 @@ pub struct ResidualTests {
     pub observation: String,
     /// x, y or z; f for frequencies.
     pub axis: String,
+    /// Number of values.
+    #[serde(default)]
+    pub values: usize,
     /// How probable correlations between neighbours as large as these are for white noise
     /// (Ljung and Box 1978).
     pub whiteness: f64,
+    /// Correlation of neighbours at the usual distance of two; 0 where none is seen.
+    #[serde(default)]
+    pub correlation: f64,
+    /// How many independent values tell as much of a mean.
+    #[serde(default)]
+    pub effective_samples: f64,
+    /// The whiteness of what is new in each value after that correlation.
+    #[serde(default)]
+    pub new_whiteness: f64,
     /// How probable a deviation from a normal distribution as large as this is for normal noise
     /// (Anderson and Darling).
     pub normality: f64,
@@ -40,13 +59,15 @@ pub struct ResidualTests {
 }
 
 impl ResidualTests {
-    /// Tests residuals, in units of the noise, in the order of their times; none for too few.
+    /// Tests residuals, in units of the noise, in the order of their times, whose neighbours correlate as
+    /// said; none for too few.
     pub(crate) fn new(
         observation: String,
         axis: &str,
         times: &[f64],
         residuals: &[f64],
         loss: Loss,
+        correlation: f64,
     ) -> Option<Self> {
         if residuals.len() < FEWEST {
             return None;
@@ -54,12 +75,26 @@ impl ResidualTests {
         // What the fit went by: outliers that count less may be where they like.
         let felt: Vec<f64> = residuals.iter().map(|r| loss.influence(*r)[0]).collect();
         let whiteness = whiteness(&felt);
-        let normality = normality(residuals);
+        let spacing = usual_spacing(times);
+        let correlation = if spacing.is_some() { correlation } else { 0.0 };
+        let memory = |correlation| Memory::new(times, spacing.unwrap_or(1.0), correlation);
+        let noise = memory(correlation);
+        let effective_samples = noise.effective();
+        let new = noise.news(&felt);
+        let new_whiteness = match correlation > 0.0 {
+            true => newness(&new),
+            false => whiteness,
+        };
+        let normality = normality(&noise.news(residuals));
         let sizes: Vec<f64> = felt.iter().map(|r| r.abs()).collect();
+        // The squares of what resembles each other do so less.
+        let alike = memory(correlation * correlation).effective();
         // Two chances to find one.
-        let trend = (2.0 * trend(times, &felt).min(trend(times, &sizes))).min(1.0);
+        let values = trend(times, &felt, effective_samples);
+        let trend = (2.0 * values.min(trend(times, &sizes, alike))).min(1.0);
+        let remembers = correlation > 0.0 && new_whiteness >= NEW;
         let mut wrong = Vec::new();
-        if whiteness < DOUBT {
+        if whiteness < DOUBT && !remembers {
             wrong.push(format!("neighbouring residuals resemble each other (p = {whiteness:.0e})"));
         }
         if normality < DOUBT {
@@ -69,14 +104,44 @@ impl ResidualTests {
             wrong.push(format!("the residuals change with time (p = {trend:.0e})"));
         }
         let passed = wrong.is_empty();
-        let verdict = if passed { "looks like noise".to_string() } else { wrong.join(", ") };
-        Some(Self { observation, axis: axis.into(), whiteness, normality, trend, verdict, passed })
+        let verdict = match passed {
+            true if whiteness < DOUBT => {
+                let words = "looks like noise whose neighbours correlate by";
+                format!("{words} {correlation:.2}: as much as {effective_samples:.0} values tell")
+            }
+            true => "looks like noise".to_string(),
+            false => wrong.join(", "),
+        };
+        Some(Self {
+            observation,
+            axis: axis.into(),
+            values: residuals.len(),
+            whiteness,
+            correlation,
+            effective_samples,
+            new_whiteness,
+            normality,
+            trend,
+            verdict,
+            passed,
+        })
     }
 
     /// Whether the intervals can be believed: noise that is not normal hurts them little.
     pub fn is_noise(&self) -> bool {
-        self.whiteness >= DOUBT && self.trend >= DOUBT
+        (self.whiteness >= DOUBT || self.remembers()) && self.trend >= DOUBT
     }
+
+    /// Whether it is noise whose neighbours resemble each other.
+    pub(crate) fn remembers(&self) -> bool {
+        self.correlation > 0.0 && self.new_whiteness >= NEW
+    }
+}
+
+/// How probable it is that white noise has correlations, or a wave, as large as the news of a memory have: the
+/// smaller of the two.
+pub(crate) fn newness(news: &[f64]) -> f64 {
+    whiteness(news).min(no_wave(news))
 }
 
 /// Of the sum of squared autocorrelations, about zero: a fit has no mean of its own to remove.
@@ -113,8 +178,32 @@ fn normality(r: &[f64]) -> f64 {
     }
 }
 
-/// Of the slope over time.
-fn trend(times: &[f64], values: &[f64]) -> f64 {
+/// How probable a wave as high as the highest is in white noise (Fisher 1929), among the longest ones.
+fn no_wave(r: &[f64]) -> f64 {
+    let n = r.len();
+    let count = ((n - 1) / 2).min(MOST_WAVES);
+    let power = |k: usize| {
+        let (sin, cos) = (2.0 * PI * k as f64 / n as f64).sin_cos();
+        // The powers of a number on the unit circle, one after the other.
+        let ([mut re, mut im], [mut c, mut s]) = ([0.0; 2], [1.0, 0.0]);
+        for value in r {
+            (re, im) = (re + value * c, im + value * s);
+            (c, s) = (c * cos - s * sin, c * sin + s * cos);
+        }
+        re * re + im * im
+    };
+    let powers: Vec<f64> = (1..=count).map(power).collect();
+    let total: f64 = powers.iter().sum();
+    if total == 0.0 {
+        return 1.0;
+    }
+    let share = powers.iter().copied().fold(0.0, f64::max) / total;
+    // The first term of Fisher's sum, which bounds it and is all of it where it is small.
+    (count as f64 * (1.0 - share).powi(count as i32 - 1)).min(1.0)
+}
+
+/// Of the slope over time, where the values tell as much as so many that are independent.
+fn trend(times: &[f64], values: &[f64], effective: f64) -> f64 {
     let n = values.len() as f64;
     let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
     let (t0, v0) = (mean(times), mean(values));
@@ -127,8 +216,9 @@ fn trend(times: &[f64], values: &[f64]) -> f64 {
         return 1.0;
     }
     let correlation = tv / (tt * vv).sqrt();
-    let t = correlation * ((n - 2.0) / (1.0 - correlation * correlation).max(1e-300)).sqrt();
-    StudentsT::new(0.0, 1.0, n - 2.0).map_or(1.0, |d| 2.0 * d.sf(t.abs()))
+    let freedom = (effective - 2.0).max(1.0);
+    let t = correlation * (freedom / (1.0 - correlation * correlation).max(1e-300)).sqrt();
+    StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |d| 2.0 * d.sf(t.abs()))
 }
 
 #[cfg(test)]
@@ -140,7 +230,7 @@ mod tests {
 
     fn tests(r: &[f64]) -> ResidualTests {
         let times: Vec<f64> = (0..r.len()).map(|k| k as f64).collect();
-        ResidualTests::new("o".into(), "x", &times, r, Loss::Squares).unwrap()
+        ResidualTests::new("o".into(), "x", &times, r, Loss::Squares, 0.0).unwrap()
     }
 
     /// For noise every p-value is uniform: a tenth of them below a tenth.

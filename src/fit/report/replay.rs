@@ -78,6 +78,7 @@ fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
     {
         let mut copy = measurement.clone();
         let seen: Vec<f64> = copy.seen_mut().into_iter().map(|x| *x).collect();
+        let units = measurement.sigmas(weight);
         for coordinate in measurement.coordinates(&experiment.problem) {
             let own = || coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
             all.push(Series {
@@ -94,7 +95,7 @@ fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
                 },
                 at: own().map(|(_, at)| *at).collect(),
                 observed: own().map(|(k, _)| seen[*k]).collect(),
-                simulated: own().map(|(k, _)| seen[*k] + residuals[*k] * weight).collect(),
+                simulated: own().map(|(k, _)| seen[*k] + residuals[*k] * units[*k]).collect(),
                 sigma: *sigma,
                 curve: Vec::new(),
             });

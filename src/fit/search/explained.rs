@@ -45,7 +45,8 @@ impl Search<'_> {
 
     /// Whether what is left looks like noise, or is rounding errors.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
-        let tests = self.measured(optimum).flat_map(|(e, m, _, own)| residual_tests(e, m, own));
+        let tests =
+            self.measured(optimum).flat_map(|(e, m, _, own)| residual_tests(e, m, own, |_| 0.0));
         self.is_rounding(optimum) || tests.into_iter().all(|tests| tests.is_noise())
     }
 
@@ -57,20 +58,24 @@ impl Search<'_> {
     }
 }
 
-/// Tests every coordinate of a measurement, whose residuals these are, for being noise.
+/// Tests every coordinate of a measurement, whose residuals these are, for being noise whose neighbours
+/// correlate as `correlation` says of its axis.
 pub(crate) fn residual_tests(
     experiment: &Experiment,
     measurement: &Measurement,
     residuals: &[f64],
+    correlation: impl Fn(&str) -> f64,
 ) -> Vec<ResidualTests> {
     if let Measurement::Frequencies(_) = measurement {
         return Vec::new();
     }
     let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
         let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
-        let (times, values): (Vec<f64>, Vec<f64>) = seen.map(|(k, t)| (t, residuals[*k])).unzip();
-        let label = experiment.label(measurement);
-        ResidualTests::new(label, coordinate.axis, &times, &values, measurement.loss())
+        let mut places: Vec<(f64, f64)> = seen.map(|(k, t)| (*t, residuals[*k])).collect();
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (times, values): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
+        let (label, axis) = (experiment.label(measurement), coordinate.axis);
+        ResidualTests::new(label, axis, &times, &values, measurement.loss(), correlation(axis))
     });
     tests.collect()
 }
@@ -83,7 +88,7 @@ pub(crate) fn is_noisy(
     rms: f64,
     residuals: &[f64],
 ) -> bool {
-    let tests = residual_tests(experiment, measurement, residuals);
+    let tests = residual_tests(experiment, measurement, residuals, |_| 0.0);
     rms <= 0.5 * measurement.size(&experiment.problem)
         && residuals.len() >= ENOUGH * tests.len().max(1)
         && tests.iter().all(ResidualTests::is_noise)

@@ -123,7 +123,7 @@ impl Observation {
             let mean = x.iter().sum::<f64>() / x.len() as f64;
             let x: Vec<f64> = x.iter().map(|x| x - mean).collect();
             x.len() >= 30
-                && ResidualTests::new(String::new(), "", &times, &x, Loss::Squares)
+                && ResidualTests::new(String::new(), "", &times, &x, Loss::Squares, 0.0)
                     .is_some_and(|tests| tests.is_noise())
         })
     }

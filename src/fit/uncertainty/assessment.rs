@@ -8,11 +8,14 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::across::{across_experiments, are_across};
 use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::uncertainty::bootstrap::{self, Draws};
 use crate::fit::uncertainty::budget::{Given, budgeted};
+use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::discretization::{self, DiscretizationError};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
+use crate::fit::uncertainty::observed;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
@@ -22,7 +25,6 @@ use crate::fit::uncertainty::warnings::{
     against_priors, bounds_reached, faulty_recordings, jumps, may_be_zero, runaways,
     steps_too_large, test_residuals, unexplained,
 };
-use crate::fit::uncertainty::{bootstrap, observed};
 use crate::numerics::half_square;
 
 /// What is known of the parameters, and what speaks against it.
@@ -55,7 +57,9 @@ pub(crate) fn assess(
     let noise = Noise::at(search, optimum);
     let residuals = search.all_residuals()?;
     let rows = weighted(&optimum.jacobian, &noise.weights);
-    let vanishing = vanishing(unknowns, (optimum, &rows, &residuals.losses()), &noise, &residuals);
+    let correlations = Correlations::of((search, optimum), &rows, &noise);
+    let about = (&noise, &correlations);
+    let vanishing = vanishing(unknowns, (optimum, &rows, &residuals.losses()), about, &residuals);
     let rise = |step: &[f64]| {
         let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();
         // What cannot be simulated does not fit.
@@ -64,12 +68,14 @@ pub(crate) fn assess(
         })
     };
     let effect = size(search, optimum);
-    let covariance = Covariance::new(unknowns, &vanishing, &rows, noise.variance, effect, rise)?;
+    let scatter = correlations.scatter.as_ref();
+    let covariance =
+        Covariance::new(unknowns, &vanishing, &rows, noise.variance, effect, scatter, rise)?;
     if search.is_stopped() {
         // Half an analysis is none.
         return Err(Error::Interrupted);
     }
-    let estimates = estimates(unknowns, optimum, (&covariance, &vanishing), noise.reach);
+    let estimates = estimates(unknowns, optimum, (&covariance, &vanishing), &correlations.reach);
     let estimates = across_experiments(estimates, (search, optimum));
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
@@ -92,7 +98,8 @@ pub(crate) fn assess(
     // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
     // nothing else.
     if optimum.residuals.len() == unknowns.len() || !search.is_rounding(optimum) {
-        residual_tests = test_residuals((search, optimum), test_narrow, &mut warnings);
+        residual_tests =
+            test_residuals((search, optimum), &correlations, test_narrow, &mut warnings);
         jumps(search, optimum, &mut warnings);
         discretization = discretization::errors_of(
             &estimates,
@@ -104,12 +111,18 @@ pub(crate) fn assess(
     }
     let (estimates, profiles) = match optimum.converged && covariance.findings.is_empty() {
         true => {
-            let around = (&covariance, &noise);
+            let around = (&covariance, &noise, &correlations);
             analysed(estimates, (search, optimum), around, (analysis, &sigma), &mut warnings)
         }
         false => (estimates, Vec::new()),
     };
-    let given = Given { knowns, analysis, discretization: &discretization, sigma: &sigma };
+    let given = Given {
+        knowns,
+        analysis,
+        discretization: &discretization,
+        sigma: &sigma,
+        correlations: &correlations,
+    };
     let estimates = budgeted(estimates, (search, optimum), &noise, given, &mut warnings);
     let local = (&covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), local, &mut warnings);
@@ -140,29 +153,30 @@ fn size(search: &Search, optimum: &Optimum) -> f64 {
 fn analysed(
     estimates: Vec<Estimate>,
     (search, optimum): (&Search, &Optimum),
-    (covariance, noise): (&Covariance, &Noise),
+    (covariance, noise, correlations): (&Covariance, &Noise, &Correlations),
     (analysis, sigma): (&Analysis, &[f64]),
     warnings: &mut Warnings,
 ) -> (Vec<Estimate>, Vec<Profile>) {
     let n = estimates.len();
     let observed = match analysis.observed_information {
-        true => observed::std_errors(search, optimum, noise, &estimates, warnings),
+        true => observed::std_errors(search, optimum, (noise, correlations), &estimates, warnings),
         false => vec![None; n],
     };
     let intervals = match analysis.profile {
-        true => profile::intervals(search, optimum, (covariance, noise), warnings),
+        true => profile::intervals(search, optimum, (covariance, noise, correlations), warnings),
         false => vec![None; n],
     };
     let bootstrap = match analysis.bootstrap {
         0 => vec![None; n],
         count => {
             let what = ("bootstrap", count, analysis.seed);
-            bootstrap::spreads((search, optimum), (sigma, &[]), what, warnings)
+            let draws = Draws { sigma, knowns: &[], correlations, blocks: true };
+            bootstrap::spreads((search, optimum), draws, what, warnings)
         }
     };
     let unknowns = search.unknowns;
     let profile = |(i, interval): (usize, &Option<profile::Interval>)| {
-        Some(interval.as_ref()?.profile(&unknowns[i], noise.reach))
+        Some(interval.as_ref()?.profile(&unknowns[i], correlations.reach[i]))
     };
     let profiles = intervals.iter().enumerate().filter_map(profile).collect();
     let all = estimates.into_iter().zip(observed).zip(intervals).zip(bootstrap).zip(unknowns);

@@ -1,16 +1,18 @@
-//! Parametric bootstrap: fit data made by the fitted model and noise of the estimated size, again
-//! and again, and look at how the estimates spread. With other values of the known numbers each time it
-//! is the Monte Carlo that checks their budget.
+//! Bootstrap: fit data made by the fitted model and noise of the estimated size, again and again, and look
+//! at how the estimates spread. The noise is normal; where neighbours resemble each other, it is blocks of
+//! the residuals, long enough to hold what they have in common (Kuensch 1989). With noise that is drawn all
+//! of it, and other values of the known numbers each time, it is the Monte Carlo that checks their budget.
 
 use crate::error::Error;
 use crate::fit::known::{self, Known};
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
+use crate::fit::uncertainty::correlation::{Correlations, Series};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use nalgebra::{DMatrix, DVector};
-use rand::SeedableRng;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
@@ -29,13 +31,28 @@ pub struct Bootstrap {
     pub interval95: [f64; 2],
 }
 
+/// What replicates differ by.
+#[derive(Clone, Copy)]
+pub(crate) struct Draws<'a> {
+    /// Standard deviation of the noise of each measurement, in its unit.
+    pub sigma: &'a [f64],
+    pub knowns: &'a [Known],
+    pub correlations: &'a Correlations,
+    /// Whether noise that remembers is blocks of the residuals, not drawn.
+    pub blocks: bool,
+}
+
 /// What every replicate needs; the threads share it.
 struct Shared<'a> {
     task: Task<'a>,
     /// Simulated values at the optimum, in the order of the residuals.
     simulated: Vec<f64>,
-    /// Standard deviation of the noise of each measurement, in its unit.
-    noise: &'a [f64],
+    /// Standard deviation of the noise of every value, in its unit.
+    noise: Vec<f64>,
+    /// Noise to take blocks of, value by value, where it is not drawn.
+    residuals: Option<Vec<f64>>,
+    /// Series whose neighbours may resemble each other.
+    series: &'a [Series],
     start: &'a [f64],
     knowns: &'a [Known],
     /// Of their correlations.
@@ -65,15 +82,8 @@ impl Shared<'_> {
     fn replicate(&self, seed: u64, number: usize) -> (Result<Vec<f64>, Error>, f64) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(number as u64);
-        let mut simulated = self.simulated.iter();
         let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
-        let mut experiments = self.task.experiments.to_vec();
-        let measurements = experiments.iter_mut().flat_map(|e| e.measurements.iter_mut());
-        for (measurement, noise) in measurements.zip(self.noise) {
-            for (seen, simulated) in measurement.seen_mut().into_iter().zip(&mut simulated) {
-                *seen = simulated + noise * draw();
-            }
-        }
+        let mut noise: Vec<f64> = self.noise.iter().map(|sigma| sigma * draw()).collect();
         // What was known before is one more measurement.
         let mut unknowns = self.task.unknowns.to_vec();
         for (unknown, x) in unknowns.iter_mut().zip(self.start) {
@@ -82,11 +92,38 @@ impl Shared<'_> {
                 prior.mean = value + prior.sigma * draw();
             }
         }
-        if !self.knowns.is_empty() {
-            let errors = &self.root * DVector::from_fn(self.knowns.len(), |_, _| draw());
-            if let Err(error) = with_errors(&mut experiments, self.knowns, &errors) {
-                return (Err(error), 0.0);
+        let errors = &self.root * DVector::from_fn(self.knowns.len(), |_, _| draw());
+        for series in self.series {
+            let rows = &series.rows;
+            match (series.block(), &self.residuals) {
+                (Some(length), Some(residuals)) => {
+                    for block in rows.chunks(length) {
+                        let first = random.random_range(0..rows.len());
+                        for (k, row) in block.iter().enumerate() {
+                            noise[*row] = residuals[rows[(first + k) % rows.len()]];
+                        }
+                    }
+                }
+                (Some(_), None) => {
+                    let own = |row: &usize| noise[*row] / self.noise[*row];
+                    let remembered = series.memory().remember(rows.iter().map(own));
+                    for (row, drawn) in rows.iter().zip(remembered) {
+                        noise[*row] = self.noise[*row] * drawn;
+                    }
+                }
+                (None, _) => {}
             }
+        }
+        let mut experiments = self.task.experiments.to_vec();
+        let measurements = experiments.iter_mut().flat_map(|e| e.measurements.iter_mut());
+        let seen = measurements.flat_map(|m| m.seen_mut());
+        for ((seen, simulated), noise) in seen.zip(&self.simulated).zip(noise) {
+            *seen = simulated + noise;
+        }
+        if !self.knowns.is_empty()
+            && let Err(error) = with_errors(&mut experiments, self.knowns, &errors)
+        {
+            return (Err(error), 0.0);
         }
         let task = Task { experiments: &experiments, unknowns: &unknowns, ..self.task };
         let search = task.search();
@@ -102,11 +139,11 @@ impl Shared<'_> {
 /// there was no time for them.
 pub(crate) fn spreads(
     (search, optimum): (&Search, &Optimum),
-    (noise, knowns): (&[f64], &[Known]),
+    draws: Draws,
     (what, count, seed): (&str, usize, u64),
     warnings: &mut Warnings,
 ) -> Vec<Option<Bootstrap>> {
-    let found = spread((search, optimum), (noise, knowns), (what, count, seed));
+    let found = spread((search, optimum), draws, (what, count, seed));
     let (spreads, failed) = found.unwrap_or_else(|_| (vec![None; search.unknowns.len()], count));
     if search.is_stopped() {
         // Those that were done in time are no fair sample.
@@ -122,17 +159,33 @@ pub(crate) fn spreads(
 /// Runs `count` replicates; one spread per unknown, and how many replicates failed.
 fn spread(
     (search, optimum): (&Search, &Optimum),
-    (noise, knowns): (&[f64], &[Known]),
+    Draws { sigma, knowns, correlations, blocks }: Draws,
     (what, count, seed): (&str, usize, u64),
 ) -> Result<(Vec<Option<Bootstrap>>, usize), Error> {
-    let mut simulated = Vec::new();
-    for (_, measurement, sigma, residuals) in search.measured(optimum) {
+    let (mut simulated, mut noise, mut units) = (Vec::new(), Vec::new(), Vec::new());
+    for ((_, measurement, unit, residuals), sigma) in search.measured(optimum).zip(sigma) {
         let mut measurement = measurement.clone();
-        let seen = measurement.seen_mut().into_iter().zip(residuals);
-        simulated.extend(seen.map(|(seen, r)| *seen + r * sigma));
+        let own = measurement.sigmas(unit);
+        let seen = measurement.seen_mut().into_iter().zip(residuals).zip(&own);
+        simulated.extend(seen.map(|((seen, r), unit)| *seen + r * unit));
+        units.extend(own);
+        noise.extend(measurement.sigmas(*sigma));
+    }
+    // The fit has taken a part of the noise with it, and coordinates may have one of their own.
+    let series = &correlations.series[..];
+    let mut residuals = vec![0.0; simulated.len()];
+    for series in series.iter().filter(|s| s.own) {
+        let of = |row: &usize| optimum.residuals[*row];
+        let square = series.rows.iter().map(|row| of(row).powi(2)).sum::<f64>();
+        let scale = (series.variance * series.rows.len() as f64 / square).sqrt();
+        for row in &series.rows {
+            residuals[*row] = scale * units[*row] * of(row);
+            noise[*row] = series.variance.sqrt() * units[*row];
+        }
     }
     let (task, root, start) = (search.task(), known::root(knowns)?, &optimum.x[..]);
-    let shared = Shared { task, simulated, noise, start, knowns, root };
+    let residuals = blocks.then_some(residuals);
+    let shared = Shared { task, simulated, noise, residuals, series, start, knowns, root };
     let mut found: Vec<Vec<f64>> = Vec::new();
     for first in (0..count).step_by(BATCH) {
         if search.is_stopped() {

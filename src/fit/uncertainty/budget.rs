@@ -13,7 +13,8 @@ use crate::fit::known::{Known, correlations};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::bootstrap;
+use crate::fit::uncertainty::bootstrap::{self, Draws};
+use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::inputs::{Change, answers, per_cents};
@@ -75,6 +76,7 @@ pub(crate) struct Given<'a> {
     pub discretization: &'a [DiscretizationError],
     /// The noise of each measurement, in its unit.
     pub sigma: &'a [f64],
+    pub correlations: &'a Correlations,
 }
 
 /// The estimates with their budgets, and what was asked for about them.
@@ -85,7 +87,7 @@ pub(crate) fn budgeted(
     given: Given,
     warnings: &mut Warnings,
 ) -> Vec<Estimate> {
-    let Given { knowns, analysis, discretization, sigma } = given;
+    let Given { knowns, analysis, discretization, sigma, correlations } = given;
     if estimates.iter().all(|e| e.std_error.is_none()) || search.is_stopped() {
         return estimates;
     }
@@ -98,7 +100,8 @@ pub(crate) fn budgeted(
             return estimates;
         }
     };
-    let mut estimates = with_budgets(estimates, search, noise, discretization, &known);
+    let mut estimates =
+        with_budgets(estimates, search, &correlations.freedom, discretization, &known);
     if analysis.one_per_cent {
         let around = (&estimates[..], &noise.weights[..]);
         match per_cents((search, optimum), around, knowns) {
@@ -118,7 +121,8 @@ pub(crate) fn budgeted(
     match analysis.monte_carlo {
         0 => estimates,
         fits => {
-            let how = (sigma, knowns, &known, (fits, analysis.seed));
+            let draws = Draws { sigma, knowns, correlations, blocks: false };
+            let how = (draws, &known, (fits, analysis.seed));
             with_monte_carlo(estimates, (search, optimum), how, warnings)
         }
     }
@@ -128,11 +132,11 @@ pub(crate) fn budgeted(
 fn with_monte_carlo(
     mut estimates: Vec<Estimate>,
     (search, optimum): (&Search, &Optimum),
-    (sigma, knowns, known, (fits, seed)): (&[f64], &[Known], &KnownErrors, (usize, u64)),
+    (draws, known, (fits, seed)): (Draws, &KnownErrors, (usize, u64)),
     warnings: &mut Warnings,
 ) -> Vec<Estimate> {
     let what = ("Monte Carlo", fits, seed);
-    let spreads = bootstrap::spreads((search, optimum), (sigma, knowns), what, warnings);
+    let spreads = bootstrap::spreads((search, optimum), draws, what, warnings);
     for (j, (estimate, spread)) in estimates.iter_mut().zip(spreads).enumerate() {
         let (Some(value), Some(std_error), Some(spread)) =
             (estimate.value, estimate.std_error, spread)
@@ -164,7 +168,7 @@ fn with_monte_carlo(
 fn with_budgets(
     estimates: Vec<Estimate>,
     search: &Search,
-    noise: &Noise,
+    freedom: &[Option<f64>],
     discretization: &[DiscretizationError],
     known: &KnownErrors,
 ) -> Vec<Estimate> {
@@ -217,8 +221,8 @@ fn with_budgets(
                 (noisy.hypot(differ), freedom)
             }
             None => {
-                lines.push(line("noise", std_error, noise.freedom));
-                (std_error, noise.freedom)
+                lines.push(line("noise", std_error, freedom[j]));
+                (std_error, freedom[j])
             }
         };
         if let Some(error) = discretization.get(j) {

@@ -30,8 +30,10 @@ pub(crate) struct Covariance {
     /// Singular values of the Jacobian with columns scaled to length one, of the unknowns that
     /// have an effect; descending.
     pub singular_values: Vec<f64>,
-    /// Covariance over the variance of the noise, along the directions the data see.
+    /// Inverse of the normal matrix, along the directions the data see.
     inverse: Vec<Vec<f64>>,
+    /// Covariance over the variance of the noise: the same, where the noise is white.
+    spread: Vec<Vec<f64>>,
     /// Variance of the noise.
     variance: f64,
 }
@@ -40,6 +42,7 @@ impl Covariance {
     /// From the rows of the Jacobian on the unknowns' scales, residuals in units of the noise, and
     /// the variance of that noise (1 when sigma is known). `effect` is the size of the observed
     /// motion in the same units: an unknown, unless it is known to be `vanishing`, needs a billionth of it to have an effect.
+    /// `scatter` is that of the gradient over that variance, where it is not the normal matrix.
     /// `rise(step)` is the rise of the sum of squares by a step from the optimum, over the one that
     /// ends a 95 % interval.
     pub fn new(
@@ -48,6 +51,7 @@ impl Covariance {
         rows: &[Vec<f64>],
         variance: f64,
         effect: f64,
+        scatter: Option<&DMatrix<f64>>,
         mut rise: impl FnMut(&[f64]) -> f64,
     ) -> Result<Self, Error> {
         let n = unknowns.len();
@@ -64,6 +68,7 @@ impl Covariance {
             findings: out.map(|j| without_effect(&unknowns[j], active.is_empty())).collect(),
             singular_values: Vec::new(),
             inverse: vec![vec![0.0; n]; n],
+            spread: vec![vec![0.0; n]; n],
             variance,
         };
         if active.is_empty() {
@@ -100,9 +105,13 @@ impl Covariance {
                 local.inverse[a][b] += direction[a] * direction[b] / (values[k] * values[k]);
             }
         }
+        local.spread = match scatter {
+            None => local.inverse.clone(),
+            Some(scatter) => between(&local.inverse, scatter),
+        };
         // Principal axes of the covariance in units of what is still an identification.
         let scaled =
-            DMatrix::from_fn(n, n, |a, b| variance * local.inverse[a][b] / (limit(a) * limit(b)));
+            DMatrix::from_fn(n, n, |a, b| variance * local.spread[a][b] / (limit(a) * limit(b)));
         let axes = SymmetricEigen::new(scaled);
         let mut hidden = Vec::new();
         for (axis, value) in axes.eigenvectors.column_iter().zip(&axes.eigenvalues) {
@@ -116,7 +125,7 @@ impl Covariance {
                 hidden.push(far(1.0));
             }
         }
-        let deviation = |j: usize| (variance * local.inverse[j][j]).sqrt();
+        let deviation = |j: usize| (variance * local.spread[j][j]).sqrt();
         let (unseen, hidden) = sparsest(unseen, hidden);
         let named = |j: usize| unseen.iter().chain(&hidden).any(|along| along[j] != 0.0);
         let mut refused: Vec<bool> = (0..n).map(named).collect();
@@ -141,9 +150,9 @@ impl Covariance {
             local.deviation[j] = Some(deviation(j));
         }
         for (a, b) in seen.clone().flat_map(|a| seen.clone().map(move |b| (a, b))) {
-            let product = local.inverse[a][a] * local.inverse[b][b];
+            let product = local.spread[a][a] * local.spread[b][b];
             if product > 0.0 {
-                let value = if a == b { 1.0 } else { local.inverse[a][b] / product.sqrt() };
+                let value = if a == b { 1.0 } else { local.spread[a][b] / product.sqrt() };
                 local.correlation[a][b] = Some(value);
             }
         }
@@ -169,8 +178,16 @@ impl Covariance {
         let n = self.inverse.len();
         let known = (0..n).filter(|j| self.deviation[*j].is_some());
         let pairs = known.clone().flat_map(|a| known.clone().map(move |b| (a, b)));
-        self.variance * pairs.map(|(a, b)| row[a] * self.inverse[a][b] * row[b]).sum::<f64>()
+        self.variance * pairs.map(|(a, b)| row[a] * self.spread[a][b] * row[b]).sum::<f64>()
     }
+}
+
+/// `inverse scatter inverse`.
+fn between(inverse: &[Vec<f64>], scatter: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let n = inverse.len();
+    let inverse = DMatrix::from_fn(n, n, |a, b| inverse[a][b]);
+    let product = &inverse * scatter * &inverse;
+    (0..n).map(|a| (0..n).map(|b| product[(a, b)]).collect()).collect()
 }
 
 #[cfg(test)]
@@ -190,7 +207,8 @@ mod tests {
                 (0..3).map(|j| ((i * (j + 2)) as f64 + 0.3).sin() * [1.0, 3.0, 0.5][j]).collect()
             })
             .collect();
-        let found = Covariance::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
+        let found =
+            Covariance::new(&unknowns(), &[], &rows, 1e-4, 1.0, None, |_| f64::MAX).unwrap();
         let j = nalgebra::DMatrix::from_fn(20, 3, |i, k| rows[i][k]);
         let covariance = (j.transpose() * &j).try_inverse().unwrap() * 1e-4;
         for k in 0..3 {
@@ -210,7 +228,8 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..20)
             .map(|i| vec![(i as f64).sin(), -(i as f64).sin(), (2.0 * i as f64).cos()])
             .collect();
-        let found = Covariance::new(&unknowns(), &[], &rows, 1e-4, 1.0, |_| f64::MAX).unwrap();
+        let found =
+            Covariance::new(&unknowns(), &[], &rows, 1e-4, 1.0, None, |_| f64::MAX).unwrap();
         assert_eq!(found.deviation[..2], [None, None]);
         assert!(found.deviation[2].is_some());
         assert!(found.findings[0].words.contains("youngs_modulus/density"), "{:?}", found.findings);
@@ -219,7 +238,7 @@ mod tests {
     #[test]
     fn no_effect_and_no_information_are_told_apart() {
         let rows: Vec<Vec<f64>> = (0..9).map(|i| vec![0.0, (i as f64).cos(), 1e-3]).collect();
-        let found = Covariance::new(&unknowns(), &[], &rows, 1.0, 1.0, |_| f64::MAX).unwrap();
+        let found = Covariance::new(&unknowns(), &[], &rows, 1.0, 1.0, None, |_| f64::MAX).unwrap();
         assert!(found.findings[0].words.contains("youngs_modulus has no effect"));
         assert!(found.findings[1].words.contains("beta is practically not identifiable"));
         assert!(found.deviation[1].is_some());
@@ -234,9 +253,9 @@ mod tests {
                 vec![s, 2.0 * s + 0.1 * c, (3.0 * i as f64).cos()]
             })
             .collect();
-        let steep = Covariance::new(&unknowns(), &[], &rows, 2e-3, 1.0, |_| 5.0).unwrap();
+        let steep = Covariance::new(&unknowns(), &[], &rows, 2e-3, 1.0, None, |_| 5.0).unwrap();
         assert!(steep.findings.is_empty() && steep.deviation.iter().all(Option::is_some));
-        let flat = Covariance::new(&unknowns(), &[], &rows, 2e-3, 1.0, |step| {
+        let flat = Covariance::new(&unknowns(), &[], &rows, 2e-3, 1.0, None, |step| {
             if step[0] > 0.0 { 0.5 } else { 50.0 }
         });
         let flat = flat.unwrap();

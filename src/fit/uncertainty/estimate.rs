@@ -117,13 +117,13 @@ impl Estimate {
     }
 }
 
-/// What the covariance at an optimum says of every unknown; an interval reaches so many standard
+/// What the covariance at an optimum says of every unknown, whose interval reaches so many standard
 /// deviations to each side.
 pub(crate) fn estimates(
     unknowns: &[Unknown],
     optimum: &Optimum,
     (covariance, vanishing): (&Covariance, &[Option<Vanishing>]),
-    reach: f64,
+    reach: &[f64],
 ) -> Vec<Estimate> {
     let estimate = |(i, unknown): (usize, &Unknown)| {
         let x = optimum.x[i];
@@ -133,7 +133,7 @@ pub(crate) fn estimates(
         let known = covariance.deviation[i].is_some() || zero.is_some();
         let ends = |sd: f64| {
             let [low, high] = unknown.parameter.limits();
-            [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high))
+            [x - reach[i] * sd, x + reach[i] * sd].map(|x| unknown.from_scale(x).clamp(low, high))
         };
         let value = known.then_some(zero.map_or(value, |(value, _)| value));
         Estimate {

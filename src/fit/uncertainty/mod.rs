@@ -5,6 +5,7 @@ pub(crate) mod analysis;
 pub(crate) mod assessment;
 pub(crate) mod bootstrap;
 pub(crate) mod budget;
+pub(crate) mod correlation;
 pub(crate) mod covariance;
 pub(crate) mod discretization;
 pub(crate) mod estimate;

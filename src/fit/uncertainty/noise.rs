@@ -82,8 +82,8 @@ pub(crate) fn scatter(search: &Search, optimum: &Optimum) -> DMatrix<f64> {
 pub(crate) fn residual_rms(search: &Search, optimum: &Optimum) -> f64 {
     let of_unit = |unit: &str| {
         let (mut sum, mut count) = (0.0, 0);
-        for (_, _, sigma, own) in search.measured(optimum).filter(|(_, m, ..)| m.unit() == unit) {
-            sum += own.iter().map(|r| (r * sigma).powi(2)).sum::<f64>();
+        for (_, m, sigma, own) in search.measured(optimum).filter(|(_, m, ..)| m.unit() == unit) {
+            sum += own.iter().zip(m.sigmas(sigma)).map(|(r, s)| (r * s).powi(2)).sum::<f64>();
             count += own.len();
         }
         (count > 0).then(|| (sum / count as f64).sqrt())

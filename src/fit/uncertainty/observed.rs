@@ -2,6 +2,7 @@
 
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::{Noise, scatter};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
@@ -11,7 +12,7 @@ use nalgebra::DMatrix;
 pub(crate) fn std_errors(
     search: &Search,
     optimum: &Optimum,
-    noise: &Noise,
+    (noise, correlations): (&Noise, &Correlations),
     estimates: &[Estimate],
     warnings: &mut Warnings,
 ) -> Vec<Option<f64>> {
@@ -37,9 +38,10 @@ pub(crate) fn std_errors(
     let inverse = factors.inverse();
     // The gradient scatters with psi^2; under squares that is the variance times the Hessian.
     let robust = noise.weights.iter().any(|w| *w != 1.0);
-    let covariance = match robust {
-        false => noise.variance * inverse,
-        true => {
+    let covariance = match (robust, &correlations.scatter) {
+        (_, Some(scatter)) => noise.variance * &inverse * among(scatter) * &inverse,
+        (false, None) => noise.variance * inverse,
+        (true, None) => {
             let scatter = among(&scatter(search, optimum));
             &inverse * scatter * &inverse
         }

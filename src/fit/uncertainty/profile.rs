@@ -7,6 +7,7 @@
 use crate::error::Error;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
+use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
@@ -64,13 +65,14 @@ struct Point {
 pub(crate) fn intervals(
     search: &Search,
     optimum: &Optimum,
-    (covariance, noise): (&Covariance, &Noise),
+    (covariance, noise, correlations): (&Covariance, &Noise, &Correlations),
     warnings: &mut Warnings,
 ) -> Vec<Option<Interval>> {
     let mut intervals = vec![None; search.unknowns.len()];
     for (i, unknown) in search.unknowns.iter().enumerate() {
         let Some(sd) = covariance.deviation[i].filter(|sd| *sd > 0.0) else { continue };
-        let found = interval(search, optimum, i, (sd, noise.rise.sqrt(), noise.reach));
+        let size = noise.rise.sqrt() * correlations.inflation[i];
+        let found = interval(search, optimum, i, (sd, size, correlations.reach[i]));
         if search.is_stopped() {
             // Half a profile says nothing about its ends.
             break;
@@ -88,8 +90,8 @@ pub(crate) fn intervals(
 }
 
 /// The interval of unknown `i` around `optimum`, where the profile has risen to `reach` times the
-/// standard deviation `noise` of the residuals (1 when sigma is known); `deviation` is the
-/// unknown's standard deviation.
+/// standard deviation `noise` of the residuals (1 when sigma is known and the noise white); `deviation` is
+/// the unknown's standard deviation.
 fn interval(
     search: &Search,
     optimum: &Optimum,

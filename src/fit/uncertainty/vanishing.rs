@@ -9,6 +9,7 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::is_damping;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::identifiability::SUSPICIOUS;
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::unknown::Unknown;
@@ -33,10 +34,10 @@ pub(crate) struct Vanishing {
 pub(crate) fn vanishing(
     unknowns: &[Unknown],
     (optimum, rows, losses): (&Optimum, &[Vec<f64>], &[Loss]),
-    noise: &Noise,
+    (noise, correlations): (&Noise, &Correlations),
     residuals: &Residuals,
 ) -> Vec<Option<Vanishing>> {
-    let (n, quantile) = (unknowns.len(), noise.up);
+    let n = unknowns.len();
     let mut found = vec![None; n];
     if !optimum.converged || !unknowns.iter().any(is_damping) {
         return found;
@@ -64,7 +65,9 @@ pub(crate) fn vanishing(
         .map(|a| rows.iter().zip(&felt).map(|(row, r)| column(row, a) * r).sum())
         .collect();
     for (a, j) in seen.iter().enumerate().filter(|(_, j)| is_damping(&unknowns[**j])) {
-        let log_deviation = (noise.variance * inverse[(a, a)]).sqrt() / norms[*j];
+        let (quantile, inflation) = (correlations.up[*j], correlations.inflation[*j]);
+        let white = (noise.variance * inverse[(a, a)]).sqrt();
+        let log_deviation = inflation * white / norms[*j];
         let here = unknowns[*j].from_scale(optimum.x[*j]);
         if log_deviation <= SUSPICIOUS || here == 0.0 {
             continue;
@@ -76,7 +79,7 @@ pub(crate) fn vanishing(
         let upper95 = estimate + (below * below + (quantile * deviation).powi(2)).sqrt();
         // There, with the others where they then want to be.
         let mut x = optimum.x.clone();
-        let way = (upper95 - here) / deviation * (noise.variance / inverse[(a, a)]).sqrt();
+        let way = (upper95 - here) / here * norms[*j] / inverse[(a, a)];
         for (b, k) in seen.iter().enumerate().filter(|(_, k)| *k != j) {
             if !is_damping(&unknowns[*k]) {
                 x[*k] += way * inverse[(a, b)] / norms[*k];
@@ -86,10 +89,13 @@ pub(crate) fn vanishing(
         let rise = residuals
             .residuals(&x)
             .map_or(f64::INFINITY, |r| 2.0 * (half_square(&r) - optimum.cost) / noise.rise);
-        if upper95.is_finite() && rise.is_finite() && rise >= CONFIRMED * quantile * quantile {
+        if upper95.is_finite()
+            && rise.is_finite()
+            && rise >= CONFIRMED * (quantile * inflation).powi(2)
+        {
             let value = if estimate > 1e-3 * upper95 { estimate } else { 0.0 };
             // Where the two-sided interval reaches zero.
-            let upper95 = (log_deviation * noise.reach >= 1.0).then_some(upper95);
+            let upper95 = (log_deviation * correlations.reach[*j] >= 1.0).then_some(upper95);
             found[*j] = Some(Vanishing { value, upper95, log_deviation });
         }
     }

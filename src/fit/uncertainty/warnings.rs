@@ -7,6 +7,7 @@ use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::explained::{is_noisy, residual_tests};
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
@@ -15,6 +16,11 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Residuals this many times the noise are not it, however many there are.
 const OFF: f64 = 1.5;
+/// Part of the values that must be left as independent ones, before the report speaks of it.
+const WORTH_A_WORD: f64 = 0.7;
+/// Independent values for each unknown from which on intervals are certain themselves.
+const ENOUGH_EACH: f64 = 15.0;
+
 /// Whether residuals of this root mean square, in units of the noise they should be, are not it: by
 /// half for many values, and more for few, which noise makes as large once in a thousand times.
 pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
@@ -92,12 +98,14 @@ pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warning
 /// Whether what is left is noise; `narrow` is what it makes of the intervals if it is not.
 pub(crate) fn test_residuals(
     (search, optimum): (&Search, &Optimum),
+    correlations: &Correlations,
     narrow: &str,
     warnings: &mut Warnings,
 ) -> Vec<ResidualTests> {
     let mut all = Vec::new();
-    for (experiment, measurement, _, own) in search.measured(optimum) {
-        for tests in residual_tests(experiment, measurement, own) {
+    for (place, (experiment, measurement, _, own)) in search.measured(optimum).enumerate() {
+        let correlation = |axis: &str| correlations.correlation(place, axis);
+        for tests in residual_tests(experiment, measurement, own, correlation) {
             if !tests.is_noise() {
                 let words = format!(
                     "{}, {}: {}: the model misses something{narrow}",
@@ -116,7 +124,26 @@ pub(crate) fn test_residuals(
             all.push(tests);
         }
     }
+    remembering(&all, search.unknowns.len(), warnings);
     all
+}
+
+/// Says how few independent values there are, where neighbours resemble each other.
+fn remembering(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
+    let values: f64 = tests.iter().map(|t| t.values as f64).sum();
+    let effective: f64 = tests.iter().map(|t| t.effective_samples).sum();
+    let strongest = tests.iter().max_by(|a, b| a.correlation.total_cmp(&b.correlation));
+    let Some(strongest) = strongest.filter(|_| effective < WORTH_A_WORD * values) else { return };
+    let mut words = format!(
+        "neighbouring residuals resemble each other (by {:.2} in {}, {}), so that {values:.0} values tell as \
+         much as {effective:.0}: the intervals allow for it",
+        strongest.correlation, strongest.observation, strongest.axis
+    );
+    if effective < ENOUGH_EACH * unknowns as f64 {
+        words +=
+            ", but are uncertain themselves: a longer record tells more than more frames a second";
+    }
+    warnings.add(Weight::Note, words);
 }
 
 /// What is wrong in the recordings that lead ends.

@@ -1,24 +1,29 @@
 //! Do 95 % intervals contain the truth in 95 of 100 fits? Seeded data sets with known truth, and
 //! the share of intervals that cover it.
 //!
-//! `cargo run --release --example coverage` for 40 data sets a case, `-- 2000` for the campaign.
+//! `cargo run --release --example coverage` for 40 data sets a case, `-- 2000` for the campaign,
+//! `-- 1000 noise` for the cases whose name begins so.
 
 use indicatif::{ParallelProgressIterator, ProgressBar};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use rayon::prelude::*;
 use rodfit::fit::{Analysis, Refinement, Sample};
 use rodfit::scene::{Camera, Material, Section, Shape, Time};
-use rodfit::{Error, Fit, Observation, Parameter, Point, Scene};
+use rodfit::{Error, Fit, Observation, Parameter, Point, Scene, Unknown};
+
+mod noise;
+use noise::Noise;
 
 /// Fits of one kind of data.
 struct Case {
     name: &'static str,
     scene: Scene,
-    /// Standard deviation per coordinate, m.
+    /// Its kind, and standard deviation per coordinate, m.
+    kind: Noise,
     noise: f64,
+    samples: u32,
     unknowns: &'static [Parameter],
+    /// Whether they are known within a factor of two, which saves the search for a start.
+    known: bool,
     profile: bool,
 }
 
@@ -36,12 +41,8 @@ fn cantilever(end: f64, damping: f64) -> Scene {
 /// For every unknown: whether the interval covers, and whether the profile's does. None for a fit
 /// that did not give intervals.
 fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(bool, bool)>>, Error> {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let noise = Normal::new(0.0, case.noise).map_err(|e| Error::Fit(e.to_string()))?;
     let mut data = clean.clone();
-    for x in data.samples.iter_mut().flat_map(|s| s.position.iter_mut()).flatten() {
-        *x += noise.sample(&mut random);
-    }
+    case.kind.add(&mut data, case.noise, 0, seed);
     // Mesh and step are the data's own.
     let analysis = Analysis {
         profile: case.profile,
@@ -52,7 +53,11 @@ fn covers(case: &Case, clean: &Observation, seed: u64) -> Result<Option<Vec<(boo
     let mut scene = case.scene.clone();
     (scene.supports.angle, scene.camera) = (0.0, Camera::default());
     let fit = Fit::new(&scene.problem()?).observe(data).analyse(analysis);
-    let fit = case.unknowns.iter().fold(fit, |fit, unknown| fit.identify(*unknown));
+    let unknown = |parameter: &Parameter| match parameter.of(&case.scene).filter(|_| case.known) {
+        Some(truth) => Unknown::new(*parameter).start(truth).bounds(0.5 * truth, 2.0 * truth),
+        None => Unknown::new(*parameter),
+    };
+    let fit = case.unknowns.iter().fold(fit, |fit, parameter| fit.identify(unknown(parameter)));
     let report = fit.solve()?;
     if !report.is_success() {
         return Ok(None);
@@ -71,46 +76,81 @@ fn main() -> Result<(), Error> {
     let count: u64 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(40);
     let mut tilted = cantilever(0.6, 0.0);
     (tilted.supports.angle, tilted.camera.time_offset) = (0.02, 0.013);
-    let cases = [
+    let mut cases = vec![
         Case {
             name: "E alone",
             scene: cantilever(0.4, 0.0),
+            kind: Noise::White,
             noise: 2e-3,
+            samples: 30,
             unknowns: &[Parameter::YoungsModulus],
+            known: false,
             profile: false,
         },
         Case {
             name: "E with damping",
             scene: cantilever(0.6, 0.8),
+            kind: Noise::White,
             noise: 1e-3,
+            samples: 30,
             unknowns: &[Parameter::YoungsModulus, Parameter::DampingMass],
+            known: false,
             profile: false,
         },
         Case {
             name: "E with the clamp's angle and the camera's clock",
             scene: tilted,
+            kind: Noise::White,
             noise: 1e-3,
+            samples: 30,
             unknowns: &[Parameter::YoungsModulus, Parameter::TimeOffset, Parameter::ClampAngle],
+            known: false,
             profile: false,
         },
         Case {
             name: "E from the first tenth of a second, strongly nonlinear",
             scene: cantilever(0.1, 0.0),
+            kind: Noise::White,
             noise: 3e-3,
+            samples: 30,
             unknowns: &[Parameter::YoungsModulus],
+            known: false,
             profile: true,
         },
     ];
-    for case in &cases {
+    let mut swinging = cantilever(0.6, 0.8);
+    swinging.rod.segments = Some(6);
+    swinging.time = Some(Time::new(0.6, 8e-3));
+    let kinds = [
+        ("noise: white", Noise::White),
+        ("noise: AR(1) of 0.3", Noise::Correlated(0.3)),
+        ("noise: AR(1) of 0.8", Noise::Correlated(0.8)),
+        ("noise: AR(1) of 0.95", Noise::Correlated(0.95)),
+        ("noise: Student's t of 3", Noise::HeavyTailed),
+        ("noise: pixels of 2 sigma", Noise::Pixels),
+        ("noise: three times as large in y", Noise::Unlike),
+    ];
+    cases.extend(kinds.map(|(name, kind)| Case {
+        name,
+        scene: swinging.clone(),
+        kind,
+        noise: 1e-3,
+        samples: 300,
+        unknowns: &[Parameter::YoungsModulus, Parameter::DampingMass],
+        known: true,
+        profile: false,
+    }));
+    let wanted = std::env::args().nth(2).unwrap_or_default();
+    for case in cases.iter().filter(|case| case.name.starts_with(&wanted)) {
         let run = case.scene.problem()?.simulate()?;
         let end = case.scene.time.as_ref().map_or(0.0, |time| time.end);
         let sample = |k: u32| -> Result<Sample, Error> {
-            let time = end * f64::from(k) / 30.0;
+            let time = end * f64::from(k) / f64::from(case.samples);
             let ([x, y, _], _) = run.at(Point::Tip, time)?;
             let time = time + case.scene.camera.time_offset;
             Ok(Sample { time, position: [Some(x), Some(y), None] })
         };
-        let clean = Observation::new((1..=30).map(sample).collect::<Result<_, _>>()?);
+        let clean = Observation::new((1..=case.samples).map(sample).collect::<Result<_, _>>()?);
         let results: Vec<Option<Vec<(bool, bool)>>> = (0..count)
             .into_par_iter()
             .progress_with(ProgressBar::new(count))
