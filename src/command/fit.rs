@@ -33,6 +33,9 @@ pub struct Options {
     /// Check the budget of uncertainty by so many fits with other known numbers and other noise.
     #[arg(long, value_name = "N")]
     monte_carlo: Option<usize>,
+    /// Fit again with what explains best what is left, if noise does not.
+    #[arg(long)]
+    extend: bool,
     /// Which derivatives to step with.
     #[arg(long, value_enum, default_value = "hand")]
     derivatives: Route,
@@ -90,6 +93,8 @@ struct Run {
     page: Option<Output>,
     numbers: Option<Output>,
     saves: Vec<Option<Output>>,
+    /// Whether to fit again with what explains best what is left.
+    extend: bool,
 }
 
 impl Run {
@@ -144,12 +149,24 @@ impl Run {
         inputs.extend(options.fit.iter().cloned());
         outputs.check(&inputs)?;
         limits::of_fit(&file, path.into()).admit(manner)?;
-        Ok(Self { path: path.into(), file, manner, outputs, json, page, numbers, saves })
+        let (path, extend) = (path.into(), options.extend);
+        Ok(Self { path, file, manner, outputs, json, page, numbers, saves, extend })
     }
 
     fn solve(self, stop: Arc<AtomicBool>) -> Result<u8, Error> {
-        let Self { path, file, manner, mut outputs, json, page, numbers, saves } = self;
-        let report = solve(&file, page.is_some(), stop, manner)?;
+        let Self { path, mut file, manner, mut outputs, json, page, numbers, saves, extend } = self;
+        let mut report = solve(&file, page.is_some(), stop.clone(), manner)?;
+        if extend && !report.interrupted {
+            match file.extended(&report)? {
+                Some(extended) => {
+                    let found = &report.score_tests[0];
+                    terminal::tell(format_args!("extended, as what is left looks like {found}"));
+                    file = extended;
+                    report = solve(&file, page.is_some(), stop, manner)?;
+                }
+                None => terminal::tell(format_args!("not extended: noise explains what is left")),
+            }
+        }
         if report.interrupted {
             outputs.are_interrupted();
         }

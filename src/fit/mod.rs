@@ -15,6 +15,7 @@
 //! for; [`Residuals`] compare; a search over starts finds an optimum; an assessment makes the
 //! [`FitReport`] of it.
 
+mod extend;
 mod file;
 mod known;
 pub(crate) mod measurement;
@@ -62,7 +63,7 @@ pub use uncertainty::noise::LossEffect;
 pub use uncertainty::prediction::Prediction;
 pub use uncertainty::profile::Profile;
 pub use uncertainty::recordings::{ErrorSummary, RecordingError, RecordingErrors};
-pub use uncertainty::sources::{BudgetLine, MonteCarlo, PerCent};
+pub use uncertainty::sources::{BudgetLine, CouldHide, MonteCarlo, PerCent, ScoreTest};
 pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
 

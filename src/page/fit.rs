@@ -65,6 +65,10 @@ fn verdict(report: &FitReport) -> String {
         words.map(|words| format!("<li>{}</li>\n", escaped(words))).collect()
     };
     let warnings = items(&mut report.warnings.iter());
+    let told = |words: Vec<String>| items(&mut words.iter());
+    let tests = report.score_tests.iter().filter(|test| test.is_significant());
+    let lacking = told(tests.map(|test| capitalised(&test.to_string())).collect());
+    let hidden = told(report.hidden().iter().map(|words| capitalised(words)).collect());
     let unknown = items(&mut report.not_identifiable.iter().map(|finding| &finding.words));
     let list = |title: &str, items: String| match items.is_empty() {
         true => String::new(),
@@ -72,12 +76,14 @@ fn verdict(report: &FitReport) -> String {
     };
     format!(
         "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{}</p><p>{}</p>\n\
-         <p class=\"note\">{}</p>\n{}{}</section>\n",
+         <p class=\"note\">{}</p>\n{}{}{}{}</section>\n",
         escaped(&capitalised(&report.grade.to_string())),
         escaped(&capitalised(&report.verdict)),
         escaped(&report.status),
         list("Warnings", warnings),
         list("Not determined by these data", unknown),
+        list("What would explain what is left", lacking),
+        list("What could hide without a trace in these data", hidden),
     )
 }
 

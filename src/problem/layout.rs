@@ -10,17 +10,19 @@ use crate::problem::planar::PlanarModel;
 use crate::problem::setup;
 use crate::problem::spatial::SpatialModel;
 use crate::scene::mesh::Mesh;
-use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support};
+use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
 
 impl<D: Scalar> Scene<D> {
     /// The rest shape's mesh, cut by the walls.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
-        let mesh = |segments| self.rod.shape.mesh(segments, behind_walls(self));
-        let own = mesh(self.rod.segments)?;
-        match self.remeshed {
-            None => Ok(own),
-            Some(_) => Ok(Mesh { named: Some(own.arc_length), ..mesh(self.remeshed)? }),
+        let mesh = |segments, behind| self.rod.shape.mesh(segments, behind);
+        let own = mesh(self.rod.segments, behind_walls(&self.supports, [false; 2]))?;
+        if self.remeshed.is_none() && self.soft == [false; 2] {
+            return Ok(own);
         }
+        let segments = self.remeshed.or(self.rod.segments);
+        let other = mesh(segments, behind_walls(&self.supports, self.soft))?;
+        Ok(Mesh { named: Some(own.arc_length), ..other })
     }
 
     /// The same of a scene whose mesh has been made before.
@@ -51,16 +53,15 @@ pub(crate) fn check_edges(key: &str, nodes: &[[f64; 3]]) -> Result<(), Error> {
     }
 }
 
-/// The parts of the outermost edges that are behind walls: half of it, or all where the clamp is soft.
-pub(crate) fn behind_walls<D>(scene: &Scene<D>) -> [f64; 2] {
-    let supports = &scene.supports;
+/// The parts of the outermost edges that are behind walls: half of one, or all where the clamp is `soft`.
+pub(crate) fn behind_walls<D>(supports: &Supports<D>, soft: [bool; 2]) -> [f64; 2] {
     let behind =
         |support, soft| match support == Support::Clamped && supports.clamp == Clamp::MidEdge {
             true if soft => 1.0,
             true => 0.5,
             false => 0.0,
         };
-    [behind(supports.start, scene.soft[0]), behind(supports.end, scene.soft[1])]
+    [behind(supports.start, soft[0]), behind(supports.end, soft[1])]
 }
 
 /// Which constants the elements get, whatever the values of the parameters that are `varying`.
@@ -78,7 +79,7 @@ pub(crate) fn correction(scene: &Scene, mesh: &Mesh, varying: &[Parameter]) -> C
     let curved = natural && (bends || longer.any(|longer| longer));
     Correction {
         arcs: scene.discretization() != Discretization::Paper,
-        behind: behind_walls(scene),
+        behind: behind_walls(&scene.supports, scene.soft),
         joints: curved || scene.discretization() == Discretization::CorrectedStatics,
     }
 }

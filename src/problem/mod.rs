@@ -380,6 +380,11 @@ impl Problem {
         Ok(Self::of(self.scene.clone(), varying, None)?.computed_as(self))
     }
 
+    /// The problem with a layout for generic values of one more parameter.
+    pub(crate) fn laid_out_for_another(&self, parameter: Parameter) -> Result<Self, Error> {
+        self.laid_out_for(self.varying.iter().copied().chain([parameter]).collect())
+    }
+
     /// Another scene, on another mesh or with other steps, laid out and computed as this one.
     pub(crate) fn like_it(&self, scene: Scene) -> Result<Self, Error> {
         scene.validate()?;

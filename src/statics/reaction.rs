@@ -123,7 +123,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     /// The part of its edge that is behind a wall, of an outermost node; zero of others.
     fn behind(&self, node: usize) -> f64 {
-        let [start, end] = behind_walls(self.scene());
+        let [start, end] = behind_walls(&self.scene().supports, self.scene().soft);
         match node {
             0 => start,
             _ if node + 1 == self.nodes() => end,

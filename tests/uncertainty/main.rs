@@ -8,4 +8,5 @@ mod budget;
 mod intervals;
 mod noise;
 mod outliers;
+mod score;
 mod warnings;

@@ -20,12 +20,15 @@ use crate::fit::uncertainty::identifiability::Finding;
 use crate::fit::uncertainty::noise::LossEffect;
 use crate::fit::uncertainty::prediction::Prediction;
 use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::uncertainty::sources::BudgetLine;
+use crate::fit::uncertainty::sources::{BudgetLine, CouldHide, ScoreTest};
 use crate::fit::uncertainty::verdict::Grade;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
+
+/// So many things that could hide are named.
+const HIDDEN: usize = 3;
 
 /// Rows of a file that the fit does not use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +78,13 @@ pub struct FitReport {
     /// How well what was held out is predicted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub predictions: Vec<Prediction>,
+    /// The three terms that the scene lacks, or numbers that may be off, which explain best what is left.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub score_tests: Vec<ScoreTest>,
+    /// What could be off without a trace in the residuals, and what it would do to each parameter: the
+    /// most standard errors first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub could_hide: Vec<CouldHide>,
     /// How far rods go from the recordings that lead their ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recordings: Option<RecordingErrors>,
@@ -128,6 +138,8 @@ impl FitReport {
             dropped: dropped(experiments),
             losses: assessment.losses,
             predictions: assessment.predictions,
+            score_tests: assessment.unsaid.score_tests,
+            could_hide: assessment.unsaid.could_hide,
             recordings: assessment.recordings,
             basins,
             simulations: search.simulations(),
@@ -154,6 +166,24 @@ impl FitReport {
             false => e.experiments.contains(&experiment.name),
         });
         own.filter_map(|e| Some((e.name, e.value?))).collect()
+    }
+
+    /// In words the three things that could hide with the largest effects above a standard error, but for
+    /// numbers of which it is said what one per cent would change.
+    pub fn hidden(&self) -> Vec<String> {
+        let said = |hidden: &CouldHide| {
+            let mut all = self.parameters.iter().flat_map(|e| &e.one_per_cent);
+            all.any(|per_cent| per_cent.source == hidden.source)
+        };
+        let large = self.could_hide.iter().filter(|h| h.std_errors > 1.0 && !said(h));
+        let mut named: Vec<Vec<&CouldHide>> = Vec::new();
+        for hidden in large {
+            match named.iter_mut().find(|all| all[0].source == hidden.source) {
+                Some(all) => all.push(hidden),
+                None => named.push(vec![hidden]),
+            }
+        }
+        named.iter().take(HIDDEN).map(|all| all[0].with(all)).collect()
     }
 
     /// The estimate of a parameter, if it was asked for.
@@ -248,6 +278,12 @@ impl fmt::Display for FitReport {
                 )?;
             }
             budget::write(f, e)?;
+        }
+        for test in self.score_tests.iter().filter(|test| test.is_significant()) {
+            writeln!(f, "  what is left looks like {test}")?;
+        }
+        for hidden in self.hidden() {
+            writeln!(f, "  could hide: {hidden}")?;
         }
         for d in &self.dropped {
             writeln!(f, "  {}: rows left out: {}", d.observation, d.rows)?;

@@ -22,8 +22,8 @@ pub struct Analysis {
     /// Number of fits with other known numbers and other noise, which check the budget; none when 0.
     pub monte_carlo: usize,
     /// Whether the report says what one per cent of numbers that are neither identified nor known with an
-    /// error would change.
-    pub one_per_cent: bool,
+    /// error would change, what the scene may lack, and what could hide.
+    pub what_if: bool,
 }
 
 impl Default for Analysis {
@@ -35,7 +35,7 @@ impl Default for Analysis {
             observed_information: false,
             discretization_error: Refinement::default(),
             monte_carlo: 0,
-            one_per_cent: true,
+            what_if: true,
         }
     }
 }

@@ -19,6 +19,7 @@ use crate::fit::uncertainty::observed;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
+use crate::fit::uncertainty::score::{Unsaid, explained_by, unsaid};
 use crate::fit::uncertainty::vanishing::vanishing;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
@@ -40,6 +41,7 @@ pub(crate) struct Assessment {
     pub discretization: Vec<DiscretizationError>,
     pub residual_tests: Vec<ResidualTests>,
     pub predictions: Vec<Prediction>,
+    pub unsaid: Unsaid,
     pub recordings: Option<RecordingErrors>,
     pub profiles: Vec<Profile>,
     pub warnings: Warnings,
@@ -123,7 +125,14 @@ pub(crate) fn assess(
         sigma: &sigma,
         correlations: &correlations,
     };
-    let estimates = budgeted(estimates, (search, optimum), &noise, given, &mut warnings);
+    let mut estimates = budgeted(estimates, (search, optimum), &noise, given, &mut warnings);
+    let mut unsaid = match analysis.what_if && estimates.iter().any(|e| e.std_error.is_some()) {
+        true => unsaid((search, optimum), (&estimates, &noise), knowns, &mut warnings),
+        false => Unsaid::default(),
+    };
+    let per_cents = std::mem::take(&mut unsaid.per_cents).into_iter();
+    estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
+    explained_by(&unsaid.score_tests, &mut warnings);
     let local = (&covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), local, &mut warnings);
     Ok(Assessment {
@@ -135,6 +144,7 @@ pub(crate) fn assess(
         discretization,
         residual_tests,
         predictions,
+        unsaid,
         recordings: RecordingErrors::of(experiments, (search, optimum)),
         profiles,
         warnings,

@@ -17,7 +17,7 @@ use crate::fit::uncertainty::bootstrap::{self, Draws};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::inputs::{Change, answers, per_cents};
+use crate::fit::uncertainty::inputs::{Change, Directions};
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::quantile::quantile95;
 use crate::fit::uncertainty::sources::{BudgetLine, MonteCarlo};
@@ -51,7 +51,12 @@ impl<'a> KnownErrors<'a> {
             knowns,
             values: changes.iter().map(Change::value).collect(),
             correlations: correlations(knowns)?,
-            answers: answers((search, optimum, experiments), around, &changes)?,
+            answers: match changes.is_empty() {
+                true => Vec::new(),
+                false => {
+                    Directions::of((search, optimum, experiments), around, &changes)?.answers()
+                }
+            },
         })
     }
 
@@ -100,24 +105,8 @@ pub(crate) fn budgeted(
             return estimates;
         }
     };
-    let mut estimates =
+    let estimates =
         with_budgets(estimates, search, &correlations.freedom, discretization, &known);
-    if analysis.one_per_cent {
-        let around = (&estimates[..], &noise.weights[..]);
-        match per_cents((search, optimum), around, knowns) {
-            Ok(all) => {
-                let pairs = estimates.iter_mut().zip(all);
-                pairs.for_each(|(estimate, own)| estimate.one_per_cent = own);
-            }
-            Err(error) => {
-                let words = format!(
-                    "what one per cent of the other numbers would change is unknown: a coarse run \
-                     failed ({error})"
-                );
-                warnings.add(Weight::Note, words);
-            }
-        }
-    }
     match analysis.monte_carlo {
         0 => estimates,
         fits => {

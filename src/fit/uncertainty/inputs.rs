@@ -9,17 +9,15 @@ use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::Search;
-use crate::fit::search::coarse::Coarse;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::weighted;
 use crate::fit::uncertainty::sources::PerCent;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Dyn, QR};
 
-/// Steps of the coarse model in the first period, and so many numbers at most.
-const COARSE_STEPS: f64 = 48.0;
+/// So many numbers at most.
 const MOST_NUMBERS: usize = 16;
 /// Below so much of a per cent, or of its size, an estimate does not answer.
 const SEEN: f64 = 1e-3;
@@ -78,6 +76,11 @@ impl Change {
         Self { source: number.to_string(), parts }
     }
 
+    /// Of a number in all its experiments, by the same in its unit.
+    pub fn by(experiments: &[Experiment], source: &str, number: &Unknown, by: f64) -> Self {
+        Self { source: source.into(), ..Self::of(experiments, number, |_| by) }
+    }
+
     /// Of a known number, by its standard uncertainty.
     pub fn of_known(experiments: &[Experiment], known: &Known) -> Self {
         Self::of(experiments, &known.as_unknown(), |_| known.sigma)
@@ -93,7 +96,7 @@ impl Change {
 }
 
 /// One per cent of everything that matters and is not said: components of a vector are one.
-fn one_per_cent(search: &Search, knowns: &[Known]) -> Vec<Change> {
+pub(crate) fn one_per_cent(search: &Search, knowns: &[Known]) -> Vec<Change> {
     let said = |p: Parameter, e: &Experiment| {
         search.unknowns.iter().any(|u| u.parameter == p && u.is_of(e))
             || knowns.iter().any(|k| k.parameter == p && k.as_unknown().is_of(e))
@@ -133,84 +136,104 @@ fn one_per_cent(search: &Search, knowns: &[Known]) -> Vec<Change> {
     changes
 }
 
-/// How every unknown, on its scale, answers to every change; none for those that are not identified.
-/// `experiments` are those of the search, or a coarse model of them.
-pub(crate) fn answers(
-    (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
-    (estimates, weights): (&[Estimate], &[f64]),
-    changes: &[Change],
-) -> Result<Vec<Vec<Option<f64>>>, Error> {
-    let n = search.unknowns.len();
-    if changes.is_empty() {
-        return Ok(Vec::new());
-    }
-    let (mut unknowns, mut x) = (search.unknowns.to_vec(), optimum.x.clone());
-    for part in changes.iter().flat_map(|change| &change.parts) {
-        unknowns.push(part.number.clone());
-        x.push(part.value);
-    }
-    let durations = search.durations();
-    let residuals =
-        Residuals::new(experiments, &search.sigmas, &unknowns, &durations, search.full_work)?
-            .counting(search.work.clone());
-    let rows = weighted(&residuals.plain_jacobian(&x)?, weights);
-    let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
-    let norms: Vec<f64> = (0..n).map(norm).collect();
-    let free: Vec<usize> =
-        (0..n).filter(|j| estimates[*j].identifiable && norms[*j] > 0.0).collect();
-    let by_free =
-        DMatrix::from_fn(rows.len(), free.len(), |i, a| rows[i][free[a]] / norms[free[a]]);
-    let mut first = n;
-    let mut by_change = DMatrix::zeros(rows.len(), changes.len());
-    for (c, change) in changes.iter().enumerate() {
-        for (k, part) in change.parts.iter().enumerate() {
-            for (i, row) in rows.iter().enumerate() {
-                by_change[(i, c)] += part.by * row[first + k];
-            }
-        }
-        first += change.parts.len();
-    }
-    let factors = by_free.qr();
-    let moved = factors.r().solve_upper_triangular(&(factors.q().transpose() * by_change));
-    let answer = |c: usize, j: usize| {
-        let place = free.iter().position(|k| *k == j)?;
-        let moved = -moved.as_ref()?[(place, c)] / norms[j];
-        moved.is_finite().then_some(moved)
-    };
-    Ok((0..changes.len()).map(|c| (0..n).map(|j| answer(c, j)).collect()).collect())
+/// Derivatives of the weighted residuals: by the unknowns that are identified, and along changes of other
+/// numbers.
+pub(crate) struct Directions {
+    free: Vec<usize>,
+    norms: Vec<f64>,
+    factors: QR<f64, Dyn, Dyn>,
+    changes: DMatrix<f64>,
 }
 
-/// What one per cent of everything that matters and is not said would change in every estimate, by a
-/// coarse model: the most first.
+impl Directions {
+    /// At the optimum; `experiments` are those of the search, or a coarse model of them.
+    pub fn of(
+        (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
+        (estimates, weights): (&[Estimate], &[f64]),
+        changes: &[Change],
+    ) -> Result<Self, Error> {
+        let n = search.unknowns.len();
+        let (mut unknowns, mut x) = (search.unknowns.to_vec(), optimum.x.clone());
+        for part in changes.iter().flat_map(|change| &change.parts) {
+            unknowns.push(part.number.clone());
+            x.push(part.value);
+        }
+        let durations = search.durations();
+        let residuals =
+            Residuals::new(experiments, &search.sigmas, &unknowns, &durations, search.full_work)?
+                .counting(search.work.clone());
+        let rows = weighted(&residuals.plain_jacobian(&x)?, weights);
+        let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
+        let norms: Vec<f64> = (0..n).map(norm).collect();
+        let free: Vec<usize> =
+            (0..n).filter(|j| estimates[*j].identifiable && norms[*j] > 0.0).collect();
+        let by_free =
+            DMatrix::from_fn(rows.len(), free.len(), |i, a| rows[i][free[a]] / norms[free[a]]);
+        let mut first = n;
+        let mut along = DMatrix::zeros(rows.len(), changes.len());
+        for (c, change) in changes.iter().enumerate() {
+            for (k, part) in change.parts.iter().enumerate() {
+                for (i, row) in rows.iter().enumerate() {
+                    along[(i, c)] += part.by * row[first + k];
+                }
+            }
+            first += change.parts.len();
+        }
+        Ok(Self { free, norms, factors: by_free.qr(), changes: along })
+    }
+
+    /// How every unknown, on its scale, answers to every change; none for those that are not identified.
+    pub fn answers(&self) -> Vec<Vec<Option<f64>>> {
+        let Self { free, norms, factors, changes } = self;
+        let moved = factors.r().solve_upper_triangular(&(factors.q().tr_mul(changes)));
+        let answer = |c: usize, j: usize| {
+            let place = free.iter().position(|k| *k == j)?;
+            let moved = -moved.as_ref()?[(place, c)] / norms[j];
+            moved.is_finite().then_some(moved)
+        };
+        (0..changes.ncols()).map(|c| (0..norms.len()).map(|j| answer(c, j)).collect()).collect()
+    }
+
+    /// The changes as they are, and what of them the unknowns cannot follow.
+    pub fn unfollowed(&self) -> [DMatrix<f64>; 2] {
+        let q = self.factors.q();
+        [self.changes.clone(), &self.changes - &q * q.tr_mul(&self.changes)]
+    }
+}
+
+/// What one per cent of `changes` does to every estimate, by the answers to them: the most first.
 pub(crate) fn per_cents(
-    (search, optimum): (&Search, &Optimum),
-    (estimates, weights): (&[Estimate], &[f64]),
-    knowns: &[Known],
-) -> Result<Vec<Vec<PerCent>>, Error> {
-    let changes = one_per_cent(search, knowns);
-    let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
-    let coarse = coarse.task(search);
-    let found = answers((search, optimum, coarse.experiments), (estimates, weights), &changes)?;
-    search.report("what one per cent of the inputs would change");
+    search: &Search,
+    estimates: &[Estimate],
+    (changes, answers): (&[Change], &[Vec<Option<f64>>]),
+) -> Vec<Vec<PerCent>> {
     let of = |(j, estimate): (usize, &Estimate)| {
         let mut all = Vec::new();
         let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
             return all;
         };
-        let unknown = &search.unknowns[j];
-        let positive = unknown.parameter.is_positive();
-        let size = if positive { 0.01 * value } else { value.abs() };
-        for (change, moved) in changes.iter().zip(&found) {
-            let Some(moved) = moved[j] else { continue };
-            let change_of_it = moved * unknown.slope(value);
-            if change_of_it.abs() > SEEN * size {
-                let relative = positive.then_some(100.0 * moved);
-                let source = change.source.clone();
-                all.push(PerCent { source, change: change_of_it, relative });
-            }
+        for (change, moved) in changes.iter().zip(answers) {
+            let Some((by, relative)) = effect(&search.unknowns[j], value, moved[j]) else {
+                continue;
+            };
+            all.push(PerCent { source: change.source.clone(), change: by, relative });
         }
         all.sort_by(|a, b| b.change.abs().total_cmp(&a.change.abs()));
         all
     };
-    Ok(estimates.iter().enumerate().map(of).collect())
+    estimates.iter().enumerate().map(of).collect()
+}
+
+/// A move of an unknown on its scale, as a change of its value and in per cent of it if it is positive; none
+/// where it hardly moves.
+pub(crate) fn effect(
+    unknown: &Unknown,
+    value: f64,
+    moved: Option<f64>,
+) -> Option<(f64, Option<f64>)> {
+    let moved = moved?;
+    let positive = unknown.parameter.is_positive();
+    let by = moved * unknown.slope(value);
+    let size = if positive { 0.01 * value } else { value.abs() };
+    (by.abs() > SEEN * size).then(|| (by, positive.then_some(100.0 * moved)))
 }

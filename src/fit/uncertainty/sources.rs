@@ -2,6 +2,7 @@
 
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// A source of uncertainty, and what it does to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,4 +58,82 @@ pub struct PerCent {
     /// The same in per cent of it, where it is positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
+}
+
+/// What a term that the scene lacks would explain of what is left, or a number that is off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ScoreTest {
+    /// The number, by its place in the scene that has the term.
+    pub source: String,
+    /// What it is.
+    pub words: String,
+    /// How large it would be, beside what the scene has, by the linear model.
+    pub estimate: f64,
+    /// Unit of the estimate.
+    pub unit: String,
+    /// The estimate over its standard error.
+    pub sigmas: f64,
+    /// How often noise alone makes any of the terms that were looked at as significant.
+    pub p_value: f64,
+}
+
+impl ScoreTest {
+    /// Whether noise alone hardly explains it: 5 % of right models have any such.
+    pub fn is_significant(&self) -> bool {
+        self.p_value < 0.05
+    }
+}
+
+impl fmt::Display for ScoreTest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { source, words, estimate, unit, sigmas, p_value } = self;
+        let size = format!("{source}: {estimate:+.1e} {unit}");
+        write!(f, "{words} ({}, {:.1} sigma, p = {p_value:.0e})", size.trim_end(), sigmas.abs())
+    }
+}
+
+/// What could be off without a trace in the residuals, and what it would do to a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct CouldHide {
+    /// The number, by its place in the scene that has the term.
+    pub source: String,
+    /// What it is.
+    pub words: String,
+    /// A size it may well have, beside what the scene has.
+    pub size: f64,
+    /// Unit of the size.
+    pub unit: String,
+    /// The parameter, with its experiments if it is of some only.
+    pub parameter: String,
+    /// By how much the estimate would be off, in its unit.
+    pub change: f64,
+    /// The same in per cent of it, where it is positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative: Option<f64>,
+    /// The same in standard errors of the estimate.
+    pub std_errors: f64,
+    /// How many standard deviations of the noise it would leave in the residuals.
+    pub visible: f64,
+    /// What would tell.
+    pub tell: String,
+}
+
+impl CouldHide {
+    /// What it would do to the parameter.
+    fn effect(&self) -> String {
+        match self.relative {
+            Some(relative) => format!("{} {relative:+.1} %", self.parameter),
+            None => format!("{} {:+.1e}", self.parameter, self.change),
+        }
+    }
+
+    /// In a sentence, with what else the same number does to `others`.
+    pub(crate) fn with(&self, others: &[&Self]) -> String {
+        let Self { words, size, unit, tell, .. } = self;
+        let size = format!("{size:.1e} {unit}");
+        let effects: Vec<String> = others.iter().map(|hidden| hidden.effect()).collect();
+        format!("{words} ({}): {}; to tell: {tell}", size.trim_end(), effects.join(", "))
+    }
 }

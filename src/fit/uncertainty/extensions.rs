@@ -1,0 +1,263 @@
+//! What may be missing in a scene: terms that stand at zero, and numbers that may be off.
+//!
+//! Each is a number of the scene where it stands now, or of the scene with a term of no size added, so that its
+//! derivative is that of any number. `plausible` is how large it may well be without anybody knowing: what
+//! laboratories have, not the largest that there can be.
+
+use crate::fit::measurement::experiment::Experiment;
+use crate::problem::Problem;
+use crate::scene::along::Along;
+use crate::scene::{Drag, Parameter, Point, PointMass, Scene, Section, Shape, Support};
+
+/// A mass of no size, over the rod's: scenes have none of zero.
+const NOTHING: f64 = 1e-9;
+/// A clamp holds a rod as if it were longer by this part of its thickness: what elastic half spaces give.
+const GRIP: f64 = 0.5;
+/// Damping that air, clamp and material have without anybody knowing, over the critical.
+const DAMPED: f64 = 2e-3;
+/// Air: half its density times a drag coefficient of 1.2, kg/m^3.
+const AIR: f64 = 0.72;
+/// Angles by eye, rad; lengths and scales by eye, sections by calliper, markers, as parts.
+const BY_EYE: f64 = 0.01;
+const SCALE: f64 = 5e-3;
+const SECTION: f64 = 0.01;
+const MARKER: f64 = 0.01;
+
+/// What plausible sizes are taken from.
+pub(crate) struct Sizes {
+    /// Length, m, and mass, kg, of the rod.
+    length: f64,
+    mass: f64,
+    /// Of its section, m, and EI, N m^2.
+    thickness: f64,
+    bending: f64,
+    /// Angular frequency of its first swing, rad/s, and time between two frames, s.
+    swing: Option<f64>,
+    frame: Option<f64>,
+}
+
+impl Sizes {
+    /// Those of an experiment whose problem is this at the optimum.
+    pub fn of(experiment: &Experiment, problem: &Problem) -> Self {
+        let scene = problem.scene();
+        let moments = scene.rod.section.moments();
+        let [i1, i2] = moments.second_moments;
+        let least = i1.min(i2);
+        let rise =
+            experiment.records().map(|o| o.rise_time()).filter(|t| *t > 0.0).reduce(f64::min);
+        let frame = experiment.records().filter_map(|o| {
+            let (first, last) = (o.samples.first()?.time, o.samples.last()?.time);
+            (o.samples.len() > 1).then(|| (last - first) / (o.samples.len() - 1) as f64)
+        });
+        Self {
+            length: problem.length(),
+            mass: scene.material.density * moments.area * problem.length(),
+            // A circle of radius a has I/A = a^2/4.
+            thickness: 4.0 * (least / moments.area).sqrt(),
+            bending: scene.material.youngs_modulus * least,
+            swing: rise.map(|rise| std::f64::consts::PI / rise),
+            frame: frame.reduce(f64::min),
+        }
+    }
+}
+
+/// What may be missing or off.
+pub(crate) struct Extension {
+    /// The number, by its place.
+    pub place: &'static str,
+    /// What it is.
+    pub words: &'static str,
+    /// What would tell it from the parameters.
+    pub tell: &'static str,
+    /// Adds the term to a scene that has none, if it can have one.
+    add: fn(&mut Scene, &Sizes),
+    /// How large it may well be; none where that says nothing of the scene.
+    pub plausible: fn(&Sizes) -> Option<f64>,
+    /// Where it stands in a scene that says nothing of it; none where scenes always say it.
+    usual: Option<f64>,
+}
+
+const NOT_ADDED: fn(&mut Scene, &Sizes) = |_, _| {};
+const ANOTHER_LENGTH: &str = "the same rod clamped at another free length";
+const A_LONGER_RECORD: &str = "a longer record, until little of the motion is left";
+
+/// All that a fit looks for.
+pub(crate) const EXTENSIONS: [Extension; 15] = [
+    Extension {
+        place: "supports.start_compliance.rotation",
+        words: "a clamp that turns with the rod's moment",
+        tell: ANOTHER_LENGTH,
+        add: NOT_ADDED,
+        plausible: |s| Some(GRIP * s.thickness / s.bending),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "supports.angle",
+        words: "a tilted clamp",
+        tell: "where the rod is at rest, without and with its weight",
+        add: NOT_ADDED,
+        plausible: |_| Some(BY_EYE),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "rod.mass.0.mass",
+        words: "a mass at the tip, such as a marker",
+        tell: "weigh what is fixed on the rod; a droop beside the motion",
+        add: |scene, sizes| {
+            if scene.rod.mass.is_empty() {
+                scene.rod.mass.push(PointMass::new(Point::Tip, NOTHING * sizes.mass));
+            }
+        },
+        plausible: |s| Some(MARKER * s.mass),
+        usual: None,
+    },
+    Extension {
+        place: "rod.shape.length",
+        words: "another free length",
+        tell: "measure from wall to tip",
+        add: NOT_ADDED,
+        plausible: |s| Some(SCALE * s.length),
+        usual: None,
+    },
+    Extension {
+        place: "rod.taper.radius.to",
+        words: "a tapered rod",
+        tell: "calliper at both ends; higher modes",
+        add: |scene, _| {
+            let round = matches!(scene.rod.section, Section::Circle { .. } | Section::Tube { .. });
+            if round && scene.rod.taper.is_none() {
+                scene.rod.taper.radius = Some(Along::linear(1.0, 1.0));
+            }
+        },
+        plausible: |_| Some(SECTION),
+        usual: Some(1.0),
+    },
+    Extension {
+        place: "rod.shape.angle",
+        words: "a rod that is curved at rest",
+        tell: "a photograph of the rod hanging, or turned over",
+        add: |scene, _| {
+            if let Shape::Straight { length, direction: [x, 0.0, 0.0] } = scene.rod.shape
+                && x > 0.0
+            {
+                scene.rod.shape = Shape::Arc { length, angle: 0.0 };
+            }
+        },
+        plausible: |_| Some(2.0 * BY_EYE),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "rod.natural_curvature",
+        words: "another curvature at rest",
+        tell: "a photograph of the rod lying flat",
+        add: NOT_ADDED,
+        plausible: |_| Some(BY_EYE),
+        usual: Some(1.0),
+    },
+    Extension {
+        place: "loads.damping.mass",
+        words: "damping by mass",
+        tell: A_LONGER_RECORD,
+        add: NOT_ADDED,
+        plausible: |s| Some(2.0 * DAMPED * s.swing?),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "loads.damping.stiffness",
+        words: "Kelvin-Voigt damping",
+        tell: "a struck rod, whose higher modes it damps more",
+        add: NOT_ADDED,
+        plausible: |s| Some(2.0 * DAMPED / s.swing?),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "loads.drag.linear_normal",
+        words: "viscous drag",
+        tell: "a record in a vacuum, or of another section",
+        add: with_drag,
+        plausible: |s| Some(2.0 * DAMPED * s.swing? * s.mass / s.length),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "loads.drag.quadratic_normal",
+        words: "drag of air",
+        tell: "a record from another amplitude",
+        add: with_drag,
+        plausible: |s| s.swing.map(|_| AIR * s.thickness),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "camera.time_offset",
+        words: "a clock that is off",
+        tell: "a record that begins before the release",
+        add: NOT_ADDED,
+        plausible: |s| s.frame,
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "camera.pixel_scale",
+        words: "another scale of the camera",
+        tell: "a scale in the plane of the motion",
+        add: NOT_ADDED,
+        plausible: |_| Some(SCALE),
+        usual: None,
+    },
+    Extension {
+        place: "camera.in_plane_rotation",
+        words: "a tilted camera",
+        tell: "a plumb line in the picture",
+        add: NOT_ADDED,
+        plausible: |_| Some(BY_EYE),
+        usual: Some(0.0),
+    },
+    Extension {
+        place: "supports.end_compliance.rotation",
+        words: "a clamp at the end that turns with the rod's moment",
+        tell: ANOTHER_LENGTH,
+        add: NOT_ADDED,
+        plausible: |s| Some(GRIP * s.thickness / s.bending),
+        usual: Some(0.0),
+    },
+];
+
+fn with_drag(scene: &mut Scene, sizes: &Sizes) {
+    if scene.loads.drag.is_none() && sizes.swing.is_some() {
+        scene.loads.drag = Some(Drag::default());
+    }
+}
+
+impl Extension {
+    /// The number.
+    pub fn parameter(&self) -> Parameter {
+        Parameter::at(self.place)
+    }
+
+    /// Whether it cannot be below what it is.
+    pub fn is_one_sided(&self) -> bool {
+        self.parameter().quantity().may_vanish || self.place == "rod.mass.0.mass"
+    }
+
+    /// The problem with the term, if it can have it and says nothing of it.
+    pub fn added(&self, problem: &Problem, sizes: &Sizes) -> Option<Problem> {
+        let mut scene = problem.scene().clone();
+        let held = |support| support == Support::Clamped;
+        if self.place.starts_with("supports.")
+            && !held(scene.supports.start)
+            && !held(scene.supports.end)
+        {
+            return None;
+        }
+        if self.place == "rod.mass.0.mass" && !scene.rod.mass.is_empty() {
+            return None;
+        }
+        (self.add)(&mut scene, sizes);
+        let there = self.parameter().of(&scene)?;
+        if self.usual.is_some_and(|usual| there != usual) {
+            return None;
+        }
+        // Schemes that do not take it, and all else that a scene refuses.
+        let added = problem.like_it(scene).ok()?.laid_out_for_another(self.parameter()).ok()?;
+        added.check_parameter(self.parameter()).ok()?;
+        Some(added)
+    }
+}

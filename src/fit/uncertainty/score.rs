@@ -1,0 +1,234 @@
+//! What the scene may lack: tests of what is left for everything that could explain it, and what could be off
+//! without leaving anything.
+//!
+//! A number `k` of the scene that is off by `dk` leaves `d dk` in the residuals, `d = dr/dk`, of which the fit
+//! takes `P d` with it. The score test asks whether the rest of the direction, `u = d - P d`, is in the residuals `r`
+//! by more than chance:
+//!
+//! ```text
+//! z = -u.r/(s |u|)    k = z s/|u|
+//! ```
+//!
+//! with the noise `s`. It needs a derivative, and no fit. Where `|u|` is small the data cannot tell; what a
+//! plausible size then does to the parameters is what could hide. One run of a coarse model has all derivatives;
+//! where that finds something, one of the full model.
+
+use crate::error::Error;
+use crate::fit::known::Known;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::Search;
+use crate::fit::search::coarse::Coarse;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
+use crate::fit::uncertainty::inputs::{Change, Directions, effect, one_per_cent, per_cents};
+use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::sources::{CouldHide, PerCent, ScoreTest};
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
+use crate::fit::unknown::Unknown;
+use nalgebra::DVector;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+/// Steps of the coarse model in the first period.
+const COARSE_STEPS: f64 = 48.0;
+/// Part of a direction that the unknowns must leave, to be looked for in the residuals.
+const LEFT: f64 = 1e-3;
+/// What would be seen at so many sigma cannot hide.
+const SEEN: f64 = 3.0;
+/// What chance makes less often than this speaks against the result.
+const SURE: f64 = 1e-3;
+/// What chance makes less often than this by a coarse model is looked at by the full one.
+const SUSPICIOUS: f64 = 0.2;
+/// So many tests are reported.
+const BEST: usize = 3;
+
+/// What a coarse model says of numbers that the fit leaves alone.
+#[derive(Default)]
+pub(crate) struct Unsaid {
+    /// Of every estimate.
+    pub per_cents: Vec<Vec<PerCent>>,
+    /// The best three, the best first.
+    pub score_tests: Vec<ScoreTest>,
+    /// The largest effect over its standard error first.
+    pub could_hide: Vec<CouldHide>,
+}
+
+/// The experiments with every term added that they can have, and the terms with their plausible sizes.
+fn extended(
+    search: &Search,
+    optimum: &Optimum,
+    knowns: &[Known],
+    mut experiments: Vec<Experiment>,
+) -> Result<(Vec<Experiment>, Vec<(&'static Extension, f64, Change)>), Error> {
+    let mut found = Vec::new();
+    let sizes = |experiment: &Experiment| {
+        let own = search.unknowns.iter().zip(&optimum.x).filter(|(u, _)| u.is_of(experiment));
+        let values = own.map(|(u, x)| (u.parameter, u.from_scale(*x)));
+        let problem = experiment.problem.varied(values)?;
+        Ok::<_, Error>(Sizes::of(experiment, &problem))
+    };
+    let sizes: Vec<Sizes> = search.experiments.iter().map(sizes).collect::<Result<_, _>>()?;
+    for extension in &EXTENSIONS {
+        let parameter = extension.parameter();
+        let said = search.unknowns.iter().any(|u| u.parameter == parameter)
+            || knowns.iter().any(|k| k.parameter == parameter);
+        let plausible = sizes.iter().find_map(|sizes| (extension.plausible)(sizes));
+        let Some(size) = plausible.filter(|size| !said && size.is_finite() && *size > 0.0) else {
+            continue;
+        };
+        let mut names = Vec::new();
+        for (experiment, sizes) in experiments.iter_mut().zip(&sizes) {
+            if let Some(problem) = extension.added(&experiment.problem, sizes) {
+                experiment.problem = problem;
+                names.push(experiment.name.clone());
+            }
+        }
+        if !names.is_empty() {
+            let number = Unknown { experiments: names, ..Unknown::new(parameter) };
+            found.push((extension, size, number));
+        }
+    }
+    let change = |(extension, size, number): (&'static Extension, f64, Unknown)| {
+        (extension, size, Change::by(&experiments, extension.place, &number, size))
+    };
+    let found = found.into_iter().map(change).collect();
+    Ok((experiments, found))
+}
+
+/// What is left of the data, weighted as the rows of the Jacobian are.
+fn left(search: &Search, optimum: &Optimum, noise: &Noise) -> DVector<f64> {
+    let mut felt = Vec::with_capacity(optimum.residuals.len());
+    for (_, measurement, _, own) in search.measured(optimum) {
+        felt.extend(own.iter().map(|r| measurement.loss().influence(*r)[0]));
+    }
+    felt.extend_from_slice(&optimum.residuals[felt.len()..]);
+    felt.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
+    felt.into()
+}
+
+/// How often noise alone is as many standard deviations off.
+fn chance(sigmas: f64, one_sided: bool, freedom: Option<f64>) -> f64 {
+    let above = |z: f64| match freedom.and_then(|freedom| StudentsT::new(0.0, 1.0, freedom).ok()) {
+        Some(t) => t.sf(z),
+        None => Normal::standard().sf(z),
+    };
+    if one_sided { above(sigmas) } else { 2.0 * above(sigmas.abs()) }
+}
+
+/// Looks for all of it.
+pub(crate) fn unsaid(
+    found: (&Search, &Optimum),
+    around: (&[Estimate], &Noise),
+    knowns: &[Known],
+    warnings: &mut Warnings,
+) -> Unsaid {
+    if found.0.is_stopped() {
+        return Unsaid::default();
+    }
+    looked_for(found, around, knowns).unwrap_or_else(|error| {
+        let words = format!(
+            "what other numbers would change, and what the scene may lack, is unknown: the run of a coarse \
+             model failed ({error})"
+        );
+        warnings.add(Weight::Note, words);
+        Unsaid::default()
+    })
+}
+
+/// Warns of what is left where chance hardly explains it and a term does.
+pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
+    let blames_the_mesh = warnings.first(Weight::Mesh).is_some();
+    if let Some(best) = tests.first().filter(|best| best.p_value < SURE && !blames_the_mesh) {
+        warnings.add(Weight::Misfit, format!("what is left looks like {best}"));
+    }
+}
+
+/// By a coarse model; where that finds that something may be missing, the full model decides.
+fn looked_for(
+    (search, optimum): (&Search, &Optimum),
+    around: (&[Estimate], &Noise),
+    knowns: &[Known],
+) -> Result<Unsaid, Error> {
+    let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
+    let coarse = coarse.task(search).experiments.to_vec();
+    let found = looked_for_by(coarse, (search, optimum), around, knowns)?;
+    match found.score_tests.first() {
+        Some(best) if best.p_value < SUSPICIOUS => {
+            looked_for_by(search.experiments.to_vec(), (search, optimum), around, knowns)
+        }
+        _ => Ok(found),
+    }
+}
+
+/// By these experiments.
+fn looked_for_by(
+    experiments: Vec<Experiment>,
+    (search, optimum): (&Search, &Optimum),
+    (estimates, noise): (&[Estimate], &Noise),
+    knowns: &[Known],
+) -> Result<Unsaid, Error> {
+    let (experiments, extensions) = extended(search, optimum, knowns, experiments)?;
+    let mut changes = one_per_cent(search, knowns);
+    let inputs = changes.len();
+    let mut terms = Vec::new();
+    for (extension, size, change) in extensions {
+        changes.push(change);
+        terms.push((extension, size));
+    }
+    let run = (search, optimum, &experiments[..]);
+    let directions = Directions::of(run, (estimates, &noise.weights), &changes)?;
+    search.report("what is not said");
+    let answers = directions.answers();
+    let inputs_only = (&changes[..inputs], &answers[..inputs]);
+    let [whole, unfollowed] = directions.unfollowed();
+    let (left, sigma) = (left(search, optimum, noise), noise.variance.sqrt());
+    let (mut score_tests, mut could_hide) = (Vec::new(), Vec::new());
+    for (k, (extension, size)) in terms.into_iter().enumerate() {
+        let along = unfollowed.column(inputs + k);
+        let norm = along.norm();
+        let unit = extension.parameter().unit().to_string();
+        let (source, words) = (extension.place.to_string(), extension.words.to_string());
+        // Rounding errors are no noise.
+        if !search.is_rounding(optimum) && norm > LEFT * whole.column(inputs + k).norm() {
+            let sigmas = -along.dot(&left) / (sigma * norm);
+            score_tests.push(ScoreTest {
+                source: source.clone(),
+                words: words.clone(),
+                estimate: sigmas * sigma / norm * size,
+                unit: unit.clone(),
+                sigmas,
+                p_value: chance(sigmas, extension.is_one_sided(), noise.freedom),
+            });
+        }
+        let visible = norm / sigma;
+        for (j, estimate) in estimates.iter().enumerate().filter(|_| visible < SEEN) {
+            let (Some(value), Some(std_error)) = (estimate.value, estimate.std_error) else {
+                continue;
+            };
+            // What makes the residuals change is what the fit makes up for: with the other sign.
+            let moved = answers[inputs + k][j].map(|moved| -moved);
+            let Some((change, relative)) = effect(&search.unknowns[j], value, moved) else {
+                continue;
+            };
+            could_hide.push(CouldHide {
+                source: source.clone(),
+                words: words.clone(),
+                size,
+                unit: unit.clone(),
+                parameter: estimate.label(),
+                change,
+                relative,
+                std_errors: change.abs() / std_error,
+                visible,
+                tell: extension.tell.into(),
+            });
+        }
+    }
+    // By chance any of them would be as significant so many times as often.
+    let looked = score_tests.len() as f64;
+    score_tests.iter_mut().for_each(|test| test.p_value = (looked * test.p_value).min(1.0));
+    score_tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    score_tests.truncate(BEST);
+    could_hide.sort_by(|a: &CouldHide, b| b.std_errors.total_cmp(&a.std_errors));
+    Ok(Unsaid { per_cents: per_cents(search, estimates, inputs_only), score_tests, could_hide })
+}

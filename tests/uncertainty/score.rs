@@ -1,0 +1,146 @@
+//! What a scene lacks is found by score tests, and what could hide is as large as it says.
+
+use rodfit::fit::{Analysis, FitFile};
+use rodfit::scene::{Along, Compliance, Drag, PointMass, Scene, Shape};
+use rodfit::{FitReport, Parameter, Point};
+
+use crate::common::coarse;
+use crate::common::fits::{fit_with, noisy, observe, same_mesh};
+
+const SIGMA: f64 = 5e-4;
+
+/// Damped a little, so that what damps otherwise is another thing.
+fn scene() -> Scene {
+    let mut scene = coarse(12, 4e-3, 1.2);
+    scene.loads.damping.mass = 0.5;
+    scene
+}
+
+fn fit_of(truth: &Scene, model: &Scene, seed: u64) -> FitReport {
+    let data = noisy(&observe(truth, 120), SIGMA, seed).sigma(SIGMA);
+    fit_with(model, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], same_mesh())
+}
+
+/// Where the model is right, noise makes one of all the tests significant as often as is said.
+#[test]
+fn false_alarms_are_as_rare_as_said() {
+    let alarms = (0..60).filter(|seed| {
+        let report = fit_of(&scene(), &scene(), 500 + seed);
+        let alarm = report.score_tests.iter().any(|test| test.is_significant());
+        if alarm {
+            println!("{seed}: {}", report.score_tests[0]);
+        }
+        alarm
+    });
+    let alarms = alarms.count();
+    println!("{alarms} of 60");
+    // 3 expected at the most; three standard deviations more are 8.
+    assert!(alarms <= 8, "{alarms}");
+}
+
+type Change = fn(&mut Scene);
+
+/// What is missing is among the first two that are named.
+#[test]
+fn what_is_missing_is_named() {
+    let wrong: [(&str, Change); 8] = [
+        ("supports.angle", |s| s.supports.angle = 2e-3),
+        ("camera.time_offset", |s| s.camera.time_offset = 1e-3),
+        ("camera.pixel_scale", |s| s.camera.pixel_scale = 1.001),
+        ("loads.drag.quadratic_normal", |s| {
+            s.loads.drag = Some(Drag { quadratic_normal: 0.03, ..Drag::default() });
+        }),
+        ("loads.damping.stiffness", |s| s.loads.damping.stiffness = 2e-4),
+        ("rod.shape.angle", |s| s.rod.shape = Shape::Arc { length: 0.5, angle: 6e-3 }),
+        ("rod.taper.radius.to", |s| s.rod.taper.radius = Some(Along::linear(1.0, 0.985))),
+        ("rod.mass.0.mass", |s| s.rod.mass = vec![PointMass::new(Point::Tip, 2e-4)]),
+    ];
+    let (mut found, mut all) = (0, 0);
+    for (place, change) in wrong {
+        let mut truth = scene();
+        change(&mut truth);
+        for seed in 0..3 {
+            let data = {
+                let mut recorded = truth.clone();
+                // Fits look through the camera, records do not.
+                let camera = std::mem::take(&mut recorded.camera);
+                let mut data = noisy(&observe(&recorded, 120), SIGMA, seed).sigma(SIGMA);
+                for sample in &mut data.samples {
+                    sample.time += camera.time_offset;
+                    sample.position[0] = sample.position[0].map(|x| camera.pixel_scale * x);
+                    sample.position[1] = sample.position[1].map(|y| camera.pixel_scale * y);
+                }
+                data.samples.retain(|sample| sample.time < 1.2);
+                data
+            };
+            let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
+            let report = fit_with(&scene(), &data, &unknowns, same_mesh());
+            let named = report.score_tests.iter().take(2).any(|test| test.source == place);
+            all += 1;
+            found += usize::from(named && report.score_tests[0].is_significant());
+            let all: Vec<String> = report.score_tests.iter().map(|t| t.to_string()).collect();
+            println!("{place}, {seed}: {named}; {all:?}");
+        }
+    }
+    assert!(10 * found >= 9 * all, "{found} of {all}");
+}
+
+/// By how much a modulus is off when a clamp gives or a marker weighs, against fits of records of such rods.
+#[test]
+fn what_could_hide_is_as_large_as_said() {
+    let mut scene = coarse(20, 2e-3, 0.25);
+    scene.material.youngs_modulus = 1e9;
+    let clean = observe(&scene, 30);
+    let report = fit_with(
+        &scene,
+        &noisy(&clean, 1e-3, 1).sigma(1e-3),
+        &[Parameter::YoungsModulus],
+        Analysis::default(),
+    );
+    println!("{report}");
+    let cases: [(&str, fn(&mut Scene, f64)); 2] = [
+        ("supports.start_compliance.rotation", |s, size| {
+            s.supports.start_compliance = Compliance { rotation: size, axial: 0.0 };
+        }),
+        ("rod.mass.0.mass", |s, size| s.rod.mass = vec![PointMass::new(Point::Tip, size)]),
+    ];
+    for (place, change) in cases {
+        let hidden = report.could_hide.iter().find(|hidden| hidden.source == place).unwrap();
+        let mut truth = scene.clone();
+        change(&mut truth, hidden.size);
+        let data = observe(&truth, 30).sigma(1e-3);
+        let biased = fit_with(&scene, &data, &[Parameter::YoungsModulus], same_mesh());
+        let off = 100.0 * (biased.parameters[0].value.unwrap() / 1e9 - 1.0);
+        println!("{place}: {off} %, said {:?}", hidden.relative);
+        assert!((off / hidden.relative.unwrap() - 1.0).abs() < 0.2, "{place}: {off} %, {hidden:?}");
+    }
+    assert!(report.to_string().contains("could hide: "), "{report}");
+}
+
+/// The fit with what is named finds both.
+#[test]
+fn a_fit_is_extended_by_what_is_named() {
+    let mut truth = scene();
+    truth.supports.angle = 0.02;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), scene().to_toml().unwrap()).unwrap();
+    let data = noisy(&observe(&truth, 120), SIGMA, 3);
+    let row = |s: &rodfit::fit::Sample| {
+        format!("{},{},{}\n", s.time, s.position[0].unwrap(), s.position[1].unwrap())
+    };
+    let rows: String = data.samples.iter().map(row).collect();
+    std::fs::write(folder.path().join("tip.csv"), format!("t,x,y\n{rows}")).unwrap();
+    let text = "scene = \"scene.toml\"\nobservation = [{ file = \"tip.csv\", sigma = 5e-4 }]\n\
+                [[parameter]]\nname = \"youngs_modulus\"\n[[parameter]]\nname = \"damping.mass\"\n";
+    let file = FitFile::from_toml(text, folder.path()).unwrap();
+    let report = file.fit().analyse(same_mesh()).solve().unwrap();
+    println!("{report}");
+    assert_eq!(report.score_tests[0].source, "supports.angle", "{report}");
+    assert!(report.warnings.iter().any(|w| w.contains("a tilted clamp")), "{report}");
+    let extended = file.extended(&report).unwrap().unwrap();
+    let report = extended.fit().analyse(same_mesh()).solve().unwrap();
+    println!("{report}");
+    let angle = report.parameters[2].value.unwrap();
+    assert!((angle / 0.02 - 1.0).abs() < 0.1 && report.is_success(), "{report}");
+    assert!(extended.extended(&report).unwrap().is_none(), "{report}");
+}
