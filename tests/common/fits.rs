@@ -46,8 +46,13 @@ pub fn noisy(clean: &Observation, sigma: f64, seed: u64) -> Observation {
     data
 }
 
-/// An analysis of data that have the scene's own mesh and step.
+/// An analysis of data that have the scene's own mesh and step, of which nothing else is asked.
 pub fn same_mesh() -> Analysis {
+    Analysis { what_if: false, ..of_a_right_mesh() }
+}
+
+/// An analysis of data that have the scene's own mesh and step.
+pub fn of_a_right_mesh() -> Analysis {
     Analysis { discretization_error: Refinement::None, ..Analysis::default() }
 }
 

@@ -5,7 +5,7 @@ use rodfit::scene::{Along, Compliance, Drag, PointMass, Scene, Shape};
 use rodfit::{FitReport, Parameter, Point};
 
 use crate::common::coarse;
-use crate::common::fits::{fit_with, noisy, observe, same_mesh};
+use crate::common::fits::{fit_with, noisy, observe, of_a_right_mesh, same_mesh};
 
 const SIGMA: f64 = 5e-4;
 
@@ -18,7 +18,7 @@ fn scene() -> Scene {
 
 fn fit_of(truth: &Scene, model: &Scene, seed: u64) -> FitReport {
     let data = noisy(&observe(truth, 120), SIGMA, seed).sigma(SIGMA);
-    fit_with(model, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], same_mesh())
+    fit_with(model, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], of_a_right_mesh())
 }
 
 /// Where the model is right, noise makes one of all the tests significant as often as is said.
@@ -74,7 +74,7 @@ fn what_is_missing_is_named() {
                 data
             };
             let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
-            let report = fit_with(&scene(), &data, &unknowns, same_mesh());
+            let report = fit_with(&scene(), &data, &unknowns, of_a_right_mesh());
             let named = report.score_tests.iter().take(2).any(|test| test.source == place);
             all += 1;
             found += usize::from(named && report.score_tests[0].is_significant());
@@ -133,12 +133,12 @@ fn a_fit_is_extended_by_what_is_named() {
     let text = "scene = \"scene.toml\"\nobservation = [{ file = \"tip.csv\", sigma = 5e-4 }]\n\
                 [[parameter]]\nname = \"youngs_modulus\"\n[[parameter]]\nname = \"damping.mass\"\n";
     let file = FitFile::from_toml(text, folder.path()).unwrap();
-    let report = file.fit().analyse(same_mesh()).solve().unwrap();
+    let report = file.fit().analyse(of_a_right_mesh()).solve().unwrap();
     println!("{report}");
     assert_eq!(report.score_tests[0].source, "supports.angle", "{report}");
     assert!(report.warnings.iter().any(|w| w.contains("a tilted clamp")), "{report}");
     let extended = file.extended(&report).unwrap().unwrap();
-    let report = extended.fit().analyse(same_mesh()).solve().unwrap();
+    let report = extended.fit().analyse(of_a_right_mesh()).solve().unwrap();
     println!("{report}");
     let angle = report.parameters[2].value.unwrap();
     assert!((angle / 0.02 - 1.0).abs() < 0.1 && report.is_success(), "{report}");
