@@ -48,7 +48,7 @@ pub fn noisy(clean: &Observation, sigma: f64, seed: u64) -> Observation {
 
 /// An analysis of data that have the scene's own mesh and step, of which nothing else is asked.
 pub fn same_mesh() -> Analysis {
-    Analysis { what_if: false, ..of_a_right_mesh() }
+    Analysis { what_if: Some(false), ..of_a_right_mesh() }
 }
 
 /// An analysis of data that have the scene's own mesh and step.

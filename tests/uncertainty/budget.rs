@@ -228,7 +228,7 @@ fn one_per_cent_of_everything_is_said() {
     let length = known(&scene, "rod.shape.length", 0.01);
     let said = fit.clone().known(length).solve().unwrap();
     assert!(modulus(&said).one_per_cent.iter().all(|p| p.source != "rod.shape.length"));
-    let quiet = Analysis { what_if: false, ..Analysis::default() };
+    let quiet = Analysis { what_if: Some(false), ..Analysis::default() };
     let quiet = fit.analyse(quiet).solve().unwrap();
     assert!(modulus(&quiet).one_per_cent.is_empty());
     assert!(report.simulations < 1.3 * quiet.simulations, "{report}\n{quiet}");

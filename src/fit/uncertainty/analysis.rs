@@ -5,7 +5,7 @@ use serde::Deserialize;
 /// Work on request, `[analysis]` in the fit file. By default only the discretisation error, which
 /// costs two coarser simulations, and what one per cent of the scene's other numbers would change, which
 /// costs a run of a coarse model.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Analysis {
     /// Whether 95 % intervals are computed from the profile of the likelihood too, which are right
@@ -22,22 +22,9 @@ pub struct Analysis {
     /// Number of fits with other known numbers and other noise, which check the budget; none when 0.
     pub monte_carlo: usize,
     /// Whether the report says what one per cent of numbers that are neither identified nor known with an
-    /// error would change, what the scene may lack, and what could hide.
-    pub what_if: bool,
-}
-
-impl Default for Analysis {
-    fn default() -> Self {
-        Self {
-            profile: false,
-            bootstrap: 0,
-            seed: 0,
-            observed_information: false,
-            discretization_error: Refinement::default(),
-            monte_carlo: 0,
-            what_if: true,
-        }
-    }
+    /// error would change, what the scene may lack, and what could hide; by default where a coarse model
+    /// makes that cheap.
+    pub what_if: Option<bool>,
 }
 
 /// How the error of mesh and step is found in the parameters.

@@ -126,8 +126,11 @@ pub(crate) fn assess(
         correlations: &correlations,
     };
     let mut estimates = budgeted(estimates, (search, optimum), &noise, given, &mut warnings);
-    let mut unsaid = match analysis.what_if && estimates.iter().any(|e| e.std_error.is_some()) {
-        true => unsaid((search, optimum), (&estimates, &noise), knowns, &mut warnings),
+    let mut unsaid = match estimates.iter().any(|e| e.std_error.is_some()) {
+        true => {
+            let asked = (analysis.what_if, knowns);
+            unsaid((search, optimum), (&estimates, &noise), asked, &mut warnings)
+        }
         false => Unsaid::default(),
     };
     let per_cents = std::mem::take(&mut unsaid.per_cents).into_iter();

@@ -15,7 +15,7 @@
 
 use crate::error::Error;
 use crate::fit::known::Known;
-use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::optimum::Optimum;
@@ -35,6 +35,9 @@ const COARSE_STEPS: f64 = 48.0;
 const LEFT: f64 = 1e-3;
 /// What would be seen at so many sigma cannot hide.
 const SEEN: f64 = 3.0;
+/// A run with derivatives by some thirty numbers costs so many without, and may cost this part of a fit.
+const BY_DERIVATIVES: f64 = 6.0;
+const CHEAP: f64 = 0.3;
 /// What chance makes less often than this speaks against the result.
 const SURE: f64 = 1e-3;
 /// What chance makes less often than this by a coarse model is looked at by the full one.
@@ -119,13 +122,13 @@ fn chance(sigmas: f64, one_sided: bool, freedom: Option<f64>) -> f64 {
 pub(crate) fn unsaid(
     found: (&Search, &Optimum),
     around: (&[Estimate], &Noise),
-    knowns: &[Known],
+    (asked, knowns): (Option<bool>, &[Known]),
     warnings: &mut Warnings,
 ) -> Unsaid {
-    if found.0.is_stopped() {
+    if found.0.is_stopped() || asked == Some(false) {
         return Unsaid::default();
     }
-    looked_for(found, around, knowns).unwrap_or_else(|error| {
+    looked_for(found, around, (asked, knowns)).unwrap_or_else(|error| {
         let words = format!(
             "what other numbers would change, and what the scene may lack, is unknown: the run of a coarse \
              model failed ({error})"
@@ -147,10 +150,15 @@ pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
 fn looked_for(
     (search, optimum): (&Search, &Optimum),
     around: (&[Estimate], &Noise),
-    knowns: &[Known],
+    (asked, knowns): (Option<bool>, &[Known]),
 ) -> Result<Unsaid, Error> {
     let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
     let coarse = coarse.task(search).experiments.to_vec();
+    // Rods between recorded ends keep their meshes.
+    let cost = BY_DERIVATIVES * full_work(&coarse)? / search.full_work;
+    if asked.is_none() && cost > CHEAP * search.simulations() {
+        return Ok(Unsaid::default());
+    }
     let found = looked_for_by(coarse, (search, optimum), around, knowns)?;
     match found.score_tests.first() {
         Some(best) if best.p_value < SUSPICIOUS => {
