@@ -53,7 +53,7 @@ pub fn same_mesh() -> Analysis {
 
 /// An analysis of data that have the scene's own mesh and step.
 pub fn of_a_right_mesh() -> Analysis {
-    Analysis { discretization_error: Refinement::None, ..Analysis::default() }
+    Analysis { discretization_error: Refinement::None, what_if: Some(true), ..Analysis::default() }
 }
 
 /// A fit of a scene to one record.

@@ -211,6 +211,8 @@ fn few_values_widen_the_coverage() {
 #[test]
 fn one_per_cent_of_everything_is_said() {
     let (scene, fit) = swing();
+    let asked = Analysis { what_if: Some(true), ..Analysis::default() };
+    let fit = fit.analyse(asked);
     let report = fit.clone().solve().unwrap();
     println!("{report}");
     let e = modulus(&report);

@@ -50,7 +50,7 @@ fn what_is_missing_is_named() {
         ("loads.drag.quadratic_normal", |s| {
             s.loads.drag = Some(Drag { quadratic_normal: 0.03, ..Drag::default() });
         }),
-        ("loads.damping.stiffness", |s| s.loads.damping.stiffness = 2e-4),
+        ("loads.damping.stiffness", |s| s.loads.damping.stiffness = 4e-4),
         ("rod.shape.angle", |s| s.rod.shape = Shape::Arc { length: 0.5, angle: 6e-3 }),
         ("rod.taper.radius.to", |s| s.rod.taper.radius = Some(Along::linear(1.0, 0.985))),
         ("rod.mass.0.mass", |s| s.rod.mass = vec![PointMass::new(Point::Tip, 2e-4)]),
@@ -95,7 +95,7 @@ fn what_could_hide_is_as_large_as_said() {
         &scene,
         &noisy(&clean, 1e-3, 1).sigma(1e-3),
         &[Parameter::YoungsModulus],
-        Analysis::default(),
+        Analysis { what_if: Some(true), ..Analysis::default() },
     );
     println!("{report}");
     let cases: [(&str, fn(&mut Scene, f64)); 2] = [

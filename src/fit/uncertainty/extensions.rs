@@ -69,7 +69,7 @@ pub(crate) struct Extension {
     pub words: &'static str,
     /// What would tell it from the parameters.
     pub tell: &'static str,
-    /// Adds the term to a scene that has none, if it can have one.
+    /// Adds the term to a scene that has none, if it can have one: of no size, or a small one.
     add: fn(&mut Scene, &Sizes),
     /// How large it may well be; none where that says nothing of the scene.
     pub plausible: fn(&Sizes) -> Option<f64>,
@@ -166,7 +166,11 @@ pub(crate) const EXTENSIONS: [Extension; 15] = [
         place: "loads.damping.stiffness",
         words: "Kelvin-Voigt damping",
         tell: "a struck rod, whose higher modes it damps more",
-        add: NOT_ADDED,
+        // Without any, the derivative is that of vibrations so fast that a trace of it ends them.
+        add: |scene, sizes| {
+            let some = sizes.swing.map(|swing| DAMPED / swing);
+            scene.loads.damping.stiffness = some.unwrap_or_default();
+        },
         plausible: |s| Some(2.0 * DAMPED / s.swing?),
         usual: Some(0.0),
     },
@@ -250,11 +254,11 @@ impl Extension {
         if self.place == "rod.mass.0.mass" && !scene.rod.mass.is_empty() {
             return None;
         }
-        (self.add)(&mut scene, sizes);
-        let there = self.parameter().of(&scene)?;
-        if self.usual.is_some_and(|usual| there != usual) {
+        let there = self.parameter().of(&scene);
+        if self.usual.is_some_and(|usual| there.is_some_and(|there| there != usual)) {
             return None;
         }
+        (self.add)(&mut scene, sizes);
         // Schemes that do not take it, and all else that a scene refuses.
         let added = problem.like_it(scene).ok()?.laid_out_for_another(self.parameter()).ok()?;
         added.check_parameter(self.parameter()).ok()?;
