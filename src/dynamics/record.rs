@@ -105,6 +105,11 @@ impl<D: Scalar> Record<D> {
         self.tracked.len() + 3 * self.edges.len()
     }
 
+    /// Times, motions and their derivatives by every parameter.
+    pub fn into_parts(self) -> (Vec<f64>, Vec<Motion<D>>, Vec<Vec<Motion>>) {
+        (self.times, self.motion, self.derivatives)
+    }
+
     /// The position of a point at a time, m: between steps the cubic Hermite interpolant of
     /// positions and velocities.
     pub fn position(&self, stencil: &Stencil<D>, time: D) -> Result<[D; 3], Error> {

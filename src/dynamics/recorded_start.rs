@@ -101,7 +101,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             let scales = (self.problem.length(), self.negligible(None));
             let all = 0..q.len();
             let derivatives = self.problem.derivatives();
-            Descent::new(rod, all, scales, None, derivatives, q).holding().descend(frames)
+            let descent = Descent::new(rod, all, scales, None, derivatives, q);
+            descent.holding(self.turn_springs()).descend(frames)
         };
         let first = descend(&rod, q, frames)?;
         let rod = self.tied(self.setup, track, 1)?;
@@ -137,8 +138,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let mut both = [0, 1].map(|k| found[k].iter().map(|x| D::from(*x)).collect::<Vec<D>>());
         if D::ORDER > 0 {
             for (frame, q) in both.iter_mut().enumerate() {
-                let rod = self.tied(setup, track, frame)?;
-                self.follow_tied(&rod, &frames, q)
+                let rods = (self.tied(setup, track, frame)?, self.tied(self.setup, track, frame)?);
+                let plain = self.begin(self.setup).1;
+                self.follow_tied((&rods.0, &frames), (&rods.1, &plain), q)
                     .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
             }
         }
@@ -146,22 +148,35 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         Ok(((first, frames), second))
     }
 
-    /// Gives the unknowns `q` of a tied rod at rest their derivatives: one step of Newton's method per
-    /// order, and one more for what is added to what nothing resists, the turn of a straight rod about
-    /// itself.
+    /// Springs, N m, on the angles of a rod that is tied to markers: weak, since they only hold what
+    /// nothing else does, the turn of a straight rod about itself.
+    fn turn_springs(&self) -> Vec<f64> {
+        let angles = |(i, k): (usize, f64)| if M::Rod::<f64>::is_angle(i) { 10.0 * k } else { 0.0 };
+        self.negligible(None).into_iter().enumerate().map(angles).collect()
+    }
+
+    /// Gives the unknowns `q` of a tied rod at rest, the second in plain numbers, their derivatives: one
+    /// step of Newton's method per order.
     fn follow_tied<D: Nestable>(
         &self,
-        rod: &M::Rod<D>,
-        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+        (rod, frames): (&M::Rod<D>, &<M::Rod<D> as Rod<D, W>>::Frames),
+        (plain, plain_frames): (&M::Rod<f64>, &<M::Rod<f64> as Rod<f64, W>>::Frames),
         q: &mut [D],
     ) -> Result<(), Singular> {
         let n = q.len();
+        let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
+        // What the springs bear there, against the same forces in the same angles.
+        let mut borne = vec![0.0; n];
+        plain.gradient(&found, plain_frames, Derivatives::Hand, &mut borne);
+        let springs: Vec<D> = self.turn_springs().into_iter().map(D::from).collect();
         let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
         let mut factors = Ldlt::with_order(n);
-        let added: Vec<D> = self.negligible(None).into_iter().map(D::from).collect();
-        for _ in 0..=D::ORDER {
+        for _ in 0..D::ORDER {
             rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-            factors.factor_sum(&added, D::from(1.0), &tangent, D::from(1.0), 0..n)?;
+            for i in 0..n {
+                gradient[i] += springs[i] * (q[i] - found[i]) - borne[i];
+            }
+            factors.factor_sum(&springs, D::from(1.0), &tangent, D::from(1.0), 0..n)?;
             factors.solve(&mut gradient);
             for (q, correction) in q.iter_mut().zip(&gradient) {
                 *q -= *correction;

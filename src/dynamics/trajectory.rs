@@ -353,6 +353,17 @@ fn rest<M: Model<W>, const W: usize>(
 }
 
 /// Largest distance between nodes of two trajectories of the same mesh and times.
+/// Places, m, and velocities, m/s, of the tracked nodes, record after record.
+pub type Motions = Vec<[[f64; 3]; 2]>;
+
+impl Trajectory {
+    /// The record itself, without a copy: times, s; places and velocities of the tracked nodes at every time;
+    /// and these by every parameter.
+    pub fn into_parts(self) -> (Vec<f64>, Motions, Vec<Motions>) {
+        self.record.into_parts()
+    }
+}
+
 impl approx::AbsDiffEq for Trajectory {
     type Epsilon = f64;
 

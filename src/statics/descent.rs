@@ -67,12 +67,14 @@ pub(crate) struct Descent<'a, R, const W: usize> {
     /// Stiffnesses that count as none, N/m (N m for angles).
     negligible: Vec<f64>,
     edges: Option<EdgeCoordinates>,
-    /// Whether what nothing resists is held by the negligible stiffnesses.
-    holds: bool,
+    /// Stiffnesses of springs to where the unknowns began, N/m (N m for angles); none of most.
+    springs: Vec<f64>,
     /// What `lambda` multiplies: masses, or the metric of the edges.
     metric: Vec<f64>,
     q: Vec<f64>,
     start: Vec<f64>,
+    /// Where springs hold the unknowns.
+    begun: Vec<f64>,
     gradient: Vec<f64>,
     tangent: BandMatrix<f64, W>,
     factors: Ldlt<f64, W>,
@@ -111,8 +113,9 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             negligible,
             metric: edges.map_or_else(|| rod.mass().to_vec(), |edges| edges.metric(rod)),
             edges,
-            holds: false,
+            springs: Vec::new(),
             start: q.clone(),
+            begun: Vec::new(),
             q,
             gradient: vec![0.0; n],
             tangent: BandMatrix::zeros(n),
@@ -122,10 +125,11 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
         }
     }
 
-    /// Holds what nothing resists, the turn of a straight round rod about itself, by the negligible
-    /// stiffnesses: without them corrections along it are rounding errors over rounding errors.
-    pub fn holding(mut self) -> Self {
-        self.holds = true;
+    /// Holds all unknowns by springs to where they are, N/m (N m for angles): weak ones hold what nothing
+    /// else does, as the turn of a straight round rod about itself.
+    pub fn holding(mut self, springs: Vec<f64>) -> Self {
+        self.springs = springs;
+        self.begun.clone_from(&self.q);
         self
     }
 
@@ -136,6 +140,9 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             self.rod.edge_tangent(q, frames, derivatives, tangent);
         } else {
             self.rod.tangent(q, frames, derivatives, &mut self.gradient, tangent);
+        }
+        for (i, spring) in self.springs.iter().enumerate() {
+            self.gradient[i] += spring * (self.q[i] - self.begun[i]);
         }
     }
 
@@ -207,11 +214,10 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             self.assemble(frames);
             self.iterations += 1;
             let free = self.free.clone();
-            let (added, weight) = match self.holds {
-                true => (self.weighed(lambda), 1.0),
-                false => (Vec::new(), lambda),
-            };
-            let added = if self.holds { &added } else { &self.metric };
+            let held = self.springs.iter().zip(&self.metric).map(|(k, m)| k + lambda * m);
+            let held: Vec<f64> = held.collect();
+            let (added, weight) =
+                if held.is_empty() { (&self.metric, lambda) } else { (&held, 1.0) };
             let factored = self.factors.factor_sum(added, weight, &self.tangent, 1.0, free).is_ok();
             // A step from a maximum along some direction would go up it.
             let downhill = factored && self.is_minimum(lambda);
@@ -280,14 +286,10 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
         if self.factors.negative_pivots() == 0 {
             return true;
         }
-        let added = self.weighed(lambda);
+        let added: Vec<f64> =
+            self.metric.iter().zip(&self.negligible).map(|(m, k)| lambda * m + k).collect();
         let (mut factors, free) = (self.factors.clone(), self.free.clone());
         factors.factor_sum(&added, 1.0, &self.tangent, 1.0, free).is_ok()
             && factors.negative_pivots() == 0
-    }
-
-    /// `lambda` times the metric, and the negligible stiffnesses.
-    fn weighed(&self, lambda: f64) -> Vec<f64> {
-        self.metric.iter().zip(&self.negligible).map(|(m, k)| lambda * m + k).collect()
     }
 }
