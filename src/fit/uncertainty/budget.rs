@@ -105,8 +105,7 @@ pub(crate) fn budgeted(
             return estimates;
         }
     };
-    let estimates =
-        with_budgets(estimates, search, &correlations.freedom, discretization, &known);
+    let estimates = with_budgets(estimates, search, &correlations.freedom, discretization, &known);
     match analysis.monte_carlo {
         0 => estimates,
         fits => {
