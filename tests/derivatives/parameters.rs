@@ -202,12 +202,10 @@ pub fn end(problem: &Problem) -> Vec<f64> {
 
 /// The same with its derivative by a parameter, as fits use it.
 pub fn derivative(problem: &Problem, parameter: Parameter) -> Vec<f64> {
-    let run = problem.simulate_with(&[parameter]).unwrap();
-    let at = |i: usize| {
-        let end = run.times()[STEPS];
-        run.at(rodfit::Point::Node(i), end).unwrap().1[0]
-    };
-    (0..problem.nodes()).flat_map(at).collect()
+    let nodes = problem.nodes();
+    let (_, _, derivatives) = problem.simulate_with(&[parameter]).unwrap().into_parts();
+    let last = &derivatives[0][STEPS * nodes..][..nodes];
+    last.iter().flat_map(|[place, _]| *place).collect()
 }
 
 /// The derivative carried through the whole run.
