@@ -29,6 +29,10 @@ const HELD: f64 = 1e3;
 /// The unknowns in the first two frames, with the frames of the edges that all angles count from.
 type Relaxed<D, M, const W: usize> = (Placed<D, M, W>, Vec<D>);
 
+/// A rod tied to markers, and the frames that its angles count from.
+type Tied<'a, D, M, const W: usize> =
+    (&'a <M as Model<W>>::Rod<D>, &'a <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames);
+
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// The unknowns and frames at the start of the recording, and the velocities there.
     pub(crate) fn recorded_start<D: Nestable>(
@@ -159,8 +163,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// step of Newton's method per order.
     fn follow_tied<D: Nestable>(
         &self,
-        (rod, frames): (&M::Rod<D>, &<M::Rod<D> as Rod<D, W>>::Frames),
-        (plain, plain_frames): (&M::Rod<f64>, &<M::Rod<f64> as Rod<f64, W>>::Frames),
+        (rod, frames): Tied<'_, D, M, W>,
+        (plain, plain_frames): Tied<'_, f64, M, W>,
         q: &mut [D],
     ) -> Result<(), Singular> {
         let n = q.len();

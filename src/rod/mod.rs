@@ -203,7 +203,7 @@ pub trait Rod<D: Scalar, const W: usize>: Clone {
     fn set_springs(&mut self, _elastic: &Self, _before: Option<&InternalVariables<D>>) {}
 
     /// How far that of the springs is from beginning or ceasing to slip which is nearest to it.
-    fn from_slip_limit(&self, _z: &[D]) -> f64 {
+    fn distance_to_slipping(&self, _z: &[D]) -> f64 {
         f64::INFINITY
     }
 

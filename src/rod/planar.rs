@@ -529,7 +529,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         }
     }
 
-    fn from_slip_limit(&self, z: &[D]) -> f64 {
+    fn distance_to_slipping(&self, z: &[D]) -> f64 {
         let Some(Springs { sliders, .. }) = &self.sliders else { return f64::INFINITY };
         let limits = z.iter().enumerate().map(|(i, z)| sliders.from_limit(i, *z));
         limits.fold(f64::INFINITY, f64::min)

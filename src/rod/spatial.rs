@@ -84,6 +84,9 @@ fn add_at<D: Scalar>(to: &mut [D], i: usize, from: &Vector<D>) {
     }
 }
 
+/// The springs of friction, and the one of a joint.
+type ActingSpring<'a, D> = (&'a Springs<D, Spring<D>>, &'a Spring<D>);
+
 impl<D: Nestable> SpatialRod<D> {
     /// Bend and twist `i` with its reference.
     #[inline(always)]
@@ -116,7 +119,7 @@ impl<D: Nestable> SpatialRod<D> {
 
     /// The spring of joint `i`, if one acts.
     #[inline(always)]
-    fn spring(&self, i: usize) -> Option<(&Springs<D, Spring<D>>, &Spring<D>)> {
+    fn spring(&self, i: usize) -> Option<ActingSpring<'_, D>> {
         let springs = self.sliders.as_ref()?;
         Some((springs, springs.acting.get(i)?))
     }
@@ -565,7 +568,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         }
     }
 
-    fn from_slip_limit(&self, z: &[D]) -> f64 {
+    fn distance_to_slipping(&self, z: &[D]) -> f64 {
         let Some(springs) = &self.sliders else { return f64::INFINITY };
         let of = |(i, z): (usize, &[D; 3])| {
             springs.sliders.from_limit_in_space(i, &self.joint[i].stiffness, *z)

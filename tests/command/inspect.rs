@@ -12,6 +12,9 @@ fn files() -> Vec<Written> {
 }
 
 /// What it tells of the same tip in any file: format, rate, unit, gaps, noise.
+/// A marker's name and places.
+type Marker = (String, Vec<Option<[f64; 3]>>);
+
 #[test]
 fn files_of_all_programs_are_told_alike() {
     let folder = Folder::new();
@@ -97,7 +100,7 @@ fn what_is_wrong_in_a_file_is_told() {
     for words in ["jumps", "leaps", "lost", "label", "gaps"] {
         assert!(!shown.contains(words), "`{words}` in {shown}");
     }
-    let markers = |change: &dyn Fn(&mut Vec<(String, Vec<Option<[f64; 3]>>)>)| {
+    let markers = |change: &dyn Fn(&mut Vec<Marker>)| {
         let mut all =
             clean.markers().iter().map(|m| (m.name.clone(), m.seen.clone())).collect::<Vec<_>>();
         change(&mut all);

@@ -158,10 +158,10 @@ fn scene(seed: u64, planar: bool) -> Scene {
     }
     let soft = Compliance { rotation: 0.3, axial: 1e-4 };
     let supports = &mut scene.supports;
-    if seed % 3 == 0 && supports.start == Support::Clamped {
+    if seed.is_multiple_of(3) && supports.start == Support::Clamped {
         supports.start_compliance = soft;
     }
-    if seed % 5 == 0 && supports.end == Support::Clamped {
+    if seed.is_multiple_of(5) && supports.end == Support::Clamped {
         supports.end_compliance = soft;
     }
     scene

@@ -21,6 +21,9 @@ fn fit_of(truth: &Scene, model: &Scene, seed: u64) -> FitReport {
     fit_with(model, &data, &[Parameter::YoungsModulus, Parameter::DampingMass], of_a_right_mesh())
 }
 
+/// A term, and how a scene gets it by some size.
+type Case = (&'static str, fn(&mut Scene, f64));
+
 /// Where the model is right, noise makes one of all the tests significant as often as is said.
 #[test]
 fn false_alarms_are_as_rare_as_said() {
@@ -98,7 +101,7 @@ fn what_could_hide_is_as_large_as_said() {
         Analysis { what_if: Some(true), ..Analysis::default() },
     );
     println!("{report}");
-    let cases: [(&str, fn(&mut Scene, f64)); 2] = [
+    let cases: [Case; 2] = [
         ("supports.start_compliance.rotation", |s, size| {
             s.supports.start_compliance = Compliance { rotation: size, axial: 0.0 };
         }),

@@ -302,7 +302,7 @@ fn faults(sheet: &Sheet, recording: &Recording) -> Vec<String> {
         y: recording.y.or(Some(Vertical::Up)),
         ..Recording::default()
     };
-    let along = |marker: &Sighted| -> Option<(Vec<f64>, Vec<Option<[f64; 3]>>)> {
+    let along = |marker: &Sighted| {
         let converted = known.convert(sheet, marker).ok()?;
         let place = |place: &[Option<f64>; 3]| {
             let whole = (0..3).all(|c| place[c].is_some() == marker.axes[c]);

@@ -56,13 +56,16 @@ pub(crate) struct Unsaid {
     pub could_hide: Vec<CouldHide>,
 }
 
+/// A term that a scene may lack, its plausible size, and how it is added.
+type Term = (&'static Extension, f64, Change);
+
 /// The experiments with every term added that they can have, and the terms with their plausible sizes.
 fn extended(
     search: &Search,
     optimum: &Optimum,
     knowns: &[Known],
     mut experiments: Vec<Experiment>,
-) -> Result<(Vec<Experiment>, Vec<(&'static Extension, f64, Change)>), Error> {
+) -> Result<(Vec<Experiment>, Vec<Term>), Error> {
     let mut found = Vec::new();
     let sizes = |experiment: &Experiment| {
         let own = search.unknowns.iter().zip(&optimum.x).filter(|(u, _)| u.is_of(experiment));

@@ -41,7 +41,7 @@ impl<D: Nestable> Sliding<D> {
     /// spring begin to slip or stick again.
     pub fn goes_on<R: Rod<D, W>, const W: usize>(&self, elastic: &R, size: f64) -> bool {
         let edges = (self.strains.len() - self.z.len()) as f64;
-        elastic.from_slip_limit(&self.z) > SURELY * size * edges
+        elastic.distance_to_slipping(&self.z) > SURELY * size * edges
     }
 }
 

@@ -1,0 +1,30 @@
+"""Slender elastic rods: simulated, and identified from recorded motion.
+
+>>> import rodfit
+>>> scene = rodfit.Scene.load("cantilever.toml")
+>>> run = scene.simulate(derivatives=["youngs_modulus"])
+>>> result = rodfit.Fit.load("cantilever-fit.toml").solve()
+
+All numbers are in SI units.
+"""
+
+from ._fit import Experiment, Fit, Residuals
+from ._result import FitResult, Parameter
+from ._rodfit import ComputationError, InputError, RodfitError, __version__
+from ._scene import Equilibrium, Modes, Run, Scene
+
+__all__ = [
+    "ComputationError",
+    "Equilibrium",
+    "Experiment",
+    "Fit",
+    "FitResult",
+    "InputError",
+    "Modes",
+    "Parameter",
+    "Residuals",
+    "RodfitError",
+    "Run",
+    "Scene",
+    "__version__",
+]

@@ -1,0 +1,208 @@
+"""Scenes, and what is computed of them."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any, Iterable, Mapping
+
+from . import _rodfit
+from ._rodfit import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+class _Table:
+    """What a JSON table says, by attribute."""
+
+    def __init__(self, table: Mapping[str, Any]):
+        self._table = dict(table)
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self.__dict__["_table"][name]
+        except KeyError:
+            known = ", ".join(self.__dict__.get("_table", {}))
+            raise AttributeError(f"no {name}, allowed: {known}") from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._table]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The table itself."""
+        return dict(self._table)
+
+
+class Equilibrium(_Table):
+    """Where a rod rests: ``nodes`` (m), ``tip`` (m), ``stable``, ``energies`` (J), ``reactions`` (N, N m)."""
+
+    @property
+    def nodes(self) -> "np.ndarray":
+        """Places of the nodes, m: (nodes, 3)."""
+        import numpy as np
+
+        return np.asarray(self._table["nodes"])
+
+    def __repr__(self) -> str:
+        return f"Equilibrium(tip={self._table['tip']}, stable={self._table.get('stable')})"
+
+
+class Modes(_Table):
+    """Small vibrations: ``frequencies_hz``, ``modes`` with their shapes, ``unstable``."""
+
+    @property
+    def frequencies_hz(self) -> "np.ndarray":
+        """Frequencies, ascending, Hz; unstable directions as minus their growth rates."""
+        import numpy as np
+
+        return np.asarray(self._table["frequencies_rad_s"]) / (2 * np.pi)
+
+    def __repr__(self) -> str:
+        return f"Modes({len(self._table['modes'])} modes, {self._table['unstable']} unstable)"
+
+
+class Run:
+    """A simulated motion: ``t``, s; ``position``, m, and ``velocity``, m/s: (times, nodes, 3), views that cannot be
+    written to."""
+
+    def __init__(self, native: _rodfit.Run):
+        self.t = native.t
+        self.t.flags.writeable = False
+        self._motion = native.motion
+        self._motion.flags.writeable = False
+        self._derivatives = dict(zip(native.names, native.derivatives))
+        for array in self._derivatives.values():
+            array.flags.writeable = False
+
+    @property
+    def position(self) -> "np.ndarray":
+        """Places of all nodes, m: (times, nodes, 3)."""
+        return self._motion[:, :, 0, :]
+
+    @property
+    def velocity(self) -> "np.ndarray":
+        """Velocities of all nodes, m/s: (times, nodes, 3)."""
+        return self._motion[:, :, 1, :]
+
+    @property
+    def derivative(self) -> dict[str, "np.ndarray"]:
+        """Derivatives of the places by every parameter that was asked for, m over its unit."""
+        return {name: array[:, :, 0, :] for name, array in self._derivatives.items()}
+
+    @property
+    def tip(self) -> "np.ndarray":
+        """Places of the last node, m: (times, 3)."""
+        return self.position[:, -1, :]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        times, nodes = self._motion.shape[:2]
+        return f"Run({times} times to {self.t[-1]:g} s, {nodes} nodes)"
+
+
+class Scene:
+    """A scene, read and validated; it cannot be changed, ``replace`` and ``with_values`` make others."""
+
+    def __init__(self, native: _rodfit.Scene, folder: str | os.PathLike[str] = "."):
+        self._native = native
+        self._folder = os.fspath(folder)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "Scene":
+        """The scene of a TOML file."""
+        return cls(_rodfit.Scene.load(os.fspath(path)), os.path.dirname(os.path.abspath(path)))
+
+    @classmethod
+    def from_toml(cls, text: str, folder: str | os.PathLike[str] = ".") -> "Scene":
+        """The scene of a TOML text; files in it are relative to ``folder``."""
+        return cls(_rodfit.Scene.from_toml(text, os.fspath(folder)), folder)
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> "Scene":
+        """The scene of a table as the file has it."""
+        return cls(_rodfit.Scene.from_json(json.dumps(table, default=_plain), os.fspath(folder)), folder)
+
+    def to_toml(self) -> str:
+        """The scene as a file."""
+        return self._native.to_toml()
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scene as a table, as the file has it."""
+        try:
+            import tomllib
+        except ModuleNotFoundError:  # Python 3.10
+            import tomli as tomllib
+
+        return tomllib.loads(self.to_toml())
+
+    def replace(self, **tables: Mapping[str, Any]) -> "Scene":
+        """The scene with other entries: ``scene.replace(material={"youngs_modulus": 2e8})``."""
+        return Scene.from_dict(_merged(self.to_dict(), tables), self._folder)
+
+    def with_values(self, values: Mapping[str, float]) -> "Scene":
+        """The scene with other values of its numbers, by the names of ``parameters``."""
+        return Scene(self._native.with_values([(n, float(v)) for n, v in values.items()]), self._folder)
+
+    @property
+    def parameters(self) -> list[dict[str, Any]]:
+        """All physical numbers: ``name``, ``aliases``, ``value``, ``unit``, ``limits``."""
+        return json.loads(self._native.parameters())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What one should know before believing what is simulated."""
+        return self._native.warnings()
+
+    @property
+    def model(self) -> str:
+        """``planar`` or ``spatial``."""
+        return self._native.model
+
+    @property
+    def length(self) -> float:
+        """Length of the rod, m."""
+        return self._native.length
+
+    def simulate(self, derivatives: Iterable[str] = ()) -> Run:
+        """The motion of all nodes, with exact derivatives by these parameters. Other threads go on meanwhile; Ctrl-C ends
+        it."""
+        if isinstance(derivatives, str):
+            raise InputError(f'derivatives: found "{derivatives}", allowed: a list of names')
+        return Run(self._native.simulate(list(derivatives)))
+
+    def equilibrium(self) -> Equilibrium:
+        """Where the rod rests under its loads."""
+        return Equilibrium(json.loads(self._native.equilibrium()))
+
+    def modes(self, count: int = 6) -> Modes:
+        """The lowest small vibrations about where it rests."""
+        return Modes(json.loads(self._native.modes(count)))
+
+    def __repr__(self) -> str:
+        return f"Scene({self.model}, {self._native.nodes} nodes, {self.length:g} m)"
+
+    def __reduce__(self) -> Any:
+        return (Scene.from_toml, (self.to_toml(), self._folder))
+
+
+def _merged(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
+    both = dict(old)
+    for key, value in new.items():
+        inner = both.get(key)
+        if isinstance(value, Mapping) and isinstance(inner, Mapping):
+            both[key] = _merged(inner, value)
+        else:
+            both[key] = value
+    return both
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of numpy, and paths, as JSON has them."""
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is nothing that a scene holds")

@@ -1,0 +1,114 @@
+//! Scenes and what is computed of them.
+
+use crate::error::raised;
+use crate::run::Run;
+use pyo3::prelude::*;
+use rodfit::problem::ParameterList;
+use rodfit::vibration::About;
+use rodfit::{Parameter, Problem};
+
+/// A scene, read and validated.
+#[pyclass(frozen, module = "rodfit._rodfit")]
+pub struct Scene {
+    pub problem: Problem,
+}
+
+fn json(value: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(value)
+        .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))
+}
+
+impl Scene {
+    pub fn of(py: Python<'_>, scene: rodfit::Scene) -> PyResult<Self> {
+        let problem = scene.problem().map_err(|error| raised(py, error))?;
+        Ok(Self { problem })
+    }
+}
+
+/// Parameters by name.
+pub fn parameters(py: Python<'_>, names: &[String]) -> PyResult<Vec<Parameter>> {
+    names.iter().map(|name| name.parse().map_err(|error| raised(py, error))).collect()
+}
+
+#[pymethods]
+impl Scene {
+    #[staticmethod]
+    fn load(py: Python<'_>, path: std::path::PathBuf) -> PyResult<Self> {
+        let scene = rodfit::Scene::load(path).map_err(|error| raised(py, error))?;
+        Self::of(py, scene)
+    }
+
+    #[staticmethod]
+    fn from_toml(py: Python<'_>, text: &str, folder: std::path::PathBuf) -> PyResult<Self> {
+        let scene = rodfit::Scene::from_toml(text, folder).map_err(|error| raised(py, error))?;
+        Self::of(py, scene)
+    }
+
+    /// A scene of the JSON of a table.
+    #[staticmethod]
+    fn from_json(py: Python<'_>, text: &str, folder: std::path::PathBuf) -> PyResult<Self> {
+        let words =
+            |error: &dyn std::fmt::Display| crate::error::InputError::new_err(error.to_string());
+        let table: toml::Table = serde_json::from_str(text).map_err(|error| words(&error))?;
+        let text = toml::to_string(&table).map_err(|error| words(&error))?;
+        Self::from_toml(py, &text, folder)
+    }
+
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        self.problem.scene().to_toml().map_err(|error| raised(py, error))
+    }
+
+    /// All physical numbers, as JSON: name, aliases, value, unit, limits, note.
+    fn parameters(&self) -> PyResult<String> {
+        json(&ParameterList::of(&self.problem))
+    }
+
+    /// The scene with other values of its numbers.
+    fn with_values(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let (names, values): (Vec<String>, Vec<f64>) = values.into_iter().unzip();
+        let pairs = parameters(py, &names)?.into_iter().zip(values);
+        let problem = self.problem.with(pairs).map_err(|error| raised(py, error))?;
+        Ok(Self { problem })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.problem.warnings()
+    }
+
+    /// `planar` or `spatial`.
+    #[getter]
+    fn model(&self) -> &'static str {
+        self.problem.model().0
+    }
+
+    #[getter]
+    fn nodes(&self) -> usize {
+        self.problem.nodes()
+    }
+
+    #[getter]
+    fn length(&self) -> f64 {
+        self.problem.length()
+    }
+
+    /// Simulates the scene; Ctrl-C ends it.
+    fn simulate(&self, py: Python<'_>, derivatives: Vec<String>) -> PyResult<Run> {
+        let by = parameters(py, &derivatives)?;
+        let problem = self.problem.clone();
+        let trajectory =
+            crate::run::interruptible(py, move |stop| problem.stop_when(stop).simulate_with(&by))?;
+        Ok(Run::new(trajectory, derivatives))
+    }
+
+    /// The equilibrium, as JSON.
+    fn equilibrium(&self, py: Python<'_>) -> PyResult<String> {
+        let found = py.detach(|| self.problem.equilibrium());
+        json(&found.map_err(|error| raised(py, error))?)
+    }
+
+    /// The lowest modes, as JSON.
+    fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
+        let found = py.detach(|| self.problem.modes(count, About::Equilibrium));
+        json(&found.map_err(|error| raised(py, error))?)
+    }
+}
