@@ -67,7 +67,13 @@
 //! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
 //! To add one that is not built in, a field or a foundation, see [`energy::own`].
 
+// The command names the library as everybody does who uses it.
+#[cfg(feature = "cli")]
+extern crate self as rodfit;
+
 pub mod check;
+#[cfg(feature = "cli")]
+pub mod command;
 pub mod dynamics;
 pub mod energy;
 mod error;

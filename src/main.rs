@@ -1,8 +1,6 @@
 //! The `rodfit` command: simulate, static, modes, study, check, fit. Exit codes: 0 done; 2 bad input; 3 could not be
 //! computed, did not converge, or not identifiable.
 
-mod command;
-
 fn main() -> std::process::ExitCode {
-    command::run()
+    rodfit::command::run(std::env::args_os()).into()
 }

@@ -1,5 +1,7 @@
-//! What the command line may say, and who does it. Every subcommand goes the same way: read the inputs, look at the
-//! outputs, estimate what it takes, compute, write everything it can, say the rest.
+//! The command `rodfit`, as a function: what the command line may say, and who does it.
+//!
+//! Every subcommand goes the same way: read the inputs, look at the outputs, estimate what it takes, compute, write
+//! everything it can, say the rest. It uses the library as anybody does; the program and the Python package call it.
 
 mod check;
 mod fit;
@@ -18,8 +20,8 @@ use crate::command::output::{Output, Outputs};
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use rodfit::{Derivatives, Error, Scene};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 /// Simulates slender elastic rods and identifies their parameters from recorded motion.
 #[derive(Parser)]
@@ -102,9 +104,17 @@ impl From<Route> for Derivatives {
     }
 }
 
-/// Does what the command line says.
-pub fn run() -> ExitCode {
-    let Arguments { manner, command } = Arguments::parse();
+/// Does what a command line says, of which the first word is the program's name. The exit code: 0 done; 2 bad input;
+/// 3 could not be computed, did not converge, or not identifiable.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let Arguments { manner, command } = match Arguments::try_parse_from(words) {
+        Ok(arguments) => arguments,
+        Err(said) => {
+            // Help and versions among them; there is nobody to tell when that fails.
+            let _ = said.print();
+            return u8::try_from(said.exit_code()).unwrap_or(2);
+        }
+    };
     limits::bound_threads(manner);
     let outcome = match command {
         Command::Simulate(options) => simulate::run(&options, manner),
@@ -118,11 +128,10 @@ pub fn run() -> ExitCode {
         Command::Init(options) => init::run(&options, manner),
         Command::Completions { shell } => completions(shell),
     };
-    let code = outcome.unwrap_or_else(|error| {
+    outcome.unwrap_or_else(|error| {
         terminal::complain(&error);
         code_of(&error)
-    });
-    ExitCode::from(code)
+    })
 }
 
 fn completions(shell: Shell) -> Result<u8, Error> {
