@@ -352,7 +352,6 @@ fn rest<M: Model<W>, const W: usize>(
     Ok(())
 }
 
-/// Largest distance between nodes of two trajectories of the same mesh and times.
 /// Places, m, and velocities, m/s, of the tracked nodes, record after record.
 pub type Motions = Vec<[[f64; 3]; 2]>;
 

@@ -307,22 +307,66 @@ impl ExperimentForm {
             None => Ok(()),
         })?;
         admit(&scene)?;
-        let problem = scene.problem()?;
-        let mut experiment = Experiment::new(self.name.unwrap_or_default(), &problem);
-        let mut measurements = Vec::new();
-        for (k, observation) in self.observation.into_iter().enumerate() {
-            let key = experiment.key(&format!("observation[{k}]"));
-            measurements.extend(observation.read(folder, &problem, &key)?);
-        }
-        for shape in self.shape {
-            measurements.push(shape.read(folder)?);
-        }
-        for (k, frequencies) in self.frequencies.into_iter().enumerate() {
-            measurements.push(frequencies.read(&experiment.key(&format!("frequencies[{k}]")))?);
-        }
-        experiment.measurements = measurements;
-        experiment.measurements.iter().try_for_each(|m| m.check_units(&experiment))?;
+        let mut experiment = Experiment::new(self.name.unwrap_or_default(), &scene.problem()?);
+        let measured = (self.observation, self.shape, self.frequencies);
+        measure(&mut experiment, measured, folder)?;
         Ok(if self.held_out { experiment.held_out() } else { experiment })
+    }
+}
+
+/// Reads what was measured in an experiment.
+fn measure(
+    experiment: &mut Experiment,
+    (observation, shape, frequencies): (Vec<ObservationForm>, Vec<ShapeForm>, Vec<FrequenciesForm>),
+    folder: &Path,
+) -> Result<(), Error> {
+    let mut measurements = Vec::new();
+    for (k, observation) in observation.into_iter().enumerate() {
+        let key = experiment.key(&format!("observation[{k}]"));
+        measurements.extend(observation.read(folder, &experiment.problem, &key)?);
+    }
+    for shape in shape {
+        measurements.push(shape.read(folder)?);
+    }
+    for (k, frequencies) in frequencies.into_iter().enumerate() {
+        measurements.push(frequencies.read(&experiment.key(&format!("frequencies[{k}]")))?);
+    }
+    experiment.measurements.extend(measurements);
+    experiment.measurements.iter().try_for_each(|m| m.check_units(experiment))
+}
+
+/// Tables of a fit file by themselves.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Tables {
+    observation: Vec<ObservationForm>,
+    shape: Vec<ShapeForm>,
+    frequencies: Vec<FrequenciesForm>,
+    parameter: Vec<ParameterForm>,
+    known: Vec<KnownForm>,
+    analysis: Option<Analysis>,
+}
+
+impl Fit {
+    /// Adds what the tables of a fit file say that stand in `text`: `[[observation]]`, `[[shape]]` and `[[frequencies]]` of the
+    /// last experiment, `[[parameter]]`, `[[known]]`, and `[analysis]` in the place of what was said of it before. Paths
+    /// are relative to `folder`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`FitFile::load`] that concern these tables.
+    pub fn add_toml(&self, text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        let Fit { experiments, unknowns, knowns, analysis, progress, keep_plot_data } =
+            self.clone();
+        let tables: Tables = parse(text, &REQUIRED[1..])?;
+        let analysis = tables.analysis.unwrap_or(analysis);
+        let mut file = FitFile { experiments, unknowns, knowns, analysis };
+        if let Some(last) = file.experiments.last_mut() {
+            let measured = (tables.observation, tables.shape, tables.frequencies);
+            measure(last, measured, folder.as_ref())?;
+        }
+        file.add(tables.parameter, tables.known)?;
+        Ok(Self { progress, keep_plot_data, ..file.fit() })
     }
 }
 
@@ -370,17 +414,22 @@ impl FitFile {
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
         let (unknowns, knowns, analysis) = (Vec::new(), Vec::new(), form.analysis);
         let mut file = Self { experiments, unknowns, knowns, analysis };
-        for (i, parameter) in form.parameter.into_iter().enumerate() {
-            file.take(i, parameter).map_err(|error| error.in_file(Some(path)))?;
-        }
-        for (i, known) in form.known.into_iter().enumerate() {
-            let known = known.known(&format!("known[{i}]"));
-            file.knowns.push(known.map_err(|error| error.in_file(Some(path)))?);
-        }
+        file.add(form.parameter, form.known).map_err(|error| error.in_file(Some(path)))?;
         check(&file.experiments, &file.unknowns, &file.analysis)
             .and_then(|()| known::check(&file.experiments, &file.unknowns, &file.knowns))
             .map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
+    }
+
+    /// Adds what is looked for, and what is known.
+    fn add(&mut self, parameters: Vec<ParameterForm>, known: Vec<KnownForm>) -> Result<(), Error> {
+        for (i, parameter) in parameters.into_iter().enumerate() {
+            self.take(i, parameter)?;
+        }
+        for (i, known) in known.into_iter().enumerate() {
+            self.knowns.push(known.known(&format!("known[{i}]"))?);
+        }
+        Ok(())
     }
 
     /// Adds an unknown, or gives the experiments its fixed value.

@@ -137,6 +137,12 @@ impl Fit {
         }
     }
 
+    /// Adds an experiment: what is observed from now on is of it.
+    pub fn experiment(mut self, experiment: Experiment) -> Self {
+        self.experiments.push(experiment);
+        self
+    }
+
     /// Adds what was measured in the last experiment.
     pub fn observe(mut self, measurement: impl Into<Measurement>) -> Self {
         if let Some(experiment) = self.experiments.last_mut() {
@@ -208,7 +214,8 @@ impl Fit {
         let experiments = self.laid_out()?;
         let measured = fitted(&experiments);
         let look = FirstLook::at(&measured, &self.unknowns)?;
-        let mut search = Search::new(&measured, &self.unknowns, self.progress.clone())?;
+        let (progress, tolerance) = (self.progress.clone(), self.analysis.tolerance);
+        let mut search = Search::new(&measured, &self.unknowns, progress, tolerance)?;
         search.suspicious = !look.suspicions.is_empty();
         let ending = match &look.hopeless {
             Some(words) => Ending::unsearched(&search, words, self.keep_plot_data),

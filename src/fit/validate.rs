@@ -17,6 +17,9 @@ const FEW: usize = 8;
 /// Replicates of bootstrap and Monte Carlo beyond this are a slip of the pen.
 const MOST_REPLICATES: usize = 1_000_000;
 
+/// Searches that end farther from their minimum, in standard errors, have not found it.
+const LARGEST_TOLERANCE: f64 = 0.1;
+
 /// Points this many lengths from the wall of a held rod are not points of it.
 const FARTHEST: f64 = 2.5;
 
@@ -42,6 +45,10 @@ pub(crate) fn check(
     if analysis.monte_carlo == 1 || analysis.monte_carlo > MOST_REPLICATES {
         let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
         return Err(Error::invalid("analysis.monte_carlo", analysis.monte_carlo, allowed));
+    }
+    if !(0.0..=LARGEST_TOLERANCE).contains(&analysis.tolerance) {
+        let allowed = format!("0 to {LARGEST_TOLERANCE} of a standard error");
+        return Err(Error::invalid("analysis.tolerance", analysis.tolerance, allowed));
     }
     let several = all(&fitted).count() > 1;
     for experiment in experiments {

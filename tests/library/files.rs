@@ -125,6 +125,79 @@ fn files_are_read_from_memory() {
     }
 }
 
+/// Tables of a fit file by themselves say what the file says, and are refused as it is.
+#[test]
+fn tables_of_a_fit_file_are_read_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let problem = short().problem().unwrap();
+    let mut table = String::from("t,x,y\n");
+    for sample in record(&problem.simulate().unwrap(), 25).samples {
+        let [x, y, _] = sample.position.map(Option::unwrap_or_default);
+        table += &format!("{},{x},{y}\n", sample.time);
+    }
+    std::fs::write(folder.path().join("tip.csv"), table).unwrap();
+    std::fs::write(folder.path().join("rod.toml"), short().to_toml().unwrap()).unwrap();
+    let observation = "[[observation]]\nfile = \"tip.csv\"\nsigma = 1e-3\n";
+    let parameter = "[[parameter]]\nname = \"radius\"\nstart = 0.004\n";
+    let known = "[[known]]\nname = \"density\"\nsigma = 1.0\n[analysis]\nwhat_if = false\n";
+    let text = format!("scene = \"rod.toml\"\n{observation}{parameter}{known}");
+    let whole = FitFile::from_toml(&text, folder.path()).unwrap().fit().solve().unwrap();
+    let add = |fit: Fit, text: &str| fit.add_toml(text, folder.path());
+    let parts = [observation, parameter, known].into_iter();
+    let fit = parts.fold(Fit::new(&problem), |fit, text| add(fit, text).unwrap());
+    let own = fit.solve().unwrap();
+    assert_eq!((&own.parameters, &own.sigma), (&whole.parameters, &whole.sigma));
+    assert!(!own.budget.is_empty());
+
+    for (text, words) in [
+        ("[[parameter]]\nname = \"redius\"\n", "nearest"),
+        ("[[parameter]]\nstart = 1.0\n", "missing key: parameter[0].name"),
+        ("[[observation]]\nfile = \"none.csv\"\n", "none.csv"),
+        ("[[observations]]\nfile = \"tip.csv\"\n", "unknown field"),
+        ("[[parameter]]\nname = \"radius\"\nfixed = -1.0\n", "parameter[0].fixed"),
+    ] {
+        let error = add(Fit::new(&problem), text).err().unwrap().to_string();
+        assert!(error.contains(words), "{text}: {error}");
+    }
+}
+
+/// A search goes on until the next step would be below the tolerance, and ends there.
+#[test]
+fn searches_end_at_their_tolerance() {
+    let problem = short().problem().unwrap();
+    let off = |k: usize| 1e-3 * (k as f64 * 2.4).sin();
+    let mut motion = record(&problem.simulate().unwrap(), 20);
+    motion.samples.iter_mut().enumerate().for_each(|(k, s)| {
+        s.position = s.position.map(|x| x.map(|x| x + off(k)));
+    });
+    let fit = Fit::new(&problem).observe(motion.sigma(1e-3)).identify(Parameter::YoungsModulus);
+    let solved = |tolerance: f64| {
+        let analysis = rodfit::fit::Analysis {
+            tolerance,
+            what_if: Some(false),
+            discretization_error: rodfit::fit::Refinement::None,
+            ..Default::default()
+        };
+        fit.clone().analyse(analysis).solve()
+    };
+    let residuals = fit.residuals().unwrap();
+    // What is left of a Gauss-Newton step, in standard errors.
+    let left = |tolerance: f64| {
+        let x = [solved(tolerance).unwrap().parameters[0].value.unwrap().ln()];
+        let (rows, r) = (residuals.jacobian_at(&x).unwrap(), residuals.residuals(&x).unwrap());
+        let slope: f64 = rows.iter().zip(&r).map(|(row, r)| row[0] * r).sum();
+        let square: f64 = rows.iter().map(|row| row[0] * row[0]).sum();
+        slope.abs() / square.sqrt()
+    };
+    let [early, late] = [1e-3, 1e-7].map(left);
+    println!("left of a step: {early:e} and {late:e} standard errors");
+    assert!(late < 1e-6 && early > 10.0 * late && early < 1e-3);
+    for tolerance in [-1e-3, 0.2, f64::NAN] {
+        let error = solved(tolerance).unwrap_err().to_string();
+        assert!(error.contains("analysis.tolerance"), "{error}");
+    }
+}
+
 /// A shape from points in memory is saved with its points, and is the shape of a file of them.
 #[test]
 fn shapes_are_made_of_points() {

@@ -44,6 +44,8 @@ pub(crate) struct Search<'a> {
     pub journal: Arc<Journal>,
     /// Whether the set-up looks wrong: where nothing fits at first, nothing else will.
     pub suspicious: bool,
+    /// Part of a standard error by which the minimum may be missed.
+    pub tolerance: f64,
 }
 
 /// What threads share of a search.
@@ -54,6 +56,7 @@ pub(crate) struct Task<'a> {
     pub trust: &'a [f64],
     pub unknowns: &'a [Unknown],
     pub full_work: f64,
+    pub tolerance: f64,
 }
 
 impl<'a> Task<'a> {
@@ -69,6 +72,7 @@ impl<'a> Task<'a> {
             progress: None,
             journal: Arc::default(),
             suspicious: false,
+            tolerance: self.tolerance,
         }
     }
 }
@@ -79,6 +83,7 @@ impl<'a> Search<'a> {
         experiments: &'a [Experiment],
         unknowns: &'a [Unknown],
         progress: Option<Progress>,
+        tolerance: f64,
     ) -> Result<Self, Error> {
         let (sigmas, full_work) = (first_sigmas(experiments), full_work(experiments)?);
         Ok(Self {
@@ -91,6 +96,7 @@ impl<'a> Search<'a> {
             progress,
             journal: Arc::default(),
             suspicious: false,
+            tolerance,
         })
     }
 
@@ -102,6 +108,7 @@ impl<'a> Search<'a> {
             trust: &self.trust,
             unknowns: self.unknowns,
             full_work: self.full_work,
+            tolerance: self.tolerance,
         }
     }
 

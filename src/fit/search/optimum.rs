@@ -10,6 +10,7 @@ use crate::fit::misfit::work::Work;
 use crate::fit::search::basins::Basins;
 use crate::fit::search::journal::{Journal, Stage, Visit};
 use crate::fit::search::{Progress, Search};
+use crate::fit::uncertainty::analysis::TOLERANCE;
 use crate::fit::unknown::Unknown;
 use crate::numerics::levenberg_marquardt::{LeastSquaresState, LevenbergMarquardt};
 use argmin::core::observers::{Observe, ObserverMode};
@@ -70,7 +71,7 @@ impl Search<'_> {
     }
 
     fn finish(&self, residuals: Residuals, start: &[f64]) -> Result<Optimum, Error> {
-        let tolerances = (1e-10, 1e-3, 60);
+        let tolerances = (1e-10, self.tolerance, 60);
         let mut optimum = self.optimize(residuals, start, tolerances, Some(Stage::Full))?;
         // What leaves nothing but rounding errors has nothing to gain from another step.
         optimum.converged |= self.is_rounding(&optimum);
@@ -97,7 +98,7 @@ impl Search<'_> {
             .longest_steps(self.unknowns.iter().map(longest).collect())
             .step_tolerance(step_tolerance)
             .noise_tolerance(noise_tolerance)
-            .last_step(LAST_STEP);
+            .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0));
         let observer = Observer {
             progress: self.progress.clone(),
             work: self.work.clone(),

@@ -5,7 +5,7 @@ use serde::Deserialize;
 /// Work on request, `[analysis]` in the fit file. By default only the discretisation error, which
 /// costs two coarser simulations, and what one per cent of the scene's other numbers would change, which
 /// costs a run of a coarse model.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Analysis {
     /// Whether 95 % intervals are computed from the profile of the likelihood too, which are right
@@ -25,6 +25,27 @@ pub struct Analysis {
     /// error would change, what the scene may lack, and what could hide; by default where a coarse model
     /// makes that cheap.
     pub what_if: Option<bool>,
+    /// The search ends where another step would move no parameter by more than this part of its standard error; 0 to
+    /// 0.1. Smaller ones are for comparisons with other solvers: the data tell no more.
+    pub tolerance: f64,
+}
+
+/// A thousandth of a standard error is nothing that anybody sees.
+pub(crate) const TOLERANCE: f64 = 1e-3;
+
+impl Default for Analysis {
+    fn default() -> Self {
+        Self {
+            profile: false,
+            bootstrap: 0,
+            seed: 0,
+            observed_information: false,
+            discretization_error: Refinement::default(),
+            monte_carlo: 0,
+            what_if: None,
+            tolerance: TOLERANCE,
+        }
+    }
 }
 
 /// How the error of mesh and step is found in the parameters.

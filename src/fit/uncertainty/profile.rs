@@ -218,6 +218,7 @@ mod tests {
     use super::*;
     use crate::fit::measurement::experiment::Experiment;
     use crate::fit::measurement::motion::Observation;
+    use crate::fit::uncertainty::analysis::TOLERANCE;
     use crate::scene::Parameter;
     use crate::scene::Point;
     use crate::scene::{Material, Scene, Section, Shape, Time};
@@ -246,6 +247,7 @@ mod tests {
             sigmas: &[1e-3],
             unknowns: &unknowns,
             full_work: 1.0,
+            tolerance: TOLERANCE,
         };
         let search = task.search();
         let best = search.polish(&[1.01e8_f64.ln()]).unwrap();
