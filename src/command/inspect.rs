@@ -8,7 +8,8 @@ use std::path::PathBuf;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// File of markers: a table, or what Motive, Vicon, Qualisys, Tracker, DeepLabCut, DLTdv or Kinovea wrote.
+    /// File of markers: a table, or what Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv,
+    /// Kinovea or TrackMate wrote.
     file: PathBuf,
     #[command(flatten)]
     said: Said,

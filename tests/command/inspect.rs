@@ -11,18 +11,24 @@ fn files() -> Vec<Written> {
     all(&tip(&coarse(8, 3.90625e-3, 0.4).problem().unwrap(), 24))
 }
 
-/// What it tells of the same tip in any file: format, rate, unit, gaps, noise.
+/// What a file does not say itself.
+fn unsaid(file: &Written) -> Vec<&'static str> {
+    let fps = file.recording.fps.map(|_| ["--fps", "64"]);
+    let scale = file.recording.scale.map(|_| ["--scale", "1e-3"]);
+    fps.into_iter().chain(scale).flatten().collect()
+}
+
 /// A marker's name and places.
 type Marker = (String, Vec<Option<[f64; 3]>>);
 
+/// What it tells of the same tip in any file: format, rate, unit, gaps, noise.
 #[test]
 fn files_of_all_programs_are_told_alike() {
     let folder = Folder::new();
     for file in files() {
         folder.write(file.name, &file.text);
-        let pixels = ["deeplabcut", "dltdv"].contains(&file.format);
         let mut said = vec!["inspect", file.name, "--json", "told.json"];
-        if pixels {
+        if file.recording.fps.is_some() {
             said.extend(["--fps", "64"]);
         }
         let output = folder.run(&said);
@@ -40,7 +46,7 @@ fn files_of_all_programs_are_told_alike() {
         let markers = told["markers"].as_array().unwrap();
         let marker = markers.iter().find(|m| own.as_deref().is_none_or(|own| m["name"] == own));
         let marker = marker.unwrap();
-        let likely = file.format == "deeplabcut";
+        let likely = ["deeplabcut", "sleap"].contains(&file.format);
         assert_eq!(marker["unsure"].as_u64(), likely.then_some(1), "{}", file.name);
         assert_eq!(marker["gaps"], serde_json::json!([1, 1]), "{}", file.name);
         assert_eq!(marker["seen"], 23, "{}", file.name);
@@ -55,12 +61,9 @@ fn the_observation_can_be_pasted() {
     let folder = Folder::new();
     for file in files() {
         folder.write(file.name, &file.text);
-        let pixels = ["deeplabcut", "dltdv", "tracker"].contains(&file.format);
-        let mut said = vec!["inspect", file.name, "--json", "told.json", "--scale", "1e-3"];
-        if file.format != "tracker" {
-            said.extend(["--fps", "64"]);
-        }
-        succeeds(&folder.run(if pixels { &said } else { &said[..4] }));
+        let mut said = vec!["inspect", file.name, "--json", "told.json"];
+        said.extend(unsaid(&file));
+        succeeds(&folder.run(&said));
         let observation = folder.json("told.json")["observation"].as_str().unwrap().to_string();
         // What only the person knows: the camera's axes.
         let observation = match file.name {
@@ -180,12 +183,7 @@ fn templates_take_files() {
     for file in files() {
         folder.write(file.name, &file.text);
         let mut said = vec!["init", "cantilever", "--force", "--into", "new", "--from", file.name];
-        if ["deeplabcut", "dltdv"].contains(&file.format) {
-            said.extend(["--fps", "64"]);
-        }
-        if ["deeplabcut", "dltdv", "tracker"].contains(&file.format) {
-            said.extend(["--scale", "1e-3"]);
-        }
+        said.extend(unsaid(&file));
         succeeds(&folder.run(&said));
         // It runs; that the rod is another is the person's to say.
         let output = folder.run(&["fit", "new/cantilever-fit.toml", "--json", "found.json"]);

@@ -205,5 +205,50 @@ pub fn all(tip: &[[f64; 2]]) -> Vec<Written> {
         said(),
         "",
     );
+    add(
+        "kinovea.txt",
+        "kinovea",
+        format!(
+            "#Kinovea Trajectory data export\n#T X Y\n\n# Trajectory 1\n{}\n# Trajectory 2\n{}",
+            rows(tip, |k, _| format!("{} 250 -1 \n", t(k))),
+            rows(tip, |k, p| p.map_or(String::new(), |p| format!("{} {} {} \n", t(k), p[0], p[1])))
+        ),
+        Recording { scale: Some(1e-3), ..of("Trajectory 2") },
+        "marker = \"Trajectory 2\"\nscale = 1e-3\n",
+    );
+    let image = Recording { fps: Some(RATE), scale: Some(1e-3), ..said() };
+    add(
+        "sleap.csv",
+        "sleap",
+        format!(
+            "track,frame_idx,instance.score,mid.x,mid.y,mid.score,tip.x,tip.y,tip.score\n{}",
+            rows(tip, |k, p| {
+                let p = p.map_or("3.5,4.5,0.1".into(), |[x, y]| format!("{x},{},0.99", -y));
+                format!("rod,{k},0.9,250,1,0.8,{p}\ncable,{k},0.8,1,2,0.7,3,4,0.7\n")
+            })
+        ),
+        Recording { likelihood: Some(0.6), marker: Some("rod:tip".into()), ..image.clone() },
+        "marker = \"rod:tip\"\nlikelihood = 0.6\nfps = 64\nscale = 1e-3\n",
+    );
+    add(
+        "spots.csv",
+        "trackmate",
+        format!(
+            "LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME,RADIUS,VISIBILITY\n\
+             Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame,Radius,Visibility\n\
+             Label,Spot ID,Track ID,Quality,X,Y,Z,T,Frame,R,Visibility\n\
+             ,,,(quality),(pixel),(pixel),(pixel),(frame),,(pixel),\n{}",
+            // In no order, and with spots of no track.
+            rows(tip, |k, p| {
+                let spot = |id: usize, x: f64, y: f64| {
+                    format!("ID{k},{k},{id},3.3,{x},{},0,{k},{k},5,1\n", -y)
+                };
+                let tip = p.map_or(String::new(), |[x, y]| spot(7, x, y));
+                format!("{tip}ID{k},{k},,3.3,1,2,0,{k},{k},5,1\n{}", spot(2, 250.0, -1.0))
+            })
+        ),
+        Recording { marker: Some("7".into()), ..image },
+        "marker = \"7\"\nfps = 64\nscale = 1e-3\n",
+    );
     files
 }

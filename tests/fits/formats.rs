@@ -458,3 +458,86 @@ fn keys_beside_files_are_checked() {
     let read = Observation::read_as(written(&folder, file), &up).unwrap().at(Point::Tip);
     assert_eq!(read.samples[1].position[1], Some(2.25 * 1e-3));
 }
+
+#[test]
+fn broken_texts_of_kinovea() {
+    broken(
+        "kinovea.txt",
+        &[
+            ("0 250 -1", "0:00:00:00 250 -1", &["5: ", "0:00:00:00", "seconds"]),
+            ("0 250 -1", "0 250", &["5: ", "2 numbers", "three, T X Y"]),
+            ("0 250 -1", "0 250 -1 3", &["5: ", "4 numbers", "three, T X Y"]),
+            ("0 250 -1", "0 250 low", &["5: ", "found `low`", "finite number"]),
+            ("0 250 -1", "0 1e999 -1", &["5: ", "finite number"]),
+            (
+                "# Trajectory 2",
+                "# Trajectory 1",
+                &["second place", "`Trajectory 1`", "one at a time"],
+            ),
+            ("0.015625 250 -1", "0 250 -1", &["6: ", "second place", "one at a time"]),
+            (
+                "# Trajectory 2",
+                "# Trajectory two",
+                &["1: ", "marker = \"Trajectory 2\"", "Trajectory two"],
+            ),
+        ],
+    );
+}
+
+#[test]
+fn broken_files_of_sleap() {
+    broken(
+        "sleap.csv",
+        &[
+            ("track,frame_idx", "animal,frame_idx", &["1: ", "no columns `track` and `frame_idx`"]),
+            ("frame_idx", "frame", &["1: ", "no columns `track` and `frame_idx`"]),
+            ("mid.x", "mid", &["1: ", "column `mid`", "NODE.x"]),
+            ("mid.x", "mid.z", &["1: ", "column `mid.z`", "NODE.x"]),
+            ("mid.x", "tip.x", &["1: ", "two columns `tip.x`"]),
+            ("mid.x", "end.x", &["1: ", "node `end` without x or y"]),
+            ("rod,0,0.9,250", "rod,0,250", &["2: ", "8 fields", "9 as in the header"]),
+            ("rod,0,", "rod,,", &["2: ", "`frame_idx` is blank"]),
+            ("rod,0,0.9,250", "rod,0,0.9,far", &["2: ", "found `far`", "finite number"]),
+            ("rod,1,", "rod,0,", &["4: ", "second place of the marker `rod:mid` at 0"]),
+        ],
+    );
+}
+
+#[test]
+fn broken_files_of_trackmate() {
+    broken(
+        "spots.csv",
+        &[
+            ("TRACK_ID", "TRACK", &["1: ", "no column `TRACK_ID`", "export the spots"]),
+            ("POSITION_X", "X_POSITION", &["1: ", "no column `POSITION_X`", "export the spots"]),
+            ("POSITION_Z", "DEPTH", &["1: ", "no column `POSITION_Z`"]),
+            ("FRAME,", "FRAMES,", &["1: ", "no column `FRAME`"]),
+            ("(pixel)", "(furlong)", &["4: ", "unit (furlong)", "micron, mm"]),
+            ("(frame)", "(fortnight)", &["4: ", "time in (fortnight)", "sec, ms"]),
+            ("(pixel)", "(mm)", &["scale = 0.001", "lengths in mm"]),
+            ("ID0,0,7,3.3,500.5", "ID0,0,7,3.3,far", &["5: ", "found `far`"]),
+            ("ID0,0,7,3.3,500.5", "ID0,0,7,500.5", &["5: ", "10 fields", "11 as in the header"]),
+            ("ID0,0,2,", "ID0,0,7,", &["second place of the marker `7` at 0"]),
+        ],
+    );
+}
+
+/// The image's y points down, whatever its unit; and spots in depth keep it.
+#[test]
+fn spots_in_units_say_which_way_y_points() {
+    let tip: Vec<[f64; 2]> = (0..9).map(|k| [500.5 - f64::from(k), -2.25 * f64::from(k)]).collect();
+    let files = all(&tip);
+    let file = files.iter().find(|f| f.name == "spots.csv").unwrap();
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("spots.csv");
+    let text = file.text.replace("(pixel)", "(mm)").replace("(frame)", "(sec)");
+    std::fs::write(&path, text.replacen("ID0,0,7,3.3,500.5,0,0,", "ID0,0,7,3.3,500.5,0,3,", 1))
+        .unwrap();
+    let recording = Recording { marker: Some("7".into()), ..Recording::default() };
+    refused(&path, &recording, &["y = \"down\""]);
+    let down = Recording { y: Some(Vertical::Down), ..recording };
+    let seen = Observation::read_as(&path, &down).unwrap();
+    let [first, second] = [0, 1].map(|k| seen.samples[k]);
+    assert_eq!(first.position, [500.5, 0.0, 3.0].map(|x| Some(x * 1e-3)));
+    assert_eq!((second.time, second.position[1]), (1.0, Some(-2.25 * 1e-3)));
+}

@@ -138,10 +138,15 @@ impl Inspection {
         Recording {
             marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
             likelihood: marker.and_then(|m| m.unsure).map(|_| SURE),
-            y: matches!(sheet.lengths, Lengths::Pixels { .. }).then_some(Vertical::Down),
+            y: self.is_of_an_image(sheet).then_some(Vertical::Down),
             time_zero: Some(self.clock[0]),
             ..said.clone()
         }
+    }
+
+    /// Whether y points down.
+    fn is_of_an_image(&self, sheet: &Sheet) -> bool {
+        matches!(sheet.lengths, Lengths::Pixels { .. }) || self.format == Format::TrackMate
     }
 
     /// The observation, of a file with this name as TOML writes it.
@@ -180,7 +185,6 @@ impl Inspection {
             Lengths::Known(_, factor) => Some(factor),
             Lengths::Pixels { .. } => {
                 line("scale", or_dots(read.scale), "metres a pixel");
-                line("y", "\"down\"".into(), "as in images");
                 read.scale
             }
             Lengths::Calibrated => {
@@ -188,6 +192,9 @@ impl Inspection {
                 read.scale
             }
         };
+        if self.is_of_an_image(sheet) {
+            line("y", "\"down\"".into(), "as in images");
+        }
         line("origin", "[0, 0, 0]".into(), "where the scene's origin is in the file's coordinates");
         line("time_zero", self.clock[0].to_string(), "when the motion starts on the file's clock");
         let noise = self.foremost().and_then(|m| m.noise).filter(|noise| *noise > 0.0);

@@ -24,8 +24,12 @@ pub enum Format {
     Dltdv,
     /// Qualisys Track Manager's TSV export.
     Qualisys,
-    /// Kinovea's export to a spreadsheet.
+    /// Kinovea's export to a spreadsheet, or to text.
     Kinovea,
+    /// SLEAP's analysis in CSV.
+    Sleap,
+    /// TrackMate's spots.
+    TrackMate,
 }
 
 impl Format {
@@ -40,6 +44,8 @@ impl Format {
             Self::Dltdv => "DLTdv",
             Self::Qualisys => "Qualisys",
             Self::Kinovea => "Kinovea",
+            Self::Sleap => "SLEAP",
+            Self::TrackMate => "TrackMate",
         }
     }
 
@@ -54,6 +60,8 @@ impl Format {
             Self::Dltdv => "dltdv",
             Self::Qualisys => "qualisys",
             Self::Kinovea => "kinovea",
+            Self::Sleap => "sleap",
+            Self::TrackMate => "trackmate",
         }
     }
 
@@ -76,6 +84,9 @@ impl Format {
             "trajectories" | "devices" | "model outputs" | "joints" | "segments" | "events" => {
                 Self::Vicon
             }
+            "#kinovea trajectory data export" => Self::Kinovea,
+            "track" if first.contains("frame_idx") => Self::Sleap,
+            _ if first.contains("TRACK_ID") && first.contains("POSITION_X") => Self::TrackMate,
             _ if begins.starts_with("time") && first.contains("/X") => Self::Kinovea,
             "" | "#multi:" | "multi:" if below == "t" => Self::Tracker,
             _ if alone && below == "t" && !begins.starts_with('#') => Self::Tracker,
@@ -111,6 +122,9 @@ mod tests {
             ("pt1_X,pt1_Y,pt1_Z\n", Format::Dltdv),
             ("NO_OF_FRAMES\t3\nNO_OF_CAMERAS\t2\n", Format::Qualisys),
             ("\"Time\",\"Trajectory 1/0/X\",\"Trajectory 1/0/Y\"\n", Format::Kinovea),
+            ("#Kinovea Trajectory data export\n#T X Y\n0 1 2\n", Format::Kinovea),
+            ("track,frame_idx,instance.score,tip.x,tip.y,tip.score\n", Format::Sleap),
+            ("LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y\n", Format::TrackMate),
             ("\"Time (ms)\";\"X (mm)\";\"Y (mm)\"\n", Format::Csv),
             ("t,x,y\n0,1,2\n", Format::Csv),
             ("# tip\nt,x\n0,1\n", Format::Csv),

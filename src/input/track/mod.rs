@@ -10,8 +10,11 @@ pub(crate) mod motive;
 pub(crate) mod qualisys;
 pub(crate) mod recording;
 pub(crate) mod sheet;
+pub(crate) mod sightings;
+pub(crate) mod sleap;
 pub(crate) mod table;
 pub(crate) mod tracker;
+pub(crate) mod trackmate;
 pub(crate) mod vicon;
 
 use crate::error::Error;
@@ -40,6 +43,8 @@ pub(crate) fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<Sheet, 
         Format::Dltdv => dltdv::read,
         Format::Qualisys => qualisys::read,
         Format::Kinovea => kinovea::read,
+        Format::Sleap => sleap::read,
+        Format::TrackMate => trackmate::read,
     };
     read(path, bytes)
 }

@@ -202,6 +202,10 @@ impl Recording {
                 let message = "`y` is in pixels, which needs y = \"down\" (images) or \"up\"";
                 return Err(refused(message.into()));
             }
+            (None, _) if sheet.format == Format::TrackMate => {
+                let message = "`y` is that of an image, which needs y = \"down\", or \"up\"";
+                return Err(refused(message.into()));
+            }
             (None, _) => false,
         };
         let origin = self.origin.unwrap_or_default();

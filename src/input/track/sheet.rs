@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::input::table::number;
 use crate::input::track::format::Format;
 use csv::{ReaderBuilder, StringRecord, Trim};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// What a program wrote down of markers, in its own units.
@@ -197,7 +198,10 @@ impl Says {
 /// Which columns say what of which marker.
 #[derive(Default)]
 pub(crate) struct Layout {
-    names: Vec<String>,
+    /// The markers' numbers by their names: files may have a hundred thousand columns.
+    markers: HashMap<String, usize>,
+    /// Their names, and what there is of each: x, y, z and likelihood.
+    names: Vec<(String, [bool; 4])>,
     /// Column, marker, and what it says.
     columns: Vec<(usize, usize, Says)>,
 }
@@ -210,15 +214,16 @@ impl Layout {
         line: u64,
         (column, name, says): (usize, &str, Says),
     ) -> Result<(), Error> {
-        let marker = self.names.iter().position(|own| own == name).unwrap_or_else(|| {
-            self.names.push(name.into());
+        let marker = self.markers.get(name).copied().unwrap_or_else(|| {
+            self.markers.insert(name.into(), self.names.len());
+            self.names.push((name.into(), [false; 4]));
             self.names.len() - 1
         });
-        if self.columns.iter().any(|(_, m, s)| *m == marker && *s == says) {
-            let what = match says {
-                Says::Axis(axis) => ["x", "y", "z"][axis],
-                Says::Likelihood => "likelihood",
-            };
+        let (what, own) = match says {
+            Says::Axis(axis) => (["x", "y", "z"][axis], axis),
+            Says::Likelihood => ("likelihood", 3),
+        };
+        if std::mem::replace(&mut self.names[marker].1[own], true) {
             let message = format!("two columns {what} of the marker `{name}`, allowed: one");
             return Err(lines.error(line, message));
         }
@@ -232,19 +237,14 @@ impl Layout {
     }
 
     /// Refuses markers of which x or y is missing.
-    fn check(&self, lines: &Lines, line: u64) -> Result<Vec<[bool; 3]>, Error> {
-        let axes = |marker: usize| {
-            let has =
-                |axis| self.columns.iter().any(|(_, m, s)| (*m, *s) == (marker, Says::Axis(axis)));
-            [0, 1, 2].map(has)
-        };
-        let all: Vec<[bool; 3]> = (0..self.names.len()).map(axes).collect();
-        if let Some((name, _)) = self.names.iter().zip(&all).find(|(_, axes)| !axes[0] || !axes[1])
-        {
-            let message = format!("marker `{name}` without a column x or y, allowed: both");
-            return Err(lines.error(line, message));
+    fn check(&self, lines: &Lines, line: u64) -> Result<(), Error> {
+        match self.names.iter().find(|(_, has)| !has[0] || !has[1]) {
+            None => Ok(()),
+            Some((name, _)) => {
+                let message = format!("marker `{name}` without a column x or y, allowed: both");
+                Err(lines.error(line, message))
+            }
         }
-        Ok(all)
     }
 
     /// Reads the rows; `clock` says when each was, by its number from 0 on. `header` is the line with the names of
@@ -256,19 +256,14 @@ impl Layout {
         rows: impl Iterator<Item = &'a Line>,
         clock: impl Fn(usize, &Line) -> Result<f64, Error>,
     ) -> Result<(Vec<Row>, Vec<Sighted>), Error> {
-        let axes = self.check(lines, header)?;
-        let new = |(name, axes): (String, [bool; 3])| Sighted {
+        self.check(lines, header)?;
+        let new = |(name, [x, y, z, likelihood]): (String, [bool; 4])| Sighted {
             name,
-            axes,
+            axes: [x, y, z],
             places: Vec::new(),
-            likelihood: None,
+            likelihood: likelihood.then(Vec::new),
         };
-        let mut markers: Vec<Sighted> = self.names.into_iter().zip(axes).map(new).collect();
-        for (_, marker, says) in &self.columns {
-            if *says == Says::Likelihood {
-                markers[*marker].likelihood = Some(Vec::new());
-            }
-        }
+        let mut markers: Vec<Sighted> = self.names.into_iter().map(new).collect();
         let mut found: Vec<Row> = Vec::new();
         for (k, line) in rows.enumerate() {
             if line.len() < width || line.fields().skip(width).any(|field| !field.is_empty()) {

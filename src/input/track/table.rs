@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::input::table::{LENGTHS, TIMES, Table};
 use crate::input::track::format::Format;
 use crate::input::track::sheet::{Clock, Lengths, Row, Sheet, Sighted};
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// In SI or the units of the header; pixels where all are in pixels.
@@ -17,16 +18,17 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         true => Clock::Frames { first: 0.0, rate: None },
         false => Clock::Time(table.factor(column, &TIMES, "")?),
     };
-    let mut names: Vec<&str> = Vec::new();
+    let (mut names, mut called): (Vec<&str>, HashSet<&str>) = Default::default();
+    let mut columns: HashMap<&str, usize> = HashMap::new();
     for (i, (name, _)) in table.columns.iter().enumerate().filter(|(i, _)| *i != column) {
         let Some(marker) = name.strip_prefix(['x', 'y', 'z']) else {
             let message = format!("column `{name}`, allowed: t, and x.., y.., z.. of markers");
             return Err(table.error(1, &message));
         };
-        if table.columns[..i].iter().any(|(before, _)| before == name) {
+        if columns.insert(name, i).is_some() {
             return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
         }
-        if !names.contains(&marker) {
+        if called.insert(marker) {
             names.push(marker);
         }
     }
@@ -40,6 +42,9 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         }
         rows.push(Row { line: row.line, clock: time });
     }
+    if rows.is_empty() {
+        return Err(table.error(1, "no row below the header, allowed: one at least"));
+    }
     let pixels = |i: usize| i == column || table.columns[i].1.as_deref() == Some("px");
     let pixels = table.columns.len() > 1 && (0..table.columns.len()).all(pixels);
     let mut markers = Vec::with_capacity(names.len());
@@ -47,7 +52,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         let mut axes = [None; 3];
         for (axis, letter) in axes.iter_mut().zip(['x', 'y', 'z']) {
             let column = format!("{letter}{name}");
-            if let Some(column) = table.find(&column) {
+            if let Some(column) = columns.get(&column[..]).copied() {
                 let factor = match pixels {
                     true => 1.0,
                     false => table.factor(column, &LENGTHS, "")?,
