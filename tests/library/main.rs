@@ -7,6 +7,7 @@ mod calls;
 mod direction;
 mod energies;
 mod files;
+mod hostile_bytes;
 mod measurements;
 mod own_energy;
 mod runs;

@@ -1,0 +1,139 @@
+//! Files that nobody vouches for are read or refused: no panic, no hang, no memory without end. The targets are those of
+//! `fuzz/`; here mutated files of its corpus go through them.
+
+#[path = "../../fuzz/mutate.rs"]
+mod mutate;
+#[path = "../../fuzz/targets.rs"]
+mod targets;
+
+use mutate::{Random, mutated};
+use rodfit::fit::Format;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use targets::{TARGETS, Target, corpus};
+
+/// What one file may take.
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// Files of scenes, and the data that they and fits name.
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data")
+}
+
+/// A folder in memory, where there is one: files are written and read by the million.
+fn scratch() -> tempfile::TempDir {
+    let memory = Path::new("/dev/shm");
+    let made = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() };
+    made.or_else(|_| tempfile::tempdir()).unwrap()
+}
+
+/// Takes mutated files of a target until `goes_on` says no; how many, and how many of them were accepted.
+fn taken(
+    (name, target): (&str, Target),
+    seed: u64,
+    mut goes_on: impl FnMut(usize) -> bool,
+) -> (usize, usize) {
+    let scratch = scratch();
+    let (folder, place) = (folder(), scratch.path().join("file"));
+    let files: Vec<Vec<u8>> = corpus(name).into_iter().map(|(_, bytes)| bytes).collect();
+    let mut random = Random(seed);
+    let (mut count, mut accepted) = (0, 0);
+    while goes_on(count) {
+        let bytes = mutated(&mut random, &files);
+        let since = Instant::now();
+        let found = catch_unwind(AssertUnwindSafe(|| target.take(&bytes, &folder, &place)));
+        let (file, text) = (format!("{name} {seed} {count}"), String::from_utf8_lossy(&bytes));
+        match found {
+            Ok(found) => accepted += usize::from(found),
+            Err(_) => panic!("panicked at {file}: {text}"),
+        }
+        assert!(since.elapsed() < LONGEST, "{file} took {:?}: {text}", since.elapsed());
+        count += 1;
+    }
+    (count, accepted)
+}
+
+#[test]
+fn files_of_the_corpus_are_accepted() {
+    let scratch = scratch();
+    for (name, target) in TARGETS {
+        for (path, bytes) in corpus(name) {
+            let accepted = target.take(&bytes, &folder(), &scratch.path().join("file"));
+            assert!(accepted, "{}", path.display());
+        }
+    }
+}
+
+/// What takes time with the square of the columns takes for ever with a hundred thousand.
+#[test]
+fn wide_files_are_read_in_time() {
+    const MARKERS: usize = 25_000;
+    let each = |of: &dyn Fn(usize) -> String| (0..MARKERS).map(of).collect::<String>();
+    let scratch = scratch();
+    let all = |text: &str| text.repeat(MARKERS);
+    let wide = [
+        (Format::Csv, format!("t{}\n0{}\n", each(&|k| format!(",x{k},y{k}")), all(",1,2"))),
+        (
+            Format::Tracker,
+            format!("{}\nt{}\n0{}\n", each(&|k| format!(",m{k},")), all(",x,y"), all(",1,2")),
+        ),
+        (
+            Format::Dltdv,
+            format!("{}z\n{}0\n", each(&|k| format!("pt{k}_X,pt{k}_Y,")), all("1,2,"))
+                .replace(",z\n", "\n")
+                .replace("2,0\n", "2\n"),
+        ),
+        (
+            Format::Qualisys,
+            format!(
+                "NO_OF_FRAMES\t1\nFREQUENCY\t9\nMARKER_NAMES{}\nTRAJECTORY_TYPES\n1{}\n",
+                each(&|k| format!("\tm{k}")),
+                all("\t2\t3\t4")
+            ),
+        ),
+    ];
+    for (format, text) in wide {
+        let since = Instant::now();
+        let place = scratch.path().join("file");
+        let accepted = Target::Markers(format).take(text.as_bytes(), &folder(), &place);
+        println!("{format:?}: {MARKERS} markers in {:?}", since.elapsed());
+        assert!(accepted && since.elapsed() < 2 * LONGEST, "{format:?}");
+    }
+}
+
+#[test]
+fn mutated_files_are_read_or_refused() {
+    for (name, target) in TARGETS {
+        let most = if matches!(target, Target::Markers(_)) { 600 } else { 300 };
+        let (count, accepted) = taken((name, target), 1, |count| count < most);
+        println!("{name:12} {accepted} of {count} accepted");
+        // Neither all nor none: what is changed matters, and what is not still is a file.
+        assert!(accepted > count / 50 && accepted < count, "{name}: {accepted} of {count}");
+    }
+}
+
+/// For as long as one likes: `FUZZ_SECONDS=60 FUZZ_SEED=7 cargo test --release --test library millions -- --ignored --nocapture`,
+/// with `FUZZ_TARGET=vicon` for one target only.
+#[test]
+#[ignore = "as long as one likes"]
+fn millions_of_mutated_files() {
+    let said = |name: &str| std::env::var(name).ok();
+    let number = |name: &str, or: u64| said(name).and_then(|n| n.parse().ok()).unwrap_or(or);
+    let (seconds, seed) = (number("FUZZ_SECONDS", 10), number("FUZZ_SEED", 1));
+    let only = said("FUZZ_TARGET");
+    for (name, target) in TARGETS {
+        if only.as_ref().is_some_and(|only| only != name) {
+            continue;
+        }
+        let since = Instant::now();
+        let most = Duration::from_secs(seconds);
+        let (count, accepted) = taken((name, target), seed, |_| since.elapsed() < most);
+        let memory = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let memory = memory.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default();
+        println!(
+            "{name:12} {count} files, {accepted} accepted, {:.0} a second, {memory}",
+            count as f64 / since.elapsed().as_secs_f64()
+        );
+    }
+}
