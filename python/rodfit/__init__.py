@@ -8,15 +8,15 @@
 All numbers are in SI units.
 """
 
-from ._fit import Experiment, Fit, Residuals
+from ._errors import ComputationError, InputError, RodfitError
+from ._fit import Fit, Residuals
 from ._result import FitResult, Parameter
-from ._rodfit import ComputationError, InputError, RodfitError, __version__
+from ._rodfit import __version__
 from ._scene import Equilibrium, Modes, Run, Scene
 
 __all__ = [
     "ComputationError",
     "Equilibrium",
-    "Experiment",
     "Fit",
     "FitResult",
     "InputError",

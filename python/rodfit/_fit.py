@@ -4,73 +4,110 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Sequence
+import sys
+from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 
 from . import _rodfit
+from ._errors import refused
 from ._result import FitResult
-from ._rodfit import InputError
-from ._scene import Scene
+from ._scene import Scene, plain
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike
 
+    Told = Callable[[str, float], object]
 
-@dataclass(frozen=True)
-class Experiment:
-    """A scene under a name, of several that share parameters."""
-
-    name: str
-    scene: Scene
+# Columns of a DataFrame that are times.
+TIMES = ("t", "time")
 
 
 class Fit:
-    """An identification in the making: of a scene, or of experiments."""
+    """An identification in the making, of a scene or of several experiments::
 
-    def __init__(self, scene: Scene | Experiment | Sequence[Experiment]):
-        if isinstance(scene, Scene):
-            scene = Experiment("", scene)
-        experiments = [scene] if isinstance(scene, Experiment) else list(scene)
-        self._native = _rodfit.Fit([(e.name, e.scene._native) for e in experiments])
+        fit = rodfit.Fit(scene).observe(t, xyz, at="tip").add("youngs_modulus")
+
+        fit = rodfit.Fit()
+        fit.experiment("long", long_scene).observe(t, xyz)
+        fit.experiment("short", short_scene).frequencies(hz=[4.2], sigma=0.02)
+        fit.add("youngs_modulus").add("supports.start.angle", experiment="long")
+
+    Keywords are those of the fit file, and mean the same."""
+
+    def __init__(self, scene: Scene | None = None):
+        self._native = _rodfit.Fit([] if scene is None else [("", scene._native)])
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> "Fit":
+    def load(cls, path: str | os.PathLike[str]) -> Fit:
         """The fit of a TOML file."""
         return cls._of(_rodfit.Fit.load(os.fspath(path)))
 
     @classmethod
-    def from_toml(cls, text: str, folder: str | os.PathLike[str] = ".") -> "Fit":
+    def from_toml(cls, text: str, folder: str | os.PathLike[str] = ".") -> Fit:
         """The fit of a TOML text; files in it are relative to ``folder``."""
         return cls._of(_rodfit.Fit.from_toml(text, os.fspath(folder)))
 
     @classmethod
-    def _of(cls, native: _rodfit.Fit) -> "Fit":
+    def _of(cls, native: _rodfit.Fit) -> Fit:
         fit = cls.__new__(cls)
         fit._native = native
         return fit
 
+    def experiment(self, name: str, scene: Scene) -> Fit:
+        """Adds an experiment: what is observed from now on is of it."""
+        self._native.experiment(name, scene._native)
+        return self
+
     def observe(
         self,
-        t: "ArrayLike",
-        xyz: "ArrayLike",
-        at: str | int | dict[str, float] = "tip",
+        data: ArrayLike | str | os.PathLike[str] | Any,
+        xyz: ArrayLike | None = None,
+        at: str | int | Mapping[str, float] = "tip",
         sigma: float | None = None,
         loss: str = "squares",
-    ) -> "Fit":
-        """Adds what was seen of a point: times, s, and places, m, one row a time with one to three columns x, y, z; NaN
-        where it was not seen. ``at`` is "tip", a node, or {"arc_length": metres from the wall}; ``sigma`` the noise of a
-        coordinate, m, estimated where it is not given."""
+        held_out: bool = False,
+        **recording: Any,
+    ) -> Fit:
+        """Adds what was seen of a point of the rod.
+
+        ``data`` is an array of times, s, and ``xyz`` one of places, m: a row a time with one to three columns x, y, z; NaN
+        where it was not seen. Or a DataFrame with columns x, y, z (those that there are) and t, or the times as its index.
+        Or a file, with ``marker``, ``fps``, ``scale``, ``origin``, ``y`` and the other keys of ``[[observation]]``.
+
+        ``at`` is "tip", a node, or {"arc_length": metres from the wall}; ``sigma`` the noise of a coordinate, m,
+        estimated where it is not given; ``loss`` "squares", "huber", "soft-l1" or "cauchy"; what is ``held_out`` is only
+        predicted."""
+        if isinstance(data, (str, os.PathLike)):
+            if xyz is not None:
+                raise refused("xyz", "numbers beside a file", "none")
+            # Several markers at once have their points with them.
+            point = None if "markers" in recording else at
+            said = {"file": data, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
+            return self._add("observation", said | recording)
+        if recording:
+            raise refused(next(iter(recording)), "numbers that are not of a file", "with a file only")
+        if xyz is None:
+            data, xyz = _columns(data)
         import numpy as np
 
-        times = np.ascontiguousarray(t, dtype=float)
+        times = np.ascontiguousarray(data, dtype=float)
         places = np.ascontiguousarray(xyz, dtype=float)
         if places.ndim == 1:
             places = places[:, None]
         if times.ndim != 1 or places.ndim != 2:
-            raise InputError(f"xyz: found {places.ndim} dimensions beside {times.ndim}, allowed: (n, 3) beside (n,)")
-        self._native.observe(times, places, json.dumps(at), sigma, json.dumps(loss))
+            found = f"{places.ndim} dimensions beside {times.ndim}"
+            raise refused("xyz", found, "(n, 3) beside (n,)")
+        self._native.observe(times, places, json.dumps(at, default=plain), sigma, json.dumps(loss), held_out)
         return self
+
+    def shape(self, file: str | os.PathLike[str], **said: Any) -> Fit:
+        """Adds a shape at rest, of a file: the keys of ``[[shape]]``, such as ``sigma``, ``scale`` and ``origin``."""
+        return self._add("shape", {"file": file} | said)
+
+    def frequencies(self, hz: Sequence[float] | None = None, *, sigma: float, **said: Any) -> Fit:
+        """Adds natural frequencies: ``hz``, or ``rad_s``, with ``sigma`` in the same unit, and the other keys of
+        ``[[frequencies]]``, such as ``modes`` and ``plane``."""
+        return self._add("frequencies", {"hz": hz, "sigma": sigma} | said)
 
     def add(
         self,
@@ -80,25 +117,85 @@ class Fit:
         min: float | None = None,
         max: float | None = None,
         prior: tuple[float, float] | None = None,
-    ) -> "Fit":
-        """Adds a parameter to identify. ``value`` is where the search starts, by default from wherever it may be;
-        ``prior`` its mean and standard deviation."""
-        bounds = None
+        vary: bool = True,
+        experiment: str | Sequence[str] | None = None,
+    ) -> Fit:
+        """Adds a parameter to identify. ``value`` is where the search starts, by default wherever it may be; ``prior`` the
+        mean and standard deviation of what is known of it besides the data; ``experiment`` those that share it, by default all.
+        With ``vary=False`` it is not identified, and has this ``value`` and not the scene's."""
+        low, high = _rodfit.limits(name)
+        said: dict[str, Any] = {"name": name, "start" if vary else "fixed": value}
+        if not vary and value is None:
+            raise refused("value", "none", "a number, where vary=False")
         if min is not None or max is not None:
-            bounds = (float("-inf") if min is None else min, float("inf") if max is None else max)
-        self._native.add(name, value, bounds, prior)
+            said["bounds"] = [low if min is None else min, high if max is None else max]
+        if prior is not None:
+            mean, deviation = prior
+            said["prior"] = {"mean": mean, "sigma": deviation}
+        return self._add("parameter", said | {"experiment": experiment})
+
+    def known(self, name: str, sigma: float, **said: Any) -> Fit:
+        """Says that a number of the scenes, which is not identified, has this standard uncertainty, in its unit: it goes
+        into the budget. The other keys are those of ``[[known]]``."""
+        return self._add("known", {"name": name, "sigma": sigma} | said)
+
+    def _add(self, table: str, said: Mapping[str, Any]) -> Fit:
+        told = {key: value for key, value in said.items() if value is not None}
+        self._native.add(json.dumps({table: [told]}, default=plain), ".")
         return self
 
-    def solve(self, **analysis: Any) -> FitResult:
-        """Finds the parameters. ``analysis`` is what the fit file's table of that name may hold: ``profile=True``,
-        ``bootstrap=1000``. Other threads go on meanwhile; Ctrl-C ends it with the best so far."""
-        if analysis:
-            self._native.analyse(json.dumps(analysis))
-        return FitResult(*self._native.solve())
+    def solve(self, *, progress: bool | Told = False, plots: bool = True, **analysis: Any) -> FitResult:
+        """Finds the parameters.
 
-    def residuals(self) -> "Residuals":
+        ``progress`` is called with what is done and the work so far, in simulations; True shows them. ``plots`` keeps what
+        ``result.plot()`` and ``result.report()`` draw, for one more simulation. The other keywords are those of the fit file's
+        ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``tolerance=1e-6``.
+
+        Other threads go on meanwhile; Ctrl-C ends it with the best so far, and ``result.interrupted`` says so."""
+        if analysis:
+            self._native.add(json.dumps({"analysis": analysis}, default=plain), ".")
+        told = _Line() if progress is True else progress or None
+        try:
+            return FitResult._of(self._native.solve(plots, told))
+        finally:
+            if isinstance(told, _Line):
+                told.clear()
+
+    def residuals(self) -> Residuals:
         """The residuals with their exact derivatives, for other solvers."""
         return Residuals(self._native.residuals())
+
+
+class _Line:
+    """Progress in a line of the terminal."""
+
+    def __call__(self, stage: str, simulations: float) -> None:
+        text = f"{stage} ({simulations:.1f} simulations)"
+        print(f"\r{text:<70}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        print(f"\r{'':<70}\r", end="", file=sys.stderr, flush=True)
+
+
+def _columns(frame: Any) -> tuple[Any, Any]:
+    """Times and places of a DataFrame."""
+    names = [str(name) for name in getattr(frame, "columns", ())]
+    axes = [axis for axis in "xyz" if axis in names]
+    if not axes:
+        allowed = "times and places: two arrays, a DataFrame with columns t, x, y, z, or a file"
+        raise refused("data", f"a {type(frame).__name__} of columns {names}" if names else type(frame).__name__, allowed)
+    times = next((name for name in TIMES if name in names), None)
+    clock = frame.index if times is None else frame[times]
+    import numpy as np
+
+    clock = np.asarray(clock)
+    if clock.dtype.kind == "m":
+        clock = clock / np.timedelta64(1, "s")
+    # The columns that there are stand for the first ones: without y, z has nothing to stand in.
+    places = np.full((len(clock), "xyz".index(axes[-1]) + 1), np.nan)
+    for axis in axes:
+        places[:, "xyz".index(axis)] = frame[axis]
+    return clock, places
 
 
 class Residuals:
@@ -114,41 +211,50 @@ class Residuals:
         return self._native.names
 
     @property
-    def x0(self) -> "np.ndarray":
+    def x0(self) -> np.ndarray:
         """Where the parameters start."""
         import numpy as np
 
         starts = self._native.x0
         without = [name for name, x in zip(self.names, starts) if x is None]
         if without:
-            raise InputError(f"x0: {', '.join(without)} without a start, allowed: add(name, value)")
-        return np.asarray(starts)
+            raise refused("x0", f"{', '.join(without)} without a start", "add(name, value)")
+        return np.asarray(starts, dtype=float)
 
     @property
-    def bounds(self) -> tuple["np.ndarray", "np.ndarray"]:
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lower and upper ends."""
         import numpy as np
 
         low, high = zip(*self._native.bounds)
         return np.asarray(low), np.asarray(high)
 
-    def values(self, x: "ArrayLike") -> dict[str, float]:
+    def values(self, x: ArrayLike) -> dict[str, float]:
         """Parameters in SI units."""
-        return dict(zip(self.names, self._native.values(list(map(float, x)))))  # type: ignore[arg-type]
+        return dict(zip(self.names, self._native.values(_numbers(x))))
 
-    def scaled(self, values: dict[str, float]) -> "np.ndarray":
+    def scaled(self, values: Mapping[str, float]) -> np.ndarray:
         """From parameters in SI units to the solver's scale."""
         import numpy as np
 
         return np.asarray(self._native.scaled([float(values[name]) for name in self.names]))
 
-    def __call__(self, x: "ArrayLike") -> "np.ndarray":
-        return self._native.fun(list(map(float, x)))  # type: ignore[arg-type]
+    def __len__(self) -> int:
+        return len(self._native)
 
-    def jac(self, x: "ArrayLike") -> "np.ndarray":
+    def __call__(self, x: ArrayLike) -> np.ndarray:
+        return self._native.fun(_numbers(x))
+
+    def jac(self, x: ArrayLike) -> np.ndarray:
         """Exact derivatives: (residuals, parameters)."""
-        return self._native.jac(list(map(float, x)))  # type: ignore[arg-type]
+        return self._native.jac(_numbers(x))
 
-    def hess(self, x: "ArrayLike") -> "np.ndarray":
+    def hess(self, x: ArrayLike) -> np.ndarray:
         """The exact Hessian of half the sum of squares."""
-        return self._native.hess(list(map(float, x)))  # type: ignore[arg-type]
+        return self._native.hess(_numbers(x))
+
+
+def _numbers(x: ArrayLike) -> list[float]:
+    import numpy as np
+
+    return list(np.atleast_1d(np.asarray(x, dtype=float)))

@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-import html
 import json
 import math
-from typing import TYPE_CHECKING, Any
+import os
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Mapping
+
+from . import _rodfit
+from ._errors import refused
 
 if TYPE_CHECKING:
     import numpy as np
     import pandas
+    from matplotlib.figure import Figure
 
 
 class Parameter:
     """An estimate: ``value``, ``stderr``, ``interval`` (95 %), and what else the report says, by attribute."""
 
-    def __init__(self, table: dict[str, Any]):
+    def __init__(self, table: Mapping[str, Any]):
         self._table = table
 
     @property
     def name(self) -> str:
         """As the fit names it."""
-        return self._table["name"]
+        return str(self._table["name"])
 
     @property
     def value(self) -> float:
@@ -36,8 +41,8 @@ class Parameter:
     @property
     def interval(self) -> tuple[float, float]:
         """The 95 % interval."""
-        ends = self._table.get("interval95")
-        return tuple(ends) if ends else (math.nan, math.nan)
+        low, high = self._table.get("interval95") or (math.nan, math.nan)
+        return low, high
 
     @property
     def identifiable(self) -> bool:
@@ -45,10 +50,7 @@ class Parameter:
         return bool(self._table.get("identifiable"))
 
     def __getattr__(self, name: str) -> Any:
-        try:
-            return self.__dict__["_table"][name]
-        except KeyError:
-            raise AttributeError(name) from None
+        return _said(self, name)
 
     def __repr__(self) -> str:
         low, high = self.interval
@@ -59,18 +61,27 @@ class FitResult:
     """The result of a fit. ``params`` are its estimates by name; all else that the JSON of the command has is an
     attribute: ``verdict``, ``grade``, ``warnings``, ``not_identifiable``, ``residual_rms``, ``wall_seconds``."""
 
-    def __init__(self, text: str, words: str):
-        self._json = text
-        self._words = words
-        self._table = json.loads(text)
+    def __init__(self, text: str):
+        """Of what ``to_json`` gave."""
+        self._native = _rodfit.FitResult(text)
 
-    @property
+    @classmethod
+    def _of(cls, native: _rodfit.FitResult) -> FitResult:
+        result = cls.__new__(cls)
+        result._native = native
+        return result
+
+    @cached_property
+    def _table(self) -> dict[str, Any]:
+        return dict(json.loads(self._native.json(False)))
+
+    @cached_property
     def params(self) -> dict[str, Parameter]:
-        """The estimates by name."""
-        return {p["name"]: Parameter(p) for p in self._table["parameters"]}
+        """The estimates by name; those of some experiments only by name and experiments."""
+        return {_label(table): Parameter(table) for table in self._table["parameters"]}
 
     @property
-    def x(self) -> "np.ndarray":
+    def x(self) -> np.ndarray:
         """The values, in SI units."""
         import numpy as np
 
@@ -78,16 +89,16 @@ class FitResult:
 
     @property
     def success(self) -> bool:
-        """Whether a minimum was reached and all parameters are determined."""
-        return bool(self._table["converged"]) and not self._table["not_identifiable"]
+        """Whether the numbers can be used: a minimum was reached, and all parameters are determined."""
+        return self._native.success
 
     @property
     def message(self) -> str:
         """In one line how the fit ended."""
-        return self._table["status"]
+        return str(self._table["status"])
 
     @property
-    def correlation(self) -> "np.ndarray":
+    def correlation(self) -> np.ndarray:
         """Correlations of the estimates; NaN where one is not identifiable."""
         import numpy as np
 
@@ -95,51 +106,86 @@ class FitResult:
         return np.asarray(rows, dtype=float)
 
     @property
-    def covar(self) -> "np.ndarray":
+    def covar(self) -> np.ndarray:
         """Covariances, in SI units, by standard errors and correlations."""
         import numpy as np
 
         errors = np.asarray([p.stderr for p in self.params.values()])
-        return self.correlation * np.outer(errors, errors)
+        return np.asarray(self.correlation * np.outer(errors, errors))
 
     def __getattr__(self, name: str) -> Any:
-        try:
-            return self.__dict__["_table"][name]
-        except KeyError:
-            raise AttributeError(name) from None
+        if name.startswith("__") or name == "_native":
+            raise AttributeError(name)
+        return _said(self, name)
 
     def to_json(self) -> str:
         """What ``rodfit fit --json`` writes."""
-        return self._json
+        return self._native.json(False)
 
-    def to_dataframe(self) -> "pandas.DataFrame":
+    def to_dataframe(self) -> pandas.DataFrame:
         """A row a parameter: value, stderr, low, high, identifiable."""
         import pandas
 
         rows = [
             {
-                "parameter": p.name,
+                "parameter": name,
                 "value": p.value,
                 "stderr": p.stderr,
                 "low": p.interval[0],
                 "high": p.interval[1],
                 "identifiable": p.identifiable,
             }
-            for p in self.params.values()
+            for name, p in self.params.items()
         ]
         return pandas.DataFrame(rows).set_index("parameter")
 
+    def report(self, path: str | os.PathLike[str] = "fit.html", title: str | None = None) -> None:
+        """Writes the page of the command's ``--report``: verdict, numbers, and what they rest on."""
+        page = self._native.page(os.path.basename(path) if title is None else title)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(page)
+
+    def plot(self, figure: Figure | None = None) -> Figure:
+        """Data and model over each other, a panel a coordinate, with what is left below; a figure of matplotlib."""
+        text = self._native.plots()
+        if text is None:
+            raise refused("plots", "False in solve", "True, which keeps what is drawn")
+        if figure is None:
+            import matplotlib.pyplot as plt
+
+            figure = plt.figure(layout="constrained")
+        series = json.loads(text)["series"]
+        axes = figure.subplots(2 * max(1, len(series)), 1, squeeze=False, height_ratios=[3, 1] * max(1, len(series)))
+        for (data, left), one in zip(axes.reshape(-1, 2), series):
+            data.plot(one["at"], one["observed"], ".", ms=3, label="seen")
+            line = list(zip(*one["curve"])) or [one["at"], one["simulated"]]
+            data.plot(line[0], line[1], lw=1, label="model")
+            data.set_ylabel(f"{one['axis']}, {one['unit']}")
+            data.set_title(" ".join(word for word in (one["experiment"], one["label"]) if word), fontsize="small")
+            data.tick_params(labelbottom=False)
+            left.sharex(data)
+            left.axhline(0.0, lw=0.5, color="gray")
+            off = [(s - o) / one["sigma"] for s, o in zip(one["simulated"], one["observed"])]
+            left.plot(one["at"], off, ".", ms=2)
+            left.set_ylabel("off, sigma")
+            left.set_xlabel(one["over"].replace("_", " "))
+        if series:
+            axes[0, 0].legend(fontsize="small")
+        return figure
+
     def __str__(self) -> str:
-        return self._words
+        return self._native.words()
 
     def __repr__(self) -> str:
-        return self._words
+        return self._native.words()
 
     def _repr_html_(self) -> str:
+        import html
+
         rows = "".join(
-            f"<tr><td>{html.escape(p.name)}</td><td>{p.value:.6g}</td><td>{p.stderr:.2g}</td>"
+            f"<tr><td>{html.escape(name)}</td><td>{p.value:.6g}</td><td>{p.stderr:.2g}</td>"
             f"<td>{p.interval[0]:.6g} to {p.interval[1]:.6g}</td></tr>"
-            for p in self.params.values()
+            for name, p in self.params.items()
         )
         warnings = "".join(f"<li>{html.escape(w)}</li>" for w in self._table["warnings"])
         return (
@@ -149,7 +195,21 @@ class FitResult:
         )
 
     def __reduce__(self) -> Any:
-        return (FitResult, (self._json, self._words))
+        return (FitResult, (self._native.json(True),))
+
+
+def _said(self: Any, name: str) -> Any:
+    """What a table says, by attribute."""
+    table = self._table if name != "_table" else {}
+    try:
+        return table[name]
+    except KeyError:
+        raise AttributeError(f"no {name}, allowed: {', '.join(table)}") from None
+
+
+def _label(table: Mapping[str, Any]) -> str:
+    experiments = table.get("experiments")
+    return f"{table['name']} ({', '.join(experiments)})" if experiments else str(table["name"])
 
 
 def _number(value: float | None) -> float:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from typing import TYPE_CHECKING, Any, Iterable, Mapping
 
 from . import _rodfit
-from ._rodfit import InputError
+from ._errors import refused
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,7 +39,7 @@ class Equilibrium(_Table):
     """Where a rod rests: ``nodes`` (m), ``tip`` (m), ``stable``, ``energies`` (J), ``reactions`` (N, N m)."""
 
     @property
-    def nodes(self) -> "np.ndarray":
+    def nodes(self) -> np.ndarray:
         """Places of the nodes, m: (nodes, 3)."""
         import numpy as np
 
@@ -52,7 +53,7 @@ class Modes(_Table):
     """Small vibrations: ``frequencies_hz``, ``modes`` with their shapes, ``unstable``."""
 
     @property
-    def frequencies_hz(self) -> "np.ndarray":
+    def frequencies_hz(self) -> np.ndarray:
         """Frequencies, ascending, Hz; unstable directions as minus their growth rates."""
         import numpy as np
 
@@ -76,22 +77,22 @@ class Run:
             array.flags.writeable = False
 
     @property
-    def position(self) -> "np.ndarray":
+    def position(self) -> np.ndarray:
         """Places of all nodes, m: (times, nodes, 3)."""
         return self._motion[:, :, 0, :]
 
     @property
-    def velocity(self) -> "np.ndarray":
+    def velocity(self) -> np.ndarray:
         """Velocities of all nodes, m/s: (times, nodes, 3)."""
         return self._motion[:, :, 1, :]
 
     @property
-    def derivative(self) -> dict[str, "np.ndarray"]:
+    def derivative(self) -> dict[str, np.ndarray]:
         """Derivatives of the places by every parameter that was asked for, m over its unit."""
         return {name: array[:, :, 0, :] for name, array in self._derivatives.items()}
 
     @property
-    def tip(self) -> "np.ndarray":
+    def tip(self) -> np.ndarray:
         """Places of the last node, m: (times, 3)."""
         return self.position[:, -1, :]
 
@@ -111,19 +112,19 @@ class Scene:
         self._folder = os.fspath(folder)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> "Scene":
+    def load(cls, path: str | os.PathLike[str]) -> Scene:
         """The scene of a TOML file."""
         return cls(_rodfit.Scene.load(os.fspath(path)), os.path.dirname(os.path.abspath(path)))
 
     @classmethod
-    def from_toml(cls, text: str, folder: str | os.PathLike[str] = ".") -> "Scene":
+    def from_toml(cls, text: str, folder: str | os.PathLike[str] = ".") -> Scene:
         """The scene of a TOML text; files in it are relative to ``folder``."""
         return cls(_rodfit.Scene.from_toml(text, os.fspath(folder)), folder)
 
     @classmethod
-    def from_dict(cls, table: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> "Scene":
+    def from_dict(cls, table: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Scene:
         """The scene of a table as the file has it."""
-        return cls(_rodfit.Scene.from_json(json.dumps(table, default=_plain), os.fspath(folder)), folder)
+        return cls(_rodfit.Scene.from_json(json.dumps(table, default=plain), os.fspath(folder)), folder)
 
     def to_toml(self) -> str:
         """The scene as a file."""
@@ -131,25 +132,25 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a table, as the file has it."""
-        try:
+        if sys.version_info >= (3, 11):
             import tomllib
-        except ModuleNotFoundError:  # Python 3.10
+        else:
             import tomli as tomllib
 
         return tomllib.loads(self.to_toml())
 
-    def replace(self, **tables: Mapping[str, Any]) -> "Scene":
+    def replace(self, **tables: Mapping[str, Any]) -> Scene:
         """The scene with other entries: ``scene.replace(material={"youngs_modulus": 2e8})``."""
         return Scene.from_dict(_merged(self.to_dict(), tables), self._folder)
 
-    def with_values(self, values: Mapping[str, float]) -> "Scene":
+    def with_values(self, values: Mapping[str, float]) -> Scene:
         """The scene with other values of its numbers, by the names of ``parameters``."""
         return Scene(self._native.with_values([(n, float(v)) for n, v in values.items()]), self._folder)
 
     @property
     def parameters(self) -> list[dict[str, Any]]:
         """All physical numbers: ``name``, ``aliases``, ``value``, ``unit``, ``limits``."""
-        return json.loads(self._native.parameters())
+        return list(json.loads(self._native.parameters()))
 
     @property
     def warnings(self) -> list[str]:
@@ -170,7 +171,7 @@ class Scene:
         """The motion of all nodes, with exact derivatives by these parameters. Other threads go on meanwhile; Ctrl-C ends
         it."""
         if isinstance(derivatives, str):
-            raise InputError(f'derivatives: found "{derivatives}", allowed: a list of names')
+            raise refused("derivatives", f'"{derivatives}"', "a list of names")
         return Run(self._native.simulate(list(derivatives)))
 
     def equilibrium(self) -> Equilibrium:
@@ -199,7 +200,7 @@ def _merged(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
     return both
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Numbers and arrays of numpy, and paths, as JSON has them."""
     if isinstance(value, os.PathLike):
         return os.fspath(value)

@@ -1,47 +1,54 @@
-//! Errors as exceptions.
+//! Errors as exceptions. Their classes are Python's own, in `rodfit/_errors.py`.
 
-use pyo3::exceptions::{PyException, PyKeyboardInterrupt};
+use pyo3::PyErr;
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
-use pyo3::{PyErr, create_exception};
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+use std::fmt::Display;
 
-create_exception!(rodfit, RodfitError, PyException, "What rodfit refuses or cannot compute.");
-create_exception!(
-    rodfit,
-    InputError,
-    RodfitError,
-    "An input is at fault: `file`, `key`, `found` and `allowed` say where and why, where they are known."
-);
-create_exception!(
-    rodfit,
-    ComputationError,
-    RodfitError,
-    "The input is sound, and could not be computed."
-);
+static INPUT: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static COMPUTATION: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+
+fn exception(py: Python<'_>, is_input: bool, words: String) -> PyErr {
+    let class = match is_input {
+        true => INPUT.import(py, "rodfit._errors", "InputError"),
+        false => COMPUTATION.import(py, "rodfit._errors", "ComputationError"),
+    };
+    class.map_or_else(|error| error, |class| PyErr::from_type(class.clone(), words))
+}
+
+/// An input that is no JSON of what it should be, or the like.
+pub fn refused(py: Python<'_>, words: impl Display) -> PyErr {
+    exception(py, true, words.to_string())
+}
+
+/// What could not be computed.
+pub fn failed(py: Python<'_>, words: impl Display) -> PyErr {
+    exception(py, false, words.to_string())
+}
 
 /// The exception of an error.
 pub fn raised(py: Python<'_>, error: rodfit::Error) -> PyErr {
     if matches!(error, rodfit::Error::Interrupted) {
         return PyKeyboardInterrupt::new_err(());
     }
-    let words = error.to_string();
-    let exception = match error.is_input() {
-        true => InputError::new_err(words),
-        false => ComputationError::new_err(words),
-    };
-    let value = exception.value(py);
-    let (file, key, found, allowed) = match error {
+    let raised = exception(py, error.is_input(), error.to_string());
+    let value = raised.value(py);
+    let (file, line, [key, found, allowed]) = match error {
         rodfit::Error::Invalid { file, key, found, allowed } => {
-            (file, Some(key), Some(found), Some(allowed))
+            (file, None, [key, found, allowed].map(Some))
         }
-        rodfit::Error::Data { path, .. } => (Some(path), None, None, None),
-        rodfit::Error::Parse { file, .. } => (file, None, None, None),
-        _ => (None, None, None, None),
+        rodfit::Error::Data { path, line, .. } => (Some(path), Some(line), [None, None, None]),
+        rodfit::Error::Io { path, .. } => (Some(path), None, [None, None, None]),
+        rodfit::Error::Parse { file, .. } => (file, None, [None, None, None]),
+        _ => return raised,
     };
     let file = file.map(|file| file.display().to_string());
-    for (name, text) in [("file", file), ("key", key), ("found", found), ("allowed", allowed)] {
-        if let Err(error) = value.setattr(name, text) {
-            return error;
-        }
+    let texts = [("file", file), ("key", key), ("found", found), ("allowed", allowed)];
+    let mut set = texts.iter().map(|(name, text)| value.setattr(*name, text));
+    match set.find_map(Result::err).or(value.setattr("line", line).err()) {
+        Some(error) => error,
+        None => raised,
     }
-    exception
 }

@@ -1,13 +1,14 @@
-//! Fits, and their residuals for other solvers.
+//! Fits, what comes of them, and their residuals for other solvers.
 
-use crate::error::raised;
-use crate::run::interruptible;
-use crate::scene::Scene;
+use crate::error::{failed, raised, refused};
+use crate::scene::{Scene, toml_of};
+use crate::work::{News, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use rodfit::fit::{Experiment, FitFile, Sample};
+use rodfit::fit::{Experiment, FitFile, FitReport, PlotData, Sample};
 use rodfit::{Observation, Parameter, Unknown};
-use std::sync::Mutex;
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// An identification in the making.
 #[pyclass(frozen, module = "rodfit._rodfit")]
@@ -15,21 +16,19 @@ pub struct Fit {
     fit: Mutex<rodfit::Fit>,
 }
 
-/// What a JSON text says, as files do; `key` is what it is called.
-fn said<T: serde::de::DeserializeOwned>(key: &str, text: &str) -> PyResult<T> {
-    serde_json::from_str(text)
-        .map_err(|error| crate::error::InputError::new_err(format!("{key}: found {text}: {error}")))
+impl Fit {
+    fn of(fit: rodfit::Fit) -> Self {
+        Self { fit: Mutex::new(fit) }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, rodfit::Fit> {
+        self.fit.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
-impl Fit {
-    fn lock(&self) -> std::sync::MutexGuard<'_, rodfit::Fit> {
-        self.fit.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-    }
-
-    fn change(&self, how: impl FnOnce(rodfit::Fit) -> rodfit::Fit) {
-        let mut fit = self.lock();
-        *fit = how(fit.clone());
-    }
+/// What a JSON text says, as files do; `key` is what it is called.
+fn said<T: serde::de::DeserializeOwned>(py: Python<'_>, key: &str, text: &str) -> PyResult<T> {
+    serde_json::from_str(text).map_err(|error| refused(py, format!("{key}: found {text}: {error}")))
 }
 
 #[pymethods]
@@ -40,29 +39,39 @@ impl Fit {
         let of = |(name, scene): &(String, Py<Scene>)| {
             Experiment::new(name.as_str(), &scene.get().problem)
         };
-        Self { fit: Mutex::new(rodfit::Fit::of(experiments.iter().map(of))) }
+        Self::of(rodfit::Fit::of(experiments.iter().map(of)))
     }
 
     #[staticmethod]
-    fn load(py: Python<'_>, path: std::path::PathBuf) -> PyResult<Self> {
+    fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let file = FitFile::load(path).map_err(|error| raised(py, error))?;
-        Ok(Self { fit: Mutex::new(file.fit()) })
+        Ok(Self::of(file.fit()))
     }
 
     #[staticmethod]
-    fn from_toml(py: Python<'_>, text: &str, folder: std::path::PathBuf) -> PyResult<Self> {
+    fn from_toml(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Self> {
         let file = FitFile::from_toml(text, folder).map_err(|error| raised(py, error))?;
-        Ok(Self { fit: Mutex::new(file.fit()) })
+        Ok(Self::of(file.fit()))
+    }
+
+    /// Adds an experiment, which what is observed from now on is of.
+    fn experiment(&self, name: &str, scene: Py<Scene>) {
+        let mut fit = self.lock();
+        *fit = fit.clone().experiment(Experiment::new(name, &scene.get().problem));
     }
 
     /// Adds what was seen of a point in the last experiment: times, s, and places, m, NaN where it was not seen.
+    #[pyo3(signature = (t, xyz, point, sigma, loss, held_out))]
+    #[allow(clippy::too_many_arguments)]
     fn observe(
         &self,
+        py: Python<'_>,
         t: PyReadonlyArray1<'_, f64>,
         xyz: PyReadonlyArray2<'_, f64>,
         point: &str,
         sigma: Option<f64>,
         loss: &str,
+        held_out: bool,
     ) -> PyResult<()> {
         let (t, xyz) = (t.as_array(), xyz.as_array());
         let [rows, axes] = [xyz.nrows(), xyz.ncols()];
@@ -71,65 +80,118 @@ impl Fit {
             let words = format!(
                 "xyz: found {rows} by {axes}, allowed: {n} by 1 to 3, a row for every time"
             );
-            return Err(crate::error::InputError::new_err(words));
+            return Err(refused(py, words));
         }
         let samples = t.iter().zip(xyz.rows()).map(|(time, row)| Sample {
             time: *time,
             position: std::array::from_fn(|c| row.get(c).copied().filter(|x| !x.is_nan())),
         });
         let seen = samples.filter(|sample| sample.position.iter().any(Option::is_some)).collect();
-        let mut observation =
-            Observation::new(seen).at(said("point", point)?).loss(said("loss", loss)?);
-        if let Some(sigma) = sigma {
-            observation = observation.sigma(sigma);
-        }
-        self.change(|fit| fit.observe(observation));
+        let observation =
+            Observation::new(seen).at(said(py, "at", point)?).loss(said(py, "loss", loss)?);
+        let mut fit = self.lock();
+        *fit = fit.clone().observe(Observation { sigma, held_out, ..observation });
         Ok(())
     }
 
-    /// Adds a parameter to identify.
-    fn add(
+    /// Adds what the JSON of tables of a fit file says.
+    fn add(&self, py: Python<'_>, tables: &str, folder: PathBuf) -> PyResult<()> {
+        let text = toml_of(py, tables)?;
+        let mut fit = self.lock();
+        *fit = fit.add_toml(&text, folder).map_err(|error| raised(py, error))?;
+        Ok(())
+    }
+
+    /// Finds the parameters. `told` is called with stage and simulations so far; Ctrl-C ends it with the best so far.
+    fn solve(
         &self,
         py: Python<'_>,
-        name: &str,
-        start: Option<f64>,
-        bounds: Option<(f64, f64)>,
-        prior: Option<(f64, f64)>,
-    ) -> PyResult<()> {
-        let parameter: Parameter = name.parse().map_err(|error| raised(py, error))?;
-        let mut unknown = Unknown::new(parameter);
-        if let Some(start) = start {
-            unknown = unknown.start(start);
-        }
-        if let Some((low, high)) = bounds {
-            unknown = unknown.bounds(low, high);
-        }
-        if let Some((mean, sigma)) = prior {
-            unknown = unknown.prior(mean, sigma);
-        }
-        self.change(|fit| fit.identify(unknown));
-        Ok(())
-    }
-
-    /// Says what to do beyond finding the parameters: the JSON of the fit file's `[analysis]`.
-    fn analyse(&self, text: &str) -> PyResult<()> {
-        let analysis = said("analysis", text)?;
-        self.change(|fit| fit.analyse(analysis));
-        Ok(())
-    }
-
-    /// Finds the parameters; the JSON of the report, and the text of the terminal. Ctrl-C ends it with the best so far.
-    fn solve(&self, py: Python<'_>) -> PyResult<(String, String)> {
+        plots: bool,
+        told: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<FitResult> {
         let fit = self.lock().clone();
-        let report = interruptible(py, move |stop| fit.stop_when(stop).solve())?;
-        let json = serde_json::to_string(&report)
-            .map_err(|error| crate::error::ComputationError::new_err(error.to_string()))?;
-        Ok((json, report.to_string()))
+        let tells = told.is_some();
+        let report = interruptible(py, told.as_ref(), move |hooks| {
+            let mut fit = fit.stop_when(hooks.stop);
+            if plots {
+                fit = fit.keep_plot_data();
+            }
+            if tells {
+                let news = Mutex::new(hooks.news);
+                fit = fit.on_progress(move |stage, simulations| {
+                    let news = news.lock().unwrap_or_else(PoisonError::into_inner);
+                    // Who does not listen any more need not be told.
+                    let _ = news.send(News::Progress(stage.into(), simulations));
+                });
+            }
+            fit.solve()
+        })?;
+        Ok(FitResult { report })
     }
 
     fn residuals(&self, py: Python<'_>) -> PyResult<Residuals> {
         let residuals = self.lock().residuals().map_err(|error| raised(py, error))?;
         Ok(Residuals { residuals })
+    }
+}
+
+/// What came of a fit.
+#[pyclass(frozen, module = "rodfit._rodfit")]
+pub struct FitResult {
+    report: FitReport,
+}
+
+fn json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(value).map_err(|error| failed(py, error))
+}
+
+#[pymethods]
+impl FitResult {
+    /// Of the JSON of `json(True)`.
+    #[new]
+    fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
+        Ok(Self { report: said(py, "result", text)? })
+    }
+
+    /// The report of the command, with or without what plots are drawn from.
+    fn json(&self, py: Python<'_>, plots: bool) -> PyResult<String> {
+        match plots || self.report.plot_data.is_none() {
+            true => json(py, &self.report),
+            false => {
+                let mut report = self.report.clone();
+                report.plot_data = None;
+                json(py, &report)
+            }
+        }
+    }
+
+    /// What plots are drawn from, in JSON, if it was kept.
+    fn plots(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let plots: Option<&PlotData> = self.report.plot_data.as_ref();
+        plots.map(|plots| json(py, plots)).transpose()
+    }
+
+    /// What the command prints.
+    fn words(&self) -> String {
+        self.report.to_string()
+    }
+
+    /// The page of `rodfit fit --report`.
+    fn page(&self, title: &str) -> String {
+        rodfit::page::fit_page(&self.report, title)
+    }
+
+    /// Whether the command would end with 0.
+    #[getter]
+    fn success(&self) -> bool {
+        self.report.is_success()
+    }
+
+    /// The values that were found, by name.
+    #[getter]
+    fn values(&self) -> Vec<(String, f64)> {
+        let name = |(parameter, value): (Parameter, f64)| (parameter.name().to_string(), value);
+        self.report.parameters().into_iter().map(name).collect()
     }
 }
 
@@ -149,11 +211,7 @@ impl Residuals {
 impl Residuals {
     #[getter]
     fn names(&self) -> Vec<String> {
-        self.residuals
-            .unknowns()
-            .iter()
-            .map(|unknown| unknown.parameter.name().to_string())
-            .collect()
+        self.residuals.unknowns().iter().map(ToString::to_string).collect()
     }
 
     /// Where the parameters start, on the solver's scale; none where no start was given.
@@ -167,6 +225,10 @@ impl Residuals {
         self.residuals.unknowns().iter().map(Unknown::scaled_bounds).collect()
     }
 
+    fn __len__(&self) -> usize {
+        self.residuals.len()
+    }
+
     /// From the solver's scale to SI units.
     fn values(&self, x: Vec<f64>) -> Vec<f64> {
         self.residuals.values(&x).into_iter().map(|(_, value)| value).collect()
@@ -174,12 +236,8 @@ impl Residuals {
 
     /// From SI units to the solver's scale.
     fn scaled(&self, values: Vec<f64>) -> Vec<f64> {
-        self.residuals
-            .unknowns()
-            .iter()
-            .zip(values)
-            .map(|(unknown, value)| unknown.to_scale(value))
-            .collect()
+        let pairs = self.residuals.unknowns().iter().zip(values);
+        pairs.map(|(unknown, value)| unknown.to_scale(value)).collect()
     }
 
     fn fun<'py>(&self, py: Python<'py>, x: Vec<f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {

@@ -1,12 +1,8 @@
-//! Simulated motion as arrays, and long work that Ctrl-C ends.
+//! Simulated motion as arrays.
 
-use crate::error::raised;
 use numpy::{IntoPyArray, PyArray1, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
-use rodfit::{Error, Trajectory};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use rodfit::Trajectory;
 
 /// A simulated motion.
 #[pyclass(frozen, module = "rodfit._rodfit")]
@@ -44,33 +40,5 @@ impl Run {
                 names,
             }
         })
-    }
-}
-
-/// Does long work in a thread of its own, without the interpreter's lock; Ctrl-C sets the flag that it is given, and what it
-/// then returns is raised.
-pub fn interruptible<T: Send + 'static>(
-    py: Python<'_>,
-    work: impl FnOnce(Arc<AtomicBool>) -> Result<T, Error> + Send + 'static,
-) -> PyResult<T> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = stop.clone();
-    let thread = std::thread::spawn(move || work(flag));
-    let mut interrupted = None;
-    while !thread.is_finished() {
-        py.detach(|| std::thread::sleep(Duration::from_millis(1)));
-        if interrupted.is_none()
-            && let Err(error) = py.check_signals()
-        {
-            stop.store(true, Ordering::Relaxed);
-            interrupted = Some(error);
-        }
-    }
-    let result =
-        thread.join().map_err(|_| crate::error::ComputationError::new_err("a thread panicked"))?;
-    match (result, interrupted) {
-        (Ok(value), _) => Ok(value),
-        (Err(_), Some(error)) => Err(error),
-        (Err(error), None) => Err(raised(py, error)),
     }
 }

@@ -1,7 +1,8 @@
 //! Scenes and what is computed of them.
 
-use crate::error::raised;
+use crate::error::{raised, refused};
 use crate::run::Run;
+use crate::work::{Hooks, interruptible};
 use pyo3::prelude::*;
 use rodfit::problem::ParameterList;
 use rodfit::vibration::About;
@@ -23,6 +24,12 @@ impl Scene {
         let problem = scene.problem().map_err(|error| raised(py, error))?;
         Ok(Self { problem })
     }
+}
+
+/// A table in TOML, of its JSON.
+pub fn toml_of(py: Python<'_>, json: &str) -> PyResult<String> {
+    let table: toml::Table = serde_json::from_str(json).map_err(|error| refused(py, error))?;
+    toml::to_string(&table).map_err(|error| refused(py, error))
 }
 
 /// Parameters by name.
@@ -47,11 +54,7 @@ impl Scene {
     /// A scene of the JSON of a table.
     #[staticmethod]
     fn from_json(py: Python<'_>, text: &str, folder: std::path::PathBuf) -> PyResult<Self> {
-        let words =
-            |error: &dyn std::fmt::Display| crate::error::InputError::new_err(error.to_string());
-        let table: toml::Table = serde_json::from_str(text).map_err(|error| words(&error))?;
-        let text = toml::to_string(&table).map_err(|error| words(&error))?;
-        Self::from_toml(py, &text, folder)
+        Self::from_toml(py, &toml_of(py, text)?, folder)
     }
 
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
@@ -95,8 +98,8 @@ impl Scene {
     fn simulate(&self, py: Python<'_>, derivatives: Vec<String>) -> PyResult<Run> {
         let by = parameters(py, &derivatives)?;
         let problem = self.problem.clone();
-        let trajectory =
-            crate::run::interruptible(py, move |stop| problem.stop_when(stop).simulate_with(&by))?;
+        let run = move |hooks: Hooks| problem.stop_when(hooks.stop).simulate_with(&by);
+        let trajectory = interruptible(py, None, run)?;
         Ok(Run::new(trajectory, derivatives))
     }
 
