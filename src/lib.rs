@@ -83,6 +83,7 @@ pub mod numerics;
 #[cfg(feature = "page")]
 pub mod page;
 pub mod problem;
+pub mod resolution;
 pub mod rod;
 pub mod scene;
 pub mod statics;

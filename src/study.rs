@@ -117,6 +117,8 @@ impl Study {
     /// A scene that is not valid or has no `[time]`, or a reference run that fails.
     pub fn new(scene: &Scene, mut progress: impl FnMut(usize, usize)) -> Result<Self, Error> {
         let problem = scene.problem()?;
+        // With mesh and step where it leaves them open.
+        let scene = problem.scene();
         let time = problem.time()?.clone();
         let length = problem.length();
         let fixed = scene.mesh_is_given();
@@ -167,7 +169,7 @@ impl Study {
             if let Some(time) = &mut scene.time {
                 (time.scheme, time.beta, time.step) = (scheme.0, scheme.1, step);
             }
-            scene.problem()
+            scene.posed()
         };
 
         // The finest step on every mesh, and on a finer one than any.

@@ -3,6 +3,7 @@
 use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
 use rodfit::check::{Tolerance, check_problem};
+use rodfit::resolution::Aim;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -16,7 +17,7 @@ pub struct Options {
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
     limits::of_check(&scene).admit(manner)?;
-    let report = check_problem(&scene.problem()?, Tolerance::default())?;
+    let report = check_problem(&scene.problem_for(Aim::Guess)?, Tolerance::default())?;
     let code = if report.passed() { 0 } else { 3 };
     Ok(conclude(code, [outputs.write_json(json, &report), outputs.summary(&report)]))
 }

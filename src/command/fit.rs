@@ -226,7 +226,7 @@ fn solve(
 /// The scene of an experiment with the fitted values.
 fn saved(report: &FitReport, experiment: &Experiment) -> Result<Vec<u8>, Error> {
     let values = report.parameters_of(experiment);
-    let mut scene = experiment.problem.with(values)?.scene().clone();
+    let mut scene = experiment.problem.with(values)?.scene().reopened();
     scene.make_paths_absolute()?;
     let mark = if report.interrupted { INTERRUPTED } else { "" };
     Ok(format!("{mark}{}", scene.to_toml()?).into_bytes())

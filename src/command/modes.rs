@@ -2,6 +2,7 @@
 
 use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
+use rodfit::resolution::Aim;
 use rodfit::vibration::About;
 use std::path::PathBuf;
 
@@ -24,6 +25,6 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let count = usize::from(options.count);
     limits::of_modes(&scene, count).admit(manner)?;
     let about = if options.rest { About::Rest } else { About::Equilibrium };
-    let found = scene.problem()?.modes(count, about)?;
+    let found = scene.problem_for(Aim::Modes(count))?.modes(count, about)?;
     Ok(conclude(0, [outputs.write_json(json, &found), outputs.summary(&found)]))
 }

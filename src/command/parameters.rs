@@ -3,6 +3,7 @@
 use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
 use rodfit::problem::ParameterList;
+use rodfit::resolution::Aim;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -16,6 +17,6 @@ pub struct Options {
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let (scene, outputs, [json]) = open(&options.scene, [options.json.output()], manner)?;
     limits::of_check(&scene).admit(manner)?;
-    let list = ParameterList::of(&scene.problem()?);
+    let list = ParameterList::of(&scene.problem_for(Aim::Guess)?);
     Ok(conclude(0, [outputs.write_json(json, &list), outputs.summary(&list)]))
 }

@@ -3,6 +3,7 @@
 use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
 use rodfit::dynamics::shape_csv;
+use rodfit::resolution::Aim;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -20,7 +21,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let wanted = [options.json.output(), ("--out", options.out.as_deref())];
     let (scene, outputs, [json, out]) = open(&options.scene, wanted, manner)?;
     limits::of_rest(&scene).admit(manner)?;
-    let problem = scene.problem()?;
+    let problem = scene.problem_for(Aim::Rest)?;
     let found = problem.equilibrium()?;
     let written = [
         outputs.write_json(json, &found),

@@ -79,6 +79,9 @@ impl fmt::Display for Summary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { problem, report } = self;
         writeln!(f, "{} model, {} unknowns: {}", report.model, report.dof, report.model_reason)?;
+        if let Some(resolution) = &report.resolution {
+            writeln!(f, "{}", resolution.words())?;
+        }
         if let Some([t, x, y, z]) = report.last_tip() {
             writeln!(f, "tip at t = {t} s: ({x:.6}, {y:.6}, {z:.6}) m")?;
         }

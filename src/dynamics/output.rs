@@ -6,7 +6,7 @@ use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::Point;
-use crate::scene::{Scene, Scheme};
+use crate::scene::{Resolution, Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
@@ -92,6 +92,9 @@ pub struct SimulationReport {
     pub largest_kinetic_energy: f64,
     /// `completed`, or what stopped it.
     pub status: String,
+    /// What the program chose of mesh, step and scheme, or checked, and the error it estimates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<Resolution>,
     /// What speaks against the run.
     #[serde(default)]
     pub warnings: Vec<String>,
@@ -139,6 +142,7 @@ impl SimulationReport {
             largest_energy_change: 0.0,
             largest_kinetic_energy: 0.0,
             status: "started".into(),
+            resolution: problem.resolution().copied(),
             warnings: problem.warnings(),
             scene: problem.scene().clone(),
             start_energy: 0.0,

@@ -15,6 +15,7 @@ use crate::fit::validate::check;
 use crate::input::missing_keys::parse;
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
 use crate::input::track::recording::{Recording, Vertical};
+use crate::resolution::Aim;
 use crate::scene::Parameter;
 use crate::scene::Scene;
 use crate::vibration::Among;
@@ -307,7 +308,8 @@ impl ExperimentForm {
             None => Ok(()),
         })?;
         admit(&scene)?;
-        let mut experiment = Experiment::new(self.name.unwrap_or_default(), &scene.problem()?);
+        let mut experiment =
+            Experiment::new(self.name.unwrap_or_default(), &scene.problem_for(Aim::Guess)?);
         let measured = (self.observation, self.shape, self.frequencies);
         measure(&mut experiment, measured, folder)?;
         Ok(if self.held_out { experiment.held_out() } else { experiment })

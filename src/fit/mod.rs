@@ -22,6 +22,7 @@ pub(crate) mod measurement;
 pub(crate) mod misfit;
 mod observation_form;
 pub(crate) mod report;
+pub(crate) mod resolution;
 pub(crate) mod search;
 pub(crate) mod uncertainty;
 mod unknown;
@@ -71,9 +72,12 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::{fitted, full_work};
 use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
+use crate::fit::resolution::{begun, refined};
 use crate::fit::search::Search;
 use crate::fit::search::first_look::FirstLook;
-use crate::fit::uncertainty::assessment::assess;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::assessment::{assess, local, shifts_of};
+use crate::fit::uncertainty::verdict::Warnings;
 use crate::fit::unknown::laid_out;
 use crate::fit::validate::check;
 use crate::problem::Problem;
@@ -211,7 +215,7 @@ impl Fit {
     pub fn solve(&self) -> Result<FitReport, Error> {
         let since = Instant::now();
         self.check()?;
-        let experiments = self.laid_out()?;
+        let experiments = begun(self.laid_out()?)?;
         let measured = fitted(&experiments);
         let look = FirstLook::at(&measured, &self.unknowns)?;
         let (progress, tolerance) = (self.progress.clone(), self.analysis.tolerance);
@@ -219,10 +223,10 @@ impl Fit {
         search.suspicious = !look.suspicions.is_empty();
         let ending = match &look.hopeless {
             Some(words) => Ending::unsearched(&search, words, self.keep_plot_data),
-            None => match self.searched(&mut search, &experiments, &look) {
+            None => match self.searched(&mut search, &experiments, (&look, since)) {
                 Err(Error::Interrupted) => Ending::unfinished(&search, self.keep_plot_data)?,
                 Err(error @ Error::Fit(_)) => return Err(look.beside(error)),
-                ending => ending?,
+                report => return report,
             },
         };
         Ok(FitReport::new(ending, &search, &experiments, since))
@@ -233,13 +237,40 @@ impl Fit {
         &self,
         search: &mut Search,
         experiments: &[Experiment],
-        look: &FirstLook,
-    ) -> Result<Ending, Error> {
+        about: (&FirstLook, Instant),
+    ) -> Result<FitReport, Error> {
         let optimum = search.best()?;
-        let found = (&*search, &optimum);
+        self.settled((search, optimum), experiments, about, 0)
+    }
+
+    /// What an optimum is worth, on a mesh and in steps that are fine enough for it.
+    fn settled(
+        &self,
+        (search, optimum): (&Search, Optimum),
+        experiments: &[Experiment],
+        (look, since): (&FirstLook, Instant),
+        round: usize,
+    ) -> Result<FitReport, Error> {
+        let local = local(search, &optimum)?;
+        let mut warnings = Warnings::default();
+        let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
+        let shifts = match open {
+            true => shifts_of((search, &optimum), &local, &self.analysis, &mut warnings)?,
+            false => None,
+        };
+        let about = (&local, shifts.as_ref());
+        if let Some((finer, start)) = refined(experiments, (search, &optimum), about, round)? {
+            let measured = fitted(&finer);
+            let next = search.on(&measured)?;
+            let optimum = next.polish(&start)?;
+            return self.settled((&next, optimum), &finer, (look, since), round + 1);
+        }
+        let found = (search, &optimum);
         let given = (&self.analysis, &self.knowns[..]);
-        let assessment = assess(found, given, experiments, &look.suspicions)?;
-        Ok(Ending::assessed(found, assessment, experiments, self.keep_plot_data))
+        let about = (local, shifts, warnings);
+        let assessment = assess(found, about, given, experiments, &look.suspicions)?;
+        let ending = Ending::assessed(found, assessment, experiments, self.keep_plot_data);
+        Ok(FitReport::new(ending, search, experiments, since))
     }
 
     /// The experiments, laid out for generic values of all that they are differentiated by.

@@ -7,9 +7,9 @@ use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::Sample;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
-use crate::scene::Parameter;
 use crate::scene::Support;
 use crate::scene::validate::positive;
+use crate::scene::{Parameter, Point};
 
 /// Fewer values do not show their own noise beside other measurements.
 const FEW: usize = 8;
@@ -111,9 +111,22 @@ fn check_measurements(
     let clock = |u: &Unknown| u.parameter == Parameter::TimeOffset && u.is_of(experiment);
     let other_clock =
         experiment.problem.scene().camera.time_offset != 0.0 || unknowns.iter().any(clock);
+    let chosen = experiment.problem.scene().chosen();
+    let of_scheme = |u: &&Unknown| {
+        ["time.beta", "time.rho_inf"].contains(&u.parameter.path()) && u.is_of(experiment)
+    };
+    if let Some(unknown) = unknowns.iter().find(of_scheme).filter(|_| chosen.step) {
+        let allowed = format!("a step, s: what {} does goes with it", unknown.parameter);
+        return Err(Error::invalid("time.step", "no such key", allowed));
+    }
     for (i, measurement) in experiment.measurements.iter().enumerate() {
         let key = key(experiment, i);
         measurement.check(experiment, &key, other_clock)?;
+        if chosen.segments && names_nodes(measurement) {
+            let allowed = "\"tip\" or { arc_length = metres from the wall }, and a column s in the place of \
+                           node: without rod.segments no node has an index";
+            return Err(Error::invalid(key, "a node by its index", allowed));
+        }
         if several && measurement.sigma().is_none() && measurement.values() < FEW {
             let found = format!("none, with {} values", measurement.values());
             let allowed = format!("a number; only {FEW} values or more show their noise");
@@ -121,6 +134,18 @@ fn check_measurements(
         }
     }
     Ok(())
+}
+
+/// Whether a point is named by the index of a node; markers of a recording have their nodes.
+fn names_nodes(measurement: &Measurement) -> bool {
+    let is_node = |point: Point| matches!(point, Point::Node(_));
+    match measurement {
+        Measurement::Motion(observation) => {
+            observation.marker.is_none() && is_node(observation.point)
+        }
+        Measurement::RestShape(shape) => shape.sightings.iter().any(|s| is_node(s.point)),
+        Measurement::Frequencies(_) | Measurement::Gauge(_) => false,
+    }
 }
 
 /// Where measurement `i` of an experiment stands in the fit file.

@@ -40,7 +40,7 @@ use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
 use crate::scene::marker::Marker;
 use crate::scene::mesh::Mesh;
-use crate::scene::{InitialState, Scene, Support, Time};
+use crate::scene::{InitialState, Resolution, Scene, Support, Time};
 use crate::scene::{Point, Stencil};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -88,11 +88,11 @@ pub enum AnyProblem<'a> {
 }
 
 impl Scene {
-    /// Validates the scene and builds what a simulation needs.
+    /// Validates a scene that leaves nothing open, and builds what a simulation needs.
     ///
     /// # Errors
     /// [`Error::Invalid`] with file, key, what was found and what is allowed.
-    pub fn problem(&self) -> Result<Problem, Error> {
+    pub(crate) fn posed(&self) -> Result<Problem, Error> {
         self.validate()?;
         Problem::of(self.clone(), Vec::new(), None)
     }
@@ -201,6 +201,10 @@ impl Problem {
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+    /// What the program chose of the numerics, or checked; none where the scene says all and asks for no accuracy.
+    pub fn resolution(&self) -> Option<&Resolution> {
+        self.scene.resolution.as_ref()
     }
     /// The name of the model chosen, `planar` or `spatial`, and why.
     pub fn model(&self) -> (&'static str, &str) {
@@ -360,7 +364,7 @@ impl Problem {
     ///
     /// A parameter that the scene does not have, or a value that it cannot take.
     pub fn with(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Self, Error> {
-        Ok(self.changed(values)?.problem()?.computed_as(self))
+        Ok(self.changed(values)?.posed()?.computed_as(self))
     }
 
     /// The problem with other values of some parameters, of which nothing is decided anew: what it does
@@ -404,6 +408,7 @@ impl Problem {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.recording_warnings();
         warnings.extend(self.step_warnings());
+        warnings.extend(self.resolution().and_then(Resolution::warning));
         warnings
     }
 

@@ -19,6 +19,7 @@ pub mod plane;
 pub mod point;
 mod polyline;
 mod required;
+pub mod resolution;
 pub mod rod;
 pub mod scheme;
 pub mod section;
@@ -45,6 +46,7 @@ pub use parameter::Parameter;
 pub use path::Recorded;
 pub use plane::Plane;
 pub use point::{Point, Stencil};
+pub use resolution::{Chosen, Resolution};
 pub use rod::{Dimension, Discretization, RodSpec};
 pub use scheme::{Scheme, SchemeParameter};
 pub use section::Section;
@@ -79,6 +81,10 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Scene<D = f64> {
+    /// The largest error of the [motion](crate::resolution) that is asked for, over the rod's length: where
+    /// `rod.segments` or `time.step` are left out they are chosen for it, else it is checked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<f64>,
     /// Shape, section and mesh.
     pub rod: RodSpec<D>,
     /// Density and moduli.
@@ -110,6 +116,9 @@ pub struct Scene<D = f64> {
     /// The ends whose clamps turn, or may.
     #[serde(skip)]
     pub(crate) soft: [bool; 2],
+    /// What the program chose of the numerics, or checked.
+    #[serde(skip)]
+    pub(crate) resolution: Option<Resolution>,
 }
 
 impl<D> Scene<D> {
@@ -159,6 +168,8 @@ impl Scene {
             path: None,
             remeshed: None,
             soft: [false; 2],
+            accuracy: None,
+            resolution: None,
         }
     }
 
@@ -178,6 +189,8 @@ impl Scene {
             path: self.path.clone(),
             remeshed: self.remeshed,
             soft: self.soft,
+            accuracy: self.accuracy,
+            resolution: self.resolution,
         }
     }
 
@@ -200,7 +213,7 @@ impl Scene {
                     time.end = last;
                 }
                 // A step may begin before the last frame and end after it.
-                if time.end > last + time.step {
+                if time.end > last + time.step && time.step != Time::LEFT_OPEN {
                     let allowed = format!("up to {last} s, where the recording ends");
                     return Err(Error::invalid("time.end", format!("{} s", time.end), allowed));
                 }
@@ -240,7 +253,7 @@ impl Scene {
     /// let text = std::fs::read_to_string("data/cantilever.toml")?;
     /// assert_eq!(Scene::from_toml(&text, "data")?.rod, Scene::load("data/cantilever.toml")?.rod);
     /// let error = Scene::from_toml("[rod]", "data").unwrap_err().to_string();
-    /// assert!(error.starts_with("data/scene: missing keys: rod.segments"), "{error}");
+    /// assert!(error.starts_with("data/scene: missing keys: rod.shape"), "{error}");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
@@ -383,6 +396,7 @@ impl Scene {
         self.initial.check()?;
         self.camera.check()?;
         own::check(&self.energies)?;
+        self.check_accuracy()?;
         if self.supports.angle != 0.0 && self.initial.shape.is_some() {
             let allowed = "no such key beside initial.shape, which says where the rod is";
             return Err(Error::invalid("supports.angle", self.supports.angle, allowed));

@@ -4,25 +4,18 @@ use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// What a scene file must have.
 pub(crate) const REQUIRED: [Rule; 11] = [
-    always("rod", rod_keys),
+    always("rod", |_| &["shape", "section"]),
     always("material", |_| &["density", "youngs_modulus"]),
     if_there("rod.shape", shape_keys),
     if_there("rod.section", section_keys),
     if_there("initial.shape", shape_keys),
     if_there("rod.mass[]", |_| &["node", "mass"]),
-    if_there("time", |_| &["end", "step"]),
+    if_there("time", |_| &["end"]),
     if_there("loads.point[]", |_| &["node"]),
     if_there("initial.point[]", |_| &["node"]),
     if_there("supports.motion[]", |_| &["end"]),
     if_there("supports.path", |_| &["file"]),
 ];
-
-fn rod_keys(rod: &toml::Table) -> Keys {
-    match rod.get("shape").and_then(|shape| shape.get("kind")?.as_str()) {
-        Some("polyline") => &["shape", "section"],
-        _ => &["segments", "shape", "section"],
-    }
-}
 
 fn shape_keys(shape: &toml::Table) -> Keys {
     match shape.get("kind").and_then(toml::Value::as_str) {

@@ -6,7 +6,7 @@ use crate::scene::along::Along;
 use crate::scene::mass::PointMass;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::section::Section;
-use crate::scene::shape::{Shape, no_segments};
+use crate::scene::shape::Shape;
 use crate::scene::taper::Taper;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -18,7 +18,8 @@ const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct RodSpec<D = f64> {
-    /// Number of edges, 2 to 1e7; by default as many as a polyline has.
+    /// Number of edges, 2 to 1e7; by default as many as a polyline has, and for other shapes the program's
+    /// choice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segments: Option<usize>,
     /// Shape of the rod when nothing acts on it.
@@ -151,8 +152,7 @@ impl RodSpec {
         self.shape.check("rod.shape")?;
         self.section.check()?;
         match (&self.shape, self.segments) {
-            (Shape::Polyline { .. }, None) => {}
-            (_, None) => return Err(no_segments()),
+            (_, None) => {}
             (_, Some(n)) if !SEGMENTS.contains(&n) => {
                 return Err(Error::invalid("rod.segments", n, "2 .. 1e7"));
             }

@@ -105,7 +105,7 @@ pub enum Handedness {
 }
 
 /// The error of a mesh that nobody has said the fineness of.
-pub(super) fn no_segments() -> Error {
+fn no_segments() -> Error {
     Error::invalid("rod.segments", "no such key", "2 .. 1e7")
 }
 

@@ -16,10 +16,12 @@ const MOST_STEPS: f64 = 1e9;
 pub struct Time<D = f64> {
     /// Duration of the simulation, s; [as long](Self::TO_THE_END) as the recording that leads its ends.
     pub end: f64,
-    /// Length of a step, s.
+    /// Length of a step, s; [left open](Self::LEFT_OPEN) where the program is to choose it.
     pub step: f64,
     /// The time integrator.
     pub scheme: Scheme,
+    /// Whether the program is to choose the integrator, with the step.
+    pub scheme_left_open: bool,
     /// Of Newmark-beta, in [0.5, 1]; 1 is implicit Euler.
     pub beta: D,
     /// Of generalised-alpha, in [0, 1]: by which factor a step takes vibrations down that are far too
@@ -39,9 +41,10 @@ const RHO_INF: f64 = 0.5;
 struct TimeForm<D> {
     #[serde(skip_serializing_if = "Option::is_none")]
     end: Option<f64>,
-    step: f64,
-    #[serde(default)]
-    scheme: Scheme,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scheme: Option<Scheme>,
     #[serde(skip_serializing_if = "Option::is_none")]
     beta: Option<D>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -55,6 +58,10 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
+        // A step was given for the default scheme, and so were its numbers.
+        let numbers = beta.is_some() || rho_inf.is_some() || tolerance.is_some();
+        let scheme_left_open = step.is_none() && scheme.is_none() && !numbers;
+        let scheme = scheme.unwrap_or_default();
         let parameter = scheme.traits().parameter;
         if beta.is_some() && parameter != Some(SchemeParameter::Beta) {
             return Err("time.beta: found beside another scheme, allowed: with newmark-beta only");
@@ -70,8 +77,9 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
         }
         Ok(Self {
             end: end.unwrap_or(Time::TO_THE_END),
-            step,
+            step: step.unwrap_or(Time::LEFT_OPEN),
             scheme,
+            scheme_left_open,
             beta: beta.unwrap_or(D::from(0.5)),
             rho_inf: rho_inf.unwrap_or(D::from(RHO_INF)),
             tolerance: tolerance.unwrap_or_default(),
@@ -80,13 +88,25 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 }
 
 impl<D> From<Time<D>> for TimeForm<D> {
-    fn from(Time { end, step, scheme, beta, rho_inf, tolerance }: Time<D>) -> Self {
+    fn from(time: Time<D>) -> Self {
+        let Time { end, step, scheme, scheme_left_open, beta, rho_inf, tolerance } = time;
+        if scheme_left_open {
+            let end = (end != Time::TO_THE_END).then_some(end);
+            return Self {
+                end,
+                step: None,
+                scheme: None,
+                beta: None,
+                rho_inf: None,
+                tolerance: None,
+            };
+        }
         let parameter = scheme.traits().parameter;
         let chosen = parameter.is_some() && tolerance != Tolerance::default();
         Self {
             end: (end != Time::TO_THE_END).then_some(end),
-            step,
-            scheme,
+            step: (step != Time::LEFT_OPEN).then_some(step),
+            scheme: Some(scheme),
             beta: (parameter == Some(SchemeParameter::Beta)).then_some(beta),
             rho_inf: (parameter == Some(SchemeParameter::RhoInf)).then_some(rho_inf),
             tolerance: chosen.then_some(tolerance),
@@ -98,6 +118,8 @@ impl Time {
     /// The end of a simulation that lasts as long as the recording that leads its ends, until that is
     /// read: a file without `end`.
     pub const TO_THE_END: f64 = f64::INFINITY;
+    /// The step of a scene that leaves its choice to the program: a file without `step`.
+    pub const LEFT_OPEN: f64 = f64::INFINITY;
 }
 
 impl<D: Copy> Time<D> {
@@ -121,6 +143,7 @@ impl Time {
             end: self.end,
             step: self.step,
             scheme: self.scheme,
+            scheme_left_open: self.scheme_left_open,
             beta: match parameter {
                 Some(SchemeParameter::Beta) => n.number("beta", self.beta, beta),
                 _ => D::from(self.beta),
@@ -139,10 +162,16 @@ impl Time {
             end,
             step,
             scheme: Scheme::default(),
+            scheme_left_open: false,
             beta: 0.5,
             rho_inf: RHO_INF,
             tolerance: Tolerance::default(),
         }
+    }
+
+    /// Duration in s; step and scheme are the program's to choose.
+    pub fn lasting(end: f64) -> Self {
+        Self { scheme_left_open: true, ..Self::new(end, Self::LEFT_OPEN) }
     }
 
     /// Number of steps to the end; the last may be shorter.
@@ -157,10 +186,14 @@ impl Time {
 
     /// Refuses what makes no sense.
     pub(super) fn check(&self, led: bool) -> Result<(), Error> {
-        if !(led && self.end == Self::TO_THE_END) {
-            positive("time.end", self.end)?;
+        match self.end == Self::TO_THE_END {
+            true if led => {}
+            true => return Err(Error::invalid("time.end", "inf, or none", "finite and above 0 s")),
+            false => positive("time.end", self.end)?,
         }
-        positive("time.step", self.step)?;
+        if self.step != Self::LEFT_OPEN {
+            positive("time.step", self.step)?;
+        }
         if !(0.5..=1.0).contains(&self.beta) {
             return Err(Error::invalid("time.beta", self.beta, "in [0.5, 1]"));
         }

@@ -9,7 +9,11 @@ fn bad_scenes_are_refused() {
         (change("segments = 20", "sgements = 20"), &["sgements", "line 3", "segments"]),
         (change("beta = 0.5", "beta = 0.5\ntheta = 1"), &["theta", "beta"]),
         (change("density = 1273.52", ""), &["line 7: missing key: material.density"]),
-        (change("segments = 20", ""), &["rod.segments", "2 .. 1e7"]),
+        (
+            change("step = 2e-3", "step = 2e-3").replace("end =", "# end ="),
+            &["time.end", "inf, or none"],
+        ),
+        (format!("accuracy = 2.0\n{SCENE}"), &["accuracy", "found 2", "1e-8 .. 0.1"]),
         (change("segments = 20", "segments = \"many\""), &["line 3", "string"]),
         (change("segments = 20", "segments = -4"), &["line 3", "-4"]),
         (change("segments = 20", "segments = 0"), &["rod.segments", "found 0", "2 .. 1e7"]),
@@ -276,12 +280,12 @@ fn missing_keys_are_named_all_at_once() {
         (
             "simulate",
             "".to_string(),
-            "rod.segments, rod.shape, rod.section, material.density, material.youngs_modulus",
+            "rod.shape, rod.section, material.density, material.youngs_modulus",
         ),
         (
             "modes",
             format!("[rod]\n{helix}\n[time]\nstep = 1\n[material]\ndensity = 1"),
-            "rod.segments, material.youngs_modulus, rod.shape.length, rod.shape.pitch, rod.shape.axis, \
+            "material.youngs_modulus, rod.shape.length, rod.shape.pitch, rod.shape.axis, \
              rod.shape.handedness, rod.section.area, rod.section.i2, rod.section.j, rod.section.up, time.end",
         ),
         (

@@ -34,6 +34,51 @@ fn simulate_writes_what_it_promises() {
     }
 }
 
+/// What a scene leaves out is chosen, and said with the error that it leaves; a fitted scene leaves it out again.
+#[test]
+fn what_is_left_out_is_chosen() {
+    let folder = Folder::new();
+    let open = SCENE.replace("segments = 20\n", "").replace("step = 2e-3\nbeta = 0.5\n", "");
+    folder.write("scene.toml", &open);
+    let ran = folder.run(&["simulate", "scene.toml", "--json", "run.json"]);
+    succeeds(&ran);
+    assert!(stdout(&ran).contains("chosen: ") && stdout(&ran).contains("1e-3 asked for"));
+    let run = folder.json("run.json");
+    let (found, scene) = (&run["resolution"], &run["scene"]);
+    assert_eq!(
+        (&found["segments"], &found["step"]),
+        (&scene["rod"]["segments"], &scene["time"]["step"])
+    );
+    assert_eq!(
+        (&found["chosen"]["scheme"], &found["scheme"]),
+        (&true.into(), &"generalised-alpha".into())
+    );
+    assert!(found["error"].as_f64().unwrap() <= 1e-3, "{found}");
+    for command in ["static", "modes", "parameters"] {
+        succeeds(&folder.run(&[command, "scene.toml"]));
+    }
+
+    let mut data = String::from("t,x,y\n");
+    for row in run["tip"].as_array().unwrap().iter().skip(1) {
+        let [t, x, y] = [0, 1, 2].map(|c| row[c].as_f64().unwrap());
+        data += &format!("{t},{x:.4},{y:.4}\n");
+    }
+    folder.write("tip.csv", &data);
+    folder.write(
+        "open-fit.toml",
+        "scene = \"scene.toml\"\n[[observation]]\nfile = \"tip.csv\"\n[[parameter]]\nname = \"youngs_modulus\"\n",
+    );
+    let fitted =
+        folder.run(&["fit", "open-fit.toml", "--json", "fit.json", "--save", "fitted.toml"]);
+    assert!(stdout(&fitted).contains("chosen: ") && !stdout(&fitted).contains("refine"));
+    let report = folder.json("fit.json");
+    assert!(report["resolution"][0]["segments"].as_u64().unwrap() > 20);
+    assert!(report["discretization_error"][0]["correction"].as_f64().is_some());
+    let saved = folder.read("fitted.toml");
+    assert!(!saved.contains("segments") && !saved.contains("step"), "{saved}");
+    succeeds(&folder.run(&["simulate", "fitted.toml"]));
+}
+
 /// The same scene turned out of the xy plane moves the same, in world axes.
 #[test]
 fn any_plane_is_planar() {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Every room may import from those before it.
-const ROOMS: [&str; 14] = [
+const ROOMS: [&str; 15] = [
     "error",
     "numerics",
     "input",
@@ -15,6 +15,7 @@ const ROOMS: [&str; 14] = [
     "statics",
     "vibration",
     "dynamics",
+    "resolution",
     "fit",
     "check",
     "study",

@@ -5,6 +5,7 @@ mod common;
 
 mod across;
 mod budget;
+mod chosen;
 mod intervals;
 mod noise;
 mod outliers;

@@ -107,7 +107,7 @@ fn the_mesh_is_blamed_before_the_model() {
     let data = noisy(&observe(&fine, 100), 1e-4, 6);
     let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
     let report = fit(&coarse, &data, &unknowns);
-    assert!(report.warnings[0].contains("refine segments or step before"), "{report}");
+    assert!(report.warnings[0].contains("before looking for what else is wrong"), "{report}");
     assert!(report.warnings.iter().any(|w| w.contains("resemble")), "{report}");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
     // Damping that goes with the strain rates, on a mesh that is good enough for the rest.

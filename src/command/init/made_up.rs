@@ -4,7 +4,7 @@ use crate::command::init::{Files, Template, cable, quoted, read};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::scene::Track;
+use rodfit::scene::{Time, Track};
 use rodfit::vibration::Plane;
 use rodfit::{Error, Parameter, Point, Scene};
 use std::f64::consts::TAU;
@@ -58,7 +58,8 @@ pub fn files(template: Template, (name, scene, fit): (&str, &str, &str)) -> Resu
             ]
         }
         Template::Frequencies => {
-            let problem = read(scene)?.problem()?.with([(Parameter::YoungsModulus, 1.1e8)])?;
+            let problem =
+                finely(&read(scene)?).problem()?.with([(Parameter::YoungsModulus, 1.1e8)])?;
             let modes = problem.modes(4, Default::default())?;
             let seen = modes.modes.iter().filter(|mode| mode.plane == Some(Plane::In)).take(2);
             let hz = seen.map(|mode| (mode.frequency_rad_s / TAU * 100.0).round() / 100.0);
@@ -72,12 +73,20 @@ pub fn files(template: Template, (name, scene, fit): (&str, &str, &str)) -> Resu
     Ok(files)
 }
 
+/// A scene with a mesh and steps whose errors are far below the noise.
+fn finely(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.rod.segments = Some(100);
+    scene.time = scene.time.map(|time| Time::new(time.end, 5e-4));
+    scene
+}
+
 fn tip(scene: &Scene, in_space: bool) -> Result<String, Error> {
     let mut truth = vec![(Parameter::YoungsModulus, if in_space { 1.1e7 } else { 1.1e8 })];
     if !in_space {
         truth.push((Parameter::DampingMass, 0.4));
     }
-    let run = scene.problem()?.with(truth)?.simulate()?;
+    let run = finely(scene).problem()?.with(truth)?.simulate()?;
     let mut noise = Noise::new(5e-4, 1);
     let mut text = if in_space { "t,x,y,z\n" } else { "t,x,y\n" }.to_string();
     for k in 1..=100 {
@@ -91,11 +100,11 @@ fn tip(scene: &Scene, in_space: bool) -> Result<String, Error> {
 }
 
 fn droop(scene: &Scene) -> Result<String, Error> {
-    let problem = scene.problem()?.with([(Parameter::YoungsModulus, 3e7)])?;
+    let problem = finely(scene).problem()?.with([(Parameter::YoungsModulus, 3e7)])?;
     let rest = problem.equilibrium()?;
     let mut noise = Noise::new(3e-4, 1);
     let mut text = "s[mm],x[mm],y[mm]\n".to_string();
-    for i in (5..=problem.segments()).step_by(5) {
+    for i in (10..=problem.segments()).step_by(10) {
         let s = problem.arc_length(Point::Node(i))?;
         let [x, y, _] = rest.nodes[i].map(|x| 1e3 * noise.on(x));
         text += &format!("{:.2},{x:.2},{y:.2}\n", 1e3 * s);

@@ -22,7 +22,7 @@ use crate::fit::uncertainty::prediction::Prediction;
 use crate::fit::uncertainty::recordings::RecordingErrors;
 use crate::fit::uncertainty::sources::{BudgetLine, CouldHide, ScoreTest};
 use crate::fit::uncertainty::verdict::Grade;
-use crate::scene::Parameter;
+use crate::scene::{Parameter, Resolution};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
@@ -67,6 +67,10 @@ pub struct FitReport {
     /// The budgets of all parameters in one list.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budget: Vec<BudgetLine>,
+    /// What the program chose of mesh, step and scheme, in the order of the experiments; those that give all are
+    /// none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub resolution: Vec<Option<Resolution>>,
     /// Whether what is left looks like noise, for every coordinate of every observation.
     pub residual_tests: Vec<ResidualTests>,
     /// Rows of the files that were left out.
@@ -134,6 +138,7 @@ impl FitReport {
             singular_values,
             not_identifiable: findings,
             discretization_error: assessment.discretization,
+            resolution: resolutions(experiments),
             residual_tests: assessment.residual_tests,
             dropped: dropped(experiments),
             losses: assessment.losses,
@@ -186,6 +191,19 @@ impl FitReport {
         named.iter().take(HIDDEN).map(|all| all[0].with(all)).collect()
     }
 
+    /// In words what was chosen of mesh, step and scheme, and by how many experiments.
+    fn chosen_in_words(&self) -> Vec<(String, usize)> {
+        let mut all: Vec<(String, usize)> = Vec::new();
+        for words in self.resolution.iter().flatten().map(Resolution::words) {
+            match all.iter_mut().find(|(other, _)| *other == words) {
+                Some((_, count)) => *count += 1,
+                None => all.push((words, 1)),
+            }
+        }
+        all.truncate(3);
+        all
+    }
+
     /// The estimate of a parameter, if it was asked for.
     pub fn estimate(&self, parameter: Parameter) -> Option<&Estimate> {
         self.parameters.iter().find(|e| e.name == parameter)
@@ -196,6 +214,13 @@ impl FitReport {
     pub fn is_success(&self) -> bool {
         self.grade.is_usable()
     }
+}
+
+/// What was chosen, if anything was.
+fn resolutions(experiments: &[Experiment]) -> Vec<Option<Resolution>> {
+    let chosen = |e: &Experiment| e.problem.resolution().copied().filter(|r| r.chosen.any());
+    let all: Vec<_> = experiments.iter().map(chosen).collect();
+    if all.iter().any(Option::is_some) { all } else { Vec::new() }
 }
 
 /// Rows of the files that are not looked at.
@@ -237,8 +262,14 @@ impl fmt::Display for FitReport {
                 _ => writeln!(f, "  {:<width$} not identifiable", e.label())?,
             }
             let error = e.std_error.unwrap_or(0.0);
-            if let Some(relative) = self.discretization_error.get(i).and_then(|d| d.relative) {
-                writeln!(f, "    mesh and step      at most {:.1e} of it", relative)?;
+            if let Some(d) = self.discretization_error.get(i)
+                && let Some(relative) = d.relative
+            {
+                write!(f, "    mesh and step      at most {relative:.1e} of it")?;
+                if let Some(correction) = d.correction {
+                    write!(f, ", after a correction by {correction:+.1e}")?;
+                }
+                writeln!(f)?;
             }
             if let Some(observed) = e.observed_std_error {
                 writeln!(f, "    observed Hessian   +- {} {unit}", digits(observed, error))?;
@@ -284,6 +315,10 @@ impl fmt::Display for FitReport {
         }
         for hidden in self.hidden() {
             writeln!(f, "  could hide: {hidden}")?;
+        }
+        for (words, count) in self.chosen_in_words() {
+            let of = if count > 1 { format!(" ({count} experiments)") } else { String::new() };
+            writeln!(f, "  {words}{of}")?;
         }
         for d in &self.dropped {
             writeln!(f, "  {}: rows left out: {}", d.observation, d.rows)?;

@@ -100,6 +100,25 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// The search goes on with the same experiments on other meshes or in other steps.
+    pub fn on<'b>(&self, experiments: &'b [Experiment]) -> Result<Search<'b>, Error>
+    where
+        'a: 'b,
+    {
+        Ok(Search {
+            experiments,
+            sigmas: self.sigmas.clone(),
+            trust: self.trust.clone(),
+            unknowns: self.unknowns,
+            full_work: full_work(experiments)?,
+            work: self.work.clone(),
+            progress: self.progress.clone(),
+            journal: self.journal.clone(),
+            suspicious: self.suspicious,
+            tolerance: self.tolerance,
+        })
+    }
+
     /// What other searches of the same problem need.
     pub fn task(&self) -> Task<'_> {
         Task {

@@ -12,7 +12,7 @@ use crate::fit::uncertainty::bootstrap::{self, Draws};
 use crate::fit::uncertainty::budget::{Given, budgeted};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
-use crate::fit::uncertainty::discretization::{self, DiscretizationError};
+use crate::fit::uncertainty::discretization::{DiscretizationError, errors_of, shifts};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
 use crate::fit::uncertainty::observed;
@@ -20,7 +20,8 @@ use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
 use crate::fit::uncertainty::score::{Unsaid, explained_by, unsaid};
-use crate::fit::uncertainty::vanishing::vanishing;
+use crate::fit::uncertainty::shifts::Shifts;
+use crate::fit::uncertainty::vanishing::{Vanishing, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
     against_priors, bounds_reached, faulty_recordings, jumps, may_be_zero, runaways,
@@ -47,14 +48,16 @@ pub(crate) struct Assessment {
     pub warnings: Warnings,
 }
 
-/// Assesses an optimum; `experiments` have what was held out too, and `suspicions` are what looked wrong
-/// before the search.
-pub(crate) fn assess(
-    (search, optimum): (&Search, &Optimum),
-    (analysis, knowns): (&Analysis, &[Known]),
-    experiments: &[Experiment],
-    suspicions: &[String],
-) -> Result<Assessment, Error> {
+/// What residuals and their derivatives say of an optimum.
+pub(crate) struct Local {
+    pub noise: Noise,
+    pub correlations: Correlations,
+    pub covariance: Covariance,
+    vanishing: Vec<Option<Vanishing>>,
+}
+
+/// What residuals and their derivatives say of an optimum.
+pub(crate) fn local(search: &Search, optimum: &Optimum) -> Result<Local, Error> {
     let unknowns = search.unknowns;
     let noise = Noise::at(search, optimum);
     let residuals = search.all_residuals()?;
@@ -77,7 +80,49 @@ pub(crate) fn assess(
         // Half an analysis is none.
         return Err(Error::Interrupted);
     }
-    let estimates = estimates(unknowns, optimum, (&covariance, &vanishing), &correlations.reach);
+    Ok(Local { noise, correlations, covariance, vanishing })
+}
+
+/// How far the unknowns of an optimum are from those of the continuum, where it is looked for; what keeps that
+/// from being known is a warning.
+pub(crate) fn shifts_of(
+    (search, optimum): (&Search, &Optimum),
+    local: &Local,
+    analysis: &Analysis,
+    warnings: &mut Warnings,
+) -> Result<Option<Shifts>, Error> {
+    // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
+    // nothing else.
+    if optimum.residuals.len() != search.unknowns.len() && search.is_rounding(optimum) {
+        return Ok(None);
+    }
+    let around = (&local.covariance, &local.noise.weights[..]);
+    match shifts((search, optimum), around, analysis.discretization_error) {
+        Err(Error::Interrupted) => Err(Error::Interrupted),
+        Err(error) => {
+            let words =
+                format!("the discretisation error is unknown: another run failed ({error})");
+            warnings.add(Weight::Numerics, words);
+            Ok(None)
+        }
+        shifts => shifts,
+    }
+}
+
+/// Assesses an optimum; `experiments` have what was held out too, and `suspicions` are what looked wrong
+/// before the search. Numerics that the program chose have been looked at before.
+pub(crate) fn assess(
+    (search, optimum): (&Search, &Optimum),
+    (local, chosen, mut warnings): (Local, Option<Shifts>, Warnings),
+    (analysis, knowns): (&Analysis, &[Known]),
+    experiments: &[Experiment],
+    suspicions: &[String],
+) -> Result<Assessment, Error> {
+    let unknowns = search.unknowns;
+    let Local { noise, correlations, covariance, vanishing } = &local;
+    let corrected = chosen.clone().unwrap_or_default();
+    let reach = (&correlations.reach[..], &corrected);
+    let estimates = estimates(unknowns, optimum, (covariance, vanishing), reach);
     let estimates = across_experiments(estimates, (search, optimum));
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
@@ -85,7 +130,6 @@ pub(crate) fn assess(
         false => ("; the intervals are too narrow", ", and the intervals are too narrow"),
     };
 
-    let mut warnings = Warnings::default();
     may_be_zero(&estimates, &mut warnings);
     bounds_reached(unknowns, optimum, &covariance, &mut warnings);
     unexplained((search, optimum), sigma_narrow, &mut warnings);
@@ -101,48 +145,52 @@ pub(crate) fn assess(
     // nothing else.
     if optimum.residuals.len() == unknowns.len() || !search.is_rounding(optimum) {
         residual_tests =
-            test_residuals((search, optimum), &correlations, test_narrow, &mut warnings);
+            test_residuals((search, optimum), correlations, test_narrow, &mut warnings);
         jumps(search, optimum, &mut warnings);
-        discretization = discretization::errors_of(
-            &estimates,
-            (search, optimum),
-            (&covariance, &noise),
-            analysis.discretization_error,
-            &mut warnings,
-        );
+        let shifts = match chosen {
+            Some(chosen) => Some(chosen),
+            None if search.experiments.iter().any(|e| e.problem.scene().chosen().any()) => None,
+            None => shifts_of((search, optimum), &local, analysis, &mut warnings)?,
+        };
+        if let Some(shifts) = &shifts {
+            let about = (search, optimum);
+            discretization = errors_of(&estimates, about, shifts, noise, &mut warnings);
+            if shifts.are_to_blame() {
+                warnings.excuse_misfit(
+                    "what is left of the data is mostly what mesh and step leave: the data are more exact \
+                     than the 1e-4 of a value that numerics are chosen for",
+                );
+            }
+        }
     }
     let (estimates, profiles) = match optimum.converged && covariance.findings.is_empty() {
         true => {
-            let around = (&covariance, &noise, &correlations);
+            let around = (covariance, noise, correlations);
             analysed(estimates, (search, optimum), around, (analysis, &sigma), &mut warnings)
         }
         false => (estimates, Vec::new()),
     };
-    let given = Given {
-        knowns,
-        analysis,
-        discretization: &discretization,
-        sigma: &sigma,
-        correlations: &correlations,
-    };
-    let mut estimates = budgeted(estimates, (search, optimum), &noise, given, &mut warnings);
+    let given =
+        Given { knowns, analysis, discretization: &discretization, sigma: &sigma, correlations };
+    let mut estimates = budgeted(estimates, (search, optimum), noise, given, &mut warnings);
     let mut unsaid = match estimates.iter().any(|e| e.std_error.is_some()) {
         true => {
             let asked = (analysis.what_if, knowns);
-            unsaid((search, optimum), (&estimates, &noise), asked, &mut warnings)
+            unsaid((search, optimum), (&estimates, noise), asked, &mut warnings)
         }
         false => Unsaid::default(),
     };
     let per_cents = std::mem::take(&mut unsaid.per_cents).into_iter();
     estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
     explained_by(&unsaid.score_tests, &mut warnings);
-    let local = (&covariance, &sigma[..]);
-    let predictions = predictions(experiments, (search, optimum), local, &mut warnings);
+    let about = (covariance, &sigma[..]);
+    let predictions = predictions(experiments, (search, optimum), about, &mut warnings);
+    let losses = losses(search, optimum, noise);
     Ok(Assessment {
         estimates,
         residual_rms: residual_rms(search, optimum),
-        losses: losses(search, optimum, &noise),
-        covariance: Some(covariance),
+        losses,
+        covariance: Some(local.covariance),
         sigma,
         discretization,
         residual_tests,

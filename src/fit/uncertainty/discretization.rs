@@ -7,6 +7,10 @@
 //! finer ones cost 2.5 by a quarter and 4 by half, and none covers better
 //! (`cargo run --release --example discretization_error -- 400`). Where coarser ones would not resolve the
 //! motion, or cannot be simulated, they are finer by a quarter: nothing here is random, and that is enough.
+//!
+//! Where the program [chose](crate::fit::resolution) mesh or step, their changes are carried on with the order of the
+//! method, and the values are corrected by that; what is stated is what the order leaves open, half of the correction:
+//! it would be 1.5 times as large at an order of 1.5, and half as large at 3.
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -16,9 +20,10 @@ use crate::fit::uncertainty::analysis::Refinement;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::shifts::{MESH_TO_BLAME, OPEN, Shifts};
 use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
-use crate::scene::Parameter;
+use crate::scene::{Clamp, Parameter, Scene, Support};
 use serde::{Deserialize, Serialize};
 
 /// How much coarser, and how much finer where a coarser one says nothing.
@@ -29,8 +34,8 @@ const FINER: f64 = 1.25;
 const FEWEST_EDGES: f64 = 16.0;
 const FEWEST_PER_MODE: f64 = 4.0;
 const FEWEST_STEPS: f64 = 100.0;
-/// Part of the residuals that mesh and step must leave to be blamed for them before the model.
-const MESH_TO_BLAME: f64 = 0.5;
+/// The same of steps where the program chose them.
+const FEWEST_CHOSEN_STEPS: f64 = 40.0;
 
 /// The discretisation error of an identified parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,16 +53,36 @@ pub struct DiscretizationError {
     /// Error of the step over the value; none where the fit identifies beta, whose meaning goes with
     /// the step.
     pub step: Option<f64>,
+    /// By how much the value was corrected for mesh and step, over the value; none where they are given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correction: Option<f64>,
 }
 
-/// An experiment with another mesh or step, and the error over the change that makes, at first order.
+/// An experiment with another mesh or step, and the error over the change that makes.
 type Other = (Experiment, f64);
 /// That of every experiment, where there is one.
 type Others = Result<Vec<Option<Other>>, Error>;
 
-/// The error over the change when what it is proportional to becomes smaller by `ratio`.
-fn to_zero(ratio: f64) -> f64 {
-    1.0 / (1.0 - 1.0 / ratio)
+/// The error over the change when edges or steps become smaller by `ratio`, to whose power `order` it is
+/// proportional.
+fn to_zero(ratio: f64, order: i32) -> f64 {
+    1.0 / (1.0 - 1.0 / ratio.powi(order))
+}
+
+/// The order of the errors of a mesh, at first where it is given.
+fn mesh_order(scene: &Scene) -> i32 {
+    let supports = &scene.supports;
+    // Walls at nodes cut off half an edge.
+    let cut = supports.clamp == Clamp::Nodes
+        && [supports.start, supports.end].contains(&Support::Clamped);
+    if scene.chosen().segments && !cut { 2 } else { 1 }
+}
+
+/// The same of a step.
+fn step_order(scene: &Scene) -> i32 {
+    let Some(time) = scene.time.as_ref().filter(|_| scene.chosen().step) else { return 1 };
+    let dissipates = time.scheme.takes_beta() && time.beta > 0.5;
+    if dissipates { 1 } else { time.scheme.traits().order as i32 }
 }
 
 /// The experiments with fewer edges where `coarser` ones will do, else with more.
@@ -75,7 +100,8 @@ fn other_meshes(search: &Search, coarser: bool) -> Others {
             false => (own * FINER).round(),
         };
         let other = problem.like_it(problem.remeshed(segments as usize))?;
-        Ok(Some((experiment.posed_as(other), to_zero(segments / own))))
+        let order = mesh_order(problem.scene());
+        Ok(Some((experiment.posed_as(other), to_zero(segments / own, order))))
     };
     search.experiments.iter().map(other).collect()
 }
@@ -90,7 +116,9 @@ fn other_steps(search: &Search, coarser: bool) -> Others {
         }
         let mut scene = experiment.problem.scene().clone();
         let swing = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
-        let most = (swing / FEWEST_STEPS).min(scene.supports.largest_good_step());
+        let (chosen, order) = (scene.chosen().step, step_order(&scene));
+        let fewest = if chosen { FEWEST_CHOSEN_STEPS } else { FEWEST_STEPS };
+        let most = (swing / fewest).min(scene.supports.largest_good_step());
         let mut ratio = FINER;
         if let Some(time) = &mut scene.time {
             let explicit = time.scheme.traits().stability_limit.is_some();
@@ -100,7 +128,7 @@ fn other_steps(search: &Search, coarser: bool) -> Others {
             time.step /= ratio;
         }
         let other = experiment.problem.like_it(scene)?;
-        Ok(Some((experiment.posed_as(other), to_zero(ratio))))
+        Ok(Some((experiment.posed_as(other), to_zero(ratio, order))))
     };
     search.experiments.iter().map(other).collect()
 }
@@ -171,38 +199,33 @@ struct Change {
     work: f64,
 }
 
-/// What mesh and step may leave in the `estimates`; empty where that is not asked for.
+/// What mesh and step may leave in the `estimates`.
 pub(crate) fn errors_of(
     estimates: &[Estimate],
     (search, optimum): (&Search, &Optimum),
-    (covariance, noise): (&Covariance, &Noise),
-    how: Refinement,
+    shifts: &Shifts,
+    noise: &Noise,
     warnings: &mut Warnings,
 ) -> Vec<DiscretizationError> {
-    if how == Refinement::None || !optimum.converged {
-        return Vec::new();
-    }
-    let (errors, left) = match errors(search, optimum, (covariance, &noise.weights), how) {
-        Ok(found) => found,
-        Err(error) => {
-            let words =
-                format!("the discretisation error is unknown: a finer run failed ({error})");
-            warnings.add(Weight::Numerics, words);
-            return Vec::new();
-        }
-    };
+    let errors = errors((search, optimum), shifts);
     let mut weight = Weight::Numerics;
-    if left > MESH_TO_BLAME && warnings.has_misfit() {
+    let given = search.experiments.iter().any(|e| {
+        let chosen = e.problem.scene().chosen();
+        !chosen.segments || e.moves() && !chosen.step
+    });
+    if given && shifts.left > MESH_TO_BLAME && warnings.has_misfit() {
         weight = Weight::Mesh;
-        warnings.add(
-            Weight::Mesh,
-            "a finer mesh or step changes the motion by as much as the model leaves of the data: \
-             refine segments or step before looking for what else is wrong",
-        );
+        let words = "a finer mesh or step changes the motion by as much as the model leaves of the data: look \
+                     at the numerics before looking for what else is wrong";
+        warnings.add(Weight::Mesh, format!("{words} ({LEAVE_OUT})"));
     }
-    for (estimate, error) in estimates.iter().zip(&errors) {
-        if let (Some(value), Some(sd), Some(relative)) =
-            (estimate.value, estimate.std_error, error.relative)
+    for ((i, estimate), error) in estimates.iter().enumerate().zip(&errors) {
+        // What was chosen is corrected, and in the interval.
+        let unsure = |(_, chosen): &(Option<f64>, bool)| !chosen;
+        let relative = [error.mesh, error.step].into_iter().zip(shifts.parts(i));
+        let relative: f64 =
+            relative.filter(|(_, part)| unsure(part)).filter_map(|(part, _)| part).sum();
+        if let (Some(value), Some(sd)) = (estimate.value, estimate.std_error)
             && relative * value.abs() > 2.0 * noise.reach * sd
         {
             let name = estimate.name;
@@ -211,8 +234,7 @@ pub(crate) fn errors_of(
                 false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
             };
             let words = format!(
-                "{}: mesh and step may be {} off, more than the 95 % interval is wide; refine \
-                 segments or step",
+                "{}: mesh and step may be {} off, more than the 95 % interval is wide; {LEAVE_OUT}",
                 estimate.label(),
                 off.trim_end()
             );
@@ -222,14 +244,29 @@ pub(crate) fn errors_of(
     errors
 }
 
-/// The discretisation error of every unknown, and how large what mesh and step leave in the
-/// residuals is against the residuals.
-fn errors(
-    search: &Search,
-    optimum: &Optimum,
+/// What helps against numerics that are given.
+const LEAVE_OUT: &str = "without rod.segments and time.step the program chooses them";
+
+/// How far the unknowns of an optimum are from those of the continuum; `None` where that is not looked for.
+pub(crate) fn shifts(
+    (search, optimum): (&Search, &Optimum),
     (covariance, weights): (&Covariance, &[f64]),
     how: Refinement,
-) -> Result<(Vec<DiscretizationError>, f64), Error> {
+) -> Result<Option<Shifts>, Error> {
+    let all = |chosen: fn(&Experiment) -> bool| search.experiments.iter().all(chosen);
+    let chosen = [
+        all(|e| e.problem.scene().chosen().segments),
+        all(|e| !e.moves() || e.problem.scene().chosen().step),
+    ];
+    let open = search.experiments.iter().any(|e| e.problem.scene().chosen().any());
+    let how = match how {
+        Refinement::None if !open => return Ok(None),
+        Refinement::None => Refinement::Linearized,
+        how => how,
+    };
+    if !optimum.converged {
+        return Ok(None);
+    }
     let task = search.task();
     let part = |others: fn(&Search, bool) -> Others| {
         let change =
@@ -243,7 +280,7 @@ fn errors(
     };
     let (mesh, step) = rayon::join(|| part(other_meshes), || part(other_steps));
     let mut left = 0.0_f64;
-    let moved = [mesh?, step?].map(|part| {
+    let [mesh, step] = [mesh?, step?].map(|part| {
         part.map(|change| {
             search.work.add(change.work);
             left = left.max(change.left);
@@ -252,19 +289,34 @@ fn errors(
     });
     let residuals = norm(optimum.residuals.iter().copied());
     search.report("discretisation error");
+    Ok(Some(Shifts { mesh, step, chosen, left: left / residuals }))
+}
+
+/// The discretisation error of every unknown.
+fn errors((search, optimum): (&Search, &Optimum), shifts: &Shifts) -> Vec<DiscretizationError> {
     let error = |(i, unknown): (usize, &Unknown)| {
-        let value = unknown.from_scale(optimum.x[i]);
-        let relative = |part: &Option<Vec<Option<f64>>>| {
-            let d = part.as_ref()?[i]?;
-            // A change of the logarithm is a relative one.
-            let size = if unknown.parameter.is_positive() { 1.0 } else { value.abs() };
-            Some((d / size).abs())
+        let correction = shifts.correction(i);
+        let value = unknown.from_scale(optimum.x[i] + correction);
+        // A change of the logarithm is a relative one.
+        let size = if unknown.parameter.is_positive() { 1.0 } else { value.abs() };
+        let relative = |(shift, chosen): (Option<f64>, bool)| {
+            let part = if chosen { OPEN } else { 1.0 };
+            Some(part * (shift? / size).abs())
         };
-        let (mesh, step) = (relative(&moved[0]), relative(&moved[1]));
+        let [mesh, step] = shifts.parts(i).map(relative);
         let known = mesh.is_some() || step.is_some();
         let relative = known.then_some(mesh.unwrap_or(0.0) + step.unwrap_or(0.0));
+        let corrected = shifts.parts(i).iter().any(|(shift, chosen)| shift.is_some() && *chosen);
+        let correction = corrected.then_some(correction / size);
         let experiments = unknown.experiments.clone();
-        DiscretizationError { name: unknown.parameter, experiments, relative, mesh, step }
+        DiscretizationError {
+            name: unknown.parameter,
+            experiments,
+            relative,
+            mesh,
+            step,
+            correction,
+        }
     };
-    Ok((search.unknowns.iter().enumerate().map(error).collect(), left / residuals))
+    search.unknowns.iter().enumerate().map(error).collect()
 }

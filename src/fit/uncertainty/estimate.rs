@@ -4,6 +4,7 @@ use crate::fit::measurement::experiment::named;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::sources::{BudgetLine, MonteCarlo, PerCent};
 use crate::fit::uncertainty::vanishing::Vanishing;
 use crate::fit::unknown::{Prior, Unknown};
@@ -118,22 +119,31 @@ impl Estimate {
 }
 
 /// What the covariance at an optimum says of every unknown, whose interval reaches so many standard
-/// deviations to each side.
+/// deviations to each side, and what a mesh and a step leave open that the program chose. Values are corrected
+/// for these.
 pub(crate) fn estimates(
     unknowns: &[Unknown],
     optimum: &Optimum,
     (covariance, vanishing): (&Covariance, &[Option<Vanishing>]),
-    reach: &[f64],
+    (reach, shifts): (&[f64], &Shifts),
 ) -> Vec<Estimate> {
     let estimate = |(i, unknown): (usize, &Unknown)| {
-        let x = optimum.x[i];
+        let [low, high] = unknown.scaled_bounds();
+        let correction = shifts.correction(i);
+        let x = if correction == 0.0 {
+            optimum.x[i]
+        } else {
+            (optimum.x[i] + correction).clamp(low, high)
+        };
+        let open = shifts.open(i);
         let value = unknown.from_scale(x);
         let deviation = covariance.deviation[i].filter(|_| optimum.converged);
         let zero = vanishing[i].and_then(|v| Some((v.value, v.upper95?)));
         let known = covariance.deviation[i].is_some() || zero.is_some();
         let ends = |sd: f64| {
             let [low, high] = unknown.parameter.limits();
-            [x - reach[i] * sd, x + reach[i] * sd].map(|x| unknown.from_scale(x).clamp(low, high))
+            let reach = (reach[i] * sd).hypot(open);
+            [x - reach, x + reach].map(|x| unknown.from_scale(x).clamp(low, high))
         };
         let value = known.then_some(zero.map_or(value, |(value, _)| value));
         Estimate {

@@ -19,6 +19,7 @@ pub(crate) mod profile;
 pub(crate) mod quantile;
 pub(crate) mod recordings;
 pub(crate) mod score;
+pub(crate) mod shifts;
 pub(crate) mod sources;
 pub(crate) mod vanishing;
 pub(crate) mod verdict;

@@ -106,6 +106,14 @@ impl Warnings {
         [Weight::Unexplained, Weight::Misfit].iter().any(|w| self.first(*w).is_some())
     }
 
+    /// What is left is no noise, and no fault of the model either, as `words` say.
+    pub fn excuse_misfit(&mut self, words: &str) {
+        if self.has_misfit() {
+            self.0.retain(|w| w.weight != Weight::Misfit);
+            self.add(Weight::Note, words);
+        }
+    }
+
     /// Of a minimum that determines all parameters.
     pub fn grade(&self) -> Grade {
         match self.0.iter().map(|w| w.weight).min() {
@@ -199,8 +207,8 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
     let (status, verdict) = match grade {
         Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
         Grade::RefineNumerics => {
-            let words = "the model fits, but mesh and step may be off by more than the intervals say: \
-                         refine segments or step before relying on the last digits";
+            let words = "the model fits, but mesh and step, as the scene gives them, may be off by more than the \
+                         intervals say: without rod.segments and time.step the program chooses them";
             ("converged".into(), words.into())
         }
         Grade::ModelDoesNotExplain => ("converged".into(), warnings.of_the_model()),

@@ -1,0 +1,249 @@
+//! What mesh, step and scheme of the program's own choice are worth: over random scenes the true error against
+//! the one that was asked for, and the cost of choosing and running over that of the cheapest fixed setting.
+//!
+//! `cargo run --release --example accuracy -- [SCENES] [FIRST SEED]`, and `-- schemes [SCENES]` for the errors of schemes
+//! by their steps.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rodfit::{Error, Point, Problem, Scene};
+use std::f64::consts::{PI, TAU};
+
+/// Accuracies that are asked for.
+const ASKED: [f64; 3] = [1e-2, 1e-3, 1e-4];
+/// Times at which runs are compared.
+const SAMPLES: usize = 200;
+/// How the schemes are written that may be picked by hand.
+const SCHEMES: [&str; 3] = [
+    "scheme = \"newmark-beta\"",
+    "scheme = \"generalised-alpha\"\nrho_inf = 0.8",
+    "scheme = \"rodas4\"",
+];
+
+/// A rod with numbers drawn at random: straight, arc or helix, from stiff to limp, damped or not, with loads, let go or
+/// plucked, over one to six periods. The words SEGMENTS and STEP stand for its numerics.
+fn scene(seed: u64) -> String {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut between = |a: f64, b: f64| a + (b - a) * random.random::<f64>();
+    let gravity = 9.81;
+    let length = 0.1 * 10f64.powf(between(0.0, 1.0));
+    let radius = length * 10f64.powf(between(-2.7, -1.5));
+    let density = between(900.0, 8000.0);
+    // By how much of its length it would sag, were it straight.
+    let sag = 10f64.powf(between(-2.0, 0.0));
+    let modulus = density * gravity * length.powi(3) / (2.0 * radius * radius * sag);
+    let kind = between(0.0, 6.0) as usize;
+    let shape = match kind {
+        0..=2 => format!("{{ kind = \"straight\", length = {length}, direction = [1, 0, 0] }}"),
+        3 => format!("{{ kind = \"arc\", length = {length}, angle = {} }}", between(0.3, 3.0)),
+        4 => {
+            let (wide, pitch) = (0.06 * length, 0.12 * length);
+            format!(
+                "{{ kind = \"helix\", length = {length}, radius = {wide}, pitch = {pitch}, axis = [0, 0, -1], \
+                 handedness = \"left\" }}"
+            )
+        }
+        _ => {
+            let up = between(0.0, 0.6);
+            format!("{{ kind = \"straight\", length = {length}, direction = [1, 0, {up}] }}")
+        }
+    };
+    let bending = 3.516 * (modulus * radius * radius / 4.0 / density).sqrt() / length.powi(2);
+    let rate = bending.max((gravity / length).sqrt());
+    let end = between(1.0, 6.0) * TAU / rate;
+    let damping = match between(0.0, 4.0) as usize {
+        0 => format!("mass = {}", between(0.02, 0.3) * rate),
+        1 => format!("stiffness = {}", between(0.005, 0.05) / rate),
+        _ => String::new(),
+    };
+    let weight = density * PI * radius * radius * length * gravity;
+    let along_z = if kind == 4 { -gravity } else { 0.0 };
+    let across = if kind >= 4 { between(0.1, 0.5) * weight } else { 0.0 };
+    let load = match between(0.0, 4.0) as usize {
+        0 => {
+            let up = between(0.1, 0.5) * weight;
+            format!("point = [{{ node = \"tip\", force = [0, {up}, {across}] }}]")
+        }
+        _ => String::new(),
+    };
+    let initial = match between(0.0, 4.0) as usize {
+        0 => {
+            let up = between(-0.5, 0.5) * weight;
+            format!("state = \"equilibrium\"\npoint = [{{ node = \"tip\", force = [0, {up}, 0] }}]")
+        }
+        _ => String::new(),
+    };
+    format!(
+        "ACCURACY\n[rod]\nSEGMENTS\nshape = {shape}\nsection = {{ kind = \"circle\", radius = {radius} }}\n\
+         [material]\ndensity = {density}\nyoungs_modulus = {modulus}\npoisson_ratio = 0.35\n\
+         [loads]\ngravity = [0, {}, {along_z}]\ndamping = {{ {damping} }}\n{load}\n[initial]\n{initial}\n\
+         [time]\nend = {end}\nSTEP\n",
+        -gravity
+    )
+}
+
+/// The scene with numerics of one's own.
+fn fixed(text: &str, segments: usize, step: f64, scheme: &str) -> Result<Problem, Error> {
+    let text = text.replace("ACCURACY", "").replace("SEGMENTS", &format!("segments = {segments}"));
+    Scene::from_toml(&text.replace("STEP", &format!("step = {step}\n{scheme}")), ".")?.problem()
+}
+
+/// The tip over the length, and the work, edges times Newton iterations; a step of the linearly implicit scheme
+/// takes as long as five.
+fn run(problem: &Problem) -> Result<(Vec<[f64; 3]>, f64), Error> {
+    let run = problem.simulate()?;
+    let work = run.work();
+    let iterations =
+        if work.newton_iterations > 0 { work.newton_iterations } else { 5 * work.steps };
+    let work = (iterations * problem.segments()) as f64;
+    let end = problem.time()?.end;
+    let at = |k: usize| Ok(run.at(Point::Tip, end * k as f64 / SAMPLES as f64)?.0);
+    let tips = (1..=SAMPLES).map(at).collect::<Result<Vec<[f64; 3]>, Error>>()?;
+    let over = problem.length().recip();
+    Ok((tips.into_iter().map(|x| x.map(|x| over * x)).collect(), work))
+}
+
+fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
+        a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    a.iter().zip(b).map(distance).fold(0.0, f64::max)
+}
+
+/// The work of the cheapest fixed setting of this accuracy, and which it is: on the coarsest mesh that can be as
+/// exact and two finer ones, the largest step of each scheme that is, in factors of the root of two.
+fn cheapest(
+    text: &str,
+    asked: f64,
+    truth: &[[f64; 3]],
+    (segments, steps, end): (f64, f64, f64),
+) -> Option<(f64, String)> {
+    let good = |segments: f64, steps: f64, scheme: &str| {
+        let ran =
+            fixed(text, segments as usize, end / steps, scheme).and_then(|problem| run(&problem));
+        ran.ok().filter(|(tips, _)| apart(tips, truth) <= asked).map(|(_, work)| work)
+    };
+    let meshes = (-7..3).map(|k| (segments * 2f64.powf(0.5 * f64::from(k))).round().max(4.0));
+    let meshes: Vec<f64> = meshes.collect();
+    let first = meshes.iter().position(|n| good(*n, 2.0 * steps, SCHEMES[1]).is_some())?;
+    let mut best: Option<(f64, String)> = None;
+    for segments in &meshes[first..(first + 3).min(meshes.len())] {
+        for scheme in SCHEMES {
+            for k in -8..4 {
+                let steps = (steps * 2f64.powf(0.5 * f64::from(k))).round();
+                if let Some(work) = good(*segments, steps, scheme) {
+                    if best.as_ref().is_none_or(|(least, _)| work < *least) {
+                        best = Some((
+                            work,
+                            format!("{segments} edges, {steps} steps, {}", &scheme[10..16]),
+                        ));
+                    }
+                    break;
+                }
+            }
+        }
+    }
+    best
+}
+
+fn accuracy(seeds: std::ops::Range<u64>) -> Result<(), Error> {
+    let mut ratios = ASKED.map(|_| Vec::new());
+    let mut costs = ASKED.map(|_| Vec::new());
+    for seed in seeds {
+        let text = scene(seed);
+        let open = text.replace("SEGMENTS", "").replace("STEP", "");
+        let chosen = ASKED.map(|asked| {
+            let text = open.replace("ACCURACY", &format!("accuracy = {asked}"));
+            let problem = Scene::from_toml(&text, ".")?.problem()?;
+            let ran = run(&problem)?;
+            Ok::<_, Error>((problem, ran))
+        });
+        let finest = chosen[2].as_ref().ok().map(|(problem, (coarse, _))| {
+            let (n, h) = (problem.segments(), problem.time().map_or(1.0, |time| time.step));
+            let (fine, _) =
+                fixed(&text, 2 * n, h / 2.0, SCHEMES[1]).and_then(|problem| run(&problem))?;
+            // The limit of both.
+            let limit =
+                |(c, f): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|i| f[i] + (f[i] - c[i]) / 3.0);
+            Ok::<Vec<[f64; 3]>, Error>(coarse.iter().zip(&fine).map(limit).collect())
+        });
+        let Some(Ok(truth)) = finest else {
+            println!("{seed}: {:?}", chosen[2].as_ref().err().map(ToString::to_string));
+            continue;
+        };
+        for (k, (asked, chosen)) in ASKED.iter().zip(&chosen).enumerate() {
+            let Ok((problem, (tips, running))) = chosen else { continue };
+            let resolution = problem.resolution().expect("it was chosen");
+            let choosing = resolution.work;
+            let (error, time) = (apart(tips, &truth), problem.time()?);
+            let own = (problem.segments() as f64, time.steps() as f64, time.end);
+            let best = cheapest(&text, *asked, &truth, own);
+            let ratio = best.as_ref().map(|(best, _)| (choosing + running) / best);
+            println!(
+                "{seed} {:7} {asked:.0e}: error {error:.1e} estimated {:.1e}{} by {} edges, {} steps; choosing {:.1} \
+                 runs; {:.1} times {}",
+                problem.model().0,
+                resolution.error.unwrap_or(f64::NAN),
+                if resolution.bound.is_some() { " (bound)" } else { "" },
+                problem.segments(),
+                time.steps(),
+                choosing / running,
+                ratio.unwrap_or(f64::NAN),
+                best.map_or("none found".into(), |(_, words)| words)
+            );
+            if resolution.bound.is_none() {
+                ratios[k].push(error / asked);
+            }
+            costs[k].extend(ratio);
+        }
+    }
+    for ((asked, mut ratios), mut costs) in ASKED.iter().zip(ratios).zip(costs) {
+        ratios.sort_by(f64::total_cmp);
+        costs.sort_by(f64::total_cmp);
+        let good = ratios.iter().filter(|ratio| **ratio <= 1.0).count();
+        println!(
+            "asked {asked:.0e}: kept in {good} of {}, median error {:.2} of it; median cost {:.1} times the cheapest",
+            ratios.len(),
+            ratios.get(ratios.len() / 2).unwrap_or(&f64::NAN),
+            costs.get(costs.len() / 2).unwrap_or(&f64::NAN)
+        );
+    }
+    Ok(())
+}
+
+/// Errors of the step alone, by scheme and steps.
+fn schemes(seeds: std::ops::Range<u64>) -> Result<(), Error> {
+    let others = [
+        "scheme = \"generalised-alpha\"\nrho_inf = 0.5",
+        "scheme = \"generalised-alpha\"\nrho_inf = 0",
+    ];
+    for seed in seeds {
+        let text = scene(seed);
+        let end = fixed(&text, 24, 1e-3, SCHEMES[0])?.time()?.end;
+        let Ok((truth, _)) = fixed(&text, 24, end / 16000.0, SCHEMES[1]).and_then(|p| run(&p))
+        else {
+            continue;
+        };
+        println!("{seed}");
+        for scheme in SCHEMES.iter().chain(&others) {
+            print!("  {:44}", scheme.replace('\n', " "));
+            for steps in [60.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0] {
+                match fixed(&text, 24, end / steps, scheme).and_then(|problem| run(&problem)) {
+                    Ok((tips, _)) => print!(" {:.1e}", apart(&tips, &truth)),
+                    Err(_) => print!(" {:6}", "failed"),
+                }
+            }
+            println!();
+        }
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Error> {
+    let mut words = std::env::args().skip(1).peekable();
+    let of_schemes = words.next_if(|word| word == "schemes").is_some();
+    let mut number =
+        |default: u64| words.next().and_then(|word| word.parse().ok()).unwrap_or(default);
+    let (count, first) = (number(60), number(1));
+    if of_schemes { schemes(first..first + count) } else { accuracy(first..first + count) }
+}

@@ -1,0 +1,164 @@
+//! Mesh and step of a fit, where scenes leave them to the program.
+//!
+//! A search begins with a coarse mesh and large steps, as the motion that was recorded takes them. At its optimum
+//! another mesh and another step show how far every parameter is from where edges and steps of no length have it.
+//! That is corrected in the estimates, and half of it stated as the error of the correction. Where this half is more
+//! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), mesh and step are refined as it
+//! takes, and the fit goes on from where it is expected to end.
+
+use crate::error::Error;
+use crate::fit::measurement::experiment::{Experiment, full_work};
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::assessment::Local;
+use crate::fit::uncertainty::shifts::{OPEN, Shifts};
+use crate::fit::unknown::Unknown;
+
+/// Part of a standard error that mesh and step may leave open together, and of a value, where data are exact.
+const OF_ERROR: f64 = 0.25;
+const OF_VALUE: f64 = 1e-4;
+/// Edges to begin with, edges for each mode up to the highest that was measured, and steps in the first period.
+const FIRST_EDGES: usize = 24;
+const FIRST_PER_MODE: usize = 6;
+const FIRST_STEPS: f64 = 60.0;
+/// Refinements at most; each by so many times at most; and by how much more than is expected to do.
+const ROUNDS: usize = 4;
+const MOST_FINER: f64 = 4.0;
+const SPARE: f64 = 1.1;
+/// Most work of a simulation of all experiments, steps times edges.
+const MOST_WORK: f64 = 4e6;
+
+/// The experiments as a search begins with them.
+pub(crate) fn begun(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
+    experiments.into_iter().map(begin).collect()
+}
+
+fn begin(experiment: Experiment) -> Result<Experiment, Error> {
+    let problem = &experiment.problem;
+    let chosen = problem.scene().chosen();
+    if !chosen.any() {
+        return Ok(experiment);
+    }
+    let modes = FIRST_PER_MODE * experiment.highest_mode();
+    let segments = problem.segments().max(FIRST_EDGES).max(modes);
+    let swing = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
+    let own = problem.scene().time.as_ref().map_or(1.0, |time| time.step);
+    let step = swing / FIRST_STEPS;
+    let good = problem.scene().supports.largest_good_step();
+    let step = if step.is_finite() && step > 0.0 { step.min(good) } else { own };
+    posed(experiment, segments, step)
+}
+
+/// The experiment with other numerics, where the program chooses them.
+fn posed(experiment: Experiment, segments: usize, step: f64) -> Result<Experiment, Error> {
+    let problem = &experiment.problem;
+    let spans = match &problem.scene().supports.path {
+        Some(path) => path.track()?.markers().len().max(2) - 1,
+        None => 1,
+    };
+    let segments = segments.div_ceil(spans) * spans;
+    let other = problem.like_it(problem.scene().resolved(segments, step))?;
+    Ok(experiment.posed_as(other))
+}
+
+/// Where a fit goes on, and from what values of the unknowns.
+pub(crate) type Onward = (Vec<Experiment>, Vec<f64>);
+
+/// The experiments as finely as an optimum needs them, whose unknowns are by `shifts` from those of the continuum;
+/// none where they are fine enough, cannot be finer, or have been refined often enough.
+pub(crate) fn refined(
+    experiments: &[Experiment],
+    (search, optimum): (&Search, &Optimum),
+    (local, shifts): (&Local, Option<&Shifts>),
+    round: usize,
+) -> Result<Option<Onward>, Error> {
+    let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
+    if !open || round >= ROUNDS {
+        return Ok(None);
+    }
+    let [mut mesh, mut step] = [1.0_f64; 2];
+    let of = |part: &Option<Vec<Option<f64>>>, chosen: bool, i: usize| {
+        part.as_ref().filter(|_| chosen).and_then(|part| part[i]).unwrap_or(0.0)
+    };
+    let both = |i: usize| {
+        shifts.map_or([0.0; 2], |shifts| {
+            [of(&shifts.mesh, shifts.chosen[0], i), of(&shifts.step, shifts.chosen[1], i)]
+        })
+    };
+    for (i, unknown) in search.unknowns.iter().enumerate() {
+        let Some(sd) = local.covariance.deviation[i] else { continue };
+        let exact = OF_VALUE * size(unknown, optimum.x[i], search);
+        let allowed = (OF_ERROR * sd).max(exact) / OPEN;
+        let factors = factors(both(i).map(f64::abs), allowed);
+        (mesh, step) = (mesh.max(factors[0]), step.max(factors[1]));
+    }
+    if optimum.halved {
+        // Steps that are taken in halves make the misfit jump.
+        step = step.max(2.0);
+    }
+    let work = full_work(search.experiments)?;
+    let room = (MOST_WORK / work).sqrt().max(1.0);
+    let [mesh, step] = [mesh, step].map(|factor| factor.min(MOST_FINER).min(room));
+    if mesh.max(step) < 1.01 {
+        return Ok(None);
+    }
+    let finer = |e: &Experiment| {
+        let segments = (e.problem.segments() as f64 * mesh).ceil() as usize;
+        let own = e.problem.scene().time.as_ref().map_or(1.0, |time| time.step);
+        match e.problem.scene().chosen().any() {
+            true => posed(e.clone(), segments, own / step),
+            false => Ok(e.clone()),
+        }
+    };
+    let finer = experiments.iter().map(finer).collect::<Result<_, _>>()?;
+    let expected = optimum.x.iter().enumerate().zip(search.unknowns).map(|((i, x), unknown)| {
+        let [low, high] = unknown.scaled_bounds();
+        let [by_mesh, by_step] = both(i);
+        let there = by_mesh * (1.0 - mesh.powi(-2)) + by_step * (1.0 - step.powi(-2));
+        (x + there).clamp(low, high)
+    });
+    Ok(Some((finer, expected.collect())))
+}
+
+/// How much finer mesh and step must be for errors of these sizes, both of second order, to be as small together as is
+/// `allowed`.
+fn factors([mesh, step]: [f64; 2], allowed: f64) -> [f64; 2] {
+    if mesh + step <= allowed {
+        return [1.0; 2];
+    }
+    let half = 0.5 * allowed;
+    let finer = |error: f64, part: f64| (SPARE * error / part).sqrt().max(1.0);
+    match (mesh <= half, step <= half) {
+        (true, _) => [1.0, finer(step, allowed - mesh)],
+        (_, true) => [finer(mesh, allowed - step), 1.0],
+        _ => [finer(mesh, half), finer(step, half)],
+    }
+}
+
+/// What a value that is not a logarithm is measured by.
+fn size(unknown: &Unknown, x: f64, search: &Search) -> f64 {
+    let own = search.experiments.iter().find(|e| unknown.is_of(e));
+    let scale = match unknown.parameter.unit() {
+        _ if unknown.parameter.is_positive() => return 1.0,
+        "m" => own.map_or(1.0, |e| e.problem.length()),
+        "s" => own.map_or(1.0, Experiment::duration),
+        "" | "rad" => 1.0,
+        _ => 0.0,
+    };
+    x.abs().max(scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each takes its half, or what the other leaves.
+    #[test]
+    fn mesh_and_step_share_what_is_allowed() {
+        for errors in [[0.3, 0.4], [0.1, 40.0], [9.0, 1e-3], [4.0, 5.0], [0.6, 0.45]] {
+            let [mesh, step] = factors(errors, 1.0);
+            let left = errors[0] / (mesh * mesh) + errors[1] / (step * step);
+            assert!(left <= 1.0 && left > 0.6, "{errors:?}: {mesh} {step}, {left}");
+        }
+    }
+}

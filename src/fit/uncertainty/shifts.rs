@@ -1,0 +1,43 @@
+//! How far identified parameters are from those of edges and steps of no length.
+
+/// Part of a correction that is left open.
+pub(crate) const OPEN: f64 = 0.5;
+/// Part of the residuals that mesh and step must leave to be blamed for them before the model.
+pub(crate) const MESH_TO_BLAME: f64 = 0.5;
+
+/// How far the unknowns are, on their scales, from those of the limit of zero mesh and step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shifts {
+    /// By the mesh; none where no experiment has another.
+    pub mesh: Option<Vec<Option<f64>>>,
+    /// By the step.
+    pub step: Option<Vec<Option<f64>>>,
+    /// Whether the program chose mesh, and step, of all experiments.
+    pub chosen: [bool; 2],
+    /// What both leave in the residuals, over these.
+    pub left: f64,
+}
+
+impl Shifts {
+    /// Both with whether they were chosen.
+    pub fn parts(&self, i: usize) -> [(Option<f64>, bool); 2] {
+        let of = |part: &Option<Vec<Option<f64>>>| part.as_ref()?[i];
+        [(of(&self.mesh), self.chosen[0]), (of(&self.step), self.chosen[1])]
+    }
+
+    /// By how much unknown `i` is corrected on its scale.
+    pub fn correction(&self, i: usize) -> f64 {
+        self.parts(i).iter().filter(|(_, chosen)| *chosen).filter_map(|(shift, _)| *shift).sum()
+    }
+
+    /// What the corrections leave open of unknown `i`, on its scale.
+    pub fn open(&self, i: usize) -> f64 {
+        let chosen = self.parts(i).into_iter().filter(|(_, chosen)| *chosen);
+        chosen.map(|(shift, _)| OPEN * shift.unwrap_or(0.0).abs()).sum()
+    }
+
+    /// Whether what is left of the data is mostly what a mesh and a step leave that the program chose.
+    pub fn are_to_blame(&self) -> bool {
+        self.chosen == [true; 2] && self.left > MESH_TO_BLAME
+    }
+}

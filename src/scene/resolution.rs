@@ -1,0 +1,210 @@
+//! What a scene may leave to the program: mesh, step and scheme.
+
+use crate::error::Error;
+use crate::scene::{Scene, Scheme, Shape, Time};
+use serde::{Deserialize, Serialize};
+
+/// The accuracy of a scene that asks for none, over the length.
+const ACCURACY: f64 = 1e-3;
+/// What may be asked for.
+const ALLOWED: std::ops::RangeInclusive<f64> = 1e-8..=0.1;
+/// The number of the scheme that the program chooses. Of those tried (`cargo run --release --example accuracy --
+/// schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 whatever the damping, and takes steps at which
+/// that one fails or, with stiff damping, is off by a part of the length; 0 does not take large first steps.
+const RHO_INF: f64 = 0.8;
+
+/// Which of the numerics the program chose, or is to choose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Chosen {
+    /// `rod.segments`
+    pub segments: bool,
+    /// `time.step`
+    pub step: bool,
+    /// `time.scheme`, where the step is chosen too.
+    pub scheme: bool,
+}
+
+impl Chosen {
+    /// Whether anything was.
+    pub fn any(self) -> bool {
+        self.segments || self.step
+    }
+}
+
+/// Mesh, step and scheme, who chose them, and what they are worth.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Resolution {
+    /// Number of edges.
+    pub segments: usize,
+    /// Length of a step, s; none without a motion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
+    /// The time integrator; none without a motion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheme: Option<Scheme>,
+    /// Which of them the program chose.
+    pub chosen: Chosen,
+    /// The error that was asked for, over the length.
+    pub accuracy: f64,
+    /// The error that is left, as it was estimated from coarser runs, over the length; none where it was not
+    /// looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
+    /// Work of the runs that it was chosen by, edges times Newton iterations.
+    #[serde(default)]
+    pub work: f64,
+    /// Why the error may be larger than was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bound: Option<Bound>,
+}
+
+/// What kept the program from what was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Bound {
+    /// Finer runs would have cost too much.
+    Work,
+    /// What the scene gives itself, mesh or step, is too coarse.
+    Given,
+}
+
+impl Resolution {
+    /// In words what was chosen, and the error that it leaves.
+    pub fn words(&self) -> String {
+        let Self { segments, step, scheme, chosen, .. } = self;
+        let mut parts = Vec::new();
+        if chosen.segments {
+            parts.push(format!("{segments} segments"));
+        }
+        if let (Some(step), true) = (step, chosen.step) {
+            parts.push(format!("a step of {step:.3e} s"));
+        }
+        if let (Some(scheme), true) = (scheme, chosen.scheme) {
+            parts.push(scheme.name().into());
+        }
+        let what = match parts.is_empty() {
+            true => "mesh and step as given".into(),
+            false => format!("chosen: {}", parts.join(", ")),
+        };
+        match self.error {
+            Some(error) => {
+                let asked = self.accuracy;
+                format!("{what}; error about {error:.1e} of the length, {asked:.0e} asked for")
+            }
+            None => what,
+        }
+    }
+
+    /// What speaks against it.
+    pub fn warning(&self) -> Option<String> {
+        let Self { accuracy, error: Some(error), bound: Some(bound), .. } = self else {
+            return None;
+        };
+        Some(match bound {
+            Bound::Work => format!(
+                "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: finer \
+                 runs would take too long; a shorter time.end, more damping or a larger accuracy need less, \
+                 and segments and step of your own may be as fine as you like"
+            ),
+            Bound::Given => format!(
+                "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: leave \
+                 out rod.segments, time.step and time.scheme, and the program chooses them"
+            ),
+        })
+    }
+}
+
+impl<D> Scene<D> {
+    /// What is left for the program to choose. The mesh of a polyline comes with its points.
+    pub(crate) fn left_open(&self) -> Chosen {
+        let given = matches!(self.rod.shape, Shape::Polyline { .. });
+        let step = self.time.as_ref().is_some_and(|time| time.step == Time::LEFT_OPEN);
+        Chosen {
+            segments: self.rod.segments.is_none() && !given,
+            step,
+            scheme: step && self.time.as_ref().is_some_and(|time| time.scheme_left_open),
+        }
+    }
+
+    /// What the program chose of it.
+    pub(crate) fn chosen(&self) -> Chosen {
+        self.resolution.map(|resolution| resolution.chosen).unwrap_or_default()
+    }
+}
+
+impl Scene {
+    /// The accuracy that is asked for, over the length.
+    pub(crate) fn asked(&self) -> f64 {
+        self.accuracy.unwrap_or(ACCURACY)
+    }
+
+    /// The same scene with other numerics where it leaves them open, or the program chose them before.
+    pub(crate) fn resolved(&self, segments: usize, step: f64) -> Scene {
+        let (open, before) = (self.left_open(), self.chosen());
+        let chosen = Chosen {
+            segments: open.segments || before.segments,
+            step: open.step || before.step,
+            scheme: open.scheme || before.scheme,
+        };
+        let mut scene = self.clone();
+        if open.segments {
+            scene.rod.segments = Some(segments);
+        } else if before.segments {
+            // What was named by the index of a node stays where it is.
+            scene.remeshed = Some(segments);
+        }
+        if let Some(time) = scene.time.as_mut().filter(|_| chosen.step) {
+            time.step = step;
+            if open.scheme {
+                (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, RHO_INF);
+                time.scheme_left_open = false;
+            }
+        }
+        let time = scene.time.as_ref();
+        scene.resolution = Some(Resolution {
+            segments: if chosen.segments {
+                segments
+            } else {
+                scene.rod.segments.unwrap_or(segments)
+            },
+            step: time.map(|time| time.step),
+            scheme: time.map(|time| time.scheme),
+            chosen,
+            accuracy: self.asked(),
+            error: None,
+            work: 0.0,
+            bound: None,
+        });
+        scene
+    }
+
+    /// The scene with what the program chose left open again.
+    pub fn reopened(&self) -> Scene {
+        let chosen = self.chosen();
+        let mut scene = Scene { resolution: None, ..self.clone() };
+        if chosen.segments {
+            (scene.rod.segments, scene.remeshed) = (None, None);
+        }
+        if let Some(time) = scene.time.as_mut().filter(|_| chosen.step) {
+            time.step = Time::LEFT_OPEN;
+            time.scheme_left_open = chosen.scheme;
+        }
+        scene
+    }
+
+    pub(super) fn check_accuracy(&self) -> Result<(), Error> {
+        if let Some(accuracy) = self.accuracy.filter(|a| !ALLOWED.contains(a)) {
+            let allowed = "1e-8 .. 0.1, the largest error over the rod's length";
+            return Err(Error::invalid("accuracy", accuracy, allowed));
+        }
+        if self.left_open().segments && self.mesh_is_given() {
+            let allowed = "2 .. 1e7 beside loads or masses on nodes that are named by their index; without \
+                           segments name their places, { arc_length = metres from the wall } or \"tip\"";
+            return Err(Error::invalid("rod.segments", "no such key", allowed));
+        }
+        Ok(())
+    }
+}

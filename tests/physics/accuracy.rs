@@ -1,0 +1,181 @@
+//! Mesh, step and scheme that the program chooses.
+
+use rodfit::scene::Scheme;
+use rodfit::{Error, Point, Problem, Scene};
+
+/// A scene with these lines in the place of its numerics, and at its beginning.
+fn problem(scene: &str, [first, segments, time]: [&str; 3]) -> Result<Problem, Error> {
+    let text = scene.replace("[rod]", &format!("{first}\n[rod]\n{segments}"));
+    Scene::from_toml(&text.replace("[time]", &format!("[time]\n{time}")), "data")?.problem()
+}
+
+fn open(scene: &str, accuracy: f64) -> Problem {
+    problem(scene, [&format!("accuracy = {accuracy}"), "", ""]).unwrap()
+}
+
+/// Where a point is over the length, at 100 times.
+fn seen(problem: &Problem, point: Point) -> Vec<[f64; 3]> {
+    let run = problem.simulate().unwrap();
+    let (end, length) = (problem.time().unwrap().end, problem.length());
+    let at = |k: usize| run.at(point, end * k as f64 / 100.0).unwrap().0.map(|x| x / length);
+    (1..=100).map(at).collect()
+}
+
+fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
+        a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    a.iter().zip(b).map(distance).fold(0.0, f64::max)
+}
+
+/// The error of what was chosen, against so many times as many edges and steps.
+fn error(scene: &str, chosen: &Problem, finer: usize) -> f64 {
+    let resolution = chosen.resolution().unwrap();
+    let middle = chosen.scene().supports.end != rodfit::scene::Support::Free;
+    let point = if middle { Point::ArcLength(0.5 * chosen.length()) } else { Point::Tip };
+    let segments = format!("segments = {}", finer * resolution.segments);
+    let step = resolution.step.unwrap() / finer as f64;
+    let time = format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.8");
+    let fine = problem(scene, ["", &segments, &time]).unwrap();
+    apart(&seen(chosen, point), &seen(&fine, point))
+}
+
+const STRAIGHT: &str = "[rod]\nshape = { kind = \"straight\", length = 0.5, direction = [1, 0, 0] }\n\
+    section = { kind = \"circle\", radius = 0.005 }\n\
+    [material]\ndensity = 1273.52\nyoungs_modulus = 1e8\npoisson_ratio = 0.5\n";
+const ARC: &str = "[rod]\nshape = { kind = \"arc\", length = 0.3, angle = 1.5 }\n\
+    section = { kind = \"rectangle\", width = 0.01, height = 0.002, up = [0, 1, 0] }\n\
+    [material]\ndensity = 2700\nyoungs_modulus = 2e9\npoisson_ratio = 0.3\n";
+const HELIX: &str = "[rod]\n\
+    shape = { kind = \"helix\", length = 0.5, radius = 0.02, pitch = 0.05, axis = [0, 0, -1], handedness = \"left\" }\n\
+    section = { kind = \"circle\", radius = 0.005 }\n\
+    [material]\ndensity = 1273.52\nyoungs_modulus = 1e7\npoisson_ratio = 0.5\n";
+/// A wire of nitinol, plucked.
+const WIRE: &str = "[rod]\nshape = { kind = \"straight\", length = 0.35, direction = [1, 0, 0] }\n\
+    section = { kind = \"circle\", radius = 0.0005 }\n\
+    [material]\ndensity = 6450\nyoungs_modulus = 6.2e10\npoisson_ratio = 0.33\n\
+    [initial]\nstate = \"equilibrium\"\npoint = [{ node = \"tip\", force = [0, -0.12, 0] }]\n\
+    [loads]\ngravity = [0, -9.81, 0]\ndamping = { stiffness = 4e-4 }\n[time]\nend = 0.15\n";
+
+/// A dozen scenes, each of another kind.
+fn dozen() -> Vec<String> {
+    let with = |rod: &str, rest: &str| format!("{rod}{rest}\n");
+    let down = "[loads]\ngravity = [0, -9.8, 0]\n";
+    vec![
+        with(STRAIGHT, &format!("{down}[time]\nend = 0.3")),
+        with(STRAIGHT, &format!("{down}damping = {{ mass = 2.0 }}\n[time]\nend = 0.5")),
+        with(STRAIGHT, &format!("{down}damping = {{ stiffness = 0.01 }}\n[time]\nend = 0.4")),
+        with(STRAIGHT, &format!("{down}drag = {{ quadratic_normal = 2.0 }}\n[time]\nend = 0.4")),
+        with(
+            STRAIGHT,
+            "[loads]\npoint = [{ node = \"tip\", force = [0, 0.02, 0.01] }]\n[time]\nend = 0.4",
+        ),
+        with(
+            STRAIGHT,
+            "[[supports.motion]]\nend = \"start\"\ndisplacement = [0, 0.02, 0]\nfrequency = 3.0\n[time]\nend = 0.5",
+        ),
+        with(STRAIGHT, "[initial]\nangular_velocity = [0, 0, 3]\n[time]\nend = 0.4"),
+        with(ARC, &format!("{down}[time]\nend = 0.2")),
+        with(
+            ARC,
+            "[supports]\nend = \"clamped\"\n[loads]\ngravity = [0, 200, 0]\ndamping = { stiffness = 1e-3 }\n\
+             [time]\nend = 0.05",
+        ),
+        with(HELIX, "[loads]\ngravity = [0, 0, -9.8]\n[time]\nend = 0.2"),
+        with(HELIX, "[loads]\ngravity = [0, -9.8, 0]\ndamping = { mass = 1.0 }\n[time]\nend = 0.2"),
+        WIRE.into(),
+    ]
+}
+
+/// Without any numerics in the file the error is what was asked for.
+#[test]
+fn a_dozen_scenes_are_as_accurate_as_was_asked() {
+    for (k, scene) in dozen().iter().enumerate() {
+        let chosen = open(scene, 1e-2);
+        let resolution = chosen.resolution().unwrap();
+        let error = error(scene, &chosen, if k < 4 { 16 } else { 6 });
+        println!(
+            "{k}: {error:.1e}, {:.1e} estimated; {}",
+            resolution.error.unwrap(),
+            resolution.words()
+        );
+        assert!(error <= 1e-2 && resolution.error.unwrap() <= 1e-2, "{k}: {error:e}");
+    }
+}
+
+/// And where more is asked, the rod is finer.
+#[test]
+fn more_is_asked() {
+    for k in [0, 2, 7, 11] {
+        let scene = &dozen()[k];
+        let chosen = open(scene, 1e-3);
+        let error = error(scene, &chosen, 6);
+        println!("{k}: {error:.1e}; {}", chosen.resolution().unwrap().words());
+        assert!(error <= 1e-3, "{k}: {error:e}");
+        let default = problem(scene, ["", "", ""]).unwrap();
+        assert_eq!(default.scene().time, chosen.scene().time);
+    }
+}
+
+/// With Kelvin-Voigt damping newmark-beta at 0.5 is off by a tenth of the length in steps of 0.8 ms of the longer
+/// scene; the scheme that is chosen is not.
+#[test]
+fn stiff_damping_has_a_scheme_that_takes_it() {
+    let scene = WIRE.replace("0.15", "0.3");
+    let at = |time: &str| seen(&problem(&scene, ["", "segments = 50", time]).unwrap(), Point::Tip);
+    let alpha = "scheme = \"generalised-alpha\"\nrho_inf = 0.8";
+    let truth = at(&format!("step = 5e-5\n{alpha}"));
+    for step in ["8e-4", "3.2e-3"] {
+        let error = apart(&at(&format!("step = {step}\n{alpha}")), &truth);
+        println!("{step}: {error:.1e}");
+        assert!(error < 2e-2 * (step.parse::<f64>().unwrap() / 3.2e-3).powi(2), "{error:e}");
+    }
+    let chosen = open(&scene, 1e-3);
+    assert_eq!(chosen.time().unwrap().scheme, Scheme::GeneralisedAlpha);
+}
+
+/// A polyline keeps its points, numbers that are given stay, and nodes without an index are not named by one.
+#[test]
+fn what_is_given_stays() {
+    let line = "[rod]\nshape = { kind = \"polyline\", points = [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0.3, 0, 0]] }\n\
+        section = { kind = \"circle\", radius = 0.005 }\n\
+        [material]\ndensity = 1273.52\nyoungs_modulus = 1e8\n[loads]\ngravity = [0, -9.8, 0]\n[time]\nend = 0.2\n";
+    let polyline = problem(line, ["", "", ""]).unwrap();
+    let chosen = polyline.resolution().unwrap().chosen;
+    assert_eq!((polyline.segments(), chosen.segments, chosen.step), (3, false, true));
+    assert!(polyline.warnings().is_empty());
+
+    let scene = &dozen()[0];
+    let given = problem(scene, ["", "segments = 7", "step = 0.01"]).unwrap();
+    assert_eq!((given.resolution(), given.time().unwrap().scheme), (None, Scheme::NewmarkBeta));
+    let checked = problem(scene, ["accuracy = 1e-4", "segments = 7", "step = 0.01"]).unwrap();
+    assert_eq!((checked.segments(), checked.time().unwrap()), (7, given.time().unwrap()));
+    let error = checked.resolution().unwrap().error.unwrap();
+    assert!(error > 1e-3 && checked.warnings()[0].contains("leave out rod.segments"), "{error:e}");
+    let own = problem(scene, ["", "", "scheme = \"average-vector-field\""]).unwrap();
+    assert_eq!(own.time().unwrap().scheme, Scheme::AverageVectorField);
+    let rest = problem(&scene.replace("[time]\nend = 0.3", ""), ["", "", ""]);
+    assert!(rest.unwrap().resolution().unwrap().error.unwrap() < 1e-3);
+
+    for (key, found, allowed) in [
+        ("accuracy", "accuracy = 1.0", "1e-8 .. 0.1"),
+        ("rod.segments", "loads.point = [{ node = 3, force = [0, 1, 0] }]", "arc_length"),
+    ] {
+        let refused =
+            problem(&scene.replace("[loads]\ngravity = [0, -9.8, 0]", ""), [found, "", ""]);
+        let words = refused.unwrap_err().to_string();
+        assert!(words.contains(key) && words.contains(allowed), "{words}");
+    }
+}
+
+/// What would take too long is bounded, and said.
+#[test]
+fn the_search_is_bounded() {
+    // Limp, undamped, and for hundreds of swings.
+    let limp =
+        STRAIGHT.replace("1e8", "1e4") + "[loads]\ngravity = [0, -9.8, 0]\n[time]\nend = 40\n";
+    let bounded = open(&limp, 1e-4);
+    let warning = &bounded.warnings()[0];
+    assert!(warning.contains("would take too long"), "{warning}");
+    assert!(bounded.resolution().unwrap().error.unwrap() > 1e-4);
+}

@@ -1,0 +1,100 @@
+//! Fits whose mesh, step and scheme the program chooses: data come from meshes and steps that are much finer.
+
+use rodfit::fit::Grade;
+use rodfit::scene::{Scene, Time};
+use rodfit::{FitReport, Parameter};
+
+use crate::common::fits::{covers, fit, noisy, observe};
+use crate::intervals::small;
+
+const UNKNOWNS: [Parameter; 2] = [Parameter::YoungsModulus, Parameter::DampingMass];
+
+/// Nothing asks for what the program could have done.
+fn asks_for_nothing(report: &FitReport) {
+    let text = report.to_string();
+    assert!(!text.contains("refine") && !text.contains("smaller time.step"), "{text}");
+    assert_ne!(report.grade, Grade::RefineNumerics, "{text}");
+}
+
+/// With noise intervals hold, and what mesh and step leave is below a quarter of a standard error.
+#[test]
+fn intervals_hold_without_any_numerics() {
+    let clean = observe(&fine(0.8), 80);
+    let (mut held, mut all) = (0, 0);
+    for seed in 0..8 {
+        let report = fit(&open(0.8), &noisy(&clean, 1e-3, seed), &UNKNOWNS);
+        assert!(report.is_success(), "{report}");
+        asks_for_nothing(&report);
+        for (estimate, error) in report.parameters.iter().zip(&report.discretization_error) {
+            let left = error.relative.unwrap() * estimate.value.unwrap().abs();
+            assert!(left <= 0.25 * estimate.std_error.unwrap(), "{report}");
+            assert!(error.correction.is_some(), "{report}");
+            held += usize::from(covers(&report, estimate.name, truth(estimate.name)));
+            all += 1;
+        }
+        if seed == 0 {
+            println!("{report}");
+        }
+    }
+    assert!(held + 2 >= all, "{held} of {all}");
+}
+
+/// Of exact data a value is right to 1e-4, and its interval has it.
+#[test]
+fn exact_data_are_matched_to_a_ten_thousandth() {
+    let report = fit(&open(0.6), &observe(&fine(0.6), 60), &[Parameter::YoungsModulus]);
+    println!("{report}");
+    asks_for_nothing(&report);
+    let (estimate, error) = (&report.parameters[0], &report.discretization_error[0]);
+    let off = estimate.value.unwrap() / fine(0.6).material.youngs_modulus - 1.0;
+    assert!(off.abs() < 1e-4 && error.relative.unwrap() <= 1e-4, "{off:e} {report}");
+    assert!(covers(&report, estimate.name, truth(estimate.name)), "{off:e} {report}");
+    let chosen = report.resolution[0].unwrap();
+    assert!(chosen.chosen.segments && chosen.chosen.step, "{chosen:?}");
+}
+
+/// Of a mesh that is given the error is stated and not corrected; of a step that is left open it is.
+#[test]
+fn a_mesh_that_is_given_stays() {
+    let mut given = open(0.6);
+    given.rod.segments = Some(12);
+    let report =
+        fit(&given, &noisy(&observe(&fine(0.6), 60), 1e-4, 3), &[Parameter::YoungsModulus]);
+    println!("{report}");
+    let (chosen, error) = (report.resolution[0].unwrap(), &report.discretization_error[0]);
+    assert_eq!((chosen.segments, chosen.chosen.segments, chosen.chosen.step), (12, false, true));
+    assert!(error.mesh.unwrap() > 1e-3 && error.correction.is_some(), "{report}");
+    assert!(report.to_string().contains("the program chooses them"), "{report}");
+}
+
+/// Beta means another damping at each step.
+#[test]
+fn beta_needs_a_step() {
+    let mut scene = open(0.6);
+    scene.time = Some(Time { scheme_left_open: false, ..Time::lasting(0.6) });
+    let problem: Result<_, _> = rodfit::Fit::new(&scene.problem().unwrap())
+        .observe(observe(&fine(0.6), 20))
+        .identify(Parameter::Beta)
+        .solve();
+    let words = problem.unwrap_err().to_string();
+    assert!(words.contains("time.step") && words.contains("beta"), "{words}");
+}
+
+fn truth(parameter: Parameter) -> f64 {
+    parameter.of(&fine(1.0)).unwrap()
+}
+
+/// The scene as its file has it, and as the data are made.
+fn open(end: f64) -> Scene {
+    let mut scene = small(end);
+    scene.rod.segments = None;
+    scene.time = Some(Time::lasting(end));
+    scene
+}
+
+fn fine(end: f64) -> Scene {
+    let mut scene = small(end);
+    scene.rod.segments = Some(240);
+    scene.time = Some(Time::new(end, 2.5e-4));
+    scene
+}
