@@ -392,6 +392,7 @@ fn broken_files_of_qualisys() {
             ("\t64\n", "\tfast\n", &["4: ", "`fast`"]),
             ("DATA_INCLUDED\t3D", "DATA_INCLUDED\t6D", &["9: ", "6D", "3D"]),
             ("mid\ttip", "mid\tend", &["marker = \"tip\"", "mid, end"]),
+            ("FREQUENCY\t64", "FREQUENCY\t1e-320", &["13: ", "beyond what numbers hold", "a rate"]),
             ("mid\ttip", "tip\ttip", &["10: ", "two columns x"]),
             ("mid\ttip", "mid\ttip\tleft", &["12: ", "6 columns for 3 markers"]),
             ("499.5", "4,5", &["13: ", "`4,5`"]),

@@ -5,7 +5,7 @@ use crate::fit::measurement::loss::{Loss, typical};
 use crate::input::table::Table;
 use crate::input::track;
 use crate::input::track::format::Format;
-use crate::input::track::recording::Recording;
+use crate::input::track::recording::{BEYOND, Recording, is_finite};
 use crate::input::track::sheet::Sheet;
 use crate::problem::Problem;
 use crate::scene::Point;
@@ -229,6 +229,9 @@ impl Observation {
         let mut last = f64::NEG_INFINITY;
         for row in rows {
             let (line, time, position) = row?;
+            if !is_finite(time, &position) {
+                return Err(error(line, BEYOND.into()));
+            }
             if time < 0.0 {
                 if recording.time_zero.is_some() {
                     dropped.before_time_zero += 1;

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::fit::measurement::loss::{Loss, typical};
 use crate::fit::measurement::motion::Dropped;
 use crate::input::table::{LENGTHS, Table};
-use crate::input::track::recording::Recording;
+use crate::input::track::recording::{BEYOND, Recording, is_finite};
 use crate::scene::Point;
 use std::path::{Path, PathBuf};
 
@@ -104,6 +104,9 @@ impl RestShape {
                 false => Point::ArcLength(value * factor),
             };
             let position = recording.position(&axes, &row.values);
+            if !is_finite(value, &position) {
+                return Err(table.error(row.line, BEYOND));
+            }
             match position.iter().any(Option::is_some) {
                 true => sightings.push(Sighting { point, position }),
                 false => dropped.empty += 1,

@@ -81,6 +81,15 @@ pub(crate) struct Columns {
     pub axes: AxisColumns,
 }
 
+/// What is said of a time or a place that no number holds.
+pub(crate) const BEYOND: &str =
+    "a time or a place beyond what numbers hold, allowed: a rate, scale and origin of its size";
+
+/// Whether a time and a place are numbers, whatever rate, scale and origin made of them.
+pub(crate) fn is_finite(time: f64, place: &[Option<f64>; 3]) -> bool {
+    time.is_finite() && place.iter().flatten().all(|x| x.is_finite())
+}
+
 /// A marker in seconds and metres of the world, row by row.
 pub(crate) struct Converted {
     /// Line in the file, and when, s; before 0 where `time_zero` leaves a row out.
@@ -238,10 +247,13 @@ impl Recording {
             }
             self.turned([0, 1, 2].map(|c| Some((place[c]? - origin[c]) * factors[c])))
         };
-        Ok(Converted {
-            times: sheet.rows.iter().map(|row| (row.line, seconds(row.clock))).collect(),
-            places: marker.places.iter().enumerate().map(place).collect(),
-        })
+        let times: Vec<(u64, f64)> =
+            sheet.rows.iter().map(|row| (row.line, seconds(row.clock))).collect();
+        let places: Vec<_> = marker.places.iter().enumerate().map(place).collect();
+        match times.iter().zip(&places).find(|((_, time), place)| !is_finite(*time, place)) {
+            Some(((line, _), _)) => Err(sheet.error(*line, BEYOND)),
+            None => Ok(Converted { times, places }),
+        }
     }
 
     /// Refuses columns of other names, and two of one.
