@@ -144,19 +144,20 @@ class Fit:
         self._native.add(json.dumps({table: [told]}, default=plain), ".")
         return self
 
-    def solve(self, *, progress: bool | Told = False, plots: bool = True, **analysis: Any) -> FitResult:
+    def solve(self, *, progress: bool | Told = False, plots: bool = False, **analysis: Any) -> FitResult:
         """Finds the parameters.
 
         ``progress`` is called with what is done and the work so far, in simulations; True shows them. ``plots`` keeps what
-        ``result.plot()`` and ``result.report()`` draw, for one more simulation. The other keywords are those of the fit file's
-        ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``tolerance=1e-6``.
+        ``result.plot()`` and ``result.report()`` draw; without it they fit once more. The other keywords are those of the fit
+        file's ``[analysis]``: ``profile=True``, ``bootstrap=1000``, ``tolerance=1e-6``.
 
         Other threads go on meanwhile; Ctrl-C ends it with the best so far, and ``result.interrupted`` says so."""
         if analysis:
             self._native.add(json.dumps({"analysis": analysis}, default=plain), ".")
         told = _Line() if progress is True else progress or None
         try:
-            return FitResult._of(self._native.solve(plots, told))
+            fit = self._native.snapshot()
+            return FitResult._of(fit.solve(plots, told), fit)
         finally:
             if isinstance(told, _Line):
                 told.clear()

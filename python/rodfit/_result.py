@@ -64,12 +64,21 @@ class FitResult:
     def __init__(self, text: str):
         """Of what ``to_json`` gave."""
         self._native = _rodfit.FitResult(text)
+        self._fit: _rodfit.Fit | None = None
 
     @classmethod
-    def _of(cls, native: _rodfit.FitResult) -> FitResult:
+    def _of(cls, native: _rodfit.FitResult, fit: _rodfit.Fit) -> FitResult:
         result = cls.__new__(cls)
-        result._native = native
+        result._native, result._fit = native, fit
         return result
+
+    def _drawn(self) -> _rodfit.FitResult:
+        """With what plots are drawn from: the fit once more, where that was not kept."""
+        if self._native.plots() is None:
+            if self._fit is None:
+                raise refused("plots", "none in a result that was read", "solve(plots=True) before it is written")
+            self._native = self._fit.solve(True, None)
+        return self._native
 
     @cached_property
     def _table(self) -> dict[str, Any]:
@@ -114,7 +123,7 @@ class FitResult:
         return np.asarray(self.correlation * np.outer(errors, errors))
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or name == "_native":
+        if name.startswith("__") or name in ("_native", "_fit"):
             raise AttributeError(name)
         return _said(self, name)
 
@@ -141,20 +150,17 @@ class FitResult:
 
     def report(self, path: str | os.PathLike[str] = "fit.html", title: str | None = None) -> None:
         """Writes the page of the command's ``--report``: verdict, numbers, and what they rest on."""
-        page = self._native.page(os.path.basename(path) if title is None else title)
+        page = self._drawn().page(os.path.basename(path) if title is None else title)
         with open(path, "w", encoding="utf-8") as file:
             file.write(page)
 
     def plot(self, figure: Figure | None = None) -> Figure:
         """Data and model over each other, a panel a coordinate, with what is left below; a figure of matplotlib."""
-        text = self._native.plots()
-        if text is None:
-            raise refused("plots", "False in solve", "True, which keeps what is drawn")
+        series = json.loads(self._drawn().plots() or "{}").get("series", [])
         if figure is None:
             import matplotlib.pyplot as plt
 
             figure = plt.figure(layout="constrained")
-        series = json.loads(text)["series"]
         axes = figure.subplots(2 * max(1, len(series)), 1, squeeze=False, height_ratios=[3, 1] * max(1, len(series)))
         for (data, left), one in zip(axes.reshape(-1, 2), series):
             data.plot(one["at"], one["observed"], ".", ms=3, label="seen")

@@ -54,6 +54,11 @@ impl Fit {
         Ok(Self::of(file.fit()))
     }
 
+    /// The fit as it is now.
+    fn snapshot(&self) -> Self {
+        Self::of(self.lock().clone())
+    }
+
     /// Adds an experiment, which what is observed from now on is of.
     fn experiment(&self, name: &str, scene: Py<Scene>) {
         let mut fit = self.lock();
