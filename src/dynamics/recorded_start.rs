@@ -4,10 +4,15 @@
 //! Markers are seen a little beside the rod, and their distances are not quite its edges' lengths. A rod
 //! put right on them would begin stretched, and ring. So in both frames the rod takes the shape of least
 //! energy with springs between its marked nodes and the markers: much weaker than the rod is along
-//! itself, and much stronger than it is in bending. Its velocity is the change from one to the other.
+//! itself, and much stronger than it is in bending. Edges between nodes that are both held are left out of that.
+//!
+//! The change from one frame to the other over the time between them is the velocity in the middle. Half of that time
+//! times the acceleration takes it to the start, which makes the start of second order in the time between frames.
+//! [As fast as a step resolves it](crate::dynamics::stepper::acceleration_within), that is: what is left of errors of
+//! places would else be taken for forces.
 //!
 //! Markers on the rod's line say nothing of its turn about itself. A curved rod is given the turn of least
-//! energy out of a dozen before it relaxes; angles keep what they have found in the first frame.
+//! energy out of a dozen before it relaxes, and goes on from there in the second frame.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -23,6 +28,10 @@ use std::f64::consts::TAU;
 
 /// Turns about itself that are tried before a rod relaxes.
 const TURNS: usize = 12;
+/// By how much edges are stiffer while the rod relaxes than they are: the springs, in between, then yield less to
+/// bending, and still stretch it less. Much more would fold a rod that is longer than what was seen of it in one
+/// of many ways.
+const STIFFER: f64 = 30.0;
 /// By how much the springs of held markers are stiffer than those of free ones.
 const HELD: f64 = 1e3;
 
@@ -34,25 +43,20 @@ type Tied<'a, D, M, const W: usize> =
     (&'a <M as Model<W>>::Rod<D>, &'a <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames);
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
-    /// The unknowns and frames at the start of the recording, and the velocities there.
+    /// The unknowns and frames at the start of the recording, how they change until its next frame, and how long
+    /// that takes, s.
     pub(crate) fn recorded_start<D: Nestable>(
         &self,
         setup: &Setup<D, M, W>,
-    ) -> Result<(Placed<D, M, W>, Vec<D>), Error> {
+    ) -> Result<(Placed<D, M, W>, (Vec<D>, f64)), Error> {
         let track = self.track()?;
         let ((mut q, frames), next) = self.relaxed_over(setup, track)?;
-        let rate = (track.times()[1] - track.times()[0]).recip();
-        let angle = |i: usize| M::Rod::<D>::is_angle(i);
-        let change = |(i, (q0, q1)): (usize, (&D, &D))| match angle(i) {
-            true => D::from(0.0),
-            false => (*q1 - *q0) * rate,
-        };
-        let v = q.iter().zip(&next).enumerate().map(change).collect();
+        let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
         if let Some(boundary_motion) = self.boundary_motion(setup) {
             let moment = Moment::Time(0.0);
             boundary_motion.advance::<M::Rod<D>, W>(moment, moment, &mut q, &frames);
         }
-        Ok(((q, frames), v))
+        Ok(((q, frames), (change, track.times()[1] - track.times()[0])))
     }
 
     fn track(&self) -> Result<&Track, Error> {
@@ -73,15 +77,18 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let path = setup.scene.supports.path.as_ref();
         let segments = self.nodes() - 1;
         let nodes = path.map_or(Ok(Vec::new()), |path| path.nodes(segments))?;
-        let stiffness = spring(setup, segments);
         let free = self.free();
+        let is_held = |node: usize| nodes.contains(&node) && !free.contains(&(M::STRIDE * node));
         let time = track.times()[frame];
+        // Between the two, however much stiffer the edges are.
+        let stiffness = spring(setup, segments) * STIFFER.sqrt();
         let tie = |(node, marker): (&usize, &crate::scene::track::Marker)| {
-            let held = !free.contains(&(M::STRIDE * node));
-            (*node, marker.at(time), stiffness * if held { HELD } else { 1.0 })
+            (*node, marker.at(time), stiffness * if is_held(*node) { HELD } else { 1.0 })
         };
         let ties: Vec<_> = nodes.iter().zip(track.markers()).map(tie).collect();
-        Ok(setup.tied(self.model, &ties))
+        // How long an edge is whose ends are both held makes no difference to the motion, and shall not pull them.
+        let stiffer = |j: usize| if is_held(j) && is_held(j + 1) { 0.0 } else { STIFFER };
+        Ok(setup.tied(self.model, stiffer, &ties))
     }
 
     /// The unknowns of both frames, in plain numbers; found when first asked for.

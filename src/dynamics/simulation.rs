@@ -2,7 +2,7 @@
 
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::step::{Step, System, Work};
-use crate::dynamics::stepper::{Newton, Stepper};
+use crate::dynamics::stepper::{self, Newton, Stepper};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::BandMatrix;
@@ -71,9 +71,23 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.find_forces();
     }
 
-    /// Takes accelerations at the start for unknown, where forces there are mostly errors of places.
-    pub(crate) fn forget_acceleration(&mut self) {
-        self.state.acceleration.clear();
+    /// Gives the rod the velocities with which its unknowns change like this in the first `h`, s. Their mean is the
+    /// velocity in the middle, and the acceleration takes it back to the start.
+    ///
+    /// # Errors
+    /// [`Error::SingularTangent`].
+    pub(crate) fn begin_changing(&mut self, change: &[D], h: f64) -> Result<(), Error> {
+        let half = 0.5 * h;
+        for i in self.system.free.clone() {
+            self.state.v[i] = change[i] * (1.0 / h);
+        }
+        let a = stepper::acceleration_within(half, &self.system, &mut self.state, change)?;
+        for i in self.system.free.clone() {
+            self.state.v[i] -= a[i] * half;
+        }
+        self.find_forces();
+        self.stepper.know_acceleration(a, &self.system, &mut self.state);
+        Ok(())
     }
 
     /// The forces that the next step counts by its start.

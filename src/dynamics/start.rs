@@ -55,15 +55,15 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let scene = &setup.scene;
         let rod = setup.rod(self.model);
         let recorded = self.scene().initial.state == InitialState::Recorded;
-        let (start, velocity) = match recorded {
+        let (start, velocity, change) = match recorded {
             true => {
-                let (start, velocity) = self.recorded_start(setup)?;
-                (start, Some(velocity))
+                let (start, change) = self.recorded_start(setup)?;
+                (start, None, Some(change))
             }
             false => {
                 let start = self.start(setup, &rod)?;
                 let velocity = self.start_velocity(setup, &rod, &start.0);
-                (start, velocity)
+                (start, velocity, None)
             }
         };
         let boundary_motion = self.boundary_motion(setup);
@@ -85,8 +85,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);
         }
-        if recorded {
-            simulation.forget_acceleration();
+        if let Some((change, h)) = change {
+            simulation.begin_changing(&change, h)?;
         }
         Ok(simulation)
     }

@@ -155,6 +155,9 @@ pub trait Model<const W: usize> {
     /// Gives a rod energies of one's own.
     fn give<D: Nestable>(rod: &mut Self::Rod<D>, own: Extra<D>);
 
+    /// Makes every edge of a rod as many times as stiff along itself.
+    fn stiffen_edges<D: Nestable>(rod: &mut Self::Rod<D>, factor: impl Fn(usize) -> f64);
+
     /// The frames of the edges, if there are any.
     fn edge_frames<D: Nestable>(frames: &<Self::Rod<D> as Rod<D, W>>::Frames) -> &[EdgeFrame<D>];
 

@@ -277,6 +277,10 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         rod.own = own;
     }
 
+    fn stiffen_edges<D: Nestable>(rod: &mut PlanarRod<D>, factor: impl Fn(usize) -> f64) {
+        rod.stretch.iter_mut().enumerate().for_each(|(j, edge)| edge.stiffness *= factor(j));
+    }
+
     fn edge_frames<D: Nestable>((): &()) -> &[EdgeFrame<D>] {
         &[]
     }

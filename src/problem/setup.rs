@@ -41,12 +41,18 @@ impl<D: Nestable, M: Model<W>, const W: usize> Setup<D, M, W> {
         rod
     }
 
-    /// The rod without loads, whose marked nodes are tied to places in the world, m, by springs of a
-    /// stiffness, N/m.
-    pub fn tied(&self, model: &M, ties: &[(usize, [f64; 3], D)]) -> M::Rod<D> {
+    /// The rod without loads, every edge as many times as stiff along itself, whose marked nodes are tied to
+    /// places in the world, m, by springs of a stiffness, N/m.
+    pub fn tied(
+        &self,
+        model: &M,
+        stiffer: impl Fn(usize) -> f64,
+        ties: &[(usize, [f64; 3], D)],
+    ) -> M::Rod<D> {
         let mut scene = self.scene.clone();
         scene.loads.gravity = [D::from(0.0); 3];
         let mut rod = model.rod(&scene, &self.rest);
+        M::stiffen_edges(&mut rod, stiffer);
         let chart = model.chart(&scene, &self.rest);
         M::give(&mut rod, own::ties(&chart, ties));
         rod

@@ -212,6 +212,10 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         rod.own = own;
     }
 
+    fn stiffen_edges<D: Nestable>(rod: &mut SpatialRod<D>, factor: impl Fn(usize) -> f64) {
+        rod.stretch.iter_mut().enumerate().for_each(|(j, edge)| edge.stiffness *= factor(j));
+    }
+
     fn edge_frames<D: Nestable>(frames: &Frames<D>) -> &[EdgeFrame<D>] {
         &frames.edges
     }

@@ -1,5 +1,6 @@
 //! Rods whose ends go as markers were seen to go, where that is violent.
 
+use crate::common::recordings::{cable, recorded};
 use rodfit::Trajectory;
 use rodfit::scene::{InitialState, Material, Recorded, Scene, Scheme, Section, Shape, Support};
 use rodfit::scene::{Time, Track};
@@ -79,4 +80,26 @@ fn a_whip_between_two_hands_finds_no_other_root() {
         println!("E = {modulus:e} Pa: an edge turns by {most:.0} degrees from frame to frame");
         assert!((10.0..60.0).contains(&most), "{most}");
     }
+}
+
+/// A cable that swings between two hands goes on from two frames of its markers as it did: in the middle between
+/// them it has the mean velocity, and its acceleration takes that to where it starts.
+#[test]
+fn a_recording_goes_on_from_its_first_two_frames() {
+    let mut most = [0.0_f64; 2];
+    for seed in 0..6 {
+        let track = recorded(seed, 60, 0.0, |_| {});
+        let run = cable(track.clone()).problem().unwrap().simulate().unwrap();
+        for k in 0..60 {
+            for (j, marker) in track.markers().iter().enumerate() {
+                let (found, seen) = (run.node(j, k), marker.seen[k].unwrap());
+                let off = (0..3).map(|c| (found[c] - seen[c]).powi(2)).sum::<f64>().sqrt();
+                let most = &mut most[usize::from(k > 0)];
+                *most = most.max(off);
+            }
+        }
+    }
+    let [begin, later] = most.map(|x| 1e6 * x);
+    println!("{begin:.0} um off at the start, {later:.0} um later");
+    assert!(begin < 30.0 && later < 200.0, "{begin} {later}");
 }

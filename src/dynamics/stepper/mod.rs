@@ -54,7 +54,7 @@ mod newton;
 pub mod rosenbrock;
 pub mod splitting;
 
-pub(crate) use newton::{Newton, stretched};
+pub(crate) use newton::{Newton, acceleration_within, stretched};
 
 use crate::dynamics::step::{Step, System, Work};
 use crate::dynamics::stepper::rosenbrock::Rosenbrock;
@@ -124,6 +124,18 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Stepper<D, R, W> {
     pub fn find_acceleration(&self, system: &System<D, R>, state: &mut State<D, R::Frames>) {
         if let Self::Newton(newton) = self {
             newton.find_acceleration(system, state);
+        }
+    }
+
+    /// Takes these accelerations at the start for known, and the forces there for what makes them.
+    pub fn know_acceleration(
+        &self,
+        a: Vec<D>,
+        system: &System<D, R>,
+        state: &mut State<D, R::Frames>,
+    ) {
+        if let Self::Newton(newton) = self {
+            newton.know_acceleration(a, system, state);
         }
     }
 

@@ -13,8 +13,10 @@ mod dragging;
 mod guess;
 mod rounding;
 mod sliding;
+mod within;
 
 pub(crate) use sliding::stretched;
+pub(crate) use within::acceleration_within;
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::{Linearization, StageForces};

@@ -1,0 +1,81 @@
+//! The acceleration of a rod from where it is and how fast it moves.
+//!
+//! Where places come from a measurement, forces there are mostly errors of places: of a rod that hardly stretches, a
+//! micrometre along an edge is many times its weight. An implicit step only takes from them what it resolves, and
+//! so does this: with the forces `n` and their derivatives `K` and `C`,
+//!
+//! ```text
+//! (M + h C + h^2 K) a = -n
+//! ```
+//!
+//! which is what Newton's method solves in a step of implicit Euler.
+
+use crate::dynamics::coefficients::StepCoefficients;
+use crate::dynamics::step::{Step, System, Work};
+use crate::dynamics::stepper::newton::Newton;
+use crate::error::Error;
+use crate::numerics::scalar::Nestable;
+use crate::rod::{Rod, State};
+use crate::scene::{Scheme, Tolerance};
+
+/// The accelerations, m/s^2 (rad/s^2), of the free unknowns of a rod in `state`, as a step of `h`, s, resolves them,
+/// and zero of all others. Strains change as they do when all unknowns change by `change` in two such steps: between two
+/// places of an edge that are equally long, its velocity is that of none in between. Leaves their rates in `state`
+/// where it remembers any.
+pub(crate) fn acceleration_within<D: Nestable, R: Rod<D, W>, const W: usize>(
+    h: f64,
+    system: &System<D, R>,
+    state: &mut State<D, R::Frames>,
+    change: &[D],
+) -> Result<Vec<D>, Error> {
+    let internal = &mut state.internal;
+    if !internal.strain_rate.is_empty() {
+        let next: Vec<D> = state.q.iter().zip(change).map(|(q, change)| *q + *change).collect();
+        let mut strain = internal.strain.clone();
+        system.rod.strains(&next, &state.frames, &mut strain);
+        let ways = internal.strain_rate.iter_mut().zip(&strain).zip(&internal.strain);
+        ways.for_each(|((rate, s1), s0)| *rate = (*s1 - *s0) * (0.5 / h));
+    }
+    let rates = state.internal.strain_rate.clone();
+    let scheme = (Scheme::GeneralisedAlpha, D::from(0.5));
+    let tolerance = (Tolerance::default(), 1.0);
+    let mut now = state.clone();
+    let mut newton = Newton::<D, R, W>::new(scheme, system, tolerance, &mut now);
+    now.internal.strain_rate = rates;
+    newton.find_forces(system, &mut now);
+    newton.coefficients = StepCoefficients::new(scheme.0, scheme.1, false, h);
+    let step = Step { system, time: now.time + h, h };
+    newton.set_viscous(&step, &now);
+    if let (Some(drag), Some(dragging)) = (&system.drag, &mut newton.dragging) {
+        dragging.begin(drag, &now, h);
+    }
+    let mut work = Work::default();
+    newton.evaluate(&step, &now, &now, true, &mut work);
+    newton.factor(&step, &mut work)?;
+    let free = system.free.clone();
+    let mut a: Vec<D> = now.unbalanced.iter().map(|n| -*n).collect();
+    newton.factors.solve(&mut a);
+    a[..free.start].fill(D::from(0.0));
+    a[free.end..].fill(D::from(0.0));
+    Ok(a)
+}
+
+impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
+    /// Takes accelerations at the start for known, and the forces there for what makes them.
+    pub fn know_acceleration(
+        &self,
+        a: Vec<D>,
+        system: &System<D, R>,
+        state: &mut State<D, R::Frames>,
+    ) {
+        if StepCoefficients::new(self.scheme, self.parameter, false, 1.0).averages() {
+            return;
+        }
+        for i in system.free.clone() {
+            state.unbalanced[i] = -(system.rod.mass()[i] * a[i]);
+        }
+        if self.scheme == Scheme::GeneralisedAlpha {
+            state.acceleration = a;
+        }
+    }
+}
