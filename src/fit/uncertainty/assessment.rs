@@ -131,7 +131,7 @@ pub(crate) fn assess(
     };
 
     may_be_zero(&estimates, &mut warnings);
-    bounds_reached(unknowns, optimum, &covariance, &mut warnings);
+    bounds_reached(unknowns, optimum, covariance, &mut warnings);
     unexplained((search, optimum), sigma_narrow, &mut warnings);
     runaways(search, optimum, &mut warnings);
     faulty_recordings(experiments, &mut warnings);

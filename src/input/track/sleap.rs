@@ -22,8 +22,9 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     let (Some(track), Some(frame)) = (column("track"), column("frame_idx")) else {
         return not(header.number, "no columns `track` and `frame_idx`", "both");
     };
-    let (mut numbers, mut nodes): (HashMap<&str, usize>, Vec<(&str, [Option<usize>; 3])>) =
-        Default::default();
+    let mut numbers: HashMap<&str, usize> = HashMap::new();
+    // Names, and their columns x, y and score.
+    let mut nodes: Vec<(&str, [Option<usize>; 3])> = Vec::new();
     for (column, field) in header.fields().enumerate().filter(|(_, f)| !OTHERS.contains(f)) {
         let says = field.rsplit_once('.').and_then(|(node, what)| match (what, Says::axis(what)) {
             ("score", _) => Some((node, 2)),
