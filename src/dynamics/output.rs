@@ -4,6 +4,7 @@ use crate::dynamics::run::Snapshot;
 use crate::dynamics::step::Work;
 use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
+use crate::numerics::abreast::level;
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::{Resolution, Scene, Scheme};
@@ -81,6 +82,9 @@ pub struct SimulationReport {
     pub work: Work,
     /// Wall time of the stepping alone, s.
     pub wall_seconds: f64,
+    /// What numbers went [side by side](crate::numerics::abreast::level) with.
+    #[serde(default)]
+    pub vector_unit: String,
     /// `[t, x, y, z]` of the tip, s and m in world axes, from t = 0 on.
     pub tip: Vec<[f64; 4]>,
     /// `[t, kinetic, stretch, bend, twist, potential]`, s and J; energies of one's own count as
@@ -137,6 +141,7 @@ impl SimulationReport {
             newton_iterations: 0,
             work: Work::default(),
             wall_seconds: 0.0,
+            vector_unit: level().into(),
             tip: Vec::new(),
             energy: Vec::new(),
             largest_energy_change: 0.0,

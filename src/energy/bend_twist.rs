@@ -52,7 +52,7 @@ pub use crate::energy::joint::EdgeState;
 use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
 pub use crate::energy::stiffness::Stiffness;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::vector::{Vector, add, dot, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
@@ -85,10 +85,38 @@ pub struct JointLaw<D> {
 }
 
 impl<D: Scalar> JointLaw<D> {
+    /// A node that nothing bends or twists.
+    pub(crate) fn none() -> Self {
+        let zero = D::from(0.0);
+        let stiffness = Stiffness { bend: [zero; 3], twist: zero, coupling: [zero; 2] };
+        Self { stiffness, natural: [zero; 3] }
+    }
+
+    /// As many nodes as there are lanes.
+    #[inline(always)]
+    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> JointLaw<V> {
+        JointLaw {
+            stiffness: Stiffness::side_by_side(level, all, |law| &law.stiffness),
+            natural: [
+                V::gather(level, |lane| all[lane].natural[0]),
+                V::gather(level, |lane| all[lane].natural[1]),
+                V::gather(level, |lane| all[lane].natural[2]),
+            ],
+        }
+    }
+
     /// The node with a reference.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, frames: [EdgeFrame<D>; 2], twist: D) -> BendTwist<D> {
         BendTwist { stiffness: self.stiffness, natural: self.natural, frames, twist }
+    }
+
+    /// Energies of bending and twisting by its strains, J.
+    #[inline(always)]
+    pub(crate) fn energies_of(&self, strains: &[D; 3]) -> [D; 2] {
+        let strain = sub(*strains, self.natural);
+        let stress = self.stiffness.times(&strain);
+        [(stress[0] * strain[0] + stress[1] * strain[1]) * 0.5, stress[2] * strain[2] * 0.5]
     }
 
     /// First derivatives of the energy between two edges whose frames are where they are, for a twist
@@ -198,19 +226,7 @@ impl<D: Scalar> BendTwist<D> {
     /// Energies of bending and twisting, J; of a coupling between them, half each.
     #[inline]
     pub fn energies(&self, q: &[D; UNKNOWNS]) -> [D; 2] {
-        self.energies_of(&self.strains(q))
-    }
-
-    /// The same between edges that are known already.
-    #[inline(always)]
-    pub(crate) fn energies_between(&self, e: &EdgeState<D>, f: &EdgeState<D>, turn: D) -> [D; 2] {
-        self.energies_of(&self.joint(e, f, turn).strains)
-    }
-
-    #[inline(always)]
-    fn energies_of(&self, strains: &[D; 3]) -> [D; 2] {
-        let (stress, strain) = self.stress(strains);
-        [(stress[0] * strain[0] + stress[1] * strain[1]) * 0.5, stress[2] * strain[2] * 0.5]
+        JointLaw { stiffness: self.stiffness, natural: self.natural }.energies_of(&self.strains(q))
     }
 
     /// The energy as a function of the edges: eight unknowns instead of eleven.

@@ -9,7 +9,7 @@
 //! Between two acceptances the energy is a function of the unknowns alone; this module moves the
 //! reference ([`Frames::rebase`]) without changing that energy.
 
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Scalar, Wide};
 use crate::numerics::vector::{Vector, add, combine, cross, dot, scale, sub, unit};
 use std::f64::consts::TAU;
 
@@ -32,21 +32,21 @@ pub struct Frames<D> {
 }
 
 /// `1 + a.b` of two unit vectors, to full accuracy when they nearly oppose each other.
-#[inline]
+#[inline(always)]
 pub fn one_plus_dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
     let sum = add(a, b);
     dot(sum, sum) * 0.5
 }
 
 /// Parallel transport of `v`, perpendicular to the unit vector `a`, to the unit vector `b`.
-#[inline]
+#[inline(always)]
 pub fn transport<D: Scalar>(a: Vector<D>, b: Vector<D>, v: Vector<D>) -> Vector<D> {
     let sum = add(a, b);
     sub(v, scale(sum, dot(b, v) / (dot(sum, sum) * 0.5)))
 }
 
 /// A complex number whose argument is half the signed area of the spherical triangle `a b c`.
-#[inline]
+#[inline(always)]
 fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
     [dot(add(a, b), add(b, c)), dot(a, cross(b, c))]
 }
@@ -60,28 +60,69 @@ fn half_area<D: Scalar>(a: Vector<D>, b: Vector<D>, c: Vector<D>) -> [D; 2] {
 /// more than 180 degrees together, are indistinguishable from their complements.
 #[inline(always)]
 pub fn transported_twist<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
-    let values = |v: Vector<D>| v.map(|x| x.value());
-    let (near, far) = (dot(values(e), values(f0)), dot(values(e0), values(f)));
-    // A selection, so that joints can go side by side.
-    let (x, y) = if near > far { (f0, e) } else { (f, e0) };
+    let (near, far) = (dot(e, f0), dot(e0, f));
+    let (x, y) = (nearer(near, far, f0, f), nearer(near, far, e, e0));
     let (a, b) = (half_area(e0, e, x), half_area(y, f, f0));
     argument(a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]) * 2.0
+}
+
+/// `a` where `near` is more than `far`, elsewhere `b`: a selection, so that joints can go side by side.
+#[inline(always)]
+fn nearer<D: Scalar>(near: D, far: D, a: Vector<D>, b: Vector<D>) -> Vector<D> {
+    [far.if_less(near, a[0], b[0]), far.if_less(near, a[1], b[1]), far.if_less(near, a[2], b[2])]
+}
+
+/// Vectors one lane after these.
+#[inline(always)]
+pub(crate) fn vector_after<S, V: Wide<S>>(own: Vector<V>, later: Vector<V>) -> Vector<V> {
+    [own[0].after(later[0]), own[1].after(later[1]), own[2].after(later[2])]
 }
 
 /// The argument of the complex number `x + i y`, rad: by its series where that is exact to rounding, as
 /// it is over a step.
 #[inline(always)]
 fn argument<D: Scalar>(x: D, y: D) -> D {
-    if y.value().abs() >= 0.02 * x.value() {
-        return y.atan2(x);
-    }
     let t = y / x;
     let s = t * t;
     let higher = ((s * (-1.0 / 11.0) + 1.0 / 9.0) * s - 1.0 / 7.0) * s + 0.2;
-    t * ((higher * s - 1.0 / 3.0) * s + 1.0)
+    let series = t * ((higher * s - 1.0 / 3.0) * s + 1.0);
+    let (size, bound) = (y.abs(), x * 0.02);
+    if size.all_less(bound) {
+        return series;
+    }
+    size.if_less(bound, series, y.atan2(x))
 }
 
 impl<D: Scalar> EdgeFrame<D> {
+    /// As many frames as there are lanes.
+    #[inline(always)]
+    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> EdgeFrame<V> {
+        EdgeFrame {
+            tangent: [
+                V::gather(level, |lane| all[lane].tangent[0]),
+                V::gather(level, |lane| all[lane].tangent[1]),
+                V::gather(level, |lane| all[lane].tangent[2]),
+            ],
+            director: [
+                V::gather(level, |lane| all[lane].director[0]),
+                V::gather(level, |lane| all[lane].director[1]),
+                V::gather(level, |lane| all[lane].director[2]),
+            ],
+        }
+    }
+
+    /// The frames after these, which `later` ones come after.
+    #[inline(always)]
+    pub(crate) fn after<S>(&self, later: &Self) -> Self
+    where
+        D: Wide<S>,
+    {
+        Self {
+            tangent: vector_after(self.tangent, later.tangent),
+            director: vector_after(self.director, later.director),
+        }
+    }
+
     /// Over other numbers.
     pub(crate) fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> EdgeFrame<E> {
         let Self { tangent, director } = self;
@@ -89,7 +130,7 @@ impl<D: Scalar> EdgeFrame<D> {
     }
 
     /// The frame moved to another unit tangent.
-    #[inline]
+    #[inline(always)]
     pub fn transported(&self, tangent: Vector<D>) -> Self {
         let director = transport(self.tangent, tangent, self.director);
         // Rounding errors of many steps must not add up.
@@ -109,12 +150,12 @@ impl<D: Scalar> EdgeFrame<D> {
     #[inline(always)]
     pub fn turned(&self, angle: D) -> [Vector<D>; 2] {
         let (d1, d2) = (self.director, cross(self.tangent, self.director));
-        let (sin, cos) = (angle.sin(), angle.cos());
+        let [sin, cos] = angle.sin_cos();
         [combine(cos, d1, sin, d2), combine(-sin, d1, cos, d2)]
     }
 
     /// The directors after transport to `tangent` and a turn by `angle`, rad.
-    #[inline]
+    #[inline(always)]
     pub fn material(&self, tangent: Vector<D>, angle: D) -> [Vector<D>; 2] {
         let director = transport(self.tangent, tangent, self.director);
         Self { tangent, director }.turned(angle)

@@ -22,9 +22,9 @@
 //! [`EdgeState`] makes derivatives by an edge's vector and angle of them, once for the sum of the
 //! edge's two joints.
 
-use crate::energy::frame::EdgeFrame;
+use crate::energy::frame::{EdgeFrame, vector_after};
 use crate::energy::stiffness::Stiffness;
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Scalar, Wide};
 use crate::numerics::vector::{Vector, add, combine, dot, scale, sub};
 
 /// An edge as it is: inverse length, tangent and material directors.
@@ -46,6 +46,19 @@ impl<D: Scalar> Edge<D> {
     #[inline(always)]
     pub fn across(&self, [p, q]: [D; 2]) -> Vector<D> {
         scale(combine(p, self.m[0], q, self.m[1]), self.inverse_length)
+    }
+
+    /// The same by the edge vector and its angle.
+    #[inline(always)]
+    fn row(&self, p: D, q: D, h: D) -> [D; 4] {
+        let [x, y, z] = self.across([p, q]);
+        [x, y, z, h]
+    }
+
+    /// The directors' parts along a vector.
+    #[inline(always)]
+    fn along(&self, t: Vector<D>, factor: D) -> [D; 2] {
+        [dot(self.m[0], t) * factor, dot(self.m[1], t) * factor]
     }
 }
 
@@ -82,17 +95,32 @@ pub(crate) struct Sum<D> {
 }
 
 impl<D: Scalar> Sum<D> {
+    /// The sums one lane before these, of which `earlier` ones go before all.
     #[inline(always)]
-    pub fn zero() -> Self {
-        Self { gradient: [D::from(0.0); 3], hessian: [D::from(0.0); 6] }
+    pub fn before<S>(&self, earlier: &Self) -> Self
+    where
+        D: Wide<S>,
+    {
+        let mut sum = *self;
+        for i in 0..3 {
+            sum.gradient[i] = self.gradient[i].before(earlier.gradient[i]);
+        }
+        for i in 0..6 {
+            sum.hessian[i] = self.hessian[i].before(earlier.hessian[i]);
+        }
+        sum
     }
 
     #[inline(always)]
     pub fn plus(&self, other: &Self) -> Self {
-        Self {
-            gradient: add(self.gradient, other.gradient),
-            hessian: std::array::from_fn(|i| self.hessian[i] + other.hessian[i]),
+        let mut sum = *self;
+        for i in 0..3 {
+            sum.gradient[i] += other.gradient[i];
         }
+        for i in 0..6 {
+            sum.hessian[i] += other.hessian[i];
+        }
+        sum
     }
 }
 
@@ -111,6 +139,25 @@ impl<D: Scalar> EdgeState<D> {
         let m = EdgeFrame { tangent, director }.turned(angle);
         let turn = [-(dot(frame.tangent, m[1]) * inverse), dot(frame.tangent, m[0]) * inverse];
         Self { edge: Edge { inverse_length, tangent, m }, length, squared, turn }
+    }
+
+    /// The edges after these, which `later` ones come after.
+    #[inline(always)]
+    pub(crate) fn after<S>(&self, later: &Self) -> Self
+    where
+        D: Wide<S>,
+    {
+        let (own, rest) = (&self.edge, &later.edge);
+        Self {
+            edge: Edge {
+                inverse_length: own.inverse_length.after(rest.inverse_length),
+                tangent: vector_after(own.tangent, rest.tangent),
+                m: [vector_after(own.m[0], rest.m[0]), vector_after(own.m[1], rest.m[1])],
+            },
+            length: self.length.after(later.length),
+            squared: self.squared.after(later.squared),
+            turn: [self.turn[0].after(later.turn[0]), self.turn[1].after(later.turn[1])],
+        }
     }
 
     /// The same, as the literature has it: as if the reference were here.
@@ -156,8 +203,7 @@ impl<D: Scalar> EdgeState<D> {
             add(combine(qp, m[0], qq, m[1]), scale(*tangent, tq)),
             add(combine(tp, m[0], tq, m[1]), scale(*tangent, stiffness)),
         ];
-        let zero = D::from(0.0);
-        let mut vector = [[zero; 3]; 3];
+        let mut vector = [[across; 3]; 3];
         for r in 0..3 {
             for c in 0..=r {
                 vector[r][c] =
@@ -194,17 +240,23 @@ pub(crate) fn between<D: Scalar>(
         fe[1][c] += f.turn[1] * fe[2][c];
     }
     // The rows of f as vectors, then the columns of e.
-    let by_f: [Vector<D>; 3] = std::array::from_fn(|c| f.edge.across([fe[0][c], fe[1][c]]));
-    let row = |p: D, q: D, h: D| {
-        let [x, y, z] = e.edge.across([p, q]);
-        [x, y, z, h]
-    };
+    let by_f = [
+        f.edge.across([fe[0][0], fe[1][0]]),
+        f.edge.across([fe[0][1], fe[1][1]]),
+        f.edge.across([fe[0][2], fe[1][2]]),
+    ];
     [
-        row(by_f[0][0], by_f[1][0], by_f[2][0]),
-        row(by_f[0][1], by_f[1][1], by_f[2][1]),
-        row(by_f[0][2], by_f[1][2], by_f[2][2]),
-        row(fe[2][0], fe[2][1], fe[2][2]),
+        e.edge.row(by_f[0][0], by_f[1][0], by_f[2][0]),
+        e.edge.row(by_f[0][1], by_f[1][1], by_f[2][1]),
+        e.edge.row(by_f[0][2], by_f[1][2], by_f[2][2]),
+        e.edge.row(fe[2][0], fe[2][1], fe[2][2]),
     ]
+}
+
+/// What the stresses make of a derivative of the strains of bending.
+#[inline(always)]
+fn bent<D: Scalar>(by: &[D; 3], w: &[D; 3]) -> D {
+    w[0] * by[0] + w[1] * by[1]
 }
 
 /// How two edges that meet in a node stand to each other, and the strains there.
@@ -237,10 +289,7 @@ impl<D: Scalar> Joint<D> {
         let both = add(e.tangent, f.tangent);
         // To full accuracy in a fold.
         let inverse_chi = (dot(both, both) * 0.5).recip();
-        let along = |m: &[Vector<D>; 2], t: Vector<D>| {
-            [dot(m[0], t) * inverse_chi, dot(m[1], t) * inverse_chi]
-        };
-        let (a, b) = (along(&e.m, f.tangent), along(&f.m, e.tangent));
+        let (a, b) = (e.along(f.tangent, inverse_chi), f.along(e.tangent, inverse_chi));
         Self { inverse_chi, a, b, strains: [a[0] - b[0], a[1] - b[1], twist] }
     }
 
@@ -248,15 +297,15 @@ impl<D: Scalar> Joint<D> {
     #[inline(always)]
     fn turned(&self, e: &Edge<D>, f: &Edge<D>) -> [D; 2] {
         let Self { inverse_chi, a, b, .. } = self;
-        let along = |i: usize| dot(e.m[i], f.m[0]) * *inverse_chi - a[i] * b[0];
-        [along(0), along(1)]
+        let [cos, sin] = e.along(f.m[0], *inverse_chi);
+        [cos - a[0] * b[0], sin - a[1] * b[0]]
     }
 
     /// The strains' derivatives (columns) by `p`, `q` and `h` (rows) of both edges.
     #[inline(always)]
     pub fn slopes(&self, e: &Edge<D>, f: &Edge<D>) -> [[[D; 3]; 3]; 2] {
         let [c, v] = self.turned(e, f);
-        let ([a1, a2], [b1, b2], one) = (self.a, self.b, D::from(1.0));
+        let ([a1, a2], [b1, b2], one) = (self.a, self.b, c.like(1.0));
         let u = c - self.inverse_chi + 1.0;
         let (aa, bb) = ([a1 * a1, a1 * a2, a2 * a2], [b1 * b1, b1 * b2, b2 * b2]);
         [
@@ -297,7 +346,7 @@ impl<D: Scalar> Joint<D> {
     ) -> Tangent<D> {
         let [c, v] = self.turned(e, f);
         let ([a1, a2], [b1, b2], rho) = (self.a, self.b, self.inverse_chi);
-        let (one, [w1, w2, w3]) = (D::from(1.0), *w);
+        let (one, [w1, w2, w3]) = (c.like(1.0), *w);
         let sigma = -rho + 1.0;
         let u = c + sigma;
         let (aa, bb) = ([a1 * a1, a1 * a2, a2 * a2], [b1 * b1, b1 * b2, b2 * b2]);
@@ -306,9 +355,8 @@ impl<D: Scalar> Joint<D> {
         let by_e =
             [[-(u + aa[0]), v - aa[1], -a2], [-(v + aa[1]), -(u + aa[2]), a1], [a2, -a1, -one]];
         let by_f = [[u + bb[0], v + bb[1], b2], [bb[1] - v, u + bb[2], -b1], [-b2, b1, one]];
-        let bent = |by: &[D; 3]| w1 * by[0] + w2 * by[1];
-        let (p_e, q_e, h_e) = (-bent(&by_e[0]), -bent(&by_e[1]), bent(&by_e[2]));
-        let (p_f, q_f, h_f) = (bent(&by_f[0]), bent(&by_f[1]), bent(&by_f[2]));
+        let (p_e, q_e, h_e) = (-bent(&by_e[0], w), -bent(&by_e[1], w), bent(&by_e[2], w));
+        let (p_f, q_f, h_f) = (bent(&by_f[0], w), bent(&by_f[1], w), bent(&by_f[2], w));
         let gradient_e = [-(p_e + w3 * a2), w3 * a1 - q_e, h_e - w3];
         let gradient_f = [p_f + w3 * b2, q_f - w3 * b1, h_f + w3];
 
@@ -320,45 +368,42 @@ impl<D: Scalar> Joint<D> {
         let (x11, x12, x21, x22) = (w1 * b1, w1 * b2, w2 * b1, w2 * b2);
 
         let k = [stiffness.times(&by_e[0]), stiffness.times(&by_e[1]), stiffness.times(&by_e[2])];
-        let stiff = |r: usize, s: usize| dot(by_e[r], k[s]);
         let twisted = w3 * aa[1];
         let ee = [
-            stiff(0, 0) + around + (p_e * a1) * 2.0 + w22 + twisted,
-            stiff(1, 0) + p_e * a2 + q_e * a1 - (w12 + w21) * 0.5 + half * (aa[2] - aa[0]),
-            stiff(1, 1) + around + (q_e * a2) * 2.0 + w11 - twisted,
-            stiff(2, 0) + w2 * (sigma + aa[0]) - w1 * aa[1],
-            stiff(2, 1) + w2 * aa[1] - w1 * (sigma + aa[2]),
-            stiff(2, 2) - (w11 + w22),
+            dot(by_e[0], k[0]) + around + (p_e * a1) * 2.0 + w22 + twisted,
+            dot(by_e[1], k[0]) + p_e * a2 + q_e * a1 - (w12 + w21) * 0.5 + half * (aa[2] - aa[0]),
+            dot(by_e[1], k[1]) + around + (q_e * a2) * 2.0 + w11 - twisted,
+            dot(by_e[2], k[0]) + w2 * (sigma + aa[0]) - w1 * aa[1],
+            dot(by_e[2], k[1]) + w2 * aa[1] - w1 * (sigma + aa[2]),
+            dot(by_e[2], k[2]) - (w11 + w22),
         ];
 
         let (r1, r2) = (p_e - kw * a1, q_e - kw * a2);
         let (kc, kv, wc, wv) = (kw * c, kw * v, w3 * c, w3 * v);
         let (c1, c2, v1, v2) = (w1 * c, w2 * c, w1 * v, w2 * v);
-        let stiff = |r: usize, s: usize| dot(by_f[r], k[s]);
         let fe = [
             [
-                stiff(0, 0) + r1 * b1 - a1 * p_f + (w11 - x11) - kc - wv,
-                stiff(0, 1) + r2 * b1 - a2 * p_f + (w12 - x21) - kv + wc,
-                stiff(0, 2) + v1 - c2,
+                dot(by_f[0], k[0]) + r1 * b1 - a1 * p_f + (w11 - x11) - kc - wv,
+                dot(by_f[0], k[1]) + r2 * b1 - a2 * p_f + (w12 - x21) - kv + wc,
+                dot(by_f[0], k[2]) + v1 - c2,
             ],
             [
-                stiff(1, 0) + r1 * b2 - a1 * q_f + (w21 - x12) + kv - wc,
-                stiff(1, 1) + r2 * b2 - a2 * q_f + (w22 - x22) - kc - wv,
-                stiff(1, 2) + c1 + v2,
+                dot(by_f[1], k[0]) + r1 * b2 - a1 * q_f + (w21 - x12) + kv - wc,
+                dot(by_f[1], k[1]) + r2 * b2 - a2 * q_f + (w22 - x22) - kc - wv,
+                dot(by_f[1], k[2]) + c1 + v2,
             ],
-            [stiff(2, 0) + v1 + c2, stiff(2, 1) + v2 - c1, stiff(2, 2)],
+            [dot(by_f[2], k[0]) + v1 + c2, dot(by_f[2], k[1]) + v2 - c1, dot(by_f[2], k[2])],
         ];
 
         let k = [stiffness.times(&by_f[0]), stiffness.times(&by_f[1]), stiffness.times(&by_f[2])];
-        let stiff = |r: usize, s: usize| dot(by_f[r], k[s]);
         let twisted = w3 * bb[1];
         let ff = [
-            stiff(0, 0) + around - (p_f * b1) * 2.0 - x22 - twisted,
-            stiff(1, 0) + (x12 + x21) * 0.5 - p_f * b2 - q_f * b1 + half * (bb[0] - bb[2]),
-            stiff(1, 1) + around - (q_f * b2) * 2.0 - x11 + twisted,
-            stiff(2, 0) + w1 * bb[1] - w2 * (sigma + bb[0]),
-            stiff(2, 1) + w1 * (sigma + bb[2]) - w2 * bb[1],
-            stiff(2, 2) + x11 + x22,
+            dot(by_f[0], k[0]) + around - (p_f * b1) * 2.0 - x22 - twisted,
+            dot(by_f[1], k[0]) + (x12 + x21) * 0.5 - p_f * b2 - q_f * b1 + half * (bb[0] - bb[2]),
+            dot(by_f[1], k[1]) + around - (q_f * b2) * 2.0 - x11 + twisted,
+            dot(by_f[2], k[0]) + w1 * bb[1] - w2 * (sigma + bb[0]),
+            dot(by_f[2], k[1]) + w1 * (sigma + bb[2]) - w2 * bb[1],
+            dot(by_f[2], k[2]) + x11 + x22,
         ];
         Tangent {
             e: Sum { gradient: gradient_e, hessian: ee },

@@ -13,7 +13,7 @@
 //! `dk/dphi = 1 + k^2/4`, `d2k/dphi2 = k/2 dk/dphi`.
 
 use crate::energy::{Element, Local};
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Scalar, Wide};
 use num_dual::Dual64;
 
 /// One inner node. Unknowns: `[x0, y0, x1, y1, x2, y2]` of the node's neighbour, itself and its
@@ -70,6 +70,21 @@ fn to_nodes<D: Scalar>(g_e: [D; 2], g_f: [D; 2]) -> [D; 6] {
 }
 
 impl<D: Scalar> PlanarBend<D> {
+    /// A joint that nothing bends.
+    pub(crate) fn none() -> Self {
+        let zero = D::from(0.0);
+        Self { stiffness: zero, natural_curvature: zero }
+    }
+
+    /// As many joints as there are lanes.
+    #[inline(always)]
+    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> PlanarBend<V> {
+        PlanarBend {
+            stiffness: V::gather(level, |lane| all[lane].stiffness),
+            natural_curvature: V::gather(level, |lane| all[lane].natural_curvature),
+        }
+    }
+
     /// Integrated curvature 2 tan(phi/2), dimensionless.
     #[inline]
     pub fn strain(&self, q: &[D; 6]) -> D {
@@ -77,14 +92,14 @@ impl<D: Scalar> PlanarBend<D> {
     }
 
     /// The derivative of the curvature `k` by the turning angle.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn slope(k: D) -> D {
         let half = k * 0.5;
         half * half + 1.0
     }
 
     /// Moment dE/dphi and stiffness d2E/dphi2, N m, at the curvature `k`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn response(&self, k: D) -> [D; 2] {
         let half = k * 0.5;
         let slope = Self::slope(k);
@@ -93,7 +108,7 @@ impl<D: Scalar> PlanarBend<D> {
     }
 
     /// The energy, J, at the curvature `k`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn energy_at(&self, k: D) -> D {
         let strain = k - self.natural_curvature;
         self.stiffness * strain * strain * 0.5
@@ -110,7 +125,7 @@ impl<D: Scalar> PlanarBend<D> {
 }
 
 /// Integrated curvature 2 tan(phi/2) between edges of the unit tangents `t` and `u`.
-#[inline]
+#[inline(always)]
 pub(crate) fn curvature_between<D: Scalar>(t: [D; 2], u: [D; 2]) -> D {
     // 1 + t.u, without cancellation in a fold.
     let sum = [t[0] + u[0], t[1] + u[1]];

@@ -1,6 +1,6 @@
 //! What resists the bending and twisting of a joint.
 
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Scalar, Wide};
 
 /// Stiffnesses of an inner node, all over the Voronoi length, N m.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +15,27 @@ pub struct Stiffness<D> {
 }
 
 impl<D: Scalar> Stiffness<D> {
+    /// As many as there are lanes, of joints that have them.
+    #[inline(always)]
+    pub(crate) fn side_by_side<V: Wide<D>, T>(
+        level: V::Level,
+        all: &[T],
+        of: impl Fn(&T) -> &Self,
+    ) -> Stiffness<V> {
+        Stiffness {
+            bend: [
+                V::gather(level, |lane| of(&all[lane]).bend[0]),
+                V::gather(level, |lane| of(&all[lane]).bend[1]),
+                V::gather(level, |lane| of(&all[lane]).bend[2]),
+            ],
+            twist: V::gather(level, |lane| of(&all[lane]).twist),
+            coupling: [
+                V::gather(level, |lane| of(&all[lane]).coupling[0]),
+                V::gather(level, |lane| of(&all[lane]).coupling[1]),
+            ],
+        }
+    }
+
     /// Applied to three strains.
     #[inline(always)]
     pub(crate) fn times(&self, s: &[D; 3]) -> [D; 3] {

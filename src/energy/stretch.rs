@@ -6,7 +6,7 @@
 //! digits when the edge is nearly at rest.
 
 use crate::energy::{Element, Local};
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Scalar, Wide};
 use num_dual::Dual64;
 
 /// One edge of `M` components. Unknowns, m: `[x0, y0, x1, y1]` in the plane, `[x0, y0, z0, x1, y1, z1]` in space.
@@ -40,6 +40,22 @@ fn to_nodes<D: Scalar, const N: usize, const M: usize>(g: [D; M]) -> [D; N] {
 }
 
 impl<D: Scalar, const M: usize> Stretch<D, M> {
+    /// An edge that nothing stretches.
+    pub(crate) fn none() -> Self {
+        let [zero, one] = [0.0, 1.0].map(D::from);
+        Self { stiffness: zero, rest_length: one, natural_strain: zero }
+    }
+
+    /// As many edges as there are lanes.
+    #[inline(always)]
+    pub(crate) fn side_by_side<V: Wide<D>>(level: V::Level, all: &[Self]) -> Stretch<V, M> {
+        Stretch {
+            stiffness: V::gather(level, |lane| all[lane].stiffness),
+            rest_length: V::gather(level, |lane| all[lane].rest_length),
+            natural_strain: V::gather(level, |lane| all[lane].natural_strain),
+        }
+    }
+
     /// Strain, dimensionless, of the edge vector `e`, m.
     #[inline]
     pub fn strain(&self, e: &[D; M]) -> D {
@@ -58,25 +74,25 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     }
 
     /// Axial force EA (eps - eps_natural), N, at a length and its square, m and m^2.
-    #[inline]
+    #[inline(always)]
     pub fn force(&self, squared: D, length: D) -> D {
         self.stiffness * (self.strain_of(squared, length) - self.natural_strain)
     }
 
     /// The axial force, N, and the stiffness along the edge, N/m.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn tension(&self, squared: D, length: D) -> [D; 2] {
         [self.force(squared, length), self.stiffness / self.rest_length]
     }
 
     /// The energy, J, at a length and its square.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {
         let strain = self.strain_of(squared, length) - self.natural_strain;
         self.stiffness * self.rest_length * strain * strain * 0.5
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn strain_of(&self, squared: D, length: D) -> D {
         let rest = self.rest_length;
         (squared - rest * rest) / (rest * (length + rest))

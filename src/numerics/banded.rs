@@ -126,6 +126,13 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
+    /// The columns from the first on, `C` at a time: their entries on the diagonal and below it. There are as many
+    /// as the matrix has, and some beyond.
+    #[inline]
+    pub fn columns_mut<const C: usize>(&mut self) -> (&mut [[D; C]], &mut [[[D; W]; C]]) {
+        (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
+    }
+
     /// Sets every entry to zero.
     pub fn clear(&mut self) {
         self.diagonal.fill(D::from(0.0));

@@ -1,6 +1,7 @@
 //! What knows nothing of rods: numbers and their derivatives, vectors, band matrices, interpolation,
 //! and least squares.
 
+pub mod abreast;
 pub mod banded;
 pub(crate) mod decay;
 pub(crate) mod hermite;
@@ -9,6 +10,7 @@ pub mod levenberg_marquardt;
 mod linearized;
 pub mod scalar;
 pub mod terms;
+mod trigonometry;
 pub mod vector;
 
 pub(crate) use linearized::half_square;

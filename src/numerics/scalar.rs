@@ -95,6 +95,28 @@ pub trait Scalar:
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
 
+    /// Sine and cosine of an angle in rad.
+    #[inline]
+    fn sin_cos(self) -> [Self; 2] {
+        [self.sin(), self.cos()]
+    }
+    /// A constant beside this number.
+    #[inline]
+    fn like(&self, x: f64) -> Self {
+        Self::from(x)
+    }
+    /// `then` where this number is less than `bound`, and `otherwise` elsewhere: a selection, so that several
+    /// numbers can go side by side.
+    #[inline]
+    fn if_less(self, bound: Self, then: Self, otherwise: Self) -> Self {
+        if self.value() < bound.value() { then } else { otherwise }
+    }
+    /// Whether this number is less than `bound`; of several side by side, whether all are.
+    #[inline]
+    fn all_less(&self, bound: Self) -> bool {
+        self.value() < bound.value()
+    }
+
     /// The number without its sign; at zero with the derivatives of the number itself.
     #[inline]
     fn abs(self) -> Self {
@@ -150,6 +172,72 @@ impl<T: DualNum<Primitive = f64> + Copy + Send + Sync> Scalar for T {
     }
 }
 
+/// One number of type `D`, or several side by side: lanes.
+pub trait Wide<D>: Scalar {
+    /// What it takes to make one.
+    type Level: Copy;
+    /// How many there are.
+    const LANES: usize;
+
+    /// Those that `of` tells for each lane.
+    fn gather(level: Self::Level, of: impl FnMut(usize) -> D) -> Self;
+
+    /// The number of one lane.
+    fn lane(&self, lane: usize) -> D;
+
+    /// The numbers of one lane.
+    #[inline(always)]
+    fn lane_of<const N: usize>(all: &[Self; N], lane: usize) -> [D; N]
+    where
+        D: Scalar,
+    {
+        let mut of = [D::from(0.0); N];
+        for (of, all) in of.iter_mut().zip(all) {
+            *of = all.lane(lane);
+        }
+        of
+    }
+
+    /// The numbers one lane before these, of which `earlier` ones go before all.
+    fn before(self, earlier: Self) -> Self;
+
+    /// The numbers one lane after these, of which `later` ones come after all.
+    fn after(self, later: Self) -> Self;
+}
+
+impl<D: Scalar> Wide<D> for D {
+    type Level = ();
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn gather((): (), mut of: impl FnMut(usize) -> D) -> Self {
+        of(0)
+    }
+    #[inline(always)]
+    fn lane(&self, _: usize) -> D {
+        *self
+    }
+    #[inline(always)]
+    fn before(self, earlier: Self) -> Self {
+        earlier
+    }
+    #[inline(always)]
+    fn after(self, later: Self) -> Self {
+        later
+    }
+}
+
+/// What is done with numbers of type `D`, however many of them are side by side.
+///
+/// Whatever a sweep calls with wide numbers must be `#[inline(always)]`, so that it is compiled for the vector unit.
+/// Closures, and what takes them, are not: they may only read lanes.
+pub trait Sweep<D> {
+    /// What comes of it.
+    type Output;
+    /// Does it.
+    fn sweep<V: Wide<D>>(self, level: V::Level) -> Self::Output;
+}
+
 /// A [`Scalar`] that rods run in, and that num-dual can differentiate once more by nesting it in its
 /// own dual numbers. There are few: what is chosen at run time, such as an [energy of one's
 /// own](crate::energy::own), must be made for each of them beforehand.
@@ -157,6 +245,13 @@ pub trait Nestable: Scalar + DualNum<Primitive = f64> {
     /// The instance for this scalar.
     #[doc(hidden)]
     fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self>;
+
+    /// Sweeps with as many numbers side by side as there is a unit for.
+    #[doc(hidden)]
+    #[inline]
+    fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output {
+        sweep.sweep::<Self>(())
+    }
 }
 
 /// Something that has an instance for each scalar that rods run in.
@@ -180,7 +275,6 @@ macro_rules! nestable {
 }
 
 nestable! {
-    f64: plain;
     Dual64: dual;
     HyperDual64: hyper_dual;
     DualSVec64<2>: pair;

@@ -6,43 +6,43 @@ use crate::numerics::scalar::Scalar;
 pub type Vector<D> = [D; 3];
 
 /// a + b.
-#[inline]
+#[inline(always)]
 pub fn add<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// a - b.
-#[inline]
+#[inline(always)]
 pub fn sub<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// s a.
-#[inline]
+#[inline(always)]
 pub fn scale<D: Scalar>(a: Vector<D>, s: D) -> Vector<D> {
     [a[0] * s, a[1] * s, a[2] * s]
 }
 
 /// s a + t b.
-#[inline]
+#[inline(always)]
 pub fn combine<D: Scalar>(s: D, a: Vector<D>, t: D, b: Vector<D>) -> Vector<D> {
     [s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]]
 }
 
 /// a . b.
-#[inline]
+#[inline(always)]
 pub fn dot<D: Scalar>(a: Vector<D>, b: Vector<D>) -> D {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// a x b.
-#[inline]
+#[inline(always)]
 pub fn cross<D: Scalar>(a: Vector<D>, b: Vector<D>) -> Vector<D> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// a / |a|.
-#[inline]
+#[inline(always)]
 pub fn unit<D: Scalar>(a: Vector<D>) -> Vector<D> {
     scale(a, dot(a, a).sqrt().recip())
 }

@@ -1,140 +1,206 @@
 //! Tangents by nodes, made of derivatives by edges: an edge is its second node less its first.
 
 use crate::energy::DeadLoad;
-use crate::energy::joint::{Between, ByEdge, EdgeState, Joint};
+use crate::energy::joint::{Between, ByEdge};
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Scalar, Wide};
+use crate::rod::blocks::block;
 
 /// Half-bandwidth of the spatial tangent.
 pub const HALF_BANDWIDTH: usize = 10;
 const W: usize = HALF_BANDWIDTH;
 
 /// What is shown the edges of a spatial rod, from the first on.
-pub(super) trait TakesEdges<D> {
-    /// Edge `i` as it is, with the joint after it and the next edge if there are.
-    #[inline(always)]
-    fn see(&mut self, _i: usize, _edge: &EdgeState<D>, _after: Option<(&Joint<D>, &EdgeState<D>)>) {
-    }
-
-    /// Edge `i`; `after` are the derivatives between the next edge (rows) and this one (columns).
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &Between<D>);
+pub(super) trait TakesEdges<V> {
+    /// Edges side by side from `first` on; `after` are the derivatives between the next edges (rows) and these
+    /// (columns).
+    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>);
 }
+
+/// What stands below the diagonal in the columns of a node and its edge.
+type Below<D> = [[D; W]; 4];
 
 /// Writes gradient and tangent by nodes, column after column.
-pub(super) struct ToNodes<'a, D> {
+pub(super) struct ToNodes<'a, D, V: Wide<D>> {
+    level: V::Level,
     load: &'a [DeadLoad<D, 3>],
     gradient: &'a mut [D],
-    tangent: &'a mut BandMatrix<D, W>,
-    /// Of the edge before: the gradient by its vector, the second derivatives, and those between the
-    /// edge that comes and it.
-    force: [D; 3],
-    vector: [[D; 3]; 3],
-    between: Between<D>,
+    /// Of the tangent, four columns for each node.
+    diagonal: &'a mut [[D; 4]],
+    below: &'a mut [Below<D>],
+    /// Of the edges before: the gradient by their vectors, the second derivatives, and those between the
+    /// edges that come and them.
+    force: [V; 3],
+    vector: [[V; 3]; 3],
+    between: Between<V>,
 }
 
-impl<'a, D: Scalar> ToNodes<'a, D> {
+impl<'a, D: Scalar, V: Wide<D>> ToNodes<'a, D, V> {
     #[inline(always)]
     pub fn new(
+        level: V::Level,
         load: &'a [DeadLoad<D, 3>],
         gradient: &'a mut [D],
         tangent: &'a mut BandMatrix<D, W>,
     ) -> Self {
-        let zero = D::from(0.0);
-        Self {
-            load,
-            gradient,
-            tangent,
-            force: [zero; 3],
-            vector: [[zero; 3]; 3],
-            between: [[zero; 4]; 4],
-        }
+        let zero = V::gather(level, |_| D::from(0.0));
+        let (diagonal, below) = tangent.columns_mut();
+        let (force, vector, between) = ([zero; 3], [[zero; 3]; 3], [[zero; 4]; 4]);
+        Self { level, load, gradient, diagonal, below, force, vector, between }
     }
 
     /// The last node.
     #[inline(always)]
     pub fn end(self) {
         let (i, zero) = (self.load.len() - 1, D::from(0.0));
+        let lane = (i - 1) % V::LANES;
+        let force = V::lane_of(&self.force, lane);
         for c in 0..3 {
-            self.gradient[4 * i + c] = self.force[c] - self.load[i].force[c];
+            self.gradient[4 * i + c] = force[c] - self.load[i].force[c];
         }
-        let x = &self.vector;
-        let mut below = [[zero; W]; 3];
+        let x = [0, 1, 2].map(|r| V::lane_of(&self.vector[r], lane));
+        let mut below = [[zero; W]; 4];
         (below[0][0], below[0][1], below[1][0]) = (x[1][0], x[2][0], x[2][1]);
-        self.tangent.set_columns(4 * i, &[x[0][0], x[1][1], x[2][2]], &below);
+        // There is no edge after it: its column is beyond the matrix.
+        self.diagonal[i] = [x[0][0], x[1][1], x[2][2], zero];
+        self.below[i] = below;
     }
 }
 
-impl<D: Scalar> TakesEdges<D> for ToNodes<'_, D> {
+/// What is written of nodes side by side.
+struct Columns<V> {
+    gradient: [V; 4],
+    diagonal: [V; 4],
+    below: Below<V>,
+}
+
+impl<V: Scalar> Columns<V> {
+    /// Writes the nodes of as many lanes as there is room for.
     #[inline(always)]
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &Between<D>) {
-        let zero = D::from(0.0);
-        let (x, before, t) = (&own.vector, &self.between, &own.angle_vector);
+    fn write<D: Scalar>(&self, [gradient, diagonal]: [&mut [[D; 4]]; 2], below: &mut [Below<D>])
+    where
+        V: Wide<D>,
+    {
+        for (lane, to) in gradient.iter_mut().enumerate() {
+            *to = V::lane_of(&self.gradient, lane);
+        }
+        for (lane, to) in diagonal.iter_mut().enumerate() {
+            *to = V::lane_of(&self.diagonal, lane);
+        }
+        for (lane, to) in below.iter_mut().enumerate() {
+            for (to, column) in to.iter_mut().zip(&self.below) {
+                *to = V::lane_of(column, lane);
+            }
+        }
+    }
+}
+
+impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToNodes<'_, D, V> {
+    #[inline(always)]
+    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
+        let (x, t) = (&own.vector, &own.angle_vector);
         let [gx, gy, gz, torque] = own.gradient;
-        let load = &self.load[i].force;
-        let g: &mut [D; 4] = self.gradient[4 * i..].first_chunk_mut().expect("a node of the rod");
-        *g = [
-            self.force[0] - gx - load[0],
-            self.force[1] - gy - load[1],
-            self.force[2] - gz - load[2],
+        let mut room = None;
+        let none = DeadLoad { force: [D::from(0.0); 3] };
+        let load = block::<D, V, _>(self.load, first, none, &mut room);
+        let load = [
+            V::gather(self.level, |lane| load[lane].force[0]),
+            V::gather(self.level, |lane| load[lane].force[1]),
+            V::gather(self.level, |lane| load[lane].force[2]),
+        ];
+        let gradient = [
+            gx.before(self.force[0]) - gx - load[0],
+            gy.before(self.force[1]) - gy - load[1],
+            gz.before(self.force[2]) - gz - load[2],
             torque,
         ];
+        // What stands between edges, of the edges before.
+        let mut before = *after;
+        for r in 0..4 {
+            for c in 0..3 {
+                before[r][c] = after[r][c].before(self.between[r][c]);
+            }
+        }
         // Rows of the same node, of the next, and of the one after that.
-        let here = |r: usize, c: usize| self.vector[r][c] + x[r][c] - before[r][c] - before[c][r];
-        let next = |r: usize, c: usize| before[r][c] - x[r.max(c)][r.min(c)] + after[r][c];
-        let turn = |c: usize| before[3][c] - t[c];
-        let far = |r: usize, c: usize| -after[r][c];
-        let diagonal = [here(0, 0), here(1, 1), here(2, 2), own.angle];
-        let below = [
-            [
-                here(1, 0),
-                here(2, 0),
-                turn(0),
-                next(0, 0),
-                next(1, 0),
-                next(2, 0),
-                far(3, 0),
-                far(0, 0),
-                far(1, 0),
-                far(2, 0),
+        let (mut here, mut next, mut far, mut turn) = (*x, *x, *x, *t);
+        for r in 0..3 {
+            for c in 0..3 {
+                if c <= r {
+                    let vector = x[r][c].before(self.vector[r][c]);
+                    here[r][c] = vector + x[r][c] - before[r][c] - before[c][r];
+                }
+                next[r][c] = before[r][c] - x[r.max(c)][r.min(c)] + after[r][c];
+                far[r][c] = -after[r][c];
+            }
+            turn[r] = before[3][r] - t[r];
+        }
+        let zero = gx.like(0.0);
+        let columns = Columns {
+            gradient,
+            diagonal: [here[0][0], here[1][1], here[2][2], own.angle],
+            below: [
+                [
+                    here[1][0],
+                    here[2][0],
+                    turn[0],
+                    next[0][0],
+                    next[1][0],
+                    next[2][0],
+                    -after[3][0],
+                    far[0][0],
+                    far[1][0],
+                    far[2][0],
+                ],
+                [
+                    here[2][1],
+                    turn[1],
+                    next[0][1],
+                    next[1][1],
+                    next[2][1],
+                    -after[3][1],
+                    far[0][1],
+                    far[1][1],
+                    far[2][1],
+                    zero,
+                ],
+                [
+                    turn[2],
+                    next[0][2],
+                    next[1][2],
+                    next[2][2],
+                    -after[3][2],
+                    far[0][2],
+                    far[1][2],
+                    far[2][2],
+                    zero,
+                    zero,
+                ],
+                [
+                    t[0] - after[0][3],
+                    t[1] - after[1][3],
+                    t[2] - after[2][3],
+                    after[3][3],
+                    after[0][3],
+                    after[1][3],
+                    after[2][3],
+                    zero,
+                    zero,
+                    zero,
+                ],
             ],
-            [
-                here(2, 1),
-                turn(1),
-                next(0, 1),
-                next(1, 1),
-                next(2, 1),
-                far(3, 1),
-                far(0, 1),
-                far(1, 1),
-                far(2, 1),
-                zero,
-            ],
-            [
-                turn(2),
-                next(0, 2),
-                next(1, 2),
-                next(2, 2),
-                far(3, 2),
-                far(0, 2),
-                far(1, 2),
-                far(2, 2),
-                zero,
-                zero,
-            ],
-            [
-                t[0] - after[0][3],
-                t[1] - after[1][3],
-                t[2] - after[2][3],
-                after[3][3],
-                after[0][3],
-                after[1][3],
-                after[2][3],
-                zero,
-                zero,
-                zero,
-            ],
-        ];
-        self.tangent.set_columns(4 * i, &diagonal, &below);
+        };
+        let left = self.load.len() - 1 - first;
+        let (gradient, diagonal) = (self.gradient.as_chunks_mut().0, &mut *self.diagonal);
+        // How many there are is known when this is compiled, but for the last ones.
+        if left >= V::LANES {
+            let span = first..first + V::LANES;
+            let both = [&mut gradient[span.clone()], &mut diagonal[span.clone()]];
+            columns.write(both, &mut self.below[span]);
+        } else {
+            let span = first..first + left;
+            let both = [&mut gradient[span.clone()], &mut diagonal[span.clone()]];
+            columns.write(both, &mut self.below[span]);
+        }
         (self.force, self.vector, self.between) = ([gx, gy, gz], own.vector, *after);
     }
 }
@@ -146,18 +212,21 @@ pub(super) struct ToEdges<'a, D> {
     pub last: usize,
 }
 
-impl<D: Scalar> TakesEdges<D> for ToEdges<'_, D> {
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &Between<D>) {
+impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToEdges<'_, D> {
+    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &Between<V>) {
         const ORDER: [usize; 4] = [3, 0, 1, 2];
-        let mut block = [[D::from(0.0); 8]; 8];
-        block[0][0] = own.angle;
-        for r in 0..3 {
-            block[1 + r][0] = own.angle_vector[r];
-            block[1 + r][1..4].copy_from_slice(&own.vector[r]);
+        for lane in 0..V::LANES.min(self.last + 1 - first) {
+            let i = first + lane;
+            let mut block = [[D::from(0.0); 8]; 8];
+            block[0][0] = own.angle.lane(lane);
+            for r in 0..3 {
+                block[1 + r][0] = own.angle_vector[r].lane(lane);
+                block[1 + r][1..4].copy_from_slice(&V::lane_of(&own.vector[r], lane));
+            }
+            for (row, r) in block[4..].iter_mut().zip(ORDER) {
+                row[..4].copy_from_slice(&ORDER.map(|c| after[r][c].lane(lane)));
+            }
+            self.tangent.add_corner(4 * i + 3, if i < self.last { 8 } else { 4 }, &block);
         }
-        for (row, r) in block[4..].iter_mut().zip(ORDER) {
-            row[..4].copy_from_slice(&ORDER.map(|c| after[r][c]));
-        }
-        self.tangent.add_corner(4 * i + 3, if i < self.last { 8 } else { 4 }, &block);
     }
 }

@@ -3,6 +3,7 @@
 //! A rod is a list of [elements](crate::energy), a diagonal mass and dead loads. The stepper sees
 //! only this trait; [`PlanarRod`] is a rod of the plane, [`SpatialRod`] one of space.
 
+mod blocks;
 mod drag;
 mod edges;
 mod extra;

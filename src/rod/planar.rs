@@ -5,9 +5,9 @@
 mod edges;
 mod geometry;
 mod rates;
+mod sweep;
 
 use crate::energy::friction::Springs;
-use crate::energy::planar_bend::curvature_between;
 use crate::energy::{
     DeadLoad, DeadMoment, Derivatives, Element, Local, PlanarBend, Stretch, dual_gradient,
     dual_tangent,
@@ -17,7 +17,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
 use crate::rod::planar::edges::{ByEdge, TakesEdges, ToEdges, ToNodes};
 pub use crate::rod::planar::geometry::Geometry;
-use crate::rod::planar::geometry::{Edge, Measure};
+use crate::rod::planar::sweep::{EdgeTangent, Elastic, Forces, Measured, Tangent};
 use crate::rod::{
     Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
 };
@@ -71,32 +71,7 @@ fn add_gradients<D: Scalar, E: Element<D, N>, const N: usize>(
     }
 }
 
-/// A bend without a spring of internal friction.
-#[inline(always)]
-fn as_it_is<D: Copy>(_: usize, bend: &PlanarBend<D>, _: D) -> PlanarBend<D> {
-    *bend
-}
-
 impl<D: Nestable> PlanarRod<D> {
-    /// Shows every inner node from the first on: its number, itself as `law` makes it of the bend and its curvature,
-    /// the edges before and after it, and the curvature between them. Returns the last edge.
-    #[inline(always)]
-    fn each_bend(
-        &self,
-        q: &[D],
-        law: impl Fn(usize, &PlanarBend<D>, D) -> PlanarBend<D>,
-        mut show: impl FnMut(usize, &PlanarBend<D>, (&Edge<D>, &Edge<D>, D)),
-    ) -> Edge<D> {
-        let mut edge = Edge::new(unknowns(q, 0));
-        for (i, bend) in self.bend.iter().enumerate() {
-            let next = Edge::new(unknowns(q, i + 1));
-            let curvature = curvature_between(edge.tangent, next.tangent);
-            show(i, &law(i, bend, curvature), (&edge, &next, curvature));
-            edge = next;
-        }
-        edge
-    }
-
     /// Whether springs of internal friction act.
     fn is_sliding(&self) -> bool {
         self.sliders.as_ref().is_some_and(|springs| !springs.acting.is_empty())
@@ -119,56 +94,7 @@ impl<D: Nestable> PlanarRod<D> {
         self.sliding(i, bend, bend.strain(unknowns(q, i)))
     }
 
-    /// The derivatives by edge `i`, on which its joints act with the `moment` and the `stiffness` by its
-    /// angle, N m.
-    #[inline(always)]
-    fn by_edge(&self, i: usize, edge: &Edge<D>, moment: D, stiffness: D) -> ByEdge<D> {
-        let [force, along] = self.stretch[i].tension(edge.squared, edge.length);
-        let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
-        let across = force * edge.inverse_length;
-        let (along, half) = (along - across, stiffness * 0.5);
-        let turned = moment * edge.inverse_length;
-        // s n n' - m (t n' + n t')/l = n w' + w n'.
-        let w = [half * n0 - turned * t0, half * n1 - turned * t1];
-        let (n0w0, n1w1) = (n0 * w[0], n1 * w[1]);
-        let (a0, a1) = (along * t0, along * t1);
-        ByEdge {
-            gradient: [force * t0 + moment * n0, force * t1 + moment * n1],
-            vector: [
-                a0 * t0 + across + (n0w0 + n0w0),
-                a0 * t1 + n0 * w[1] + n1 * w[0],
-                a1 * t1 + across + (n1w1 + n1w1),
-            ],
-        }
-    }
-
-    /// Shows the derivatives by every edge from the first on, and those between the next edge and it,
-    /// by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its length `l`
-    /// turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
-    #[inline(always)]
-    fn each_edge(
-        &self,
-        q: &[D],
-        law: impl Fn(usize, &PlanarBend<D>, D) -> PlanarBend<D>,
-        to: &mut impl TakesEdges<D>,
-    ) {
-        let zero = D::from(0.0);
-        let (mut moment0, mut stiffness0) = (zero, zero);
-        let last = self.each_bend(q, law, |i, bend, (e, f, curvature)| {
-            let [moment, stiffness] = bend.response(curvature);
-            let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
-            let after = s.map(|s| [-(s * e.normal[0]), -(s * e.normal[1])]);
-            let own = self.by_edge(i, e, moment0 - moment, stiffness0 + stiffness);
-            to.see(i, e, Some(curvature));
-            to.edge(i, &own, &after);
-            (moment0, stiffness0) = (moment, stiffness);
-        });
-        let i = self.bend.len();
-        to.see(i, &last, None);
-        to.edge(i, &self.by_edge(i, &last, moment0, stiffness0), &[[zero; 2]; 2]);
-    }
-
-    /// The same by num-dual.
+    /// Shows all derivatives by num-dual.
     fn each_edge_in_duals(&self, q: &[D], to: &mut impl TakesEdges<D>) {
         let zero = D::from(0.0);
         let mut open = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
@@ -185,30 +111,8 @@ impl<D: Nestable> PlanarRod<D> {
                 after = [4, 5].map(|r| [-h[r][0], -h[r][1]]);
                 open = ByEdge { gradient: [g[4], g[5]], vector: [h[4][4], h[5][4], h[5][5]] };
             }
-            to.edge(i, &own, &after);
+            to.edges(i, &own, &after);
         }
-    }
-
-    /// The hand-derived gradient in one sweep. An edge carries its axial force, and the difference
-    /// of the moments at its ends over its length as shear force; what two edges carry and the load
-    /// of the node between them is the gradient there.
-    #[inline(always)]
-    fn hand_gradient(
-        &self,
-        q: &[D],
-        law: impl Fn(usize, &PlanarBend<D>, D) -> PlanarBend<D>,
-        gradient: &mut [D],
-    ) {
-        let zero = D::from(0.0);
-        let mut nodes = Forces { rod: self, gradient, carried: [zero; 2] };
-        let mut before = zero;
-        let last = self.each_bend(q, law, |i, bend, (edge, _, curvature)| {
-            let [moment, _] = bend.response(curvature);
-            nodes.edge(i, edge, before - moment);
-            before = moment;
-        });
-        nodes.edge(self.bend.len(), &last, before);
-        nodes.end();
     }
 
     /// What acts beside stretching, bending and dead loads.
@@ -257,40 +161,6 @@ impl<D: Nestable> PlanarRod<D> {
     }
 }
 
-/// Writes the gradient alone by nodes.
-struct Forces<'a, D> {
-    rod: &'a PlanarRod<D>,
-    gradient: &'a mut [D],
-    /// By the edge before, N.
-    carried: [D; 2],
-}
-
-impl<D: Scalar> Forces<'_, D> {
-    /// Edge `i`, on which its joints act with the `moment`, N m.
-    #[inline(always)]
-    fn edge(&mut self, i: usize, edge: &Edge<D>, moment: D) {
-        let axial = self.rod.stretch[i].force(edge.squared, edge.length);
-        let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
-        let force = [axial * t0 + moment * n0, axial * t1 + moment * n1];
-        self.node(i, [self.carried[0] - force[0], self.carried[1] - force[1]]);
-        self.carried = force;
-    }
-
-    /// The last node.
-    #[inline(always)]
-    fn end(mut self) {
-        self.node(self.rod.stretch.len(), self.carried);
-    }
-
-    /// Node `i` with the elastic gradient there, N.
-    #[inline(always)]
-    fn node(&mut self, i: usize, elastic: [D; 2]) {
-        let load = &self.rod.load[i].force;
-        let node: &mut [D; 2] = self.gradient[2 * i..].first_chunk_mut().expect("a node");
-        *node = [elastic[0] - load[0], elastic[1] - load[1]];
-    }
-}
-
 impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     type Dual = PlanarRod<Dual64>;
     type Frames = ();
@@ -308,10 +178,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
 
     fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
         match derivatives {
-            Derivatives::Hand if self.is_sliding() => {
-                self.hand_gradient(q, |i, bend, k| self.sliding(i, bend, k), gradient);
-            }
-            Derivatives::Hand => self.hand_gradient(q, as_it_is, gradient),
+            Derivatives::Hand => D::side_by_side(Forces { at: (self, q), gradient }),
             Derivatives::Dual => {
                 self.set_loads(q, gradient);
                 add_gradients(&self.stretch, q, gradient, dual_gradient);
@@ -335,24 +202,22 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
-        let mut nodes = ToNodes::new(&self.load, gradient, tangent);
         match derivatives {
-            Derivatives::Hand if self.is_sliding() => {
-                self.each_edge(q, |i, bend, k| self.sliding(i, bend, k), &mut nodes);
+            Derivatives::Hand => {
+                let (gradient, tangent) = (&mut *gradient, &mut *tangent);
+                D::side_by_side(Tangent { at: (self, q), gradient, tangent, geometry: None });
             }
-            Derivatives::Hand => self.each_edge(q, as_it_is, &mut nodes),
-            Derivatives::Dual => self.each_edge_in_duals(q, &mut nodes),
+            Derivatives::Dual => {
+                let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
+                self.each_edge_in_duals(q, &mut nodes);
+                nodes.end();
+            }
         }
-        nodes.end();
         self.add_to_tangent(q, derivatives, gradient, tangent);
     }
 
     fn measure(&self, q: &[D], (): &(), geometry: &mut Geometry) {
-        let mut measure = Measure::new(&self.stretch, geometry);
-        let last = self.each_bend(q, as_it_is, |i, _, (edge, _, curvature)| {
-            measure.see(i, edge, Some(curvature));
-        });
-        measure.see(self.bend.len(), &last, None);
+        D::side_by_side(Measured { at: (self, q), geometry });
     }
 
     fn measured_tangent(
@@ -367,13 +232,13 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
             self.tangent(q, &(), derivatives, gradient, tangent);
             return self.measure(q, &(), geometry);
         }
-        let nodes = ToNodes::new(&self.load, gradient, tangent);
-        let mut both = (nodes, Measure::new(&self.stretch, geometry));
-        match self.is_sliding() {
-            true => self.each_edge(q, |i, bend, k| self.sliding(i, bend, k), &mut both),
-            false => self.each_edge(q, as_it_is, &mut both),
-        }
-        both.0.end();
+        let (forces, stiffness) = (&mut *gradient, &mut *tangent);
+        D::side_by_side(Tangent {
+            at: (self, q),
+            gradient: forces,
+            tangent: stiffness,
+            geometry: Some(geometry),
+        });
         self.add_to_tangent(q, derivatives, gradient, tangent);
     }
 
@@ -387,7 +252,9 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.bend.len() };
         match derivatives {
-            Derivatives::Hand => self.each_edge(q, as_it_is, &mut edges),
+            Derivatives::Hand => {
+                D::side_by_side(EdgeTangent { at: (self, q), edges });
+            }
             Derivatives::Dual => self.each_edge_in_duals(q, &mut edges),
         }
         for (i, moment) in &self.moment {
@@ -435,24 +302,13 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn energies(&self, q: &[D], (): &()) -> Energies {
-        let stretch =
-            |i: usize, edge: &Edge<D>| self.stretch[i].energy_at(edge.squared, edge.length).value();
-        let mut sums = [0.0; 3];
-        let last = self.each_bend(q, as_it_is, |i, element, (edge, _, curvature)| {
-            sums[0] += stretch(i, edge);
-            sums[1] += element.energy_at(curvature).value();
-        });
-        sums[0] += stretch(self.bend.len(), &last);
+        let mut sums = D::side_by_side(Elastic { at: (self, q) });
         for (i, load) in self.load.iter().enumerate() {
-            sums[2] += load.energy(unknowns(q, i)).value();
+            sums.potential += load.energy(unknowns(q, i)).value();
         }
-        Energies {
-            stretch: sums[0],
-            bend: sums[1],
-            potential: sums[2] + self.moment_potential(q),
-            own: self.own.energy(q, &[]),
-            ..Energies::default()
-        }
+        sums.potential += self.moment_potential(q);
+        sums.own = self.own.energy(q, &[]);
+        sums
     }
 
     fn strains(&self, q: &[D], (): &(), strains: &mut Vec<D>) {

@@ -5,13 +5,14 @@
 mod forces;
 mod geometry;
 mod rates;
+mod sweep;
 
 use crate::energy::BendTwist;
 use crate::energy::bend_twist;
-use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
+use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::energy::friction::Springs;
-use crate::energy::joint::{ByEdge, Edge, Sum, between};
+use crate::energy::joint::{ByEdge, Edge};
 use crate::energy::{DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
@@ -20,7 +21,7 @@ pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
 use crate::rod::spatial::forces::{Forces, Open, STRIDE};
 pub use crate::rod::spatial::geometry::Geometry;
-use crate::rod::spatial::geometry::Measure;
+use crate::rod::spatial::sweep::{EdgeTangent, Elastic, Gradient, Measured, Strains, Tangent};
 use crate::rod::{
     Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
 };
@@ -124,52 +125,12 @@ impl<D: Nestable> SpatialRod<D> {
         Some((springs, springs.acting.get(i)?))
     }
 
-    /// Edge `i` as it is.
-    #[inline(always)]
-    fn edge_state(q: &[D], frames: &Frames<D>, i: usize) -> EdgeState<D> {
-        EdgeState::new(&frames.edges[i], edge(q, i), q[STRIDE * i + 3])
+    /// Whether springs of internal friction act.
+    fn is_sliding(&self) -> bool {
+        self.sliders.as_ref().is_some_and(|springs| !springs.acting.is_empty())
     }
 
-    /// Shows every inner node from the first on: its number, itself, and the edges before and after it.
-    #[inline(always)]
-    fn each_joint(
-        &self,
-        q: &[D],
-        frames: &Frames<D>,
-        mut show: impl FnMut(usize, &BendTwist<D>, (&EdgeState<D>, &EdgeState<D>, D)),
-    ) -> EdgeState<D> {
-        let mut edge = Self::edge_state(q, frames, 0);
-        for i in 0..self.joint.len() {
-            let next = Self::edge_state(q, frames, i + 1);
-            let turn = q[STRIDE * (i + 1) + 3] - q[STRIDE * i + 3];
-            show(i, &self.bend_twist(i, frames), (&edge, &next, turn));
-            edge = next;
-        }
-        edge
-    }
-
-    /// Shows the derivatives by every edge from the first on, and those between the next edge and it,
-    /// by the hand-derived formulas.
-    #[inline(always)]
-    fn each_edge(&self, q: &[D], frames: &Frames<D>, to: &mut impl TakesEdges<D>) {
-        let mut open = Sum::zero();
-        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            let bent = joint.joint(e, f, turn);
-            to.see(i, e, Some((&bent, f)));
-            let (stiffness, stress) = self.response(i, &bent.strains);
-            let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
-            let [force, along] = self.stretch[i].tension(e.squared, e.length);
-            let own = e.derivatives(&open.plus(&tangent.e), force, along);
-            to.edge(i, &own, &between(e, f, tangent.fe));
-            open = tangent.f;
-        });
-        let i = self.joint.len();
-        to.see(i, &last, None);
-        let [force, along] = self.stretch[i].tension(last.squared, last.length);
-        to.edge(i, &last.derivatives(&open, force, along), &[[D::from(0.0); 4]; 4]);
-    }
-
-    /// The same by num-dual.
+    /// Shows all derivatives by num-dual.
     fn each_edge_in_duals(&self, q: &[D], frames: &Frames<D>, to: &mut impl TakesEdges<D>) {
         // Where the unknowns of the edges stand among those of an inner node, and their signs.
         const FIRST: [(usize, f64); 4] = [(0, -1.0), (1, -1.0), (2, -1.0), (3, 1.0)];
@@ -205,27 +166,8 @@ impl<D: Nestable> SpatialRod<D> {
             }
             let vector = [0, 1, 2].map(|r| [own[r][0], own[r][1], own[r][2]]);
             let angle_vector = [own[3][0], own[3][1], own[3][2]];
-            to.edge(i, &ByEdge { gradient, vector, angle_vector, angle: own[3][3] }, &after);
+            to.edges(i, &ByEdge { gradient, vector, angle_vector, angle: own[3][3] }, &after);
         }
-    }
-
-    /// The hand-derived gradient at fixed frames.
-    #[inline(always)]
-    fn hand_gradient(&self, q: &[D], frames: &Frames<D>, gradient: &mut [D]) {
-        let zero = D::from(0.0);
-        let mut open = [zero; 3];
-        let mut nodes = Forces { gradient, carried: [zero; 3] };
-        let axial =
-            |i: usize, edge: &EdgeState<D>| self.stretch[i].force(edge.squared, edge.length);
-        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            let bent = joint.joint(e, f, turn);
-            let pull = bent.pull(&e.edge, &f.edge, &self.response(i, &bent.strains).1);
-            nodes.edge(i, e.gradient(add(open, pull.e), axial(i, e)), self.load[i].force);
-            open = pull.f;
-        });
-        let i = self.joint.len();
-        nodes.edge(i, last.gradient(open, axial(i, &last)), self.load[i].force);
-        nodes.end(i + 1, self.load[i + 1].force);
     }
 
     fn subtract_loads(&self, gradient: &mut [D]) {
@@ -252,7 +194,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
 
     fn gradient(&self, q: &[D], frames: &Frames<D>, derivatives: Derivatives, gradient: &mut [D]) {
         match derivatives {
-            Derivatives::Hand => self.hand_gradient(q, frames, gradient),
+            Derivatives::Hand => D::side_by_side(Gradient { at: (self, q, frames), gradient }),
             Derivatives::Dual => {
                 gradient.fill(D::from(0.0));
                 self.subtract_loads(gradient);
@@ -282,21 +224,22 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
-        let mut nodes = ToNodes::new(&self.load, gradient, tangent);
         match derivatives {
-            Derivatives::Hand => self.each_edge(q, frames, &mut nodes),
-            Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut nodes),
+            Derivatives::Hand => {
+                let (at, gradient, tangent) = ((self, q, frames), &mut *gradient, &mut *tangent);
+                D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
+            }
+            Derivatives::Dual => {
+                let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
+                self.each_edge_in_duals(q, frames, &mut nodes);
+                nodes.end();
+            }
         }
-        nodes.end();
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
 
     fn measure(&self, q: &[D], frames: &Frames<D>, geometry: &mut Geometry) {
-        let mut measure = Measure::new(&self.stretch, frames, geometry);
-        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            measure.see(i, e, Some((&joint.joint(e, f, turn), f)));
-        });
-        measure.see(self.joint.len(), &last, None);
+        D::side_by_side(Measured { at: (self, q, frames), geometry });
     }
 
     fn measured_tangent(
@@ -311,10 +254,9 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             self.tangent(q, frames, derivatives, gradient, tangent);
             return self.measure(q, frames, geometry);
         }
-        let nodes = ToNodes::new(&self.load, gradient, tangent);
-        let mut both = (nodes, Measure::new(&self.stretch, frames, geometry));
-        self.each_edge(q, frames, &mut both);
-        both.0.end();
+        let (at, forces, stiffness) = ((self, q, frames), &mut *gradient, &mut *tangent);
+        let geometry = Some(geometry);
+        D::side_by_side(Tangent { at, gradient: forces, tangent: stiffness, geometry });
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
 
@@ -328,7 +270,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.joint.len() };
         match derivatives {
-            Derivatives::Hand => self.each_edge(q, frames, &mut edges),
+            Derivatives::Hand => D::side_by_side(EdgeTangent { at: (self, q, frames), edges }),
             Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut edges),
         }
     }
@@ -455,17 +397,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
-        let mut sum = Energies::default();
-        let stretch = |i: usize, edge: &EdgeState<D>| {
-            self.stretch[i].energy_at(edge.squared, edge.length).value()
-        };
-        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            let [bend, twist] = joint.energies_between(e, f, turn);
-            sum.stretch += stretch(i, e);
-            sum.bend += bend.value();
-            sum.twist += twist.value();
-        });
-        sum.stretch += stretch(self.joint.len(), &last);
+        let mut sum = D::side_by_side(Elastic { at: (self, q, frames) });
         for (i, load) in self.load.iter().enumerate() {
             sum.potential += load.energy(&position(q, i)).value();
         }
@@ -477,13 +409,8 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         let (edges, joints) = (self.stretch.len(), self.joint.len());
         strains.resize(edges + 3 * joints, D::from(0.0));
         let (axial, bent) = strains.split_at_mut(edges);
-        let (bent, _) = bent.as_chunks_mut::<3>();
-        let strain = |i: usize, e: &EdgeState<D>| self.stretch[i].strain_of(e.squared, e.length);
-        let last = self.each_joint(q, frames, |i, joint, (e, f, turn)| {
-            axial[i] = strain(i, e);
-            bent[i] = joint.joint(e, f, turn).strains;
-        });
-        axial[joints] = strain(joints, &last);
+        let joints = bent.as_chunks_mut::<3>().0;
+        D::side_by_side(Strains { at: (self, q, frames), edges: axial, joints });
     }
 
     fn dashpots(&self) -> Self {

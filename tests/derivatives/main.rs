@@ -5,6 +5,7 @@
 mod common;
 
 mod hessian;
+mod lanes;
 mod motion;
 mod parameters;
 mod planar_elements;

@@ -2,8 +2,8 @@
 
 use crate::energy::DeadLoad;
 use crate::numerics::banded::BandMatrix;
-use crate::numerics::scalar::Scalar;
-use crate::rod::planar::geometry::{Edge, Measure};
+use crate::numerics::scalar::{Scalar, Wide};
+use crate::rod::blocks::block;
 
 /// Half-bandwidth of the planar tangent.
 pub const HALF_BANDWIDTH: usize = 5;
@@ -27,78 +27,123 @@ impl<D: Scalar> ByEdge<D> {
 }
 
 /// What is shown the edges, from the first on.
-pub(super) trait TakesEdges<D> {
-    /// Edge `i` as it is, with the curvature of the joint after it if there is one.
-    #[inline(always)]
-    fn see(&mut self, _i: usize, _edge: &Edge<D>, _curvature: Option<D>) {}
-
-    /// Edge `i`; `after` are the derivatives between the next edge (rows) and this one (columns).
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]);
+pub(super) trait TakesEdges<V> {
+    /// Edges side by side from `first` on; `after` are the derivatives between the next edges (rows) and these
+    /// (columns).
+    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]);
 }
 
 /// Writes gradient and tangent by nodes, column after column: an edge is its second node less its first.
-pub(super) struct ToNodes<'a, D> {
-    pub(super) load: &'a [DeadLoad<D, 2>],
-    pub(super) gradient: &'a mut [D],
-    pub(super) tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
-    /// Of the edge before, with the derivatives between the edge that comes and it.
-    pub(super) before: ByEdge<D>,
-    pub(super) between: [[D; 2]; 2],
+pub(super) struct ToNodes<'a, D, V: Wide<D>> {
+    level: V::Level,
+    load: &'a [DeadLoad<D, 2>],
+    gradient: &'a mut [[D; 2]],
+    /// Of the tangent, two columns for each node.
+    diagonal: &'a mut [[D; 2]],
+    below: &'a mut [Below<D>],
+    /// Of the edges before, with the derivatives between the edges that come and them.
+    before: ByEdge<V>,
+    between: [[V; 2]; 2],
 }
 
-impl<'a, D: Scalar> ToNodes<'a, D> {
+/// What stands below the diagonal in both columns of a node.
+type Below<D> = [[D; HALF_BANDWIDTH]; 2];
+
+impl<'a, D: Scalar, V: Wide<D>> ToNodes<'a, D, V> {
     #[inline(always)]
     pub(super) fn new(
+        level: V::Level,
         load: &'a [DeadLoad<D, 2>],
         gradient: &'a mut [D],
         tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     ) -> Self {
-        let zero = D::from(0.0);
+        let zero = V::gather(level, |_| D::from(0.0));
         let before = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
-        Self { load, gradient, tangent, before, between: [[zero; 2]; 2] }
+        let (diagonal, below) = tangent.columns_mut();
+        let gradient = gradient.as_chunks_mut().0;
+        Self { level, load, gradient, diagonal, below, before, between: [[zero; 2]; 2] }
     }
 
     /// The last node.
     #[inline(always)]
     pub(super) fn end(self) {
-        let ([px, py], [xx, yx, yy]) = (self.before.gradient, self.before.vector);
-        let i = self.load.len() - 1;
+        let (i, zero) = (self.load.len() - 1, D::from(0.0));
+        let lane = (i - 1) % V::LANES;
+        let [px, py] = V::lane_of(&self.before.gradient, lane);
+        let [xx, yx, yy] = V::lane_of(&self.before.vector, lane);
         let load = &self.load[i].force;
-        (self.gradient[2 * i], self.gradient[2 * i + 1]) = (px - load[0], py - load[1]);
-        let mut below = [[D::from(0.0); HALF_BANDWIDTH]; 2];
-        below[0][0] = yx;
-        self.tangent.set_columns(2 * i, &[xx, yy], &below);
+        self.gradient[i] = [px - load[0], py - load[1]];
+        self.diagonal[i] = [xx, yy];
+        self.below[i] = [[yx, zero, zero, zero, zero], [zero; HALF_BANDWIDTH]];
     }
 }
 
-impl<D: Scalar> TakesEdges<D> for (ToNodes<'_, D>, Measure<'_, D>) {
-    #[inline(always)]
-    fn see(&mut self, i: usize, edge: &Edge<D>, curvature: Option<D>) {
-        self.1.see(i, edge, curvature);
-    }
+/// What is written of nodes side by side.
+struct Columns<V> {
+    gradient: [V; 2],
+    diagonal: [V; 2],
+    below: Below<V>,
+}
 
+impl<V: Scalar> Columns<V> {
+    /// Writes the nodes of as many lanes as there is room for.
     #[inline(always)]
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]) {
-        self.0.edge(i, own, after);
+    fn write<D: Scalar>(
+        &self,
+        gradient: &mut [[D; 2]],
+        diagonal: &mut [[D; 2]],
+        below: &mut [Below<D>],
+    ) where
+        V: Wide<D>,
+    {
+        for (lane, to) in gradient.iter_mut().enumerate() {
+            *to = V::lane_of(&self.gradient, lane);
+        }
+        for (lane, to) in diagonal.iter_mut().enumerate() {
+            *to = V::lane_of(&self.diagonal, lane);
+        }
+        for (lane, to) in below.iter_mut().enumerate() {
+            *to = [V::lane_of(&self.below[0], lane), V::lane_of(&self.below[1], lane)];
+        }
     }
 }
 
-impl<D: Scalar> TakesEdges<D> for ToNodes<'_, D> {
+impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToNodes<'_, D, V> {
     #[inline(always)]
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &[[D; 2]; 2]) {
+    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
         let ([gx, gy], [xx, yx, yy]) = (own.gradient, own.vector);
-        let ([px, py], [pxx, pyx, pyy]) = (self.before.gradient, self.before.vector);
-        let [[b00, b01], [b10, b11]] = self.between;
         let [[a00, a01], [a10, a11]] = *after;
-        let load = &self.load[i].force;
-        let g: &mut [D; 2] = self.gradient[2 * i..].first_chunk_mut().expect("a node of the rod");
-        *g = [px - gx - load[0], py - gy - load[1]];
-        let diagonal = [pxx + xx - (b00 + b00), pyy + yy - (b11 + b11)];
-        let below = [
-            [pyx + yx - b01 - b10, b00 + a00 - xx, b10 + a10 - yx, -a00, -a10],
-            [b01 + a01 - yx, b11 + a11 - yy, -a01, -a11, D::from(0.0)],
-        ];
-        self.tangent.set_columns(2 * i, &diagonal, &below);
+        // The same of the edges before.
+        let (force, vector, between) = (&self.before.gradient, &self.before.vector, &self.between);
+        let (px, py) = (gx.before(force[0]), gy.before(force[1]));
+        let (pxx, pyx, pyy) = (xx.before(vector[0]), yx.before(vector[1]), yy.before(vector[2]));
+        let (b00, b01) = (a00.before(between[0][0]), a01.before(between[0][1]));
+        let (b10, b11) = (a10.before(between[1][0]), a11.before(between[1][1]));
+        let mut room = None;
+        let none = DeadLoad { force: [D::from(0.0); 2] };
+        let load = block::<D, V, _>(self.load, first, none, &mut room);
+        let lx = V::gather(self.level, |lane| load[lane].force[0]);
+        let ly = V::gather(self.level, |lane| load[lane].force[1]);
+        let columns = Columns {
+            gradient: [px - gx - lx, py - gy - ly],
+            diagonal: [pxx + xx - (b00 + b00), pyy + yy - (b11 + b11)],
+            below: [
+                [pyx + yx - b01 - b10, b00 + a00 - xx, b10 + a10 - yx, -a00, -a10],
+                [b01 + a01 - yx, b11 + a11 - yy, -a01, -a11, gx.like(0.0)],
+            ],
+        };
+        let left = self.load.len() - 1 - first;
+        let [gradient, diagonal] = [&mut *self.gradient, &mut *self.diagonal];
+        // How many there are is known when this is compiled, but for the last ones.
+        if left >= V::LANES {
+            let span = first..first + V::LANES;
+            let (gradient, diagonal) = (&mut gradient[span.clone()], &mut diagonal[span.clone()]);
+            columns.write(gradient, diagonal, &mut self.below[span]);
+        } else {
+            let span = first..first + left;
+            let (gradient, diagonal) = (&mut gradient[span.clone()], &mut diagonal[span.clone()]);
+            columns.write(gradient, diagonal, &mut self.below[span]);
+        }
         (self.before, self.between) = (*own, *after);
     }
 }
@@ -110,10 +155,15 @@ pub(super) struct ToEdges<'a, D> {
     pub(super) last: usize,
 }
 
-impl<D: Scalar> TakesEdges<D> for ToEdges<'_, D> {
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, [a, b]: &[[D; 2]; 2]) {
-        let ([xx, yx, yy], z) = (own.vector, D::from(0.0));
-        let rows = [[xx, z, z, z], [yx, yy, z, z], [a[0], a[1], z, z], [b[0], b[1], z, z]];
-        self.tangent.add_corner(2 * i + 2, if i < self.last { 4 } else { 2 }, &rows);
+impl<D: Scalar, V: Wide<D>> TakesEdges<V> for ToEdges<'_, D> {
+    fn edges(&mut self, first: usize, own: &ByEdge<V>, after: &[[V; 2]; 2]) {
+        let z = D::from(0.0);
+        for lane in 0..V::LANES.min(self.last + 1 - first) {
+            let i = first + lane;
+            let [xx, yx, yy] = V::lane_of(&own.vector, lane);
+            let (a, b) = (V::lane_of(&after[0], lane), V::lane_of(&after[1], lane));
+            let rows = [[xx, z, z, z], [yx, yy, z, z], [a[0], a[1], z, z], [b[0], b[1], z, z]];
+            self.tangent.add_corner(2 * i + 2, if i < self.last { 4 } else { 2 }, &rows);
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! Edges of a planar rod, and how they are strained.
 
 use crate::energy::{PlanarBend, Stretch};
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Scalar, Wide};
+use crate::rod::blocks::block;
 
 /// An edge as it is.
 #[derive(Clone, Copy)]
@@ -25,6 +26,26 @@ impl<D: Scalar> Edge<D> {
         let normal = [-(tangent[1] * inverse_length), tangent[0] * inverse_length];
         Self { squared, length, inverse_length, tangent, normal }
     }
+
+    /// The edges after these, which `later` ones come after.
+    #[inline(always)]
+    pub fn after<S>(&self, later: &Self) -> Self
+    where
+        D: Wide<S>,
+    {
+        Self {
+            squared: self.squared.after(later.squared),
+            length: self.length.after(later.length),
+            inverse_length: self.inverse_length.after(later.inverse_length),
+            tangent: pair_after(self.tangent, later.tangent),
+            normal: pair_after(self.normal, later.normal),
+        }
+    }
+}
+
+#[inline(always)]
+fn pair_after<S, V: Wide<S>>(own: [V; 2], later: [V; 2]) -> [V; 2] {
+    [own[0].after(later[0]), own[1].after(later[1])]
 }
 
 /// An edge as it is, in plain numbers.
@@ -59,16 +80,24 @@ impl<'a, D: Scalar> Measure<'a, D> {
         Self { stretch, edges: &mut geometry.edges, joints: &mut geometry.joints }
     }
 
-    /// Edge `i` with the curvature of the joint after it.
+    /// Edges from `first` on with the curvatures of the joints after them.
     #[inline(always)]
-    pub fn see(&mut self, i: usize, edge: &Edge<D>, curvature: Option<D>) {
-        self.edges[i] = Straight {
-            tangent: edge.tangent.map(|x| x.value()),
-            normal: edge.normal.map(|x| x.value()),
-            strain: self.stretch[i].strain_of(edge.squared, edge.length).value(),
-        };
-        if let Some(curvature) = curvature {
-            self.joints[i] = [curvature, PlanarBend::slope(curvature)].map(|x| x.value());
+    pub fn see<V: Wide<D>>(&mut self, level: V::Level, first: usize, edge: &Edge<V>, curvature: V) {
+        let mut room = None;
+        let laws = block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room);
+        let law = Stretch::side_by_side::<V>(level, laws);
+        let (strain, slope) =
+            (law.strain_of(edge.squared, edge.length), PlanarBend::slope(curvature));
+        let value = |x: V, lane: usize| x.lane(lane).value();
+        for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
+            *to = Straight {
+                tangent: edge.tangent.map(|x| value(x, lane)),
+                normal: edge.normal.map(|x| value(x, lane)),
+                strain: value(strain, lane),
+            };
+        }
+        for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
+            *to = [value(curvature, lane), value(slope, lane)];
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use crate::energy::Stretch;
 use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot};
-use crate::energy::joint::{Between, ByEdge, EdgeState, Joint};
-use crate::numerics::scalar::Scalar;
+use crate::energy::joint::{EdgeState, Joint};
+use crate::numerics::scalar::{Scalar, Wide};
 use crate::numerics::vector::{Vector, combine, scale};
-use crate::rod::edges::{TakesEdges, ToNodes};
+use crate::rod::blocks::block;
 
 /// An edge as it is, and how it has rotated since its reference.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,43 +64,47 @@ impl<'a, D: Scalar> Measure<'a, D> {
     }
 }
 
-impl<D: Scalar> TakesEdges<D> for Measure<'_, D> {
+impl<D: Scalar> Measure<'_, D> {
+    /// Edges from `first` on as they are, with the joints after them and the next edges.
     #[inline(always)]
-    fn see(&mut self, i: usize, state: &EdgeState<D>, after: Option<(&Joint<D>, &EdgeState<D>)>) {
-        let value = |x: D| x.value();
-        let by_chi = one_plus_dot(self.frames[i].tangent, state.edge.tangent).recip().value();
-        let inverse_length = state.edge.inverse_length.value();
-        let across = state.edge.m.map(|m| scale(m.map(value), inverse_length));
-        let turn = state.turn.map(value);
-        self.edges[i] = Straight {
-            length: state.length.value(),
-            inverse_length,
-            tangent: state.edge.tangent.map(value),
-            strain: self.stretch[i].strain_of(state.squared, state.length).value(),
-            across,
-            turn,
-            follow: combine(turn[0], across[0], turn[1], across[1]),
-            by_chi,
-        };
-        if let Some((joint, next)) = after {
-            self.joints[i] = Bent {
-                strains: joint.strains.map(value),
-                by: joint.slopes(&state.edge, &next.edge).map(|by| by.map(|by| by.map(value))),
+    pub fn see<V: Wide<D>>(
+        &mut self,
+        level: V::Level,
+        first: usize,
+        state: &EdgeState<V>,
+        (joint, next): (&Joint<V>, &EdgeState<V>),
+    ) {
+        let (mut references, mut laws) = (None, None);
+        let beyond = self.frames[self.frames.len() - 1];
+        let frames = block::<D, V, _>(self.frames, first, beyond, &mut references);
+        let frame = EdgeFrame::side_by_side::<V>(level, frames);
+        let laws = block::<D, V, _>(self.stretch, first, Stretch::none(), &mut laws);
+        let strain = Stretch::side_by_side::<V>(level, laws).strain_of(state.squared, state.length);
+        let EdgeState { edge, length, turn, .. } = state;
+        let by_chi = one_plus_dot(frame.tangent, edge.tangent).recip();
+        let across = [scale(edge.m[0], edge.inverse_length), scale(edge.m[1], edge.inverse_length)];
+        let follow = combine(turn[0], across[0], turn[1], across[1]);
+        let value = |x: &V, lane: usize| x.lane(lane).value();
+        for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
+            *to = Straight {
+                length: value(length, lane),
+                inverse_length: value(&edge.inverse_length, lane),
+                tangent: edge.tangent.each_ref().map(|x| value(x, lane)),
+                strain: value(&strain, lane),
+                across: across.each_ref().map(|m| m.each_ref().map(|x| value(x, lane))),
+                turn: turn.each_ref().map(|x| value(x, lane)),
+                follow: follow.each_ref().map(|x| value(x, lane)),
+                by_chi: value(&by_chi, lane),
             };
         }
-    }
-
-    fn edge(&mut self, _: usize, _: &ByEdge<D>, _: &Between<D>) {}
-}
-
-impl<D: Scalar> TakesEdges<D> for (ToNodes<'_, D>, Measure<'_, D>) {
-    #[inline(always)]
-    fn see(&mut self, i: usize, state: &EdgeState<D>, after: Option<(&Joint<D>, &EdgeState<D>)>) {
-        self.1.see(i, state, after);
-    }
-
-    #[inline(always)]
-    fn edge(&mut self, i: usize, own: &ByEdge<D>, after: &Between<D>) {
-        self.0.edge(i, own, after);
+        let slopes = joint.slopes(edge, &next.edge);
+        for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
+            let by =
+                |by: &[[V; 3]; 3]| by.each_ref().map(|by| by.each_ref().map(|x| value(x, lane)));
+            *to = Bent {
+                strains: joint.strains.each_ref().map(|x| value(x, lane)),
+                by: slopes.each_ref().map(by),
+            };
+        }
     }
 }

@@ -1,0 +1,291 @@
+//! Plain numbers side by side in a register of the processor's vector unit, found out when the program runs.
+//!
+//! No two operations are fused into one, so that every lane has what a number alone would have, to the last
+//! digit; but for sines and cosines, whose [series](crate::numerics::trigonometry) is not the library's.
+
+use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, Sweep, Wide};
+use crate::numerics::trigonometry::{self, sin_and_cos};
+use pulp::{Simd, bytemuck};
+use std::cmp::Ordering;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A vector unit: whoever has one knows that the processor does.
+pub trait Level: Simd {
+    /// Where the program runs on it already.
+    fn here() -> Self;
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Level for pulp::x86::V3 {
+    #[inline(always)]
+    fn here() -> Self {
+        Self::try_new().expect("its numbers are made where the processor has it")
+    }
+}
+
+/// As many plain numbers as go into one register, each of which is what it would be alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Abreast<L: Level> {
+    level: L,
+    numbers: L::f64s,
+}
+
+impl<L: Level> Abreast<L> {
+    /// The same number in every lane.
+    #[inline(always)]
+    fn splat(level: L, x: f64) -> Self {
+        Self { level, numbers: level.splat_f64s(x) }
+    }
+
+    #[inline(always)]
+    fn lanes(&self) -> &[f64] {
+        bytemuck::cast_slice(std::slice::from_ref(&self.numbers))
+    }
+
+    /// What `f` makes of every lane, one by one.
+    #[inline(always)]
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::gather(self.level, |lane| f(self.lanes()[lane]))
+    }
+}
+
+impl<L: Level> Wide<f64> for Abreast<L> {
+    type Level = L;
+    const LANES: usize = L::F64_LANES;
+
+    #[inline(always)]
+    fn gather(level: L, mut of: impl FnMut(usize) -> f64) -> Self {
+        let mut numbers = level.splat_f64s(0.0);
+        let lanes: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut numbers));
+        for (lane, number) in lanes.iter_mut().enumerate() {
+            *number = of(lane);
+        }
+        Self { level, numbers }
+    }
+
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> f64 {
+        self.lanes()[lane]
+    }
+
+    #[inline(always)]
+    fn before(self, earlier: Self) -> Self {
+        let (own, earlier) = (self.lanes(), earlier.lanes());
+        Self::gather(self.level, |lane| match lane {
+            0 => earlier[L::F64_LANES - 1],
+            _ => own[lane - 1],
+        })
+    }
+
+    #[inline(always)]
+    fn after(self, later: Self) -> Self {
+        let (own, later) = (self.lanes(), later.lanes());
+        Self::gather(self.level, |lane| *own.get(lane + 1).unwrap_or(&later[0]))
+    }
+}
+
+impl<L: Level> From<f64> for Abreast<L> {
+    #[inline(always)]
+    fn from(x: f64) -> Self {
+        Self::splat(L::here(), x)
+    }
+}
+
+/// An operator between such numbers, and with a plain one.
+macro_rules! operators {
+    ($($operator:ident $name:ident $assign:ident $assigning:ident $of_unit:ident;)*) => {$(
+        impl<L: Level> $operator for Abreast<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                let Self { level, numbers } = self;
+                Self { level, numbers: level.$of_unit(numbers, other.numbers) }
+            }
+        }
+        impl<L: Level> $operator<f64> for Abreast<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: f64) -> Self {
+                $operator::$name(self, Self::splat(self.level, other))
+            }
+        }
+        impl<L: Level> $assign for Abreast<L> {
+            #[inline(always)]
+            fn $assigning(&mut self, other: Self) {
+                *self = $operator::$name(*self, other);
+            }
+        }
+        impl<L: Level> $assign<f64> for Abreast<L> {
+            #[inline(always)]
+            fn $assigning(&mut self, other: f64) {
+                *self = $operator::$name(*self, other);
+            }
+        }
+    )*};
+}
+operators! {
+    Add add AddAssign add_assign add_f64s;
+    Sub sub SubAssign sub_assign sub_f64s;
+    Mul mul MulAssign mul_assign mul_f64s;
+    Div div DivAssign div_assign div_f64s;
+}
+
+impl<L: Level> Neg for Abreast<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self { numbers: self.level.neg_f64s(self.numbers), ..self }
+    }
+}
+
+impl<L: Level> Sum for Abreast<L> {
+    fn sum<I: Iterator<Item = Self>>(numbers: I) -> Self {
+        numbers.fold(Self::from(0.0), |sum, x| sum + x)
+    }
+}
+
+impl<L: Level> PartialEq for Abreast<L> {
+    fn eq(&self, other: &Self) -> bool {
+        self.lanes() == other.lanes()
+    }
+}
+impl<L: Level> PartialOrd for Abreast<L> {
+    /// As all lanes agree.
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        let mut lanes = self.lanes().iter().zip(other.lanes()).map(|(a, b)| a.partial_cmp(b));
+        let first = lanes.next()?;
+        if lanes.all(|order| order == first) { first } else { None }
+    }
+}
+impl<L: Level> PartialEq<f64> for Abreast<L> {
+    fn eq(&self, other: &f64) -> bool {
+        *self == Self::splat(self.level, *other)
+    }
+}
+impl<L: Level> PartialOrd<f64> for Abreast<L> {
+    fn partial_cmp(&self, other: &f64) -> Option<Ordering> {
+        self.partial_cmp(&Self::splat(self.level, *other))
+    }
+}
+
+/// Functions of one number that are taken lane by lane.
+macro_rules! lane_by_lane {
+    ($($name:ident)*) => {
+        $(#[inline]
+        fn $name(self) -> Self {
+            self.each(f64::$name)
+        })*
+    };
+}
+
+impl<L: Level> Scalar for Abreast<L> {
+    const ORDER: usize = 0;
+
+    lane_by_lane!(exp ln tan asin acos atan sinh cosh tanh);
+
+    /// The one that all lanes have; no number if they differ: what goes side by side selects instead.
+    #[inline]
+    fn value(&self) -> f64 {
+        let [first, rest @ ..] = self.lanes() else { return f64::NAN };
+        if rest.iter().all(|x| x == first) { *first } else { f64::NAN }
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::splat(self.level, 1.0) / self
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self { numbers: self.level.sqrt_f64s(self.numbers), ..self }
+    }
+    #[inline]
+    fn powi(self, n: i32) -> Self {
+        self.each(|x| x.powi(n))
+    }
+    #[inline]
+    fn powf(self, n: f64) -> Self {
+        self.each(|x| x.powf(n))
+    }
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.sin_cos()[0]
+    }
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.sin_cos()[1]
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> [Self; 2] {
+        if self.abs().all_less(self.like(trigonometry::LARGEST)) {
+            return sin_and_cos(self);
+        }
+        [self.each(f64::sin), self.each(f64::cos)]
+    }
+    #[inline]
+    fn atan2(self, x: Self) -> Self {
+        Self::gather(self.level, |lane| self.lanes()[lane].atan2(x.lanes()[lane]))
+    }
+    #[inline(always)]
+    fn like(&self, x: f64) -> Self {
+        Self::splat(self.level, x)
+    }
+    #[inline(always)]
+    fn if_less(self, bound: Self, then: Self, otherwise: Self) -> Self {
+        let level = self.level;
+        let less = level.less_than_f64s(self.numbers, bound.numbers);
+        Self { level, numbers: level.select_f64s(less, then.numbers, otherwise.numbers) }
+    }
+    #[inline(always)]
+    fn all_less(&self, bound: Self) -> bool {
+        let less = self.level.less_than_f64s(self.numbers, bound.numbers);
+        self.level.first_true_m64s(self.level.not_m64s(less)) == L::F64_LANES
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self { numbers: self.level.abs_f64s(self.numbers), ..self }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        other.if_less(self, other, self)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.if_less(other, other, self)
+    }
+}
+
+/// A sweep at a level.
+struct At<L, S>(L, S);
+
+impl<L: Level, S: Sweep<f64>> pulp::NullaryFnOnce for At<L, S> {
+    type Output = S::Output;
+
+    #[inline(always)]
+    fn call(self) -> S::Output {
+        self.1.sweep::<Abreast<L>>(self.0)
+    }
+}
+
+impl Nestable for f64 {
+    fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
+        all.plain()
+    }
+
+    #[inline]
+    fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(level) = pulp::x86::V3::try_new() {
+            return level.vectorize(At(level, sweep));
+        }
+        sweep.sweep::<Self>(())
+    }
+}
+
+/// What plain numbers go side by side with on this processor: `avx2`, four of them, or `scalar`, one.
+pub fn level() -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if pulp::x86::V3::is_available() {
+        return "avx2";
+    }
+    "scalar"
+}

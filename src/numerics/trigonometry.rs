@@ -1,0 +1,95 @@
+//! Sine and cosine by arithmetic alone, so that several angles go through it side by side.
+
+use crate::numerics::scalar::Scalar;
+use std::f64::consts::FRAC_2_PI;
+
+/// Up to here, rad, angles are reduced to full accuracy: fewer than 2^19 right angles.
+pub const LARGEST: f64 = 8e5;
+
+/// A right angle less its last 20 bits, so that it times the number of right angles is exact, and the rest of it.
+const RIGHT_ANGLE: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
+/// Added and taken away again, it leaves the nearest whole number.
+const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
+
+/// Polynomials in the square of an angle up to half a right angle (FDLIBM, Sun Microsystems 1993): of
+/// `(sin r - r)/r^3` and of `(cos r - 1 + r^2/2)/r^4`, highest first.
+const SIN: [f64; 6] = [
+    1.589_690_995_211_55e-10,
+    -2.505_076_025_340_686_3e-8,
+    2.755_731_370_707_006_8e-6,
+    -1.984_126_982_985_795e-4,
+    8.333_333_333_322_49e-3,
+    -1.666_666_666_666_663_2e-1,
+];
+const COS: [f64; 6] = [
+    -1.135_964_755_778_819_5e-11,
+    2.087_572_321_298_175e-9,
+    -2.755_731_435_139_066_3e-7,
+    2.480_158_728_947_673e-5,
+    -1.388_888_888_887_411e-3,
+    4.166_666_666_666_66e-2,
+];
+
+#[inline(always)]
+fn polynomial<D: Scalar>(coefficients: &[f64; 6], x: D) -> D {
+    let [first, rest @ ..] = coefficients;
+    let mut sum = x * *first + rest[0];
+    for coefficient in &rest[1..] {
+        sum = sum * x + *coefficient;
+    }
+    sum
+}
+
+#[inline(always)]
+fn whole<D: Scalar>(x: D) -> D {
+    (x + TO_WHOLE) - TO_WHOLE
+}
+
+/// Sine and cosine of an angle below [`LARGEST`], to an error of one and a half units in the last place.
+#[inline(always)]
+pub fn sin_and_cos<D: Scalar>(x: D) -> [D; 2] {
+    let count = whole(x * FRAC_2_PI);
+    let r = x - count * RIGHT_ANGLE[0] - count * RIGHT_ANGLE[1];
+    let z = r * r;
+    let sin = r + r * z * polynomial(&SIN, z);
+    let half = z * 0.5;
+    let near = -half + 1.0;
+    let cos = near + ((-near + 1.0 - half) + z * z * polynomial(&COS, z));
+    // Which of four quadrants: whether the count is odd, and whether half of it is.
+    let pairs = whole(count * 0.5 - 0.25);
+    let odd = count - pairs * 2.0;
+    let odd_pairs = pairs - whole(pairs * 0.5 - 0.25) * 2.0;
+    let turned = odd_pairs * -2.0 + 1.0;
+    let half = odd.like(0.5);
+    let first = odd.if_less(half, sin, cos);
+    let second = odd.if_less(half, cos, sin);
+    [first * turned, second * turned * (odd * -2.0 + 1.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sines_and_cosines_are_those_of_the_library() {
+        let mut worst: f64 = 0.0;
+        for k in -200_000..200_000_i32 {
+            // From tiny angles to the largest, and multiples of right angles among them.
+            let angles = [f64::from(k) * 1.234_567e-4, f64::from(k) * 3.9, f64::from(k) * 1e-12];
+            for x in angles.into_iter().chain([f64::from(k % 1000) * FRAC_2_PI.recip()]) {
+                let [sin, cos] = sin_and_cos(x);
+                worst = worst.max((sin - x.sin()).abs()).max((cos - x.cos()).abs());
+                let tiny = f64::EPSILON * x.sin().abs().max(1e-20);
+                assert!(
+                    (sin - x.sin()).abs() < 3.0 * tiny.max(1e-21),
+                    "{x}: {sin:e} {:e}",
+                    x.sin()
+                );
+            }
+        }
+        assert!(worst <= 1.5 * f64::EPSILON, "{worst:e}");
+        let [sin, cos] = sin_and_cos(-0.0);
+        assert!(sin == 0.0 && sin.is_sign_negative() && cos == 1.0);
+        assert!(sin_and_cos(f64::NAN).iter().all(|x| x.is_nan()));
+    }
+}

@@ -1,0 +1,270 @@
+//! Sweeps over the edges of a planar rod, several side by side.
+
+use crate::energy::planar_bend::curvature_between;
+use crate::energy::{PlanarBend, Stretch};
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
+use crate::rod::Energies;
+use crate::rod::blocks::{MOST, block, window};
+use crate::rod::planar::PlanarRod;
+use crate::rod::planar::edges::{ByEdge, HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
+use crate::rod::planar::geometry::{Edge, Geometry, Measure};
+
+/// Edges side by side, those next to them, and the curvatures of the joints between; the joint after the last edge
+/// is straight, and what lies beyond has no meaning.
+struct Pairs<V> {
+    /// The number of the first edge.
+    first: usize,
+    e: Edge<V>,
+    f: Edge<V>,
+    curvature: V,
+}
+
+/// A rod at `q` and what its elements are side by side.
+struct Along<'a, D, V: Wide<D>> {
+    rod: &'a PlanarRod<D>,
+    stretch: &'a [Stretch<D, 2>],
+    bend: &'a [PlanarBend<D>],
+    q: &'a [D],
+    level: V::Level,
+    /// Whether springs of internal friction act.
+    slides: bool,
+    /// The edges from here on come next.
+    first: usize,
+    edge: Edge<V>,
+}
+
+impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
+    #[inline(always)]
+    fn new(rod: &'a PlanarRod<D>, q: &'a [D], level: V::Level) -> Self {
+        let PlanarRod { stretch, bend, .. } = rod;
+        let (slides, edge) = (rod.is_sliding(), edges_at(q, level, 0));
+        Self { rod, stretch, bend, q, level, slides, first: 0, edge }
+    }
+
+    /// The next ones.
+    #[inline(always)]
+    fn next(&mut self) -> Option<Pairs<V>> {
+        let (first, e) = (self.first, self.edge);
+        if first >= self.stretch.len() {
+            return None;
+        }
+        self.first += V::LANES;
+        if self.first < self.stretch.len() {
+            self.edge = edges_at(self.q, self.level, self.first);
+        }
+        let f = e.after::<D>(&self.edge);
+        let curvature = curvature_between(e.tangent, f.tangent);
+        Some(Pairs { first, e, f, curvature })
+    }
+
+    /// The bends between edges, as they are at their curvatures.
+    #[inline(always)]
+    fn bends(&self, Pairs { first, curvature, .. }: &Pairs<V>) -> PlanarBend<V> {
+        let mut room = None;
+        let all = block::<D, V, _>(self.bend, *first, PlanarBend::none(), &mut room);
+        if !self.slides {
+            return PlanarBend::side_by_side(self.level, all);
+        }
+        let mut sliding = [PlanarBend::none(); MOST];
+        for (lane, bend) in all.iter().enumerate() {
+            sliding[lane] = self.rod.sliding(first + lane, bend, curvature.lane(lane));
+        }
+        PlanarBend::side_by_side(self.level, &sliding)
+    }
+
+    /// How edges stretch.
+    #[inline(always)]
+    fn stretches(&self, first: usize) -> Stretch<V, 2> {
+        let mut room = None;
+        let all = block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room);
+        Stretch::side_by_side(self.level, all)
+    }
+
+    /// Shows all derivatives by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its
+    /// length `l` turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
+    #[inline(always)]
+    fn derive(mut self, to: &mut impl TakesEdges<V>, mut measure: Option<Measure<'_, D>>) {
+        let zero = V::gather(self.level, |_| D::from(0.0));
+        let (mut moments, mut stiffnesses) = (zero, zero);
+        while let Some(pairs) = self.next() {
+            if let Some(measure) = &mut measure {
+                measure.see(self.level, pairs.first, &pairs.e, pairs.curvature);
+            }
+            let [moment, stiffness] = self.bends(&pairs).response(pairs.curvature);
+            let Pairs { first, e, f, .. } = pairs;
+            let s = [stiffness * f.normal[0], stiffness * f.normal[1]];
+            let after = [
+                [-(s[0] * e.normal[0]), -(s[0] * e.normal[1])],
+                [-(s[1] * e.normal[0]), -(s[1] * e.normal[1])],
+            ];
+            let torque = moment.before(moments) - moment;
+            let both = stiffness.before(stiffnesses) + stiffness;
+            to.edges(first, &by_edge(&self.stretches(first), &e, torque, both), &after);
+            (moments, stiffnesses) = (moment, stiffness);
+        }
+    }
+}
+
+/// The edges from `first` on.
+#[inline(always)]
+fn edges_at<D: Nestable, V: Wide<D>>(q: &[D], level: V::Level, first: usize) -> Edge<V> {
+    let mut room = None;
+    let q = window(q, first, 2, 2 * V::LANES + 2, &mut room);
+    Edge::new(&[
+        V::gather(level, |lane| q[2 * lane]),
+        V::gather(level, |lane| q[2 * lane + 1]),
+        V::gather(level, |lane| q[2 * lane + 2]),
+        V::gather(level, |lane| q[2 * lane + 3]),
+    ])
+}
+
+/// The derivatives by an edge, on which its joints act with the `moment` and the `stiffness` by its angle, N m.
+#[inline(always)]
+fn by_edge<V: Scalar>(
+    stretch: &Stretch<V, 2>,
+    edge: &Edge<V>,
+    moment: V,
+    stiffness: V,
+) -> ByEdge<V> {
+    let [force, along] = stretch.tension(edge.squared, edge.length);
+    let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
+    let across = force * edge.inverse_length;
+    let (along, half) = (along - across, stiffness * 0.5);
+    let turned = moment * edge.inverse_length;
+    // s n n' - m (t n' + n t')/l = n w' + w n'.
+    let w = [half * n0 - turned * t0, half * n1 - turned * t1];
+    let (n0w0, n1w1) = (n0 * w[0], n1 * w[1]);
+    let (a0, a1) = (along * t0, along * t1);
+    ByEdge {
+        gradient: [force * t0 + moment * n0, force * t1 + moment * n1],
+        vector: [
+            a0 * t0 + across + (n0w0 + n0w0),
+            a0 * t1 + n0 * w[1] + n1 * w[0],
+            a1 * t1 + across + (n1w1 + n1w1),
+        ],
+    }
+}
+
+/// Writes gradient and tangent, and measures the rod if that is asked for.
+pub(super) struct Tangent<'a, D> {
+    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub gradient: &'a mut [D],
+    pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
+    pub geometry: Option<&'a mut Geometry>,
+}
+
+impl<D: Nestable> Sweep<D> for Tangent<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let (rod, q) = self.at;
+        let mut nodes = ToNodes::<D, V>::new(level, &rod.load, self.gradient, self.tangent);
+        let measure = self.geometry.map(|geometry| Measure::new(&rod.stretch, geometry));
+        Along::<D, V>::new(rod, q, level).derive(&mut nodes, measure);
+        nodes.end();
+    }
+}
+
+/// Adds the tangent by edges.
+pub(super) struct EdgeTangent<'a, D> {
+    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub edges: ToEdges<'a, D>,
+}
+
+impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(mut self, level: V::Level) {
+        Along::<D, V>::new(self.at.0, self.at.1, level).derive(&mut self.edges, None);
+    }
+}
+
+/// Writes the gradient alone, by the hand-derived formulas. An edge carries its axial force, and the difference
+/// of the moments at its ends over its length as shear force; what two edges carry and the load of the node between
+/// them is the gradient there.
+pub(super) struct Forces<'a, D> {
+    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub gradient: &'a mut [D],
+}
+
+impl<D: Nestable> Sweep<D> for Forces<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let (rod, q) = self.at;
+        let nodes: &mut [[D; 2]] = self.gradient.as_chunks_mut().0;
+        let mut along = Along::<D, V>::new(rod, q, level);
+        let zero = V::gather(level, |_| D::from(0.0));
+        let (mut moments, mut carried, edges) = (zero, [zero; 2], rod.stretch.len());
+        while let Some(pairs) = along.next() {
+            let [moment, _] = along.bends(&pairs).response(pairs.curvature);
+            let Pairs { first, e, .. } = pairs;
+            let torque = moment.before(moments) - moment;
+            let axial = along.stretches(first).force(e.squared, e.length);
+            let force = [
+                axial * e.tangent[0] + torque * e.normal[0],
+                axial * e.tangent[1] + torque * e.normal[1],
+            ];
+            let elastic =
+                [force[0].before(carried[0]) - force[0], force[1].before(carried[1]) - force[1]];
+            let end = edges.min(first + V::LANES);
+            for (lane, to) in nodes[first..end].iter_mut().enumerate() {
+                let ([x, y], load) = (V::lane_of(&elastic, lane), &rod.load[first + lane].force);
+                *to = [x - load[0], y - load[1]];
+            }
+            (moments, carried) = (moment, force);
+        }
+        let ([x, y], load) = (V::lane_of(&carried, (edges - 1) % V::LANES), &rod.load[edges].force);
+        nodes[edges] = [x - load[0], y - load[1]];
+    }
+}
+
+/// Measures edges and joints alone.
+pub(super) struct Measured<'a, D> {
+    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub geometry: &'a mut Geometry,
+}
+
+impl<D: Nestable> Sweep<D> for Measured<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let (rod, q) = self.at;
+        let mut measure = Measure::new(&rod.stretch, self.geometry);
+        let mut along = Along::<D, V>::new(rod, q, level);
+        while let Some(pairs) = along.next() {
+            measure.see(level, pairs.first, &pairs.e, pairs.curvature);
+        }
+    }
+}
+
+/// Adds up the elastic energies, without those of springs.
+pub(super) struct Elastic<'a, D> {
+    pub at: (&'a PlanarRod<D>, &'a [D]),
+}
+
+impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
+    type Output = Energies;
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
+        let (mut sums, edges) = (Energies::default(), self.at.0.stretch.len());
+        let mut along = Along::<D, V>::new(self.at.0, self.at.1, level);
+        along.slides = false;
+        while let Some(pairs) = along.next() {
+            let Pairs { first, e, curvature, .. } = &pairs;
+            let bend = along.bends(&pairs).energy_at(*curvature);
+            let stretch = along.stretches(*first).energy_at(e.squared, e.length);
+            for lane in 0..V::LANES.min(edges - first) {
+                sums.stretch += stretch.lane(lane).value();
+                sums.bend += bend.lane(lane).value();
+            }
+        }
+        sums
+    }
+}

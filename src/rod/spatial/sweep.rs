@@ -1,0 +1,305 @@
+//! Sweeps over the edges of a spatial rod, several side by side.
+
+use crate::energy::Stretch;
+use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
+use crate::energy::frame::{EdgeFrame, Frames};
+use crate::energy::joint::{Joint, Sum, between};
+use crate::numerics::banded::BandMatrix;
+use crate::numerics::scalar::{Nestable, Sweep, Wide};
+use crate::numerics::vector::{add, sub};
+use crate::rod::Energies;
+use crate::rod::blocks::{MOST, block, window};
+use crate::rod::edges::{HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
+use crate::rod::spatial::SpatialRod;
+use crate::rod::spatial::forces::STRIDE;
+use crate::rod::spatial::geometry::{Geometry, Measure};
+
+/// A rod at its unknowns, with its frames.
+pub(super) type At<'a, D> = (&'a SpatialRod<D>, &'a [D], &'a Frames<D>);
+
+/// Edges as they are, with their angles and their references.
+#[derive(Clone, Copy)]
+struct Edges<V> {
+    state: EdgeState<V>,
+    angle: V,
+    frame: EdgeFrame<V>,
+}
+
+/// Edges side by side, those next to them, and the joints between. The joint after the last edge is none: it has neither
+/// stiffness nor stress; what lies beyond has no meaning.
+struct Pairs<V> {
+    /// The number of the first edge.
+    first: usize,
+    e: EdgeState<V>,
+    f: EdgeState<V>,
+    law: JointLaw<V>,
+    bent: Joint<V>,
+}
+
+/// A rod at `q` and what its elements are side by side.
+struct Along<'a, D, V: Wide<D>> {
+    rod: &'a SpatialRod<D>,
+    stretch: &'a [Stretch<D, 3>],
+    joint: &'a [JointLaw<D>],
+    q: &'a [D],
+    frames: &'a [EdgeFrame<D>],
+    twist: &'a [D],
+    level: V::Level,
+    /// Whether springs of internal friction act.
+    slides: bool,
+    /// The edges from here on come next.
+    first: usize,
+    edges: Edges<V>,
+}
+
+impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
+    #[inline(always)]
+    fn new((rod, q, frames): At<'a, D>, level: V::Level) -> Self {
+        let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
+        let SpatialRod { stretch, joint, .. } = rod;
+        let (slides, edges) = (rod.is_sliding(), edges_at(q, frames, level, 0));
+        Self { rod, stretch, joint, q, frames, twist, level, slides, first: 0, edges }
+    }
+
+    /// The next ones.
+    #[inline(always)]
+    fn next(&mut self) -> Option<Pairs<V>> {
+        let (first, edges) = (self.first, self.edges);
+        if first >= self.stretch.len() {
+            return None;
+        }
+        self.first += V::LANES;
+        if self.first < self.stretch.len() {
+            self.edges = edges_at(self.q, self.frames, self.level, self.first);
+        }
+        let (e, f) = (edges.state, edges.state.after::<D>(&self.edges.state));
+        let turn = edges.angle.after(self.edges.angle) - edges.angle;
+        let frames = [edges.frame, edges.frame.after::<D>(&self.edges.frame)];
+        let (mut room, mut laws) = (None, None);
+        let twist = block::<D, V, _>(self.twist, first, D::from(0.0), &mut room);
+        let law = block::<D, V, _>(self.joint, first, JointLaw::none(), &mut laws);
+        let law = JointLaw::side_by_side::<V>(self.level, law);
+        let joint = law.at(frames, V::gather(self.level, |lane| twist[lane]));
+        let bent = joint.joint(&e, &f, turn);
+        Some(Pairs { first, e, f, law, bent })
+    }
+
+    /// How edges stretch.
+    #[inline(always)]
+    fn stretches(&self, first: usize) -> Stretch<V, 3> {
+        let mut room = None;
+        let all = block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room);
+        Stretch::side_by_side(self.level, all)
+    }
+
+    /// The stiffness of joints and their stresses.
+    #[inline(always)]
+    fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
+        if !self.slides {
+            return (law.stiffness, law.stiffness.times(&sub(bent.strains, law.natural)));
+        }
+        let none = JointLaw::<D>::none();
+        let mut all = [(none.stiffness, none.natural); MOST];
+        let joints = self.joint.len().saturating_sub(*first);
+        for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
+            *own = self.rod.response(first + lane, &V::lane_of(&bent.strains, lane));
+        }
+        let stress = [
+            V::gather(self.level, |lane| all[lane].1[0]),
+            V::gather(self.level, |lane| all[lane].1[1]),
+            V::gather(self.level, |lane| all[lane].1[2]),
+        ];
+        (Stiffness::side_by_side(self.level, &all, |own| &own.0), stress)
+    }
+
+    /// Shows all derivatives by the hand-derived formulas.
+    #[inline(always)]
+    fn derive(mut self, to: &mut impl TakesEdges<V>, mut measure: Option<Measure<'_, D>>) {
+        let zero = V::gather(self.level, |_| D::from(0.0));
+        let mut open = Sum { gradient: [zero; 3], hessian: [zero; 6] };
+        while let Some(pairs) = self.next() {
+            let Pairs { first, e, f, bent, .. } = &pairs;
+            if let Some(measure) = &mut measure {
+                measure.see(self.level, *first, e, (bent, f));
+            }
+            let (stiffness, stress) = self.response(&pairs);
+            let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
+            let [force, along] = self.stretches(*first).tension(e.squared, e.length);
+            let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
+            let own = e.derivatives(&sum, force, along);
+            to.edges(*first, &own, &between(e, f, tangent.fe));
+            open = tangent.f;
+        }
+    }
+}
+
+/// The edges from `first` on.
+#[inline(always)]
+fn edges_at<D: Nestable, V: Wide<D>>(
+    q: &[D],
+    frames: &[EdgeFrame<D>],
+    level: V::Level,
+    first: usize,
+) -> Edges<V> {
+    let (mut room, mut references) = (None, None);
+    let q = window(q, first, STRIDE, STRIDE * V::LANES + 3, &mut room);
+    let beyond = frames[frames.len() - 1];
+    let frames = block::<D, V, _>(frames, first, beyond, &mut references);
+    let frame = EdgeFrame::side_by_side::<V>(level, frames);
+    let e = [
+        V::gather(level, |lane| q[STRIDE * lane + 4]) - V::gather(level, |lane| q[STRIDE * lane]),
+        V::gather(level, |lane| q[STRIDE * lane + 5])
+            - V::gather(level, |lane| q[STRIDE * lane + 1]),
+        V::gather(level, |lane| q[STRIDE * lane + 6])
+            - V::gather(level, |lane| q[STRIDE * lane + 2]),
+    ];
+    let angle = V::gather(level, |lane| q[STRIDE * lane + 3]);
+    Edges { state: EdgeState::new(&frame, e, angle), angle, frame }
+}
+
+/// Writes gradient and tangent, and measures the rod if that is asked for.
+pub(super) struct Tangent<'a, D> {
+    pub at: At<'a, D>,
+    pub gradient: &'a mut [D],
+    pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
+    pub geometry: Option<&'a mut Geometry>,
+}
+
+impl<D: Nestable> Sweep<D> for Tangent<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let (rod, _, frames) = self.at;
+        let mut nodes = ToNodes::<D, V>::new(level, &rod.load, self.gradient, self.tangent);
+        let measure = self.geometry.map(|geometry| Measure::new(&rod.stretch, frames, geometry));
+        Along::<D, V>::new(self.at, level).derive(&mut nodes, measure);
+        nodes.end();
+    }
+}
+
+/// Adds the tangent by edges.
+pub(super) struct EdgeTangent<'a, D> {
+    pub at: At<'a, D>,
+    pub edges: ToEdges<'a, D>,
+}
+
+impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(mut self, level: V::Level) {
+        Along::<D, V>::new(self.at, level).derive(&mut self.edges, None);
+    }
+}
+
+/// Writes the gradient alone, by the hand-derived formulas.
+pub(super) struct Gradient<'a, D> {
+    pub at: At<'a, D>,
+    pub gradient: &'a mut [D],
+}
+
+impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let (load, edges) = (&self.at.0.load, self.at.0.stretch.len());
+        let mut along = Along::<D, V>::new(self.at, level);
+        let zero = V::gather(level, |_| D::from(0.0));
+        let (mut open, mut carried) = ([zero; 3], [zero; 3]);
+        while let Some(pairs) = along.next() {
+            let Pairs { first, e, f, bent, .. } = &pairs;
+            let pull = bent.pull(&e.edge, &f.edge, &along.response(&pairs).1);
+            let axial = along.stretches(*first).force(e.squared, e.length);
+            let before =
+                [pull.f[0].before(open[0]), pull.f[1].before(open[1]), pull.f[2].before(open[2])];
+            let [x, y, z, torque] = e.gradient(add(before, pull.e), axial);
+            let elastic = [
+                x.before(carried[0]) - x,
+                y.before(carried[1]) - y,
+                z.before(carried[2]) - z,
+                torque,
+            ];
+            let span = *first..edges.min(first + V::LANES);
+            let nodes = self.gradient.as_chunks_mut::<STRIDE>().0[span.clone()].iter_mut();
+            for (lane, (to, load)) in nodes.zip(&load[span]).enumerate() {
+                let ([x, y, z, torque], load) = (V::lane_of(&elastic, lane), &load.force);
+                *to = [x - load[0], y - load[1], z - load[2], torque];
+            }
+            (open, carried) = (pull.f, [x, y, z]);
+        }
+        let last = V::lane_of(&carried, (edges - 1) % V::LANES);
+        self.gradient[STRIDE * edges..].copy_from_slice(&sub(last, load[edges].force));
+    }
+}
+
+/// Measures edges and joints alone.
+pub(super) struct Measured<'a, D> {
+    pub at: At<'a, D>,
+    pub geometry: &'a mut Geometry,
+}
+
+impl<D: Nestable> Sweep<D> for Measured<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let (rod, _, frames) = self.at;
+        let mut measure = Measure::new(&rod.stretch, frames, self.geometry);
+        let mut along = Along::<D, V>::new(self.at, level);
+        while let Some(Pairs { first, e, f, bent, .. }) = along.next() {
+            measure.see(level, first, &e, (&bent, &f));
+        }
+    }
+}
+
+/// Adds up the elastic energies, without those of springs.
+pub(super) struct Elastic<'a, D> {
+    pub at: At<'a, D>,
+}
+
+impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
+    type Output = Energies;
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
+        let (mut sums, edges) = (Energies::default(), self.at.0.stretch.len());
+        let mut along = Along::<D, V>::new(self.at, level);
+        while let Some(Pairs { first, e, law, bent, .. }) = along.next() {
+            let [bend, twist] = law.energies_of(&bent.strains);
+            let stretch = along.stretches(first).energy_at(e.squared, e.length);
+            for lane in 0..V::LANES.min(edges - first) {
+                sums.stretch += stretch.lane(lane).value();
+                sums.bend += bend.lane(lane).value();
+                sums.twist += twist.lane(lane).value();
+            }
+        }
+        sums
+    }
+}
+
+/// Writes the strains of edges and of joints.
+pub(super) struct Strains<'a, D> {
+    pub at: At<'a, D>,
+    pub edges: &'a mut [D],
+    pub joints: &'a mut [[D; 3]],
+}
+
+impl<D: Nestable> Sweep<D> for Strains<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let mut along = Along::<D, V>::new(self.at, level);
+        while let Some(Pairs { first, e, bent, .. }) = along.next() {
+            let strain = along.stretches(first).strain_of(e.squared, e.length);
+            for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
+                *to = strain.lane(lane);
+            }
+            for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
+                *to = V::lane_of(&bent.strains, lane);
+            }
+        }
+    }
+}

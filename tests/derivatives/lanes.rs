@@ -1,0 +1,236 @@
+//! Plain numbers go through the formulas several side by side. Each lane has what the same formulas make of one
+//! number at a time, as dual numbers go through them, and what num-dual makes of the energy: for rods that fill all
+//! lanes and that do not, bent by more than a right angle, rotated far from their references, with and without
+//! springs of friction.
+
+use num_dual::Dual64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rodfit::Derivatives;
+use rodfit::energy::bend_twist::{JointLaw, Stiffness};
+use rodfit::energy::frame::Frames;
+use rodfit::energy::friction::{Sliders, Springs};
+use rodfit::energy::{DeadLoad, PlanarBend, Stretch};
+use rodfit::numerics::banded::BandMatrix;
+use rodfit::numerics::scalar::Nestable;
+use rodfit::rod::{Energies, Extra, PlanarRod, Rod, SpatialRod};
+use std::sync::Arc;
+
+/// Rods of these many edges, each several times.
+const EDGES: std::ops::RangeInclusive<usize> = 1..=13;
+const TIMES: u64 = 12;
+
+/// Edges of random length, each turned against the one before by up to `turn`, rad; in the plane where `flat`.
+fn path(random: &mut ChaCha8Rng, edges: usize, turn: f64, flat: bool) -> Vec<[f64; 3]> {
+    let mut nodes = vec![[0.0; 3]];
+    let (mut around, mut up) = (random.random_range(-3.0..3.0), 0.0_f64);
+    for _ in 0..edges {
+        around += random.random_range(-turn..turn);
+        up += if flat { 0.0 } else { random.random_range(-turn..turn) };
+        let length = random.random_range(0.08..0.12);
+        let [x, y, z] = nodes[nodes.len() - 1];
+        let flat: [f64; 2] = [f64::cos(around), f64::sin(around)];
+        let step = [flat[0] * up.cos(), flat[1] * up.cos(), up.sin()];
+        nodes.push([x + length * step[0], y + length * step[1], z + length * step[2]]);
+    }
+    nodes
+}
+
+fn stretch<D: Nestable, const M: usize>(random: &mut ChaCha8Rng) -> Stretch<D, M> {
+    let mut next = |low: f64, high: f64| D::from(random.random_range(low..high));
+    Stretch {
+        stiffness: next(10.0, 90.0),
+        rest_length: next(0.08, 0.12),
+        natural_strain: next(-0.1, 0.1),
+    }
+}
+
+fn planar<D: Nestable>(seed: u64, edges: usize, slides: bool) -> (PlanarRod<D>, Vec<D>) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let nodes = path(&mut random, edges, 2.4, true);
+    let q = nodes.iter().flat_map(|[x, y, _]| [*x, *y].map(D::from)).collect();
+    let stretch = (0..edges).map(|_| stretch(&mut random)).collect();
+    let mut next = |low: f64, high: f64| D::from(random.random_range(low..high));
+    let rod = PlanarRod {
+        stretch,
+        bend: (1..edges)
+            .map(|_| PlanarBend { stiffness: next(0.1, 3.0), natural_curvature: next(-1.0, 1.0) })
+            .collect(),
+        mass: vec![D::from(1.0); 2 * (edges + 1)],
+        load: (0..=edges).map(|_| DeadLoad { force: [0; 2].map(|_| next(-1.0, 1.0)) }).collect(),
+        moment: Vec::new(),
+        heading: [D::from(1.0); 2],
+        sliders: slides.then(|| {
+            let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
+            let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
+            let acting = (1..edges).map(|_| [next(0.1, 3.0), next(-0.5, 0.5)]).collect();
+            Springs { sliders, acting }
+        }),
+        own: Extra::default(),
+    };
+    (rod, q)
+}
+
+/// A rod in space that has moved from its references by up to a turn of `since`, rad.
+fn spatial<D: Nestable>(
+    seed: u64,
+    edges: usize,
+    since: f64,
+    slides: bool,
+) -> (SpatialRod<D>, Vec<D>, Frames<D>) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let nodes = path(&mut random, edges, 1.2, false);
+    let mut q = Vec::new();
+    for (i, node) in nodes.iter().enumerate() {
+        q.extend(node.map(D::from));
+        if i < edges {
+            q.push(D::from(random.random_range(-9.0..9.0)));
+        }
+    }
+    let tangents: Vec<[f64; 3]> = nodes
+        .windows(2)
+        .map(|pair| {
+            let e = [0, 1, 2].map(|c| pair[1][c] - pair[0][c]);
+            let length = e.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let moved = e.map(|x| x / length + since * random.random_range(-0.5..0.5));
+            let length = moved.iter().map(|x| x * x).sum::<f64>().sqrt();
+            moved.map(|x| x / length)
+        })
+        .collect();
+    let [x, y, z] = tangents[0];
+    let across = [y - z, z - x, x - y];
+    let length = across.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let tangents: Vec<[D; 3]> = tangents.iter().map(|t| t.map(D::from)).collect();
+    let frames = Frames::bishop(&tangents, across.map(|x| D::from(x / length)));
+    let stretch = (0..edges).map(|_| stretch(&mut random)).collect();
+    let mut next = |low: f64, high: f64| D::from(random.random_range(low..high));
+    let stiffness = |next: &mut dyn FnMut(f64, f64) -> D| Stiffness {
+        bend: [next(0.5, 2.0), next(-0.1, 0.1), next(0.5, 2.0)],
+        twist: next(0.5, 2.0),
+        coupling: [next(-0.1, 0.1), next(-0.1, 0.1)],
+    };
+    let rod = SpatialRod {
+        stretch,
+        joint: (1..edges)
+            .map(|_| JointLaw {
+                stiffness: stiffness(&mut next),
+                natural: [0; 3].map(|_| next(-0.5, 0.5)),
+            })
+            .collect(),
+        mass: vec![D::from(1.0); 4 * edges + 3],
+        load: (0..=edges).map(|_| DeadLoad { force: [0; 3].map(|_| next(-1.0, 1.0)) }).collect(),
+        sliders: slides.then(|| {
+            let limits = (1..edges).map(|_| next(0.1, 1.0)).collect();
+            let sliders = Arc::new(Sliders { stiffness: D::from(1.3), limits });
+            let acting = (1..edges)
+                .map(|_| (stiffness(&mut next), [0; 3].map(|_| next(-0.5, 0.5))))
+                .collect();
+            Springs { sliders, acting }
+        }),
+        own: Extra::default(),
+    };
+    (rod, q, frames)
+}
+
+/// All that a rod tells of itself.
+#[derive(Debug)]
+struct Told {
+    gradient: Vec<f64>,
+    tangent: Vec<f64>,
+    by_edges: Vec<f64>,
+    strains: Vec<f64>,
+    energies: Energies,
+}
+
+fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
+    rod: &R,
+    q: &[D],
+    frames: &R::Frames,
+    derivatives: Derivatives,
+) -> Told {
+    let zero = vec![D::from(f64::NAN); q.len()];
+    let (mut gradient, mut beside, mut strains) = (zero.clone(), zero, Vec::new());
+    // What was there before must not count.
+    let mut tangent = BandMatrix::zeros(q.len());
+    tangent.add_block(0, &[[D::from(7.0); 3]; 3]);
+    rod.tangent(q, frames, derivatives, &mut beside, &mut tangent);
+    rod.gradient(q, frames, derivatives, &mut gradient);
+    let size = beside.iter().fold(0.0_f64, |size, x| size.max(x.value().abs()));
+    for (gradient, beside) in gradient.iter().zip(&beside) {
+        assert!((gradient.value() - beside.value()).abs() <= 1e-13 * size);
+    }
+    let mut by_edges = BandMatrix::zeros(q.len());
+    rod.edge_tangent(q, frames, derivatives, &mut by_edges);
+    rod.strains(q, frames, &mut strains);
+    let entries = |of: &BandMatrix<D, W>| {
+        let all = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        all.map(|(i, j)| of.get(i, j).value()).collect()
+    };
+    let values = |of: &[D]| of.iter().map(|x| x.value()).collect();
+    Told {
+        gradient: values(&gradient),
+        tangent: entries(&tangent),
+        by_edges: entries(&by_edges),
+        strains: values(&strains),
+        energies: rod.energies(q, frames),
+    }
+}
+
+/// The largest difference of two, each kind of number over the largest one of its kind.
+fn difference(a: &Told, b: &Told) -> f64 {
+    let energies = |e: &Energies| vec![e.stretch, e.bend, e.twist, e.potential];
+    let kinds = [
+        (&a.gradient, &b.gradient),
+        (&a.tangent, &b.tangent),
+        (&a.by_edges, &b.by_edges),
+        (&a.strains, &b.strains),
+        (&energies(&a.energies), &energies(&b.energies)),
+    ];
+    let mut worst: f64 = 0.0;
+    for (a, b) in kinds {
+        assert_eq!(a.len(), b.len());
+        let size = b.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+        for (a, b) in a.iter().zip(b) {
+            let part = (a - b).abs() / size;
+            assert!(part.is_finite(), "{a} {b}");
+            worst = worst.max(part);
+        }
+    }
+    worst
+}
+
+#[test]
+fn every_lane_is_what_it_would_be_alone_in_the_plane() {
+    for edges in EDGES {
+        for seed in 0..TIMES {
+            let slides = seed % 3 == 2;
+            let (rod, q) = planar::<f64>(seed, edges, slides);
+            let (one, one_q) = planar::<Dual64>(seed, edges, slides);
+            let wide = told(&rod, &q, &(), Derivatives::Hand);
+            let alone = told(&one, &one_q, &(), Derivatives::Hand);
+            let found = difference(&wide, &alone);
+            assert!(found < 1e-14, "{edges} edges, {seed}: {found:e}");
+            let dual = told(&rod, &q, &(), Derivatives::Dual);
+            let found = difference(&wide, &dual);
+            assert!(found < 1e-12, "{edges} edges, {seed}: {found:e} from num-dual");
+        }
+    }
+}
+
+#[test]
+fn every_lane_is_what_it_would_be_alone_in_space() {
+    for edges in EDGES {
+        for seed in 0..TIMES {
+            let (since, slides) = ([1e-3, 0.3, 1.5][seed as usize % 3], seed % 4 == 3);
+            let (rod, q, frames) = spatial::<f64>(seed, edges, since, slides);
+            let (one, one_q, one_frames) = spatial::<Dual64>(seed, edges, since, slides);
+            let wide = told(&rod, &q, &frames, Derivatives::Hand);
+            let alone = told(&one, &one_q, &one_frames, Derivatives::Hand);
+            let found = difference(&wide, &alone);
+            assert!(found < 1e-14, "{edges} edges, {seed}: {found:e}");
+            let dual = told(&rod, &q, &frames, Derivatives::Dual);
+            let found = difference(&wide, &dual);
+            assert!(found < 1e-12, "{edges} edges, {seed}: {found:e} from num-dual");
+        }
+    }
+}
