@@ -140,10 +140,10 @@ impl<D: Scalar> EdgeFrame<D> {
 
     /// Angle from this frame's director, transported to the other's tangent, to the other's
     /// director, rad, in (-pi, pi].
-    #[inline]
+    #[inline(always)]
     fn angle_to(&self, other: &Self) -> D {
         let d = transport(self.tangent, other.tangent, self.director);
-        dot(other.tangent, cross(d, other.director)).atan2(dot(d, other.director))
+        argument(dot(d, other.director), dot(other.tangent, cross(d, other.director)))
     }
 
     /// The directors after a turn by `angle`, rad.
@@ -175,48 +175,41 @@ impl<D: Scalar> Frames<D> {
     }
 
     /// Moves the reference to other tangents, one per edge. Neither directors nor twists jump.
-    ///
-    /// The twist is read from the new directors, so that rounding errors do not add up over many
-    /// moves; the transported twist only tells which turn it is.
     pub fn rebase(&mut self, tangent: impl Fn(usize) -> Vector<D>) {
         let mut before = None;
         for j in 0..self.edges.len() {
-            before = Some(self.rebase_edge(j, tangent(j), before));
+            let from = self.edges[j].tangent;
+            self.edges[j] = self.edges[j].transported(tangent(j));
+            if let Some(left) = before {
+                let to = [&self.edges[j - 1], &self.edges[j]];
+                self.twist[j - 1] = moved_twist([left, from], to, self.twist[j - 1]);
+            }
+            before = Some(from);
         }
     }
+}
 
-    /// Moves the reference of edge `j`, and reads the twist against the edge before it, which moved
-    /// from the tangent `before`. Returns the tangent this edge moved from.
-    #[inline]
-    pub(crate) fn rebase_edge(
-        &mut self,
-        j: usize,
-        new: Vector<D>,
-        before: Option<Vector<D>>,
-    ) -> Vector<D> {
-        let old = self.edges[j].tangent;
-        self.edges[j] = self.edges[j].transported(new);
-        if let Some(old_left) = before {
-            let (left, edge) = (&self.edges[j - 1], &self.edges[j]);
-            let turned = transport_turns([old_left, old], [left.tangent, new]);
-            let angle = left.angle_to(edge);
-            let expected = self.twist[j - 1].value() - turned;
-            let turns = ((expected - angle.value()) / TAU).round();
-            self.twist[j - 1] = angle + turns * TAU;
-        }
-        old
-    }
+/// The reference twist of joints whose edges have moved from the tangents `from` to where their frames `to` are, and
+/// had the twist `before`, rad. It does not jump.
+///
+/// It is read from the new directors, so that rounding errors do not add up over many moves; the transported
+/// twist only tells which turn it is.
+#[inline(always)]
+pub(crate) fn moved_twist<D: Scalar>(from: [Vector<D>; 2], to: [&EdgeFrame<D>; 2], before: D) -> D {
+    let angle = to[0].angle_to(to[1]);
+    let expected = before - transport_turns(from, [to[0].tangent, to[1].tangent]);
+    angle + ((expected - angle) * TAU.recip()).nearest_whole() * TAU
 }
 
 /// [`transported_twist`] as far as it takes to count turns: zero where it is surely below a half
 /// turn. That is so when both edges moved by less than 0.14 rad and are no fold: the quadrangle's
 /// area is below 2 then.
-#[inline]
-fn transport_turns<D: Scalar>(from: [Vector<D>; 2], to: [Vector<D>; 2]) -> f64 {
-    let values = |v: Vector<D>| v.map(|x| x.value());
-    let ([e0, f0], [e, f]) = (from.map(values), to.map(values));
-    if dot(e0, e) > 0.99 && dot(f0, f) > 0.99 && dot(e, f) > -0.9 {
-        return 0.0;
+#[inline(always)]
+fn transport_turns<D: Scalar>([e0, f0]: [Vector<D>; 2], [e, f]: [Vector<D>; 2]) -> D {
+    let (moved_e, moved_f, folded) = (dot(e0, e), dot(f0, f), dot(e, f));
+    let (near, straight) = (e[0].like(0.99), e[0].like(-0.9));
+    if near.all_less(moved_e) && near.all_less(moved_f) && straight.all_less(folded) {
+        return e[0].like(0.0);
     }
     transported_twist([e0, f0], [e, f])
 }

@@ -240,6 +240,13 @@ impl<L: Level> Scalar for Abreast<L> {
         let less = self.level.less_than_f64s(self.numbers, bound.numbers);
         self.level.first_true_m64s(self.level.not_m64s(less)) == L::F64_LANES
     }
+    /// Of numbers below 2^51.
+    #[inline(always)]
+    fn nearest_whole(self) -> Self {
+        // Added and taken away again, this leaves nothing but a whole number.
+        const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
+        (self + TO_WHOLE) - TO_WHOLE
+    }
     #[inline(always)]
     fn abs(self) -> Self {
         Self { numbers: self.level.abs_f64s(self.numbers), ..self }

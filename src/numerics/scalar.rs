@@ -117,6 +117,12 @@ pub trait Scalar:
         self.value() < bound.value()
     }
 
+    /// The whole number next to it, which has no derivatives.
+    #[inline]
+    fn nearest_whole(self) -> Self {
+        Self::from(self.value().round())
+    }
+
     /// The number without its sign; at zero with the derivatives of the number itself.
     #[inline]
     fn abs(self) -> Self {

@@ -8,9 +8,6 @@ pub const LARGEST: f64 = 8e5;
 
 /// A right angle less its last 20 bits, so that it times the number of right angles is exact, and the rest of it.
 const RIGHT_ANGLE: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
-/// Added and taken away again, it leaves the nearest whole number.
-const TO_WHOLE: f64 = 6_755_399_441_055_744.0;
-
 /// Polynomials in the square of an angle up to half a right angle (FDLIBM, Sun Microsystems 1993): of
 /// `(sin r - r)/r^3` and of `(cos r - 1 + r^2/2)/r^4`, highest first.
 const SIN: [f64; 6] = [
@@ -40,15 +37,10 @@ fn polynomial<D: Scalar>(coefficients: &[f64; 6], x: D) -> D {
     sum
 }
 
-#[inline(always)]
-fn whole<D: Scalar>(x: D) -> D {
-    (x + TO_WHOLE) - TO_WHOLE
-}
-
 /// Sine and cosine of an angle below [`LARGEST`], to an error of one and a half units in the last place.
 #[inline(always)]
 pub fn sin_and_cos<D: Scalar>(x: D) -> [D; 2] {
-    let count = whole(x * FRAC_2_PI);
+    let count = (x * FRAC_2_PI).nearest_whole();
     let r = x - count * RIGHT_ANGLE[0] - count * RIGHT_ANGLE[1];
     let z = r * r;
     let sin = r + r * z * polynomial(&SIN, z);
@@ -56,9 +48,9 @@ pub fn sin_and_cos<D: Scalar>(x: D) -> [D; 2] {
     let near = -half + 1.0;
     let cos = near + ((-near + 1.0 - half) + z * z * polynomial(&COS, z));
     // Which of four quadrants: whether the count is odd, and whether half of it is.
-    let pairs = whole(count * 0.5 - 0.25);
+    let pairs = (count * 0.5 - 0.25).nearest_whole();
     let odd = count - pairs * 2.0;
-    let odd_pairs = pairs - whole(pairs * 0.5 - 0.25) * 2.0;
+    let odd_pairs = pairs - (pairs * 0.5 - 0.25).nearest_whole() * 2.0;
     let turned = odd_pairs * -2.0 + 1.0;
     let half = odd.like(0.5);
     let first = odd.if_less(half, sin, cos);

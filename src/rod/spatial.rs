@@ -4,6 +4,7 @@
 
 mod forces;
 mod geometry;
+mod moving;
 mod rates;
 mod sweep;
 
@@ -12,16 +13,17 @@ use crate::energy::bend_twist;
 use crate::energy::bend_twist::{JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::energy::friction::Springs;
-use crate::energy::joint::{ByEdge, Edge};
+use crate::energy::joint::ByEdge;
 use crate::energy::{DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, scale, sub, unit};
+use crate::numerics::vector::{Vector, add, dot, sub, unit};
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
-use crate::rod::spatial::forces::{Forces, Open, STRIDE};
+use crate::rod::spatial::forces::{Gradient, MovedGradient, STRIDE};
 pub use crate::rod::spatial::geometry::Geometry;
-use crate::rod::spatial::sweep::{EdgeTangent, Elastic, Gradient, Measured, Strains, Tangent};
+use crate::rod::spatial::moving::Rebase;
+use crate::rod::spatial::sweep::{EdgeTangent, Elastic, Measured, Strains, Tangent};
 use crate::rod::{
     Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
 };
@@ -276,7 +278,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn rebase(frames: &mut Frames<D>, q: &[D]) {
-        frames.rebase(|j| unit(edge(q, j)));
+        D::side_by_side(Rebase { q, frames });
     }
 
     /// One sweep: every edge's frame is moved, and is its own reference.
@@ -291,32 +293,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             Self::rebase(frames, q);
             return self.gradient(q, frames, derivatives, gradient);
         }
-        let zero = D::from(0.0);
-        let mut last: Option<Open<D>> = None;
-        let mut nodes = Forces { gradient, carried: [zero; 3] };
-        for (j, law) in self.stretch.iter().enumerate() {
-            let e = edge(q, j);
-            let squared = dot(e, e);
-            let length = squared.sqrt();
-            let inverse_length = length.recip();
-            let tangent = scale(e, inverse_length);
-            let from = frames.rebase_edge(j, tangent, last.as_ref().map(|open| open.from));
-            let next = Edge::moved(&frames.edges[j], inverse_length, q[STRIDE * j + 3]);
-            let mut pull = [zero; 3];
-            if let Some(open) = &last {
-                let i = j - 1;
-                let turn = q[STRIDE * j + 3] - q[STRIDE * i + 3];
-                let both = self.joint[i].pull(&open.edge, &next, turn + frames.twist[i]);
-                nodes.edge(i, open.closed(both.e), self.load[i].force);
-                pull = both.f;
-            }
-            last = Some(Open { edge: next, from, force: law.force(squared, length), pull });
-        }
-        let i = self.joint.len();
-        if let Some(open) = last {
-            nodes.edge(i, open.closed([zero; 3]), self.load[i].force);
-        }
-        nodes.end(i + 1, self.load[i + 1].force);
+        D::side_by_side(MovedGradient { rod: self, q, frames, gradient });
         self.own.add_gradient(q, &frames.edges, derivatives, gradient);
     }
 

@@ -1,53 +1,105 @@
 //! The gradient of a spatial rod alone, edge after edge.
 
-use crate::energy::joint::Edge;
-use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, add, scale, sub};
+use crate::energy::DeadLoad;
+use crate::energy::frame::Frames;
+use crate::energy::joint::{EdgeState, Pull};
+use crate::numerics::scalar::{Nestable, Sweep, Wide};
+use crate::numerics::vector::{add, sub};
+use crate::rod::spatial::SpatialRod;
+use crate::rod::spatial::moving::{Moving, Pairs as MovedPairs};
+use crate::rod::spatial::sweep::{Along, At, Pairs, joints, stretches};
 
 /// Unknowns from one node to the next.
 pub(super) const STRIDE: usize = 4;
 
-/// An edge whose last joint is still to come.
-pub(super) struct Open<D> {
-    pub(super) edge: Edge<D>,
-    /// The tangent it moved from.
-    pub(super) from: Vector<D>,
-    /// The axial force, N, and the derivatives by the joint before.
-    pub(super) force: D,
-    pub(super) pull: [D; 3],
-}
-
-impl<D: Scalar> Open<D> {
-    /// The gradient by the edge's vector and angle, with the derivatives by the joint after.
-    #[inline(always)]
-    pub(super) fn closed(&self, by: [D; 3]) -> [D; 4] {
-        let [p, q, torque] = add(self.pull, by);
-        let along = scale(self.edge.tangent, self.force);
-        let [x, y, z] = add(along, self.edge.across([p, q]));
-        [x, y, z, torque]
-    }
-}
-
 /// Writes a gradient by nodes from that by edges, one after the other.
-pub(super) struct Forces<'a, D> {
-    pub(super) gradient: &'a mut [D],
-    /// By the edge before, N.
-    pub(super) carried: Vector<D>,
+struct Forces<'a, D, V> {
+    load: &'a [DeadLoad<D, 3>],
+    gradient: &'a mut [D],
+    /// By the joints before, and by the vectors of the edges before, N.
+    open: [V; 3],
+    carried: [V; 3],
 }
 
-impl<D: Scalar> Forces<'_, D> {
-    /// Edge `i` with the gradient by its vector and angle, and the `load` on its first node, N.
+impl<'a, D: Nestable, V: Wide<D>> Forces<'a, D, V> {
     #[inline(always)]
-    pub(super) fn edge(&mut self, i: usize, [x, y, z, torque]: [D; 4], load: Vector<D>) {
-        let [a, b, c] = sub(sub(self.carried, [x, y, z]), load);
-        let node: &mut [D; 4] = self.gradient[STRIDE * i..].first_chunk_mut().expect("a node");
-        *node = [a, b, c, torque];
-        self.carried = [x, y, z];
+    fn new(level: V::Level, rod: &'a SpatialRod<D>, gradient: &'a mut [D]) -> Self {
+        let zero = V::gather(level, |_| D::from(0.0));
+        Self { load: &rod.load, gradient, open: [zero; 3], carried: [zero; 3] }
     }
 
-    /// The last node, `i`.
+    /// Edges from `first` on, on which the joints after them pull, and which carry an axial force, N.
     #[inline(always)]
-    pub(super) fn end(self, i: usize, load: Vector<D>) {
-        self.gradient[STRIDE * i..].copy_from_slice(&sub(self.carried, load));
+    fn add(&mut self, first: usize, e: &EdgeState<V>, pull: &Pull<V>, axial: V) {
+        let (open, carried) = (&self.open, &self.carried);
+        let before =
+            [pull.f[0].before(open[0]), pull.f[1].before(open[1]), pull.f[2].before(open[2])];
+        let [x, y, z, torque] = e.gradient(add(before, pull.e), axial);
+        let elastic =
+            [x.before(carried[0]) - x, y.before(carried[1]) - y, z.before(carried[2]) - z, torque];
+        let span = first..(self.load.len() - 1).min(first + V::LANES);
+        let nodes = self.gradient.as_chunks_mut::<STRIDE>().0[span.clone()].iter_mut();
+        for (lane, (to, load)) in nodes.zip(&self.load[span]).enumerate() {
+            let ([x, y, z, torque], load) = (V::lane_of(&elastic, lane), &load.force);
+            *to = [x - load[0], y - load[1], z - load[2], torque];
+        }
+        (self.open, self.carried) = (pull.f, [x, y, z]);
+    }
+
+    /// The last node.
+    #[inline(always)]
+    fn end(self) {
+        let edges = self.load.len() - 1;
+        let last = V::lane_of(&self.carried, (edges - 1) % V::LANES);
+        self.gradient[STRIDE * edges..].copy_from_slice(&sub(last, self.load[edges].force));
+    }
+}
+
+/// Writes the gradient by the hand-derived formulas.
+pub(super) struct Gradient<'a, D> {
+    pub at: At<'a, D>,
+    pub gradient: &'a mut [D],
+}
+
+impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let mut nodes = Forces::<D, V>::new(level, self.at.0, self.gradient);
+        let mut along = Along::<D, V>::new(self.at, level);
+        while let Some(pairs) = along.next() {
+            let Pairs { first, e, f, bent, .. } = &pairs;
+            let pull = bent.pull(&e.edge, &f.edge, &along.response(&pairs).1);
+            let axial = along.stretches(*first).force(e.squared, e.length);
+            nodes.add(*first, e, &pull, axial);
+        }
+        nodes.end();
+    }
+}
+
+/// Moves the frames with their edges, and writes the gradient there.
+pub(super) struct MovedGradient<'a, D> {
+    pub rod: &'a SpatialRod<D>,
+    pub q: &'a [D],
+    pub frames: &'a mut Frames<D>,
+    pub gradient: &'a mut [D],
+}
+
+impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let mut nodes = Forces::<D, V>::new(level, self.rod, self.gradient);
+        let mut moving = Moving::<D, V>::new(self.q, self.frames, level);
+        while let Some(pairs) = moving.next() {
+            let MovedPairs { first, twist, .. } = pairs;
+            let (e, f) = (pairs.e.state(), pairs.f.state());
+            let pull = joints(&self.rod.joint, level, first).pull(&e.edge, &f.edge, twist);
+            let axial = stretches(&self.rod.stretch, level, first).force(e.squared, e.length);
+            nodes.add(first, &e, &pull, axial);
+        }
+        nodes.end();
     }
 }

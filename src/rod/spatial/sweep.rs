@@ -6,7 +6,7 @@ use crate::energy::frame::{EdgeFrame, Frames};
 use crate::energy::joint::{Joint, Sum, between};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Sweep, Wide};
-use crate::numerics::vector::{add, sub};
+use crate::numerics::vector::{Vector, sub};
 use crate::rod::Energies;
 use crate::rod::blocks::{MOST, block, window};
 use crate::rod::edges::{HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
@@ -27,17 +27,17 @@ struct Edges<V> {
 
 /// Edges side by side, those next to them, and the joints between. The joint after the last edge is none: it has neither
 /// stiffness nor stress; what lies beyond has no meaning.
-struct Pairs<V> {
+pub(super) struct Pairs<V> {
     /// The number of the first edge.
-    first: usize,
-    e: EdgeState<V>,
-    f: EdgeState<V>,
-    law: JointLaw<V>,
-    bent: Joint<V>,
+    pub first: usize,
+    pub e: EdgeState<V>,
+    pub f: EdgeState<V>,
+    pub law: JointLaw<V>,
+    pub bent: Joint<V>,
 }
 
 /// A rod at `q` and what its elements are side by side.
-struct Along<'a, D, V: Wide<D>> {
+pub(super) struct Along<'a, D, V: Wide<D>> {
     rod: &'a SpatialRod<D>,
     stretch: &'a [Stretch<D, 3>],
     joint: &'a [JointLaw<D>],
@@ -54,7 +54,7 @@ struct Along<'a, D, V: Wide<D>> {
 
 impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
-    fn new((rod, q, frames): At<'a, D>, level: V::Level) -> Self {
+    pub fn new((rod, q, frames): At<'a, D>, level: V::Level) -> Self {
         let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
         let SpatialRod { stretch, joint, .. } = rod;
         let (slides, edges) = (rod.is_sliding(), edges_at(q, frames, level, 0));
@@ -63,7 +63,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
 
     /// The next ones.
     #[inline(always)]
-    fn next(&mut self) -> Option<Pairs<V>> {
+    pub fn next(&mut self) -> Option<Pairs<V>> {
         let (first, edges) = (self.first, self.edges);
         if first >= self.stretch.len() {
             return None;
@@ -75,10 +75,9 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         let (e, f) = (edges.state, edges.state.after::<D>(&self.edges.state));
         let turn = edges.angle.after(self.edges.angle) - edges.angle;
         let frames = [edges.frame, edges.frame.after::<D>(&self.edges.frame)];
-        let (mut room, mut laws) = (None, None);
+        let mut room = None;
         let twist = block::<D, V, _>(self.twist, first, D::from(0.0), &mut room);
-        let law = block::<D, V, _>(self.joint, first, JointLaw::none(), &mut laws);
-        let law = JointLaw::side_by_side::<V>(self.level, law);
+        let law: JointLaw<V> = joints(self.joint, self.level, first);
         let joint = law.at(frames, V::gather(self.level, |lane| twist[lane]));
         let bent = joint.joint(&e, &f, turn);
         Some(Pairs { first, e, f, law, bent })
@@ -86,15 +85,13 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
 
     /// How edges stretch.
     #[inline(always)]
-    fn stretches(&self, first: usize) -> Stretch<V, 3> {
-        let mut room = None;
-        let all = block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room);
-        Stretch::side_by_side(self.level, all)
+    pub fn stretches(&self, first: usize) -> Stretch<V, 3> {
+        stretches(self.stretch, self.level, first)
     }
 
     /// The stiffness of joints and their stresses.
     #[inline(always)]
-    fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
+    pub fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
         if !self.slides {
             return (law.stiffness, law.stiffness.times(&sub(bent.strains, law.natural)));
         }
@@ -133,6 +130,62 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     }
 }
 
+/// The joints after the edges from `first` on.
+#[inline(always)]
+pub(super) fn joints<D: Nestable, V: Wide<D>>(
+    all: &[JointLaw<D>],
+    level: V::Level,
+    first: usize,
+) -> JointLaw<V> {
+    let mut room = None;
+    JointLaw::side_by_side(level, block::<D, V, _>(all, first, JointLaw::none(), &mut room))
+}
+
+/// How the edges from `first` on stretch.
+#[inline(always)]
+pub(super) fn stretches<D: Nestable, V: Wide<D>>(
+    all: &[Stretch<D, 3>],
+    level: V::Level,
+    first: usize,
+) -> Stretch<V, 3> {
+    let mut room = None;
+    Stretch::side_by_side(level, block::<D, V, _>(all, first, Stretch::none(), &mut room))
+}
+
+/// The vectors of edges from `first` on, and their angles.
+#[inline(always)]
+pub(super) fn vectors_at<D: Nestable, V: Wide<D>>(
+    q: &[D],
+    level: V::Level,
+    first: usize,
+) -> (Vector<V>, V) {
+    let mut room = None;
+    let q = window(q, first, STRIDE, STRIDE * V::LANES + 3, &mut room);
+    let start = [
+        V::gather(level, |lane| q[STRIDE * lane]),
+        V::gather(level, |lane| q[STRIDE * lane + 1]),
+        V::gather(level, |lane| q[STRIDE * lane + 2]),
+    ];
+    let end = [
+        V::gather(level, |lane| q[STRIDE * lane + 4]),
+        V::gather(level, |lane| q[STRIDE * lane + 5]),
+        V::gather(level, |lane| q[STRIDE * lane + 6]),
+    ];
+    (sub(end, start), V::gather(level, |lane| q[STRIDE * lane + 3]))
+}
+
+/// The frames of edges from `first` on.
+#[inline(always)]
+pub(super) fn frames_at<D: Nestable, V: Wide<D>>(
+    frames: &[EdgeFrame<D>],
+    level: V::Level,
+    first: usize,
+) -> EdgeFrame<V> {
+    let mut room = None;
+    let beyond = frames[frames.len() - 1];
+    EdgeFrame::side_by_side(level, block::<D, V, _>(frames, first, beyond, &mut room))
+}
+
 /// The edges from `first` on.
 #[inline(always)]
 fn edges_at<D: Nestable, V: Wide<D>>(
@@ -141,19 +194,8 @@ fn edges_at<D: Nestable, V: Wide<D>>(
     level: V::Level,
     first: usize,
 ) -> Edges<V> {
-    let (mut room, mut references) = (None, None);
-    let q = window(q, first, STRIDE, STRIDE * V::LANES + 3, &mut room);
-    let beyond = frames[frames.len() - 1];
-    let frames = block::<D, V, _>(frames, first, beyond, &mut references);
-    let frame = EdgeFrame::side_by_side::<V>(level, frames);
-    let e = [
-        V::gather(level, |lane| q[STRIDE * lane + 4]) - V::gather(level, |lane| q[STRIDE * lane]),
-        V::gather(level, |lane| q[STRIDE * lane + 5])
-            - V::gather(level, |lane| q[STRIDE * lane + 1]),
-        V::gather(level, |lane| q[STRIDE * lane + 6])
-            - V::gather(level, |lane| q[STRIDE * lane + 2]),
-    ];
-    let angle = V::gather(level, |lane| q[STRIDE * lane + 3]);
+    let frame = frames_at(frames, level, first);
+    let (e, angle) = vectors_at(q, level, first);
     Edges { state: EdgeState::new(&frame, e, angle), angle, frame }
 }
 
@@ -190,47 +232,6 @@ impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
     #[inline(always)]
     fn sweep<V: Wide<D>>(mut self, level: V::Level) {
         Along::<D, V>::new(self.at, level).derive(&mut self.edges, None);
-    }
-}
-
-/// Writes the gradient alone, by the hand-derived formulas.
-pub(super) struct Gradient<'a, D> {
-    pub at: At<'a, D>,
-    pub gradient: &'a mut [D],
-}
-
-impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
-    type Output = ();
-
-    #[inline(always)]
-    fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (load, edges) = (&self.at.0.load, self.at.0.stretch.len());
-        let mut along = Along::<D, V>::new(self.at, level);
-        let zero = V::gather(level, |_| D::from(0.0));
-        let (mut open, mut carried) = ([zero; 3], [zero; 3]);
-        while let Some(pairs) = along.next() {
-            let Pairs { first, e, f, bent, .. } = &pairs;
-            let pull = bent.pull(&e.edge, &f.edge, &along.response(&pairs).1);
-            let axial = along.stretches(*first).force(e.squared, e.length);
-            let before =
-                [pull.f[0].before(open[0]), pull.f[1].before(open[1]), pull.f[2].before(open[2])];
-            let [x, y, z, torque] = e.gradient(add(before, pull.e), axial);
-            let elastic = [
-                x.before(carried[0]) - x,
-                y.before(carried[1]) - y,
-                z.before(carried[2]) - z,
-                torque,
-            ];
-            let span = *first..edges.min(first + V::LANES);
-            let nodes = self.gradient.as_chunks_mut::<STRIDE>().0[span.clone()].iter_mut();
-            for (lane, (to, load)) in nodes.zip(&load[span]).enumerate() {
-                let ([x, y, z, torque], load) = (V::lane_of(&elastic, lane), &load.force);
-                *to = [x - load[0], y - load[1], z - load[2], torque];
-            }
-            (open, carried) = (pull.f, [x, y, z]);
-        }
-        let last = V::lane_of(&carried, (edges - 1) % V::LANES);
-        self.gradient[STRIDE * edges..].copy_from_slice(&sub(last, load[edges].force));
     }
 }
 

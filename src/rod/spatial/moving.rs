@@ -1,0 +1,137 @@
+//! Frames that move with their edges.
+
+use crate::energy::frame::{EdgeFrame, Frames, moved_twist, vector_after};
+use crate::energy::joint::{Edge, EdgeState};
+use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
+use crate::numerics::vector::{Vector, dot, scale};
+use crate::rod::blocks::block;
+use crate::rod::spatial::sweep::{frames_at, vectors_at};
+
+/// Edges whose frames have moved with them.
+#[derive(Clone, Copy)]
+pub(super) struct Moved<V> {
+    squared: V,
+    length: V,
+    inverse_length: V,
+    angle: V,
+    frame: EdgeFrame<V>,
+    /// The tangents they moved from.
+    from: Vector<V>,
+}
+
+impl<V: Scalar> Moved<V> {
+    /// The edges as they are: their own references.
+    #[inline(always)]
+    pub fn state(&self) -> EdgeState<V> {
+        let Self { squared, length, inverse_length, angle, frame, .. } = self;
+        let edge = Edge::moved(frame, *inverse_length, *angle);
+        EdgeState { edge, length: *length, squared: *squared, turn: [squared.like(0.0); 2] }
+    }
+
+    /// The edges after these, which `later` ones come after.
+    #[inline(always)]
+    fn after<S>(&self, later: &Self) -> Self
+    where
+        V: Wide<S>,
+    {
+        Self {
+            squared: self.squared.after(later.squared),
+            length: self.length.after(later.length),
+            inverse_length: self.inverse_length.after(later.inverse_length),
+            angle: self.angle.after(later.angle),
+            frame: self.frame.after::<S>(&later.frame),
+            from: vector_after(self.from, later.from),
+        }
+    }
+}
+
+/// Edges side by side, those next to them, and how much the joints between are twisted, rad. What comes after the last
+/// edge has no meaning.
+pub(super) struct Pairs<V> {
+    /// The number of the first edge.
+    pub first: usize,
+    pub e: Moved<V>,
+    pub f: Moved<V>,
+    pub twist: V,
+}
+
+/// Moves the frames of a rod to `q`, without changing any energy there: neither directors nor twists jump.
+pub(super) struct Moving<'a, D, V: Wide<D>> {
+    q: &'a [D],
+    frames: &'a mut [EdgeFrame<D>],
+    twist: &'a mut [D],
+    level: V::Level,
+    /// The edges from here on come next.
+    first: usize,
+    edges: Moved<V>,
+}
+
+impl<'a, D: Nestable, V: Wide<D>> Moving<'a, D, V> {
+    #[inline(always)]
+    pub fn new(q: &'a [D], frames: &'a mut Frames<D>, level: V::Level) -> Self {
+        let edges = move_edges(q, &mut frames.edges, level, 0);
+        let (frames, twist) = (&mut frames.edges[..], &mut frames.twist[..]);
+        Self { q, frames, twist, level, first: 0, edges }
+    }
+
+    /// Moves the next ones.
+    #[inline(always)]
+    pub fn next(&mut self) -> Option<Pairs<V>> {
+        let (first, e) = (self.first, self.edges);
+        if first >= self.frames.len() {
+            return None;
+        }
+        self.first += V::LANES;
+        if self.first < self.frames.len() {
+            self.edges = move_edges(self.q, self.frames, self.level, self.first);
+        }
+        let f = e.after::<D>(&self.edges);
+        let mut room = None;
+        let before = block::<D, V, _>(self.twist, first, D::from(0.0), &mut room);
+        let before = V::gather(self.level, |lane| before[lane]);
+        let twist = moved_twist([e.from, f.from], [&e.frame, &f.frame], before);
+        for (lane, to) in self.twist[first..].iter_mut().take(V::LANES).enumerate() {
+            *to = twist.lane(lane);
+        }
+        let turn = f.angle - e.angle;
+        Some(Pairs { first, e, f, twist: turn + twist })
+    }
+}
+
+/// Moves the frames of edges from `first` on.
+#[inline(always)]
+fn move_edges<D: Nestable, V: Wide<D>>(
+    q: &[D],
+    frames: &mut [EdgeFrame<D>],
+    level: V::Level,
+    first: usize,
+) -> Moved<V> {
+    let (e, angle) = vectors_at::<D, V>(q, level, first);
+    let squared = dot(e, e);
+    let length = squared.sqrt();
+    let inverse_length = length.recip();
+    let before = frames_at::<D, V>(frames, level, first);
+    let frame = before.transported(scale(e, inverse_length));
+    for (lane, to) in frames[first..].iter_mut().take(V::LANES).enumerate() {
+        let (tangent, director) =
+            (V::lane_of(&frame.tangent, lane), V::lane_of(&frame.director, lane));
+        *to = EdgeFrame { tangent, director };
+    }
+    Moved { squared, length, inverse_length, angle, frame, from: before.tangent }
+}
+
+/// Moves the frames alone.
+pub(super) struct Rebase<'a, D> {
+    pub q: &'a [D],
+    pub frames: &'a mut Frames<D>,
+}
+
+impl<D: Nestable> Sweep<D> for Rebase<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn sweep<V: Wide<D>>(self, level: V::Level) {
+        let mut moving = Moving::<D, V>::new(self.q, self.frames, level);
+        while moving.next().is_some() {}
+    }
+}
