@@ -14,6 +14,7 @@ fn simulate_writes_what_it_promises() {
         (&"planar".into(), &42.into(), &150.into())
     );
     assert_eq!(run["status"], "completed");
+    assert_eq!(run["vector_unit"], rodfit::numerics::abreast::level());
     assert_eq!(run["scene"]["supports"]["clamp"], "mid-edge");
     assert!(run["newton_iterations"].as_u64().unwrap() >= 150);
     let (tip, energy) = (run["tip"].as_array().unwrap(), run["energy"].as_array().unwrap());

@@ -98,6 +98,9 @@ pub struct FitReport {
     pub simulations: f64,
     /// Wall time of the fit, s.
     pub wall_seconds: f64,
+    /// What numbers went [side by side](crate::numerics::abreast::level) with.
+    #[serde(default)]
+    pub vector_unit: String,
     /// In one line how the fit ended.
     pub status: String,
     /// How far the result can be believed.
@@ -149,6 +152,7 @@ impl FitReport {
             basins,
             simulations: search.simulations(),
             wall_seconds: since.elapsed().as_secs_f64(),
+            vector_unit: level().into(),
             status: conclusion.status,
             grade: conclusion.grade,
             verdict: conclusion.verdict,

@@ -36,9 +36,6 @@ pub struct PlotData {
     pub settings: Vec<SimulationSettings>,
     /// Version of this crate.
     pub version: String,
-    /// What numbers went [side by side](crate::numerics::abreast::level) with.
-    #[serde(default)]
-    pub vector_unit: String,
 }
 
 /// Where a parameter was looked for.

@@ -12,7 +12,6 @@ use crate::fit::report::plot_data::{
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
-use crate::numerics::abreast::level;
 use crate::scene::{Point, SchemeParameter};
 
 /// Shapes of a moving rod that are kept.
@@ -35,7 +34,6 @@ pub(crate) fn still(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -
         landscape: search.journal.landscape(search.unknowns),
         settings: search.experiments.iter().map(settings).collect(),
         version: env!("CARGO_PKG_VERSION").into(),
-        vector_unit: level().into(),
         ..PlotData::default()
     }
 }
