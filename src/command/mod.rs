@@ -3,6 +3,7 @@
 //! Every subcommand goes the same way: read the inputs, look at the outputs, estimate what it takes, compute, write
 //! everything it can, say the rest. It uses the library as anybody does; the program and the Python package call it.
 
+mod bench;
 mod check;
 mod fit;
 mod init;
@@ -57,6 +58,8 @@ enum Command {
     Study(study::Options),
     /// List the numbers of a scene that can be identified, with their values and units.
     Parameters(parameters::Options),
+    /// How fast this machine is at the shipped scenes: steps a second, and seconds of a fit.
+    Bench(bench::Options),
     /// Compare hand-derived derivatives with num-dual's and with finite differences.
     Check(check::Options),
     /// Identify parameters from recorded motion.
@@ -122,6 +125,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Modes(options) => modes::run(&options, manner),
         Command::Study(options) => study::run(&options, manner),
         Command::Parameters(options) => parameters::run(&options, manner),
+        Command::Bench(options) => bench::run(&options, manner),
         Command::Check(options) => check::run(&options, manner),
         Command::Fit(options) => fit::run(&options, manner),
         Command::Inspect(options) => inspect::run(&options, manner),

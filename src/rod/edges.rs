@@ -9,6 +9,8 @@ use crate::rod::blocks::block;
 /// Half-bandwidth of the spatial tangent.
 pub const HALF_BANDWIDTH: usize = 10;
 const W: usize = HALF_BANDWIDTH;
+/// Unknowns from one node to the next.
+pub(super) const STRIDE: usize = 4;
 
 /// What is shown the edges of a spatial rod, from the first on.
 pub(super) trait TakesEdges<V> {

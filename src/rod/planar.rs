@@ -17,7 +17,7 @@ use crate::numerics::scalar::{Nestable, Scalar};
 pub use crate::rod::planar::edges::HALF_BANDWIDTH;
 use crate::rod::planar::edges::{ByEdge, TakesEdges, ToEdges, ToNodes};
 pub use crate::rod::planar::geometry::Geometry;
-use crate::rod::planar::sweep::{EdgeTangent, Elastic, Forces, Measured, Tangent};
+use crate::rod::planar::sweep::{EdgeTangent, Elastic, Elements, Forces, Measured, Tangent};
 use crate::rod::{
     Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
 };
@@ -72,26 +72,17 @@ fn add_gradients<D: Scalar, E: Element<D, N>, const N: usize>(
 }
 
 impl<D: Nestable> PlanarRod<D> {
-    /// Whether springs of internal friction act.
-    fn is_sliding(&self) -> bool {
-        self.sliders.as_ref().is_some_and(|springs| !springs.acting.is_empty())
+    /// What it is made of.
+    fn elements(&self) -> Elements<'_, D> {
+        let Self { stretch, bend, load, sliders, .. } = self;
+        let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
+        Elements { stretch, bend, load, springs }
     }
 
-    /// Bend `i` at a curvature, with the spring of internal friction that acts there if one does.
-    fn sliding(&self, i: usize, bend: &PlanarBend<D>, curvature: D) -> PlanarBend<D> {
-        let Some(Springs { sliders, acting }) = &self.sliders else { return *bend };
-        match acting.get(i) {
-            Some([elastic, from]) => {
-                sliders.bend(i, (bend, *elastic), curvature, curvature + *from)
-            }
-            None => *bend,
-        }
-    }
-
-    /// The same where the rod is at `q`.
+    /// Bend `i` with its spring of internal friction, where the rod is at `q`.
     fn element(&self, i: usize, q: &[D]) -> PlanarBend<D> {
         let bend = &self.bend[i];
-        self.sliding(i, bend, bend.strain(unknowns(q, i)))
+        self.elements().sliding(i, bend, bend.strain(unknowns(q, i)))
     }
 
     /// Shows all derivatives by num-dual.
@@ -178,7 +169,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
 
     fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
         match derivatives {
-            Derivatives::Hand => D::side_by_side(Forces { at: (self, q), gradient }),
+            Derivatives::Hand => D::side_by_side(Forces { at: (self.elements(), q), gradient }),
             Derivatives::Dual => {
                 self.set_loads(q, gradient);
                 add_gradients(&self.stretch, q, gradient, dual_gradient);
@@ -205,7 +196,12 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         match derivatives {
             Derivatives::Hand => {
                 let (gradient, tangent) = (&mut *gradient, &mut *tangent);
-                D::side_by_side(Tangent { at: (self, q), gradient, tangent, geometry: None });
+                D::side_by_side(Tangent {
+                    at: (self.elements(), q),
+                    gradient,
+                    tangent,
+                    geometry: None,
+                });
             }
             Derivatives::Dual => {
                 let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
@@ -217,7 +213,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn measure(&self, q: &[D], (): &(), geometry: &mut Geometry) {
-        D::side_by_side(Measured { at: (self, q), geometry });
+        D::side_by_side(Measured { at: (self.elements(), q), geometry });
     }
 
     fn measured_tangent(
@@ -234,7 +230,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         }
         let (forces, stiffness) = (&mut *gradient, &mut *tangent);
         D::side_by_side(Tangent {
-            at: (self, q),
+            at: (self.elements(), q),
             gradient: forces,
             tangent: stiffness,
             geometry: Some(geometry),
@@ -253,7 +249,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         let mut edges = ToEdges { tangent, last: self.bend.len() };
         match derivatives {
             Derivatives::Hand => {
-                D::side_by_side(EdgeTangent { at: (self, q), edges });
+                D::side_by_side(EdgeTangent { at: (self.elements(), q), edges });
             }
             Derivatives::Dual => self.each_edge_in_duals(q, &mut edges),
         }
@@ -302,7 +298,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn energies(&self, q: &[D], (): &()) -> Energies {
-        let mut sums = D::side_by_side(Elastic { at: (self, q) });
+        let mut sums = D::side_by_side(Elastic { at: (self.elements(), q) });
         for (i, load) in self.load.iter().enumerate() {
             sums.potential += load.energy(unknowns(q, i)).value();
         }

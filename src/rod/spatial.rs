@@ -10,7 +10,7 @@ mod sweep;
 
 use crate::energy::BendTwist;
 use crate::energy::bend_twist;
-use crate::energy::bend_twist::{JointLaw, Stiffness};
+use crate::energy::bend_twist::JointLaw;
 use crate::energy::frame::{EdgeFrame, Frames, transported_twist};
 use crate::energy::friction::Springs;
 use crate::energy::joint::ByEdge;
@@ -19,11 +19,13 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, sub, unit};
 pub use crate::rod::edges::HALF_BANDWIDTH;
-use crate::rod::edges::{TakesEdges, ToEdges, ToNodes};
-use crate::rod::spatial::forces::{Gradient, MovedGradient, STRIDE};
+use crate::rod::edges::{STRIDE, TakesEdges, ToEdges, ToNodes};
+use crate::rod::spatial::forces::{Gradient, MovedGradient};
 pub use crate::rod::spatial::geometry::Geometry;
 use crate::rod::spatial::moving::Rebase;
-use crate::rod::spatial::sweep::{EdgeTangent, Elastic, Measured, Strains, Tangent};
+use crate::rod::spatial::sweep::{
+    EdgeTangent, Elastic, Elements, Measured, Spring, Strains, Tangent,
+};
 use crate::rod::{
     Energies, Extra, InternalVariables, Rod, Viscosity, half_a_turn_apart, turned_far,
 };
@@ -34,9 +36,6 @@ use std::f64::consts::TAU;
 const WINDOW: usize = bend_twist::UNKNOWNS;
 /// Where the six unknowns of a stretch stand in the window.
 const ENDS: [usize; 6] = [0, 1, 2, 4, 5, 6];
-
-/// The elastic stiffness of a joint, and where its spring would be at no strain.
-type Spring<D> = (Stiffness<D>, Vector<D>);
 
 /// The elements, masses and loads of a spatial rod.
 #[derive(Clone, Debug)]
@@ -108,16 +107,11 @@ impl<D: Nestable> SpatialRod<D> {
         BendTwist { stiffness, natural, ..element }
     }
 
-    /// The stiffness and the stresses of joint `i` at its strains.
-    #[inline(always)]
-    fn response(&self, i: usize, strains: &[D; 3]) -> (Stiffness<D>, [D; 3]) {
-        let law = &self.joint[i];
-        match self.spring(i) {
-            None => (law.stiffness, law.stiffness.times(&sub(*strains, law.natural))),
-            Some((springs, (elastic, from))) => {
-                springs.sliders.response(i, (law, elastic), *strains, add(*strains, *from))
-            }
-        }
+    /// What it is made of.
+    fn elements(&self) -> Elements<'_, D> {
+        let Self { stretch, joint, load, sliders, .. } = self;
+        let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
+        Elements { stretch, joint, load, springs }
     }
 
     /// The spring of joint `i`, if one acts.
@@ -125,11 +119,6 @@ impl<D: Nestable> SpatialRod<D> {
     fn spring(&self, i: usize) -> Option<ActingSpring<'_, D>> {
         let springs = self.sliders.as_ref()?;
         Some((springs, springs.acting.get(i)?))
-    }
-
-    /// Whether springs of internal friction act.
-    fn is_sliding(&self) -> bool {
-        self.sliders.as_ref().is_some_and(|springs| !springs.acting.is_empty())
     }
 
     /// Shows all derivatives by num-dual.
@@ -196,7 +185,9 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
 
     fn gradient(&self, q: &[D], frames: &Frames<D>, derivatives: Derivatives, gradient: &mut [D]) {
         match derivatives {
-            Derivatives::Hand => D::side_by_side(Gradient { at: (self, q, frames), gradient }),
+            Derivatives::Hand => {
+                D::side_by_side(Gradient { at: (self.elements(), q, frames), gradient })
+            }
             Derivatives::Dual => {
                 gradient.fill(D::from(0.0));
                 self.subtract_loads(gradient);
@@ -228,7 +219,8 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     ) {
         match derivatives {
             Derivatives::Hand => {
-                let (at, gradient, tangent) = ((self, q, frames), &mut *gradient, &mut *tangent);
+                let (at, gradient, tangent) =
+                    ((self.elements(), q, frames), &mut *gradient, &mut *tangent);
                 D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
             }
             Derivatives::Dual => {
@@ -241,7 +233,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn measure(&self, q: &[D], frames: &Frames<D>, geometry: &mut Geometry) {
-        D::side_by_side(Measured { at: (self, q, frames), geometry });
+        D::side_by_side(Measured { at: (self.elements(), q, frames), geometry });
     }
 
     fn measured_tangent(
@@ -256,7 +248,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             self.tangent(q, frames, derivatives, gradient, tangent);
             return self.measure(q, frames, geometry);
         }
-        let (at, forces, stiffness) = ((self, q, frames), &mut *gradient, &mut *tangent);
+        let (at, forces, stiffness) = ((self.elements(), q, frames), &mut *gradient, &mut *tangent);
         let geometry = Some(geometry);
         D::side_by_side(Tangent { at, gradient: forces, tangent: stiffness, geometry });
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
@@ -272,7 +264,9 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.joint.len() };
         match derivatives {
-            Derivatives::Hand => D::side_by_side(EdgeTangent { at: (self, q, frames), edges }),
+            Derivatives::Hand => {
+                D::side_by_side(EdgeTangent { at: (self.elements(), q, frames), edges })
+            }
             Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut edges),
         }
     }
@@ -293,7 +287,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
             Self::rebase(frames, q);
             return self.gradient(q, frames, derivatives, gradient);
         }
-        D::side_by_side(MovedGradient { rod: self, q, frames, gradient });
+        D::side_by_side(MovedGradient { elements: self.elements(), q, frames, gradient });
         self.own.add_gradient(q, &frames.edges, derivatives, gradient);
     }
 
@@ -374,7 +368,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn energies(&self, q: &[D], frames: &Frames<D>) -> Energies {
-        let mut sum = D::side_by_side(Elastic { at: (self, q, frames) });
+        let mut sum = D::side_by_side(Elastic { at: (self.elements(), q, frames) });
         for (i, load) in self.load.iter().enumerate() {
             sum.potential += load.energy(&position(q, i)).value();
         }
@@ -387,7 +381,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         strains.resize(edges + 3 * joints, D::from(0.0));
         let (axial, bent) = strains.split_at_mut(edges);
         let joints = bent.as_chunks_mut::<3>().0;
-        D::side_by_side(Strains { at: (self, q, frames), edges: axial, joints });
+        D::side_by_side(Strains { at: (self.elements(), q, frames), edges: axial, joints });
     }
 
     fn dashpots(&self) -> Self {

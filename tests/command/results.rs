@@ -248,3 +248,22 @@ fn the_numbers_of_a_scene_are_listed() {
     let note = of("loads.gravity.z")["note"].as_str().unwrap();
     assert!(note.contains("rod.dimension"), "{note}");
 }
+
+#[test]
+fn bench_tells_how_fast_the_machine_is() {
+    let folder = Folder::new();
+    let told = folder.run(&["bench", "--seconds", "1e-6", "--json", "bench.json"]);
+    succeeds(&told);
+    let unit = rodfit::numerics::abreast::level();
+    assert!(stdout(&told).contains(unit), "{}", stdout(&told));
+    let report = folder.json("bench.json");
+    assert_eq!(report["vector_unit"], unit);
+    let rows = report["steps"].as_array().unwrap();
+    assert_eq!(rows.len(), 4);
+    assert!(rows.iter().all(|row| row["steps_per_second"].as_f64().unwrap() > 0.0));
+    assert!(
+        report["fits"].as_array().unwrap().iter().all(|fit| fit["seconds"].as_f64() > Some(0.0))
+    );
+    let bad = folder.run(&["bench", "--seconds", "-1"]);
+    assert_eq!(bad.status.code(), Some(2));
+}

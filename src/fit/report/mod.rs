@@ -22,6 +22,7 @@ use crate::fit::uncertainty::prediction::Prediction;
 use crate::fit::uncertainty::recordings::RecordingErrors;
 use crate::fit::uncertainty::sources::{BudgetLine, CouldHide, ScoreTest};
 use crate::fit::uncertainty::verdict::Grade;
+use crate::numerics::abreast::level;
 use crate::scene::{Parameter, Resolution};
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -1,12 +1,12 @@
 //! Sweeps over the edges of a planar rod, several side by side.
 
+use crate::energy::friction::Springs;
 use crate::energy::planar_bend::curvature_between;
-use crate::energy::{PlanarBend, Stretch};
+use crate::energy::{DeadLoad, PlanarBend, Stretch};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::rod::Energies;
 use crate::rod::blocks::{MOST, block, window};
-use crate::rod::planar::PlanarRod;
 use crate::rod::planar::edges::{ByEdge, HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
 use crate::rod::planar::geometry::{Edge, Geometry, Measure};
 
@@ -20,15 +20,37 @@ struct Pairs<V> {
     curvature: V,
 }
 
+/// A rod at its unknowns.
+pub(super) type At<'a, D> = (Elements<'a, D>, &'a [D]);
+
+/// What a rod is made of.
+#[derive(Clone, Copy)]
+pub(super) struct Elements<'a, D> {
+    pub stretch: &'a [Stretch<D, 2>],
+    pub bend: &'a [PlanarBend<D>],
+    pub load: &'a [DeadLoad<D, 2>],
+    /// Springs of internal friction, if they act.
+    pub springs: Option<&'a Springs<D, [D; 2]>>,
+}
+
+impl<D: Nestable> Elements<'_, D> {
+    /// A bend at a curvature, with the spring of internal friction that acts there if one does.
+    pub fn sliding(&self, i: usize, bend: &PlanarBend<D>, curvature: D) -> PlanarBend<D> {
+        let Some(Springs { sliders, acting }) = self.springs else { return *bend };
+        match acting.get(i) {
+            Some([elastic, from]) => {
+                sliders.bend(i, (bend, *elastic), curvature, curvature + *from)
+            }
+            None => *bend,
+        }
+    }
+}
+
 /// A rod at `q` and what its elements are side by side.
 struct Along<'a, D, V: Wide<D>> {
-    rod: &'a PlanarRod<D>,
-    stretch: &'a [Stretch<D, 2>],
-    bend: &'a [PlanarBend<D>],
+    elements: Elements<'a, D>,
     q: &'a [D],
     level: V::Level,
-    /// Whether springs of internal friction act.
-    slides: bool,
     /// The edges from here on come next.
     first: usize,
     edge: Edge<V>,
@@ -36,21 +58,19 @@ struct Along<'a, D, V: Wide<D>> {
 
 impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
-    fn new(rod: &'a PlanarRod<D>, q: &'a [D], level: V::Level) -> Self {
-        let PlanarRod { stretch, bend, .. } = rod;
-        let (slides, edge) = (rod.is_sliding(), edges_at(q, level, 0));
-        Self { rod, stretch, bend, q, level, slides, first: 0, edge }
+    fn new((elements, q): At<'a, D>, level: V::Level) -> Self {
+        Self { elements, q, level, first: 0, edge: edges_at(q, level, 0) }
     }
 
     /// The next ones.
     #[inline(always)]
     fn next(&mut self) -> Option<Pairs<V>> {
         let (first, e) = (self.first, self.edge);
-        if first >= self.stretch.len() {
+        if first >= self.elements.stretch.len() {
             return None;
         }
         self.first += V::LANES;
-        if self.first < self.stretch.len() {
+        if self.first < self.elements.stretch.len() {
             self.edge = edges_at(self.q, self.level, self.first);
         }
         let f = e.after::<D>(&self.edge);
@@ -62,13 +82,13 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
     fn bends(&self, Pairs { first, curvature, .. }: &Pairs<V>) -> PlanarBend<V> {
         let mut room = None;
-        let all = block::<D, V, _>(self.bend, *first, PlanarBend::none(), &mut room);
-        if !self.slides {
+        let all = block::<D, V, _>(self.elements.bend, *first, PlanarBend::none(), &mut room);
+        if self.elements.springs.is_none() {
             return PlanarBend::side_by_side(self.level, all);
         }
         let mut sliding = [PlanarBend::none(); MOST];
         for (lane, bend) in all.iter().enumerate() {
-            sliding[lane] = self.rod.sliding(first + lane, bend, curvature.lane(lane));
+            sliding[lane] = self.elements.sliding(first + lane, bend, curvature.lane(lane));
         }
         PlanarBend::side_by_side(self.level, &sliding)
     }
@@ -77,7 +97,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
     fn stretches(&self, first: usize) -> Stretch<V, 2> {
         let mut room = None;
-        let all = block::<D, V, _>(self.stretch, first, Stretch::none(), &mut room);
+        let all = block::<D, V, _>(self.elements.stretch, first, Stretch::none(), &mut room);
         Stretch::side_by_side(self.level, all)
     }
 
@@ -148,7 +168,7 @@ fn by_edge<V: Scalar>(
 
 /// Writes gradient and tangent, and measures the rod if that is asked for.
 pub(super) struct Tangent<'a, D> {
-    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub at: At<'a, D>,
     pub gradient: &'a mut [D],
     pub tangent: &'a mut BandMatrix<D, HALF_BANDWIDTH>,
     pub geometry: Option<&'a mut Geometry>,
@@ -159,17 +179,17 @@ impl<D: Nestable> Sweep<D> for Tangent<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (rod, q) = self.at;
-        let mut nodes = ToNodes::<D, V>::new(level, &rod.load, self.gradient, self.tangent);
-        let measure = self.geometry.map(|geometry| Measure::new(&rod.stretch, geometry));
-        Along::<D, V>::new(rod, q, level).derive(&mut nodes, measure);
+        let (elements, _) = self.at;
+        let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
+        let measure = self.geometry.map(|geometry| Measure::new(elements.stretch, geometry));
+        Along::<D, V>::new(self.at, level).derive(&mut nodes, measure);
         nodes.end();
     }
 }
 
 /// Adds the tangent by edges.
 pub(super) struct EdgeTangent<'a, D> {
-    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub at: At<'a, D>,
     pub edges: ToEdges<'a, D>,
 }
 
@@ -178,7 +198,7 @@ impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(mut self, level: V::Level) {
-        Along::<D, V>::new(self.at.0, self.at.1, level).derive(&mut self.edges, None);
+        Along::<D, V>::new(self.at, level).derive(&mut self.edges, None);
     }
 }
 
@@ -186,7 +206,7 @@ impl<D: Nestable> Sweep<D> for EdgeTangent<'_, D> {
 /// of the moments at its ends over its length as shear force; what two edges carry and the load of the node between
 /// them is the gradient there.
 pub(super) struct Forces<'a, D> {
-    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub at: At<'a, D>,
     pub gradient: &'a mut [D],
 }
 
@@ -195,11 +215,11 @@ impl<D: Nestable> Sweep<D> for Forces<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (rod, q) = self.at;
+        let (elements, _) = self.at;
         let nodes: &mut [[D; 2]] = self.gradient.as_chunks_mut().0;
-        let mut along = Along::<D, V>::new(rod, q, level);
+        let mut along = Along::<D, V>::new(self.at, level);
         let zero = V::gather(level, |_| D::from(0.0));
-        let (mut moments, mut carried, edges) = (zero, [zero; 2], rod.stretch.len());
+        let (mut moments, mut carried, edges) = (zero, [zero; 2], elements.stretch.len());
         while let Some(pairs) = along.next() {
             let [moment, _] = along.bends(&pairs).response(pairs.curvature);
             let Pairs { first, e, .. } = pairs;
@@ -213,19 +233,21 @@ impl<D: Nestable> Sweep<D> for Forces<'_, D> {
                 [force[0].before(carried[0]) - force[0], force[1].before(carried[1]) - force[1]];
             let end = edges.min(first + V::LANES);
             for (lane, to) in nodes[first..end].iter_mut().enumerate() {
-                let ([x, y], load) = (V::lane_of(&elastic, lane), &rod.load[first + lane].force);
+                let ([x, y], load) =
+                    (V::lane_of(&elastic, lane), &elements.load[first + lane].force);
                 *to = [x - load[0], y - load[1]];
             }
             (moments, carried) = (moment, force);
         }
-        let ([x, y], load) = (V::lane_of(&carried, (edges - 1) % V::LANES), &rod.load[edges].force);
+        let ([x, y], load) =
+            (V::lane_of(&carried, (edges - 1) % V::LANES), &elements.load[edges].force);
         nodes[edges] = [x - load[0], y - load[1]];
     }
 }
 
 /// Measures edges and joints alone.
 pub(super) struct Measured<'a, D> {
-    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub at: At<'a, D>,
     pub geometry: &'a mut Geometry,
 }
 
@@ -234,9 +256,9 @@ impl<D: Nestable> Sweep<D> for Measured<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (rod, q) = self.at;
-        let mut measure = Measure::new(&rod.stretch, self.geometry);
-        let mut along = Along::<D, V>::new(rod, q, level);
+        let (elements, _) = self.at;
+        let mut measure = Measure::new(elements.stretch, self.geometry);
+        let mut along = Along::<D, V>::new(self.at, level);
         while let Some(pairs) = along.next() {
             measure.see(level, pairs.first, &pairs.e, pairs.curvature);
         }
@@ -245,7 +267,7 @@ impl<D: Nestable> Sweep<D> for Measured<'_, D> {
 
 /// Adds up the elastic energies, without those of springs.
 pub(super) struct Elastic<'a, D> {
-    pub at: (&'a PlanarRod<D>, &'a [D]),
+    pub at: At<'a, D>,
 }
 
 impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
@@ -254,8 +276,8 @@ impl<D: Nestable> Sweep<D> for Elastic<'_, D> {
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) -> Energies {
         let (mut sums, edges) = (Energies::default(), self.at.0.stretch.len());
-        let mut along = Along::<D, V>::new(self.at.0, self.at.1, level);
-        along.slides = false;
+        let mut along = Along::<D, V>::new(self.at, level);
+        along.elements.springs = None;
         while let Some(pairs) = along.next() {
             let Pairs { first, e, curvature, .. } = &pairs;
             let bend = along.bends(&pairs).energy_at(*curvature);

@@ -5,12 +5,9 @@ use crate::energy::frame::Frames;
 use crate::energy::joint::{EdgeState, Pull};
 use crate::numerics::scalar::{Nestable, Sweep, Wide};
 use crate::numerics::vector::{add, sub};
-use crate::rod::spatial::SpatialRod;
+use crate::rod::edges::STRIDE;
 use crate::rod::spatial::moving::{Moving, Pairs as MovedPairs};
-use crate::rod::spatial::sweep::{Along, At, Pairs, joints, stretches};
-
-/// Unknowns from one node to the next.
-pub(super) const STRIDE: usize = 4;
+use crate::rod::spatial::sweep::{Along, At, Elements, Pairs, joints, stretches};
 
 /// Writes a gradient by nodes from that by edges, one after the other.
 struct Forces<'a, D, V> {
@@ -23,9 +20,9 @@ struct Forces<'a, D, V> {
 
 impl<'a, D: Nestable, V: Wide<D>> Forces<'a, D, V> {
     #[inline(always)]
-    fn new(level: V::Level, rod: &'a SpatialRod<D>, gradient: &'a mut [D]) -> Self {
+    fn new(level: V::Level, load: &'a [DeadLoad<D, 3>], gradient: &'a mut [D]) -> Self {
         let zero = V::gather(level, |_| D::from(0.0));
-        Self { load: &rod.load, gradient, open: [zero; 3], carried: [zero; 3] }
+        Self { load, gradient, open: [zero; 3], carried: [zero; 3] }
     }
 
     /// Edges from `first` on, on which the joints after them pull, and which carry an axial force, N.
@@ -66,7 +63,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let mut nodes = Forces::<D, V>::new(level, self.at.0, self.gradient);
+        let mut nodes = Forces::<D, V>::new(level, self.at.0.load, self.gradient);
         let mut along = Along::<D, V>::new(self.at, level);
         while let Some(pairs) = along.next() {
             let Pairs { first, e, f, bent, .. } = &pairs;
@@ -80,7 +77,7 @@ impl<D: Nestable> Sweep<D> for Gradient<'_, D> {
 
 /// Moves the frames with their edges, and writes the gradient there.
 pub(super) struct MovedGradient<'a, D> {
-    pub rod: &'a SpatialRod<D>,
+    pub elements: Elements<'a, D>,
     pub q: &'a [D],
     pub frames: &'a mut Frames<D>,
     pub gradient: &'a mut [D],
@@ -91,13 +88,13 @@ impl<D: Nestable> Sweep<D> for MovedGradient<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let mut nodes = Forces::<D, V>::new(level, self.rod, self.gradient);
+        let mut nodes = Forces::<D, V>::new(level, self.elements.load, self.gradient);
         let mut moving = Moving::<D, V>::new(self.q, self.frames, level);
         while let Some(pairs) = moving.next() {
             let MovedPairs { first, twist, .. } = pairs;
             let (e, f) = (pairs.e.state(), pairs.f.state());
-            let pull = joints(&self.rod.joint, level, first).pull(&e.edge, &f.edge, twist);
-            let axial = stretches(&self.rod.stretch, level, first).force(e.squared, e.length);
+            let pull = joints(self.elements.joint, level, first).pull(&e.edge, &f.edge, twist);
+            let axial = stretches(self.elements.stretch, level, first).force(e.squared, e.length);
             nodes.add(first, &e, &pull, axial);
         }
         nodes.end();

@@ -1,21 +1,46 @@
 //! Sweeps over the edges of a spatial rod, several side by side.
 
-use crate::energy::Stretch;
 use crate::energy::bend_twist::{EdgeState, JointLaw, Stiffness};
 use crate::energy::frame::{EdgeFrame, Frames};
+use crate::energy::friction::Springs;
 use crate::energy::joint::{Joint, Sum, between};
+use crate::energy::{DeadLoad, Stretch};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Sweep, Wide};
-use crate::numerics::vector::{Vector, sub};
+use crate::numerics::vector::{Vector, add, sub};
 use crate::rod::Energies;
 use crate::rod::blocks::{MOST, block, window};
-use crate::rod::edges::{HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
-use crate::rod::spatial::SpatialRod;
-use crate::rod::spatial::forces::STRIDE;
+use crate::rod::edges::{HALF_BANDWIDTH, STRIDE, TakesEdges, ToEdges, ToNodes};
 use crate::rod::spatial::geometry::{Geometry, Measure};
 
 /// A rod at its unknowns, with its frames.
-pub(super) type At<'a, D> = (&'a SpatialRod<D>, &'a [D], &'a Frames<D>);
+pub(super) type At<'a, D> = (Elements<'a, D>, &'a [D], &'a Frames<D>);
+
+/// The elastic stiffness of a joint, and where its spring would be at no strain.
+pub(super) type Spring<D> = (Stiffness<D>, Vector<D>);
+
+/// What a rod is made of.
+#[derive(Clone, Copy)]
+pub(super) struct Elements<'a, D> {
+    pub stretch: &'a [Stretch<D, 3>],
+    pub joint: &'a [JointLaw<D>],
+    pub load: &'a [DeadLoad<D, 3>],
+    /// Springs of internal friction, if they act.
+    pub springs: Option<&'a Springs<D, Spring<D>>>,
+}
+
+impl<D: Nestable> Elements<'_, D> {
+    /// The stiffness and the stresses of joint `i` at its strains.
+    pub fn response(&self, i: usize, strains: &[D; 3]) -> (Stiffness<D>, [D; 3]) {
+        let law = &self.joint[i];
+        match self.springs.and_then(|springs| Some((springs, springs.acting.get(i)?))) {
+            None => (law.stiffness, law.stiffness.times(&sub(*strains, law.natural))),
+            Some((springs, (elastic, from))) => {
+                springs.sliders.response(i, (law, elastic), *strains, add(*strains, *from))
+            }
+        }
+    }
+}
 
 /// Edges as they are, with their angles and their references.
 #[derive(Clone, Copy)]
@@ -38,15 +63,11 @@ pub(super) struct Pairs<V> {
 
 /// A rod at `q` and what its elements are side by side.
 pub(super) struct Along<'a, D, V: Wide<D>> {
-    rod: &'a SpatialRod<D>,
-    stretch: &'a [Stretch<D, 3>],
-    joint: &'a [JointLaw<D>],
+    elements: Elements<'a, D>,
     q: &'a [D],
     frames: &'a [EdgeFrame<D>],
     twist: &'a [D],
     level: V::Level,
-    /// Whether springs of internal friction act.
-    slides: bool,
     /// The edges from here on come next.
     first: usize,
     edges: Edges<V>,
@@ -54,22 +75,21 @@ pub(super) struct Along<'a, D, V: Wide<D>> {
 
 impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     #[inline(always)]
-    pub fn new((rod, q, frames): At<'a, D>, level: V::Level) -> Self {
+    pub fn new((elements, q, frames): At<'a, D>, level: V::Level) -> Self {
         let (frames, twist) = (&frames.edges[..], &frames.twist[..]);
-        let SpatialRod { stretch, joint, .. } = rod;
-        let (slides, edges) = (rod.is_sliding(), edges_at(q, frames, level, 0));
-        Self { rod, stretch, joint, q, frames, twist, level, slides, first: 0, edges }
+        let edges = edges_at(q, frames, level, 0);
+        Self { elements, q, frames, twist, level, first: 0, edges }
     }
 
     /// The next ones.
     #[inline(always)]
     pub fn next(&mut self) -> Option<Pairs<V>> {
         let (first, edges) = (self.first, self.edges);
-        if first >= self.stretch.len() {
+        if first >= self.elements.stretch.len() {
             return None;
         }
         self.first += V::LANES;
-        if self.first < self.stretch.len() {
+        if self.first < self.elements.stretch.len() {
             self.edges = edges_at(self.q, self.frames, self.level, self.first);
         }
         let (e, f) = (edges.state, edges.state.after::<D>(&self.edges.state));
@@ -77,7 +97,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         let frames = [edges.frame, edges.frame.after::<D>(&self.edges.frame)];
         let mut room = None;
         let twist = block::<D, V, _>(self.twist, first, D::from(0.0), &mut room);
-        let law: JointLaw<V> = joints(self.joint, self.level, first);
+        let law: JointLaw<V> = joints(self.elements.joint, self.level, first);
         let joint = law.at(frames, V::gather(self.level, |lane| twist[lane]));
         let bent = joint.joint(&e, &f, turn);
         Some(Pairs { first, e, f, law, bent })
@@ -86,20 +106,20 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
     /// How edges stretch.
     #[inline(always)]
     pub fn stretches(&self, first: usize) -> Stretch<V, 3> {
-        stretches(self.stretch, self.level, first)
+        stretches(self.elements.stretch, self.level, first)
     }
 
     /// The stiffness of joints and their stresses.
     #[inline(always)]
     pub fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
-        if !self.slides {
+        if self.elements.springs.is_none() {
             return (law.stiffness, law.stiffness.times(&sub(bent.strains, law.natural)));
         }
         let none = JointLaw::<D>::none();
         let mut all = [(none.stiffness, none.natural); MOST];
-        let joints = self.joint.len().saturating_sub(*first);
+        let joints = self.elements.joint.len().saturating_sub(*first);
         for (lane, own) in all.iter_mut().enumerate().take(V::LANES.min(joints)) {
-            *own = self.rod.response(first + lane, &V::lane_of(&bent.strains, lane));
+            *own = self.elements.response(first + lane, &V::lane_of(&bent.strains, lane));
         }
         let stress = [
             V::gather(self.level, |lane| all[lane].1[0]),
@@ -212,9 +232,10 @@ impl<D: Nestable> Sweep<D> for Tangent<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (rod, _, frames) = self.at;
-        let mut nodes = ToNodes::<D, V>::new(level, &rod.load, self.gradient, self.tangent);
-        let measure = self.geometry.map(|geometry| Measure::new(&rod.stretch, frames, geometry));
+        let (elements, _, frames) = self.at;
+        let mut nodes = ToNodes::<D, V>::new(level, elements.load, self.gradient, self.tangent);
+        let measure =
+            self.geometry.map(|geometry| Measure::new(elements.stretch, frames, geometry));
         Along::<D, V>::new(self.at, level).derive(&mut nodes, measure);
         nodes.end();
     }
@@ -246,8 +267,8 @@ impl<D: Nestable> Sweep<D> for Measured<'_, D> {
 
     #[inline(always)]
     fn sweep<V: Wide<D>>(self, level: V::Level) {
-        let (rod, _, frames) = self.at;
-        let mut measure = Measure::new(&rod.stretch, frames, self.geometry);
+        let (elements, _, frames) = self.at;
+        let mut measure = Measure::new(elements.stretch, frames, self.geometry);
         let mut along = Along::<D, V>::new(self.at, level);
         while let Some(Pairs { first, e, f, bent, .. }) = along.next() {
             measure.see(level, first, &e, (&bent, &f));
