@@ -1,7 +1,7 @@
 //! Plain numbers side by side in a register of the processor's vector unit, found out when the program runs.
 //!
 //! No two operations are fused into one, so that every lane has what a number alone would have, to the last
-//! digit; but for sines and cosines, whose [series](crate::numerics::trigonometry) is not the library's.
+//! digit; but for sines and cosines, whose series is not the library's.
 
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, Sweep, Wide};
 use crate::numerics::trigonometry::{self, sin_and_cos};
