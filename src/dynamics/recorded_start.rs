@@ -38,17 +38,20 @@ const HELD: f64 = 1e3;
 /// The unknowns in the first two frames, with the frames of the edges that all angles count from.
 type Relaxed<D, M, const W: usize> = (Placed<D, M, W>, Vec<D>);
 
+/// The unknowns and frames at the start of a recording, how they change until its next frame, and how long that
+/// takes, s.
+type Start<D, M, const W: usize> = (Placed<D, M, W>, (Vec<D>, f64));
+
 /// A rod tied to markers, and the frames that its angles count from.
 type Tied<'a, D, M, const W: usize> =
     (&'a <M as Model<W>>::Rod<D>, &'a <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames);
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
-    /// The unknowns and frames at the start of the recording, how they change until its next frame, and how long
-    /// that takes, s.
+    /// Where the recording starts, and how it goes on.
     pub(crate) fn recorded_start<D: Nestable>(
         &self,
         setup: &Setup<D, M, W>,
-    ) -> Result<(Placed<D, M, W>, (Vec<D>, f64)), Error> {
+    ) -> Result<Start<D, M, W>, Error> {
         let track = self.track()?;
         let ((mut q, frames), next) = self.relaxed_over(setup, track)?;
         let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
