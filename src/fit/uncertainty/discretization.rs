@@ -23,7 +23,7 @@ use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::shifts::{MESH_TO_BLAME, OPEN, Shifts};
 use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
-use crate::scene::{Clamp, Parameter, Scene, Support};
+use crate::scene::{Clamp, Parameter, Scene, Shape, Support};
 use serde::{Deserialize, Serialize};
 
 /// How much coarser, and how much finer where a coarser one says nothing.
@@ -208,6 +208,7 @@ pub(crate) fn errors_of(
     warnings: &mut Warnings,
 ) -> Vec<DiscretizationError> {
     let errors = errors((search, optimum), shifts);
+    let remedy = remedy(search.experiments);
     let mut weight = Weight::Numerics;
     let given = search.experiments.iter().any(|e| {
         let chosen = e.problem.scene().chosen();
@@ -217,7 +218,7 @@ pub(crate) fn errors_of(
         weight = Weight::Mesh;
         let words = "a finer mesh or step changes the motion by as much as the model leaves of the data: look \
                      at the numerics before looking for what else is wrong";
-        warnings.add(Weight::Mesh, format!("{words} ({LEAVE_OUT})"));
+        warnings.add(Weight::Mesh, format!("{words} ({remedy})"));
     }
     for ((i, estimate), error) in estimates.iter().enumerate().zip(&errors) {
         // What was chosen is corrected, and in the interval.
@@ -234,7 +235,7 @@ pub(crate) fn errors_of(
                 false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
             };
             let words = format!(
-                "{}: mesh and step may be {} off, more than the 95 % interval is wide; {LEAVE_OUT}",
+                "{}: mesh and step may be {} off, more than the 95 % interval is wide; {remedy}",
                 estimate.label(),
                 off.trim_end()
             );
@@ -245,7 +246,13 @@ pub(crate) fn errors_of(
 }
 
 /// What helps against numerics that are given.
-const LEAVE_OUT: &str = "without rod.segments and time.step the program chooses them";
+fn remedy(experiments: &[Experiment]) -> &'static str {
+    let line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
+    match experiments.iter().any(line) {
+        true => "without time.step the program chooses it, and the mesh is that of the polyline",
+        false => "without rod.segments and time.step the program chooses them",
+    }
+}
 
 /// How far the unknowns of an optimum are from those of the continuum; `None` where that is not looked for.
 pub(crate) fn shifts(

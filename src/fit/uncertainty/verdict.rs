@@ -208,7 +208,7 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
         Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
         Grade::RefineNumerics => {
             let words = "the model fits, but mesh and step, as the scene gives them, may be off by more than the \
-                         intervals say: without rod.segments and time.step the program chooses them";
+                         intervals say: what is left out of rod.segments and time.step the program chooses";
             ("converged".into(), words.into())
         }
         Grade::ModelDoesNotExplain => ("converged".into(), warnings.of_the_model()),
