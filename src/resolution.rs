@@ -112,6 +112,11 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let fine = FIRST_EDGES * fineness(scene);
     let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
     let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
+    if edges > MOST_EDGES {
+        let found = format!("left out for a rod that needs {edges}");
+        let allowed = format!("left out where {MOST_EDGES} are enough, or a number");
+        return Err(Error::invalid("rod.segments", found, allowed));
+    }
     let Some(path) = &scene.supports.path else { return Ok(edges) };
     // Markers stand at nodes.
     let spans = path.track()?.markers().len().max(2) - 1;

@@ -65,6 +65,18 @@ fn files_of_the_corpus_are_accepted() {
     }
 }
 
+/// A mesh that the program chooses is one that can be made.
+#[test]
+fn shapes_of_a_billion_turns_are_refused() {
+    let text = std::fs::read_to_string(folder().join("cantilever.toml")).unwrap();
+    let shape = text.lines().find(|line| line.starts_with("shape")).unwrap();
+    let arc = "shape = { kind = \"arc\", length = 0.5, angle = 1e12 }";
+    let text = text.replace("segments = 50\n", "").replace(shape, arc);
+    let error = rodfit::Scene::from_toml(&text, folder()).and_then(|s| s.problem().map(drop));
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("rod.segments") && error.contains("or a number"), "{error}");
+}
+
 /// What takes time with the square of the columns takes for ever with a hundred thousand.
 #[test]
 fn wide_files_are_read_in_time() {
