@@ -4,8 +4,7 @@
 //! an error of second order, that hardly depends on the other. So steps are halved on a coarse mesh, and edges in
 //! steps that are a few times too large, each until the differences between one run and the next say which will
 //! do; only the run itself is as fine as it must be. A difference is carried on with the order that three runs
-//! show, at most that of the method. All together costs about as much as the run that is chosen
-//! (`cargo run --release --example accuracy`).
+//! show, at most that of the method. `cargo run --release --example accuracy -- costs` tells what that costs.
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
