@@ -7,16 +7,16 @@
 //! forces there follow from the linear system. Averaging schemes, numbers that carry derivatives and
 //! those who ask for it iterate until nothing but rounding errors is left.
 
+mod acceleration;
 mod averaging;
 mod convergence;
 mod dragging;
 mod guess;
 mod rounding;
 mod sliding;
-mod within;
 
+pub(crate) use acceleration::acceleration_within;
 pub(crate) use sliding::stretched;
-pub(crate) use within::acceleration_within;
 
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::{Linearization, StageForces};
