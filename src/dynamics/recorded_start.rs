@@ -7,9 +7,8 @@
 //! itself, and much stronger than it is in bending. Edges between nodes that are both held are left out of that.
 //!
 //! The change from one frame to the other over the time between them is the velocity in the middle. Half of that time
-//! times the acceleration takes it to the start, which makes the start of second order in the time between frames.
-//! [As fast as a step resolves it](crate::dynamics::stepper::acceleration_within), that is: what is left of errors of
-//! places would else be taken for forces.
+//! times the acceleration takes it to the start: the acceleration that [a step
+//! resolves](crate::dynamics::stepper::acceleration_within), since errors of places would else be taken for forces.
 //!
 //! Markers on the rod's line say nothing of its turn about itself. A curved rod is given the turn of least
 //! energy out of a dozen before it relaxes, and goes on from there in the second frame.
