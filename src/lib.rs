@@ -71,6 +71,8 @@
 #[cfg(feature = "cli")]
 extern crate self as rodfit;
 
+#[cfg(feature = "cli")]
+pub mod campaign;
 pub mod check;
 #[cfg(feature = "cli")]
 pub mod command;

@@ -4,6 +4,7 @@
 //! Everything that a person writes in Python stands in the package's own files beside this one; this part is as thin as it can be,
 //! and `rodfit/_rodfit.pyi` says what is in it.
 
+mod campaign;
 mod error;
 mod fit;
 mod run;
@@ -31,6 +32,7 @@ fn _rodfit(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(command, module)?)?;
     module.add_function(wrap_pyfunction!(limits, module)?)?;
+    module.add_class::<campaign::Campaign>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<run::Run>()?;
     module.add_class::<fit::Fit>()?;

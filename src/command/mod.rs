@@ -4,6 +4,7 @@
 //! everything it can, say the rest. It uses the library as anybody does; the program and the Python package call it.
 
 mod bench;
+mod campaign;
 mod check;
 mod fit;
 mod init;
@@ -64,6 +65,9 @@ enum Command {
     Check(check::Options),
     /// Identify parameters from recorded motion.
     Fit(fit::Options),
+    /// Many fits, on many machines: plan them, run them in shards that may be killed at any moment, collect their results.
+    #[command(subcommand)]
+    Campaign(campaign::Campaign),
     /// Tell what is in a file of markers, and write the observation of a fit file.
     Inspect(inspect::Options),
     /// Write a scene and a fit to begin with.
@@ -128,6 +132,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Bench(options) => bench::run(&options, manner),
         Command::Check(options) => check::run(&options, manner),
         Command::Fit(options) => fit::run(&options, manner),
+        Command::Campaign(what) => campaign::run(&what, manner),
         Command::Inspect(options) => inspect::run(&options, manner),
         Command::Init(options) => init::run(&options, manner),
         Command::Completions { shell } => completions(shell),

@@ -77,7 +77,7 @@ fn observation_keys(observation: &toml::Table) -> Keys {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Form {
-    scene: Option<PathBuf>,
+    scene: Option<SceneForm>,
     #[serde(default)]
     observation: Vec<ObservationForm>,
     #[serde(default)]
@@ -97,7 +97,7 @@ struct Form {
 #[serde(deny_unknown_fields)]
 struct ExperimentForm {
     name: Option<String>,
-    scene: PathBuf,
+    scene: SceneForm,
     /// The recording that leads the rod's ends, in the place of the scene's.
     path: Option<PathBuf>,
     /// The same of as many experiments.
@@ -112,6 +112,29 @@ struct ExperimentForm {
     shape: Vec<ShapeForm>,
     #[serde(default)]
     frequencies: Vec<FrequenciesForm>,
+}
+
+/// A scene's file, or the scene itself.
+#[derive(Clone, Deserialize)]
+#[serde(try_from = "toml::Value")]
+enum SceneForm {
+    File(PathBuf),
+    Here(toml::Table),
+}
+
+impl TryFrom<toml::Value> for SceneForm {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, Self::Error> {
+        match value {
+            toml::Value::String(file) => Ok(Self::File(file.into())),
+            toml::Value::Table(scene) => Ok(Self::Here(scene)),
+            other => {
+                let found = other.type_str();
+                Err(format!("found {found} as a scene, allowed: its file, or a table with it"))
+            }
+        }
+    }
 }
 
 /// An experiment that has a name, or a recording to be called after.
@@ -302,11 +325,17 @@ impl ExperimentForm {
         Self { name: self.name.clone().or_else(stem), ..self }
     }
 
-    fn read(self, folder: &Path, admit: &Admit) -> Result<Experiment, Error> {
-        let scene = Scene::load_with(folder.join(self.scene), |scene| match &self.path {
+    /// What stands in the fit file `file`.
+    fn read(self, file: &Path, admit: &Admit) -> Result<Experiment, Error> {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let follow = |scene: &mut Scene| match &self.path {
             Some(path) => scene.follow(crate::input::file::at(folder, path)),
             None => Ok(()),
-        })?;
+        };
+        let scene = match &self.scene {
+            SceneForm::File(scene) => Scene::load_with(folder.join(scene), follow)?,
+            SceneForm::Here(scene) => Scene::read(&scene.to_string(), file, follow)?,
+        };
         admit(&scene)?;
         let mut experiment =
             Experiment::new(self.name.unwrap_or_default(), &scene.problem_for(Aim::Guess)?);
@@ -407,11 +436,10 @@ impl FitFile {
     }
 
     /// What stands in a fit file of this path.
-    fn read(text: &str, path: &Path, admit: &Admit) -> Result<Self, Error> {
+    pub(crate) fn read(text: &str, path: &Path, admit: &Admit) -> Result<Self, Error> {
         let mut form: Form = parse(text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
-        let folder = path.parent().unwrap_or(Path::new(""));
         let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;
-        let read = |e: ExperimentForm| e.read(folder, admit);
+        let read = |e: ExperimentForm| e.read(path, admit);
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
         let (unknowns, knowns, analysis) = (Vec::new(), Vec::new(), form.analysis);

@@ -42,6 +42,10 @@ pub(crate) fn check(
         let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
         return Err(Error::invalid("analysis.bootstrap", analysis.bootstrap, allowed));
     }
+    if let Some(first) = analysis.bootstrap_first.filter(|first| *first > MOST_REPLICATES) {
+        let allowed = format!("0 .. {MOST_REPLICATES}");
+        return Err(Error::invalid("analysis.bootstrap_first", first, allowed));
+    }
     if analysis.monte_carlo == 1 || analysis.monte_carlo > MOST_REPLICATES {
         let allowed = format!("0, or 2 .. {MOST_REPLICATES}");
         return Err(Error::invalid("analysis.monte_carlo", analysis.monte_carlo, allowed));

@@ -261,7 +261,7 @@ impl Scene {
     }
 
     /// The scene that stands in a file of this path, with the code that `give` gives its energies.
-    fn read(
+    pub(crate) fn read(
         text: &str,
         path: &Path,
         give: impl FnOnce(&mut Self) -> Result<(), Error>,

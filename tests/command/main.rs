@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod campaign;
 mod experiments;
 mod fit;
 mod folder;
@@ -16,4 +17,5 @@ mod recordings;
 mod refusals;
 mod report;
 mod results;
+mod slurm;
 mod study;

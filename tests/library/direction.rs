@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Every room may import from those before it.
-const ROOMS: [&str; 15] = [
+const ROOMS: [&str; 16] = [
     "error",
     "numerics",
     "input",
@@ -19,6 +19,7 @@ const ROOMS: [&str; 15] = [
     "fit",
     "check",
     "study",
+    "campaign",
     "page",
 ];
 

@@ -304,7 +304,7 @@ impl fmt::Display for FitReport {
                 let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
                 writeln!(f, "    profile            95 % [{}, {}]", end(ends[0]), end(ends[1]))?;
             }
-            if let Some(Bootstrap { std_error, interval95: [low, high] }) = &e.bootstrap {
+            if let Some(Bootstrap { std_error, interval95: [low, high], .. }) = &e.bootstrap {
                 writeln!(
                     f,
                     "    bootstrap          +- {} {unit}   95 % [{}, {}]",

@@ -13,6 +13,9 @@ pub struct Analysis {
     pub profile: bool,
     /// Number of replicates of a parametric bootstrap; none when 0.
     pub bootstrap: usize,
+    /// The number of its first replicate, where several fits share out a bootstrap: each says what every replicate
+    /// found, and together they are one of as many replicates as all of theirs.
+    pub bootstrap_first: Option<usize>,
     /// Seed of the random numbers of bootstrap and Monte Carlo.
     pub seed: u64,
     /// Whether standard errors are computed from the exact Hessian of the misfit too.
@@ -38,6 +41,7 @@ impl Default for Analysis {
         Self {
             profile: false,
             bootstrap: 0,
+            bootstrap_first: None,
             seed: 0,
             observed_information: false,
             discretization_error: Refinement::default(),

@@ -8,7 +8,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::across::{across_experiments, are_across};
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::bootstrap::{self, Draws};
+use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::budget::{Given, budgeted};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
@@ -230,9 +230,11 @@ fn analysed(
     let bootstrap = match analysis.bootstrap {
         0 => vec![None; n],
         count => {
-            let what = ("bootstrap", count, analysis.seed);
+            let (first, seed) = (analysis.bootstrap_first.unwrap_or(0), analysis.seed);
+            let (numbers, kept) = (first..first + count, analysis.bootstrap_first.is_some());
+            let replicates = Replicates { what: "bootstrap", numbers, seed, kept };
             let draws = Draws { sigma, knowns: &[], correlations, blocks: true };
-            bootstrap::spreads((search, optimum), draws, what, warnings)
+            bootstrap::spreads((search, optimum), draws, replicates, warnings)
         }
     };
     let unknowns = search.unknowns;

@@ -11,12 +11,14 @@ use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::correlation::{Correlations, Series};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
+use crate::scene::Parameter;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Replicates between two reports of progress.
 const BATCH: usize = 16;
@@ -29,6 +31,18 @@ pub struct Bootstrap {
     pub std_error: f64,
     /// Percentiles 2.5 and 97.5 of the estimates, in the same unit.
     pub interval95: [f64; 2],
+    /// What every replicate found, in the same unit, where fits [share out](super::Analysis::bootstrap_first) a bootstrap.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub estimates: Vec<f64>,
+}
+
+/// Which replicates are run: their name, numbers and seed, and whether what each of them found is kept.
+#[derive(Clone)]
+pub(crate) struct Replicates {
+    pub what: &'static str,
+    pub numbers: Range<usize>,
+    pub seed: u64,
+    pub kept: bool,
 }
 
 /// What replicates differ by.
@@ -135,15 +149,16 @@ impl Shared<'_> {
     }
 }
 
-/// The spread of every estimate over `count` replicates, each with other values of `knowns`; none where
+/// The spread of every estimate over the replicates, each with other values of `knowns`; none where
 /// there was no time for them.
 pub(crate) fn spreads(
     (search, optimum): (&Search, &Optimum),
     draws: Draws,
-    (what, count, seed): (&str, usize, u64),
+    replicates: Replicates,
     warnings: &mut Warnings,
 ) -> Vec<Option<Bootstrap>> {
-    let found = spread((search, optimum), draws, (what, count, seed));
+    let (what, count) = (replicates.what, replicates.numbers.len());
+    let found = spread((search, optimum), draws, replicates);
     let (spreads, failed) = found.unwrap_or_else(|_| (vec![None; search.unknowns.len()], count));
     if search.is_stopped() {
         // Those that were done in time are no fair sample.
@@ -156,11 +171,11 @@ pub(crate) fn spreads(
     spreads
 }
 
-/// Runs `count` replicates; one spread per unknown, and how many replicates failed.
+/// Runs the replicates; one spread per unknown, and how many replicates failed.
 fn spread(
     (search, optimum): (&Search, &Optimum),
     Draws { sigma, knowns, correlations, blocks }: Draws,
-    (what, count, seed): (&str, usize, u64),
+    Replicates { what, numbers, seed, kept }: Replicates,
 ) -> Result<(Vec<Option<Bootstrap>>, usize), Error> {
     let (mut simulated, mut noise, mut units) = (Vec::new(), Vec::new(), Vec::new());
     for ((_, measurement, unit, residuals), sigma) in search.measured(optimum).zip(sigma) {
@@ -187,26 +202,42 @@ fn spread(
     let residuals = blocks.then_some(residuals);
     let shared = Shared { task, simulated, noise, residuals, series, start, knowns, root };
     let mut found: Vec<Vec<f64>> = Vec::new();
-    for first in (0..count).step_by(BATCH) {
+    let count = numbers.len();
+    for done in (0..count).step_by(BATCH) {
         if search.is_stopped() {
             break;
         }
-        let batch = first..(first + BATCH).min(count);
+        let first = numbers.start + done;
+        let batch = first..(first + BATCH).min(numbers.end);
         let results: Vec<_> = batch.into_par_iter().map(|k| shared.replicate(seed, k)).collect();
         for (result, work) in results {
             search.work.add(work);
             found.extend(result.ok());
         }
-        search.report(&format!("{what}, {} of {count}", (first + BATCH).min(count)));
+        search.report(&format!("{what}, {} of {count}", (done + BATCH).min(count)));
     }
     let spreads = (0..search.unknowns.len()).map(|i| {
+        let unknown = &search.unknowns[i];
+        let value = unknown.from_scale(optimum.x[i]);
         let x: Vec<f64> = found.iter().map(|x| x[i]).collect();
-        spread_of(&search.unknowns[i], optimum.x[i], x)
+        let estimates =
+            if kept { x.iter().map(|x| unknown.from_scale(*x)).collect() } else { Vec::new() };
+        Some(Bootstrap { estimates, ..spread_of(unknown, value, x)? })
     });
     Ok((spreads.collect(), count - found.len()))
 }
 
-fn spread_of(unknown: &Unknown, at: f64, mut x: Vec<f64>) -> Option<Bootstrap> {
+impl Bootstrap {
+    /// The spread of what all replicates found that fits have shared out, about the parameter's value.
+    pub(crate) fn of(parameter: Parameter, value: f64, estimates: &[f64]) -> Option<Self> {
+        let unknown = Unknown::new(parameter);
+        let x = estimates.iter().map(|estimate| unknown.to_scale(*estimate)).collect();
+        spread_of(&unknown, value, x)
+    }
+}
+
+/// The spread of estimates that are on the scale of the fit.
+fn spread_of(unknown: &Unknown, value: f64, mut x: Vec<f64>) -> Option<Bootstrap> {
     if x.len() < 2 {
         return None;
     }
@@ -220,9 +251,9 @@ fn spread_of(unknown: &Unknown, at: f64, mut x: Vec<f64>) -> Option<Bootstrap> {
         let above = x[(below as usize + 1).min(x.len() - 1)];
         unknown.from_scale(x[below as usize] * (1.0 - fraction) + above * fraction)
     };
-    let value = unknown.from_scale(at);
     Some(Bootstrap {
         std_error: sd * unknown.slope(value),
         interval95: [percentile(0.025), percentile(0.975)],
+        estimates: Vec::new(),
     })
 }

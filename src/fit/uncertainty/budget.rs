@@ -13,7 +13,7 @@ use crate::fit::known::{Known, correlations};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::bootstrap::{self, Draws};
+use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -123,8 +123,8 @@ fn with_monte_carlo(
     (draws, known, (fits, seed)): (Draws, &KnownErrors, (usize, u64)),
     warnings: &mut Warnings,
 ) -> Vec<Estimate> {
-    let what = ("Monte Carlo", fits, seed);
-    let spreads = bootstrap::spreads((search, optimum), draws, what, warnings);
+    let replicates = Replicates { what: "Monte Carlo", numbers: 0..fits, seed, kept: false };
+    let spreads = bootstrap::spreads((search, optimum), draws, replicates, warnings);
     for (j, (estimate, spread)) in estimates.iter_mut().zip(spreads).enumerate() {
         let (Some(value), Some(std_error), Some(spread)) =
             (estimate.value, estimate.std_error, spread)

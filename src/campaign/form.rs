@@ -1,0 +1,197 @@
+//! `campaign.toml`: which fits there are, and what is changed of them.
+
+use crate::campaign::changes::{Changes, Key};
+use crate::campaign::resolved::folder_of;
+use crate::campaign::row::Row;
+use crate::campaign::table;
+use crate::error::Error;
+use crate::input::file::text;
+use crate::input::missing_keys::parse;
+use serde::Deserialize;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// Most tasks: beyond it is a slip of the pen.
+pub(crate) const MOST_TASKS: usize = 300_000;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Form {
+    /// Fit files, by patterns.
+    #[serde(default)]
+    pub fits: Vec<String>,
+    /// A row for each fit.
+    pub table: Option<PathBuf>,
+    /// Values for each key, all of them with all others.
+    #[serde(default)]
+    pub grid: Table,
+    pub bootstrap: Option<Bootstrap>,
+    pub starts: Option<Starts>,
+}
+
+/// The replicates of a bootstrap, shared out.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Bootstrap {
+    pub replicates: usize,
+    /// About so many in a task.
+    #[serde(default = "sixteen")]
+    pub batch: usize,
+    #[serde(default)]
+    pub seed: u64,
+}
+
+fn sixteen() -> usize {
+    16
+}
+
+/// Fits from random starts.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Starts {
+    pub count: usize,
+    #[serde(default)]
+    pub seed: u64,
+}
+
+impl Form {
+    /// Reads a campaign file.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let form: Self = parse(&text(file)?, &[]).map_err(|error| error.in_file(Some(file)))?;
+        form.check().map_err(|error| error.in_file(Some(file)))?;
+        Ok(form)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        if let Some(Bootstrap { replicates, batch, .. }) = self.bootstrap {
+            if !(2..=MOST_TASKS).contains(&replicates) {
+                return Err(Error::invalid("bootstrap.replicates", replicates, "2 or more"));
+            }
+            if !(2..=100_000).contains(&batch) {
+                return Err(Error::invalid("bootstrap.batch", batch, "2 .. 100000"));
+            }
+        }
+        match self.starts {
+            Some(Starts { count, .. }) if !(1..=MOST_TASKS).contains(&count) => {
+                Err(Error::invalid("starts.count", count, "1 or more"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// All fits with all their changes, but for bootstrap and starts.
+    pub fn rows(&self, file: &Path) -> Result<Vec<Row>, Error> {
+        let root = folder_of(file);
+        let in_file = |error: Error| error.in_file(Some(file));
+        let fits = self.matched(root).map_err(in_file)?;
+        let rows = match &self.table {
+            None => fits.into_iter().map(Row::of).collect(),
+            Some(name) => table::rows(&root.join(name), &fits)?,
+        };
+        if rows.is_empty() {
+            return Err(in_file(Error::invalid(
+                "fits",
+                "none",
+                "fits = [\"*/fit.toml\"], or a table of fits",
+            )));
+        }
+        let combinations = combinations(&self.grid).map_err(in_file)?;
+        if rows.len().saturating_mul(combinations.len()) > MOST_TASKS {
+            let found = format!("{} fits times {}", rows.len(), combinations.len());
+            return Err(in_file(Error::invalid(
+                "grid",
+                found,
+                format!("up to {MOST_TASKS} tasks"),
+            )));
+        }
+        let mut all = Vec::new();
+        for row in rows {
+            for combination in &combinations {
+                let mut row = row.clone();
+                row.changes.extend(combination.clone());
+                all.push(row);
+            }
+        }
+        Ok(all)
+    }
+
+    /// The fit files that the patterns name, each once.
+    fn matched(&self, root: &Path) -> Result<Vec<PathBuf>, Error> {
+        let (mut all, mut seen) = (Vec::new(), BTreeSet::new());
+        for (k, pattern) in self.fits.iter().enumerate() {
+            let key = format!("fits[{k}]");
+            let whole =
+                Path::new(&glob::Pattern::escape(&root.display().to_string())).join(pattern);
+            let paths = glob::glob(&whole.display().to_string())
+                .map_err(|error| Error::invalid(&key, pattern, format!("a pattern: {error}")))?;
+            let before = all.len();
+            for path in paths {
+                let path = path.map_err(|error| Error::Io {
+                    path: error.path().into(),
+                    source: error.into(),
+                })?;
+                let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
+                if path.is_file() && seen.insert(relative.clone()) {
+                    all.push(relative);
+                }
+            }
+            if all.len() == before {
+                let allowed = "the name of a fit file, or a pattern of such, from the folder of the campaign file";
+                return Err(Error::invalid(
+                    key,
+                    format!("{pattern:?}, which no other file matches"),
+                    allowed,
+                ));
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// All combinations of the values of a grid; one without changes where there is none. Keys may be quoted, or tables in tables.
+fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
+    let mut axes = Vec::new();
+    flatten(grid, "", &mut axes);
+    let mut all = vec![Changes::new()];
+    for (key, value) in axes {
+        Key::new(&key).map_err(|error| match error {
+            Error::Invalid { found, allowed, .. } => {
+                Error::invalid(format!("grid.{key}"), found, allowed)
+            }
+            error => error,
+        })?;
+        let Value::Array(values) = value else {
+            return Err(Error::invalid(format!("grid.{key}"), value, "a list of values"));
+        };
+        if values.is_empty() || all.len().saturating_mul(values.len()) > MOST_TASKS {
+            let allowed =
+                format!("a list of one value or more, and up to {MOST_TASKS} combinations");
+            return Err(Error::invalid(
+                format!("grid.{key}"),
+                format!("{} values", values.len()),
+                allowed,
+            ));
+        }
+        let with = |changes: &Changes, value: &Value| {
+            let mut changes = changes.clone();
+            changes.insert(key.clone(), value.clone());
+            changes
+        };
+        all = all
+            .iter()
+            .flat_map(|changes| values.iter().map(|value| with(changes, value)).collect::<Vec<_>>())
+            .collect();
+    }
+    Ok(all)
+}
+
+fn flatten(table: &Table, place: &str, axes: &mut Vec<(String, Value)>) {
+    for (key, value) in table {
+        let place = if place.is_empty() { key.clone() } else { format!("{place}.{key}") };
+        match value {
+            Value::Table(inner) => flatten(inner, &place, axes),
+            value => axes.push((place, value.clone())),
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Hashes in hexadecimal.
+
+use sha2::{Digest, Sha256};
+
+/// The first bytes of a SHA-256 of something.
+pub(crate) fn hash(bytes: &[u8], length: usize) -> String {
+    Sha256::digest(bytes).iter().take(length).map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,33 @@
+//! Many fits on many machines: planned once, run in shards that may be killed at any moment, and collected to the same
+//! bytes however they were run.
+//!
+//! A [`Plan`] is a list of [`Task`]s. The id of a task is a hash of everything its result depends on, and of nothing
+//! else; so what has a result is not computed again, whoever computed it. [`run`](Plan::run) appends results to a
+//! [`Store`], a line each, and [`Collected`] merges what all processes have stored.
+
+mod changes;
+mod collect;
+mod form;
+mod hash;
+mod outcome;
+mod plan;
+mod platform;
+mod resolved;
+mod row;
+mod run;
+mod shard;
+mod sheet;
+mod starts;
+mod status;
+mod store;
+mod table;
+
+pub use changes::Changes;
+pub use collect::{Collected, Damage};
+pub use outcome::Outcome;
+pub use plan::{Admission, Plan, Planned, Task};
+pub use platform::platform;
+pub use run::{Ran, Way};
+pub use shard::Shard;
+pub use status::Status;
+pub use store::{About, Store};

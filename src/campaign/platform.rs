@@ -1,0 +1,54 @@
+//! On what a result was computed: what decides its last digits.
+
+use crate::campaign::hash::hash;
+use crate::numerics::abreast::level;
+use std::env::consts::{ARCH, OS};
+use std::hint::black_box;
+use std::sync::OnceLock;
+
+/// Arguments that every function of the mathematical library is tried with.
+const TRIED: usize = 256;
+
+/// Target, mathematical library and vector unit: results of the same key are the same to the last bit. The library is
+/// known by what it computes, since its version does not say what the processor makes it choose.
+pub fn platform() -> &'static str {
+    static KEY: OnceLock<String> = OnceLock::new();
+    KEY.get_or_init(|| {
+        let environment = match () {
+            () if cfg!(target_env = "gnu") => "-gnu",
+            () if cfg!(target_env = "musl") => "-musl",
+            () if cfg!(target_env = "msvc") => "-msvc",
+            () => "",
+        };
+        let bytes: Vec<u8> =
+            (0..TRIED).flat_map(|k| values(argument(k))).flat_map(f64::to_le_bytes).collect();
+        format!("{ARCH}-{OS}{environment} libm-{} {}", hash(&bytes, 4), level())
+    })
+}
+
+/// Spread over decades, with all digits in use.
+fn argument(k: usize) -> f64 {
+    black_box(1e-3 * (k as f64 * 0.05 + 1.0 / 3.0).exp2())
+}
+
+fn values(x: f64) -> [f64; 16] {
+    let small = x / (1.0 + x);
+    [
+        x.sin(),
+        x.cos(),
+        x.tan(),
+        small.asin(),
+        small.acos(),
+        x.atan(),
+        x.atan2(small),
+        x.hypot(small),
+        x.min(100.0).exp(),
+        x.ln(),
+        x.log10(),
+        x.powf(small),
+        x.min(100.0).sinh(),
+        x.min(100.0).cosh(),
+        x.tanh(),
+        x.cbrt(),
+    ]
+}

@@ -1,0 +1,261 @@
+//! `rodfit campaign`
+
+use crate::command::output::Outputs;
+use crate::command::{Json, Manner, code_of, conclude, limits, terminal};
+use rodfit::campaign::{Admission, Collected, Plan, Ran, Shard, Status, Way};
+use rodfit::{Error, Scene};
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::thread::available_parallelism;
+
+/// Tasks that cannot be begun are named up to so many.
+const NAMED: usize = 5;
+/// Shards of a job script unless told.
+const SHARDS: u64 = 100;
+
+#[derive(clap::Subcommand)]
+pub enum Campaign {
+    /// Read a campaign file and write the list of its fits, tasks.jsonl, into a folder. What has a result there keeps it,
+    /// so plan again after any change.
+    Plan {
+        /// Campaign file (TOML).
+        campaign: PathBuf,
+        /// The folder of plan and results.
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+    /// Do what has no result yet. May be killed at any moment and run again; any number may run at once, on any number of
+    /// machines that share the folder. TERM or Ctrl-C ends it early with exit code 0.
+    Run {
+        /// The folder of the plan.
+        folder: PathBuf,
+        #[command(flatten)]
+        part: Part,
+        /// Processors to use; all of them unless told.
+        #[arg(long, value_name = "N")]
+        threads: Option<NonZero<usize>>,
+    },
+    /// Tell how far it is. The exit code is 3 while something is left.
+    Status {
+        /// The folder of the plan.
+        folder: PathBuf,
+        #[command(flatten)]
+        json: Json,
+    },
+    /// Write the results of all fits; the same bytes however they were run. The exit code is 3 where some are missing.
+    Collect {
+        /// The folder of the plan.
+        folder: PathBuf,
+        /// Write every report here, a line of JSON each, sorted by id; `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+        /// Write a row a fit here; `-` is stdout.
+        #[arg(long, value_name = "FILE")]
+        csv: Option<PathBuf>,
+    },
+    /// Print a script for `sbatch`, of a Slurm job array; nothing is submitted.
+    Sbatch {
+        /// The folder of the plan.
+        folder: PathBuf,
+        /// How long a job may take, as Slurm says it: 1:00:00.
+        #[arg(long)]
+        time: String,
+        /// Jobs of the array; as many as there are fits, up to 100, unless told.
+        #[arg(long, value_name = "N")]
+        shards: Option<NonZero<u64>>,
+        /// Processors of a job.
+        #[arg(long, value_name = "N", default_value = "1")]
+        threads: NonZero<usize>,
+    },
+}
+
+#[derive(clap::Args)]
+pub struct Part {
+    /// Do the fits of one shard of n, i/n with i from 0 or from 1 on. In a job array of Slurm it is the job's own unless told.
+    #[arg(long, value_name = "I/N", conflicts_with = "shards")]
+    shard: Option<Shard>,
+    /// There are so many shards; which is this one's says PBS_ARRAY_INDEX, HQ_TASK_ID or SLURM_ARRAY_TASK_ID.
+    #[arg(long, value_name = "N")]
+    shards: Option<NonZero<u64>>,
+}
+
+impl Part {
+    fn shard(&self) -> Result<Option<Shard>, Error> {
+        let variable = |name: &str| std::env::var(name).ok();
+        match (self.shard, self.shards) {
+            (Some(shard), _) => Ok(Some(shard)),
+            (None, of) => {
+                let shard = Shard::of_scheduler(variable, of.map(NonZero::get))?;
+                match (of, shard) {
+                    (Some(of), None) => Err(Error::Invalid {
+                        file: None,
+                        key: "--shards".into(),
+                        found: format!("{of}, and no scheduler that says which of them"),
+                        allowed: "--shard I/N".into(),
+                    }),
+                    _ => Ok(shard),
+                }
+            }
+        }
+    }
+}
+
+pub fn run(campaign: &Campaign, manner: Manner) -> Result<u8, Error> {
+    match campaign {
+        Campaign::Plan { campaign, out } => plan(campaign, out, manner),
+        Campaign::Run { folder, part, threads } => {
+            let threads = threads.or(available_parallelism().ok()).map_or(1, NonZero::get);
+            work(folder, part.shard()?, threads, manner)
+        }
+        Campaign::Status { folder, json } => status(folder, json, manner),
+        Campaign::Collect { folder, out, csv } => {
+            collect(folder, out.as_deref(), csv.as_deref(), manner)
+        }
+        Campaign::Sbatch { folder, time, shards, threads } => {
+            let plan = Plan::open(folder)?;
+            let shards = shards.map_or(SHARDS.min(plan.tasks.len() as u64).max(1), NonZero::get);
+            let script = script(&plan, time, shards, threads.get())?;
+            terminal::print(&script.trim_end()).map(|()| 0)
+        }
+    }
+}
+
+fn plan(campaign: &Path, out: &Path, manner: Manner) -> Result<u8, Error> {
+    let admission = Admission {
+        scene: &|scene: &Scene| limits::of_mesh(scene).admit(Manner { quiet: true, ..manner }),
+        fit: &|fit, path| limits::of_fit(fit, path.into()).admit(Manner { quiet: true, ..manner }),
+    };
+    let planned = Plan::make(campaign, out, &admission)?;
+    for error in planned.refused.iter().take(NAMED) {
+        terminal::tell(format_args!("warning: will be refused: {error}"));
+    }
+    if let Some(more) = planned.refused.len().checked_sub(NAMED + 1) {
+        terminal::tell(format_args!("warning: and {} more", more + 1));
+    }
+    let status = Status::of(&Collected::of(&planned.plan)?);
+    if !manner.quiet {
+        terminal::print(&status)?;
+    }
+    Ok(0)
+}
+
+fn work(folder: &Path, shard: Option<Shard>, threads: usize, manner: Manner) -> Result<u8, Error> {
+    let plan = Plan::open(folder)?;
+    let way = Way { shard, threads, stop: terminal::stop_on_ctrl_c(manner) };
+    let bar = terminal::progress_bar(manner, 1);
+    let ran = plan.run(&way, |done, total| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    let ran = ran?;
+    for task in &ran.panicked {
+        let fit = task.fit.display();
+        terminal::tell(format_args!(
+            "error: {} ({fit}) ended in a fault of the program, and has no result",
+            task.id
+        ));
+    }
+    for (_, error) in ran.changed.iter().take(NAMED) {
+        terminal::complain(error);
+    }
+    if let Some(more) = ran.changed.len().checked_sub(NAMED + 1) {
+        terminal::tell(format_args!("error: and {} more", more + 1));
+    }
+    if !manner.quiet {
+        terminal::print(&summary(&ran))?;
+    }
+    let changed = ran.changed.iter().map(|(_, error)| code_of(error)).max().unwrap_or(0);
+    Ok(if ran.panicked.is_empty() { changed } else { 3 })
+}
+
+fn summary(ran: &Ran) -> String {
+    let usable = ran.codes.iter().filter(|code| **code == 0).count();
+    format!(
+        "{} fits: {} done before, {} now ({usable} usable), {} left",
+        ran.tasks,
+        ran.before,
+        ran.codes.len(),
+        ran.left()
+    )
+}
+
+fn status(folder: &Path, json: &Json, manner: Manner) -> Result<u8, Error> {
+    let plan = Plan::open(folder)?;
+    let mut outputs = Outputs::new(manner);
+    let (option, path) = json.output();
+    let json = outputs.add(option, path);
+    outputs.check(&[])?;
+    let collected = collected(&plan)?;
+    let status = Status::of(&collected);
+    let code = if status.left() == 0 { 0 } else { 3 };
+    Ok(conclude(code, [outputs.write_json(json, &status), outputs.summary(&status)]))
+}
+
+/// The results of a plan, and a word on lines that are damaged.
+fn collected(plan: &Plan) -> Result<Collected<'_>, Error> {
+    let collected = Collected::of(plan)?;
+    for damage in collected.damaged.iter().filter(|damage| !damage.is_torn()) {
+        terminal::tell(format_args!("warning: {damage}"));
+    }
+    Ok(collected)
+}
+
+fn collect(
+    folder: &Path,
+    out: Option<&Path>,
+    csv: Option<&Path>,
+    manner: Manner,
+) -> Result<u8, Error> {
+    let plan = Plan::open(folder)?;
+    let mut outputs = Outputs::new(manner);
+    let lines = outputs.add("--out", out);
+    let sheet = outputs.add("--csv", csv);
+    outputs.check(&plan.files())?;
+    let collected = collected(&plan)?;
+    let status = Status::of(&collected);
+    let lines = lines.map_or(Ok(()), |output| {
+        let mut writing = outputs.begin(output)?;
+        let written = collected.write_lines(&mut writing);
+        outputs.finish(writing, written)
+    });
+    let written = [lines, outputs.write(sheet, || collected.sheet()), outputs.summary(&status)];
+    let left = status.left();
+    if left > 0 {
+        terminal::tell(format_args!("error: {left} of {} fits have no result yet", status.tasks));
+    }
+    Ok(conclude(if left == 0 { 0 } else { 3 }, written))
+}
+
+/// A job array whose jobs are shards. Jobs that end early, at their time or with their machine, leave the rest to the
+/// next submission.
+fn script(plan: &Plan, time: &str, shards: u64, threads: usize) -> Result<String, Error> {
+    let is_time = !time.is_empty() && time.chars().all(|c| c.is_ascii_digit() || ":-".contains(c));
+    if !is_time {
+        return Err(Error::Invalid {
+            file: None,
+            key: "--time".into(),
+            found: time.into(),
+            allowed: "minutes, h:m:s or d-h:m:s, as in 1:00:00".into(),
+        });
+    }
+    let folder = plan.folder.canonicalize();
+    let folder = folder.map_err(|source| Error::Io { path: plan.folder.clone(), source })?;
+    let name =
+        folder.file_name().unwrap_or_default().to_string_lossy().replace(char::is_whitespace, "-");
+    let folder = folder.display().to_string().replace('\'', r"'\''");
+    let last = shards - 1;
+    Ok(format!(
+        "#!/bin/sh
+#SBATCH --job-name={name}
+#SBATCH --array=0-{last}
+#SBATCH --time={time}
+#SBATCH --cpus-per-task={threads}
+#SBATCH --requeue
+# A minute before the time is over the job ends by itself, with all its results stored.
+#SBATCH --signal=B:TERM@60
+# Submit it again until `rodfit campaign status` says that all is done: what has a result is skipped.
+exec rodfit campaign run '{folder}' --threads {threads}
+"
+    ))
+}

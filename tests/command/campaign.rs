@@ -1,0 +1,518 @@
+//! Campaigns: planned once, run in shards, killed, and collected to the same bytes.
+#![cfg(target_os = "linux")]
+
+use rodfit::campaign::{Plan, Store};
+use rodfit::fit::FitFile;
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::common::coarse;
+use crate::common::fits::{add_noise, observe};
+use crate::folder::{Folder, change, refused, replaced, stderr, stdout, succeeds};
+
+/// Mesh and step of the data: fits take some 20 ms.
+const FIT: &str = r#"
+scene = "scene.toml"
+[[observation]]
+file = "tip.csv"
+[[parameter]]
+name = "youngs_modulus"
+[analysis]
+what_if = false
+discretization_error = "none"
+"#;
+
+/// Twelve fits, that all can be used.
+const GRID: &str = r#"
+fits = ["fit.toml"]
+[grid]
+"rod.section.radius" = [4.9e-3, 5e-3, 5.1e-3]
+material.density = [1200, 1250, 1300, 1350]
+"#;
+
+/// The tip of a rod, filmed.
+fn data(seed: u64) -> String {
+    let mut seen = observe(&coarse(6, 4e-3, 0.4), 40);
+    add_noise(&mut seen, 1e-3, seed);
+    let row = |s: &rodfit::fit::Sample| {
+        let [x, y, _] = s.position.map(|x| x.unwrap_or(f64::NAN));
+        format!("{},{x},{y}\n", s.time)
+    };
+    format!("t,x,y\n{}", seen.samples.iter().map(row).collect::<String>())
+}
+
+/// A folder with a campaign, not yet planned.
+pub fn folder(campaign: &str) -> Folder {
+    let folder = Folder::new();
+    let scene = change("segments = 20", "segments = 6").replace("step = 2e-3", "step = 4e-3");
+    folder.write("scene.toml", &scene.replace("end = 0.3", "end = 0.4"));
+    folder.write("fit.toml", FIT);
+    folder.write("tip.csv", &data(1));
+    folder.write("campaign.toml", campaign);
+    folder
+}
+
+pub fn plan(folder: &Folder, out: &str) {
+    succeeds(&folder.run(&["campaign", "plan", "campaign.toml", "--out", out]));
+}
+
+fn planned(campaign: &str) -> Folder {
+    let folder = folder(campaign);
+    plan(&folder, "out");
+    folder
+}
+
+#[track_caller]
+pub fn run(folder: &Folder, out: &str, more: &[&str]) -> String {
+    let output = folder.run(&[&["campaign", "run", out][..], more].concat());
+    succeeds(&output);
+    stdout(&output)
+}
+
+/// Everything that is collected.
+#[track_caller]
+pub fn collected(folder: &Folder, out: &str) -> (String, String) {
+    let arguments = ["campaign", "collect", out, "--out", "all.jsonl", "--csv", "all.csv", "-q"];
+    succeeds(&folder.run(&arguments));
+    (folder.read("all.jsonl"), folder.read("all.csv"))
+}
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn parts(folder: &Folder) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder.path("out/parts"));
+    let mut parts: Vec<PathBuf> =
+        entries.into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
+    parts.sort();
+    parts
+}
+
+/// How many results are stored whole.
+pub fn stored(folder: &Folder) -> usize {
+    let output = folder.run(&["campaign", "status", "out", "--json", "-"]);
+    serde_json::from_str::<Value>(&stdout(&output)).unwrap()["done"].as_u64().unwrap() as usize
+}
+
+#[test]
+fn any_number_of_shards_merges_to_the_same_bytes() {
+    let folder = folder(GRID);
+    let mut all = BTreeSet::new();
+    for n in [1, 3, 7] {
+        let out = format!("out-{n}");
+        plan(&folder, &out);
+        for i in 1..=n {
+            let threads = if i == 1 { "2" } else { "1" };
+            run(&folder, &out, &["--shard", &format!("{i}/{n}"), "--threads", threads]);
+        }
+        all.insert(collected(&folder, &out));
+    }
+    // Elsewhere, under other names.
+    let elsewhere = Folder::new();
+    std::fs::create_dir(elsewhere.path("deep")).unwrap();
+    for (from, to) in [("scene.toml", "deep/rod.toml"), ("tip.csv", "deep/seen.csv")] {
+        elsewhere.write(to, &folder.read(from));
+    }
+    let fit = FIT.replace("scene.toml", "deep/rod.toml").replace("tip.csv", "deep/seen.csv");
+    elsewhere.write("fit.toml", &fit);
+    elsewhere.write("campaign.toml", GRID);
+    plan(&elsewhere, "deep/out");
+    run(&elsewhere, "deep/out", &[]);
+    all.insert(collected(&elsewhere, "deep/out"));
+    assert_eq!(all.len(), 1, "{all:?}");
+
+    let (results, sheet) = all.pop_first().unwrap();
+    let results = lines(&results);
+    assert_eq!((results.len(), sheet.lines().count()), (12, 13));
+    let ids: Vec<&str> = results.iter().map(|line| line["id"].as_str().unwrap()).collect();
+    assert!(ids.is_sorted() && ids.iter().all(|id| id.len() == 32), "{ids:?}");
+    for line in &results {
+        let (result, modulus) = (&line["result"], line["changes"]["material.density"].as_f64());
+        assert_eq!(result["code"], 0, "{line}");
+        // Gravity alone gives E over density and radius squared.
+        let radius = line["changes"]["rod.section.radius"].as_f64().unwrap();
+        let expected = 1e8 * modulus.unwrap() / 1273.52 * (5e-3 / radius).powi(2);
+        let value = result["report"]["parameters"][0]["value"].as_f64().unwrap();
+        assert!((value / expected - 1.0).abs() < 0.02, "{value:e} {expected:e}");
+        let text = line.to_string();
+        assert!(!text.contains("wall_seconds") && !text.contains(".csv"), "{text}");
+        assert!(!text.contains(folder.path("").to_str().unwrap()), "{text}");
+    }
+    let header = "id,name,fit,material.density,rod.section.radius,code,grade,status,youngs_modulus,\
+                  youngs_modulus.std_error,youngs_modulus.low95,youngs_modulus.high95";
+    assert_eq!(sheet.lines().next().unwrap(), header);
+}
+
+/// What `collect` gives without any harm.
+fn whole(campaign: &str) -> (String, String) {
+    let folder = planned(campaign);
+    run(&folder, "out", &[]);
+    collected(&folder, "out")
+}
+
+#[test]
+fn killed_at_any_moment_it_goes_on() {
+    let folder = planned(GRID);
+    let mut kills = 0;
+    let (mut least, before) = (stored(&folder), Instant::now());
+    for k in 0..40 {
+        let mut child =
+            folder.command(&["campaign", "run", "out", "--threads", "1"]).spawn().unwrap();
+        // All moments of a run of some 30 ms a fit.
+        sleep(Duration::from_millis(15 + 17 * (k * 7 % 5)));
+        let running = child.try_wait().unwrap().is_none();
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += usize::from(running);
+        // Nothing that was stored is lost.
+        let now = stored(&folder);
+        assert!(now >= least);
+        least = now;
+        if now == 12 || before.elapsed() > Duration::from_secs(20) {
+            break;
+        }
+    }
+    run(&folder, "out", &[]);
+    assert!(kills > 1, "{kills}");
+    assert_eq!(collected(&folder, "out"), whole(GRID));
+}
+
+fn terminate(child: &std::process::Child) {
+    let killed = std::process::Command::new("sh")
+        .args(["-c", &format!("kill -TERM {}", child.id())])
+        .status();
+    assert!(killed.unwrap().success());
+}
+
+#[test]
+fn told_to_end_it_ends_well() {
+    let folder = planned(GRID);
+    let child = folder.command(&["campaign", "run", "out", "--threads", "1"]).spawn().unwrap();
+    let since = Instant::now();
+    while parts(&folder).is_empty() && since.elapsed() < Duration::from_secs(60) {
+        sleep(Duration::from_millis(5));
+    }
+    terminate(&child);
+    let since = Instant::now();
+    let output = child.wait_with_output().unwrap();
+    assert!(since.elapsed() < Duration::from_secs(10));
+    succeeds(&output);
+    let done = stored(&folder);
+    assert!((1..12).contains(&done), "{done}: {}", stdout(&output));
+    assert!(stdout(&output).contains(&format!("{done} now")), "{}", stdout(&output));
+    // What is left is said, with an exit code of its own.
+    let status = folder.run(&["campaign", "status", "out"]);
+    assert_eq!(status.status.code(), Some(3));
+    assert!(stdout(&status).starts_with(&format!("{done} of 12 fits done")), "{}", stdout(&status));
+    let partly = folder.run(&["campaign", "collect", "out", "--out", "some.jsonl"]);
+    assert_eq!(partly.status.code(), Some(3));
+    assert!(stderr(&partly).contains(&format!("{} of 12 fits have no result", 12 - done)));
+    assert_eq!(folder.read("some.jsonl").lines().count(), done);
+    run(&folder, "out", &[]);
+    assert_eq!(collected(&folder, "out"), whole(GRID));
+}
+
+#[test]
+fn a_torn_line_is_done_again() {
+    let folder = planned(GRID);
+    run(&folder, "out", &["--threads", "1"]);
+    let before = collected(&folder, "out");
+    let [part] = &parts(&folder)[..] else { panic!() };
+    let text = std::fs::read(part).unwrap();
+    std::fs::write(part, &text[..text.len() - 100]).unwrap();
+    assert_eq!(stored(&folder), 11);
+    let said = run(&folder, "out", &[]);
+    assert!(said.contains("11 done before, 1 now"), "{said}");
+    assert_eq!(collected(&folder, "out"), before);
+    // A digit in the middle that is another one is told, and done again.
+    let mut damaged = std::fs::read(part).unwrap();
+    let digit = damaged.iter().position(|b| b.is_ascii_digit()).unwrap();
+    damaged[digit] = if damaged[digit] == b'1' { b'2' } else { b'1' };
+    std::fs::write(part, damaged).unwrap();
+    let status = folder.run(&["campaign", "status", "out"]);
+    assert!(stderr(&status).contains(":1 is damaged"), "{}", stderr(&status));
+    run(&folder, "out", &[]);
+    assert_eq!(collected(&folder, "out"), before);
+    // Everything is done: nothing is written.
+    let files = parts(&folder).len();
+    assert!(run(&folder, "out", &[]).contains("12 done before, 0 now"));
+    assert_eq!(parts(&folder).len(), files);
+}
+
+#[test]
+fn what_a_result_depends_on_is_in_its_id() {
+    let folder = folder(GRID);
+    let ids = |folder: &Folder| -> BTreeSet<String> {
+        plan(folder, "out");
+        lines(&folder.read("out/tasks.jsonl")).iter().map(|t| t["id"].to_string()).collect()
+    };
+    let first = ids(&folder);
+    assert_eq!((first.len(), ids(&folder)), (12, first.clone()));
+    run(&folder, "out", &[]);
+    // Comments and the order of keys are nothing.
+    folder.write("fit.toml", &format!("# of today\n{FIT}"));
+    assert_eq!(ids(&folder), first);
+    let mut seen = first.clone();
+    let scene = folder.read("scene.toml");
+    for (file, text) in [
+        ("tip.csv", data(2)),
+        ("scene.toml", replaced(&scene, "segments = 6", "segments = 7")),
+        ("fit.toml", replaced(FIT, "what_if = false", "what_if = true")),
+    ] {
+        let before = folder.read(file);
+        folder.write(file, &text);
+        let now = ids(&folder);
+        assert!(seen.is_disjoint(&now), "{file}");
+        seen.extend(now);
+        // What was computed before is not what is planned now.
+        assert_eq!(stored(&folder), 0, "{file}");
+        // It cannot be run by an old plan, which would store it under an id that it has not.
+        folder.write(file, &before);
+        let output = folder.run(&["campaign", "run", "out", "--threads", "1"]);
+        assert_eq!(output.status.code(), Some(2));
+        let told = stderr(&output);
+        assert!(
+            told.contains("changed since it was planned") && told.contains("plan again"),
+            "{told}"
+        );
+        assert!(told.contains("and 7 more"), "{told}");
+    }
+    // As it was at first, with the results of that time.
+    assert_eq!(ids(&folder), first);
+    assert_eq!(stored(&folder), 12);
+}
+
+#[test]
+fn results_that_differ_are_an_error() {
+    let folder = planned(GRID);
+    run(&folder, "out", &[]);
+    let plan = Plan::open(&folder.path("out")).unwrap();
+    let stop = || Arc::new(AtomicBool::new(false));
+    let again = Store::new(&plan.folder);
+    let mut outcome = plan.solve(&plan.tasks[5], &again, stop()).unwrap().unwrap();
+    assert_eq!(collected(&folder, "out"), whole(GRID));
+    outcome.json = replaced(&outcome.json, "\"converged\":true", "\"converged\":false");
+    again.add(&plan.tasks[5].id, &outcome, 0.1).unwrap();
+    let collect = folder.run(&["campaign", "collect", "out", "--out", "all.jsonl"]);
+    refused(&collect, &[&plan.tasks[5].id, "different ones at out/parts/", " and out/parts/"]);
+}
+
+#[test]
+fn a_fit_that_fails_is_a_result() {
+    let folder = folder("fits = [\"*fit.toml\"]\n");
+    // Gravity alone tells E from density by nothing; and there is a row that is none.
+    let two = FIT.replace("[analysis]", "[[parameter]]\nname = \"density\"\n[analysis]");
+    folder.write("both-fit.toml", &two);
+    folder.write("bad-fit.toml", &FIT.replace("tip.csv", "bad.csv"));
+    folder.write("bad.csv", &format!("{}0.5,oh,no\n", data(1)));
+    let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "out"]);
+    succeeds(&output);
+    assert!(stderr(&output).contains("will be refused") && stderr(&output).contains("bad.csv:42"));
+    let said = run(&folder, "out", &[]);
+    assert!(said.contains("3 fits: 0 done before, 3 now (1 usable), 0 left"), "{said}");
+    let status = folder.run(&["campaign", "status", "out"]);
+    succeeds(&status);
+    assert!(stdout(&status).contains("3 of 3 fits done: 1 usable, 1 not, 1 refused"));
+    let (results, sheet) = collected(&folder, "out");
+    let of = |fit: &str| {
+        let found = lines(&results).into_iter().find(|line| line["fit"] == fit);
+        found.unwrap()["result"].clone()
+    };
+    assert_eq!((&of("fit.toml")["code"], &of("both-fit.toml")["code"]), (&0.into(), &3.into()));
+    assert_eq!(of("both-fit.toml")["report"]["grade"], "not-identifiable");
+    let bad = of("bad-fit.toml");
+    assert_eq!(bad["code"], 2);
+    let words = bad["error"].as_str().unwrap();
+    assert!(words.starts_with("observation.0.file:42: ") && words.contains("oh"), "{words}");
+    assert!(sheet.contains("bad-fit.toml,2,,\"observation.0.file:42"), "{sheet}");
+}
+
+const ROWS: &str = "name,rod.section.radius,observation.0.file,#who\nsoft,4.9e-3,tip.csv,Ada\nstiff,,deep/2.csv,\n";
+
+#[test]
+fn a_row_of_a_table_is_a_fit() {
+    let folder = folder("fits = [\"fit.toml\"]\ntable = \"rods.csv\"\n");
+    std::fs::create_dir(folder.path("deep")).unwrap();
+    folder.write("deep/2.csv", &data(2));
+    folder.write("rods.csv", ROWS);
+    plan(&folder, "out");
+    run(&folder, "out", &[]);
+    let (_, sheet) = collected(&folder, "out");
+    let rows: Vec<Vec<&str>> = sheet.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0][1..6], ["name", "fit", "observation.0.file", "rod.section.radius", "code"]);
+    assert_eq!(rows[1][1..6], ["soft", "fit.toml", "tip.csv", "0.0049", "0"]);
+    assert_eq!(rows[2][1..6], ["stiff", "fit.toml", "deep/2.csv", "", "0"]);
+    // Each is what a fit of its own file finds.
+    let fit = FIT.replace("tip.csv", "deep/2.csv");
+    let alone = FitFile::from_toml(&fit, folder.path("")).unwrap().fit().solve().unwrap();
+    let value: f64 = rows[2][8].parse().unwrap();
+    assert_eq!(alone.parameters[0].value, Some(value));
+    // With a column of fit files.
+    folder.write("campaign.toml", "table = \"rods.csv\"\n");
+    folder.write("rods.csv", "fit;rod.segments\nfit.toml;5\nfit.toml;7\n");
+    plan(&folder, "again");
+    let tasks = lines(&folder.read("again/tasks.jsonl"));
+    assert_eq!((tasks.len(), &tasks[1]["changes"]["rod.segments"]), (2, &7.into()));
+
+    folder.write("campaign.toml", "fits = [\"fit.toml\"]\ntable = \"rods.csv\"\n");
+    for (from, to, words) in [
+        ("4.9e-3", "-1", ["rods.csv:2: ", "rod.section.radius", "-1"]),
+        ("4.9e-3", "wide", ["rods.csv:2: ", "radius", "wide"]),
+        ("deep/2.csv", "deep/3.csv", ["rods.csv:3: ", "deep/3.csv", "No such file"]),
+        ("rod.section.radius", "radios", ["rods.csv:1: ", "radios", "short name"]),
+        ("observation.0", "observation.4", ["rods.csv:2: ", "observation.4.file", "no such place"]),
+        ("name", "rod.section.radius", ["rods.csv:1: ", "rod.section.radius twice", "once"]),
+        ("stiff,", "stiff,,,", ["rods.csv:3: ", "found 6 fields", "4 as in the header"]),
+    ] {
+        folder.write("rods.csv", &replaced(ROWS, from, to));
+        refused(&folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]), &words);
+    }
+    assert!(!folder.path("bad").exists());
+}
+
+#[test]
+fn a_scheduler_says_which_shard() {
+    let folder = planned(GRID);
+    let mut tasks = 0;
+    for id in ["10", "13", "16"] {
+        let mut command = folder.command(&["campaign", "run", "out", "--threads", "1"]);
+        command.env("SLURM_ARRAY_TASK_ID", id).env("SLURM_ARRAY_TASK_MIN", "10");
+        command.env("SLURM_ARRAY_TASK_STEP", "3").env("SLURM_ARRAY_TASK_COUNT", "3");
+        let output = command.output().unwrap();
+        succeeds(&output);
+        let said = stdout(&output);
+        tasks += said.split(' ').next().unwrap().parse::<usize>().unwrap();
+        assert!(!said.contains("12 fits"), "{said}");
+    }
+    assert_eq!((tasks, collected(&folder, "out")), (12, whole(GRID)));
+    let with = |name: &str, more: &[&str]| {
+        let mut command = folder.command(&[&["campaign", "run", "out"][..], more].concat());
+        command.env(name, "2").output().unwrap()
+    };
+    for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
+        succeeds(&with(name, &["--shards", "2"]));
+        refused(&with(name, &[]), &[name, "found 2, and not of how many", "--shards N"]);
+        succeeds(&with(name, &["--shard", "1/2"]));
+    }
+    refused(
+        &folder.run(&["campaign", "run", "out", "--shards", "2"]),
+        &["--shards", "--shard I/N"],
+    );
+}
+
+#[test]
+fn a_bootstrap_is_shared_out() {
+    let campaign = "fits = [\"fit.toml\"]\n[bootstrap]\nreplicates = 12\nbatch = 5\nseed = 3\n";
+    let folder = planned(campaign);
+    let tasks = lines(&folder.read("out/tasks.jsonl"));
+    let seed = tasks[0]["changes"]["analysis.seed"].as_u64().unwrap();
+    run(&folder, "out", &[]);
+    let (results, sheet) = collected(&folder, "out");
+    assert_eq!((tasks.len(), lines(&results).len(), sheet.lines().count()), (2, 2, 2));
+    let row = sheet.lines().nth(1).unwrap();
+    // As one fit would have found.
+    let fit = format!("{FIT}bootstrap = 12\nseed = {seed}\n");
+    let alone = FitFile::from_toml(&fit, folder.path("")).unwrap().fit().solve().unwrap();
+    let bootstrap = alone.parameters[0].bootstrap.as_ref().unwrap();
+    assert!(bootstrap.estimates.is_empty());
+    let [low, high] = bootstrap.interval95;
+    let mut header = sheet.lines().next().unwrap().split(',');
+    let first = header.position(|name| name == "youngs_modulus.bootstrap_std_error").unwrap();
+    let cells: Vec<&str> = row.split(',').collect();
+    for (cell, expected) in cells[first..].iter().zip([bootstrap.std_error, low, high]) {
+        let cell: f64 = cell.parse().unwrap();
+        assert!((cell / expected - 1.0).abs() < 1e-12, "{cell} {expected}");
+    }
+    assert_eq!(cells[3], "12");
+}
+
+#[test]
+fn fits_start_anywhere() {
+    let campaign = "fits = [\"fit.toml\"]\n[starts]\ncount = 5\n";
+    let folder = folder(campaign);
+    let arguments = ["campaign", "plan", "campaign.toml", "--out", "out"];
+    refused(&folder.run(&arguments), &["fit.toml", "parameter[0].bounds", "none", "random starts"]);
+    let bounds = "name = \"youngs_modulus\"\nbounds = [1e7, 1e9]";
+    folder.write("fit.toml", &replaced(FIT, "name = \"youngs_modulus\"", bounds));
+    plan(&folder, "out");
+    run(&folder, "out", &[]);
+    let (results, _) = collected(&folder, "out");
+    let of = |line: &Value| {
+        let start = line["changes"]["parameter.0.start"].as_f64().unwrap();
+        (start, line["result"]["report"]["parameters"][0]["value"].as_f64().unwrap())
+    };
+    let all: Vec<(f64, f64)> = lines(&results).iter().map(of).collect();
+    let starts: BTreeSet<u64> = all.iter().map(|(start, _)| start.to_bits()).collect();
+    assert_eq!(starts.len(), 5);
+    for (start, found) in &all {
+        assert!(
+            (1e7..=1e9).contains(start) && (found / all[0].1 - 1.0).abs() < 1e-4,
+            "{start} {found}"
+        );
+    }
+}
+
+#[test]
+fn what_is_no_campaign_is_refused() {
+    let folder = planned(GRID);
+    for (campaign, words) in [
+        ("", ["campaign.toml", "fits", "table"]),
+        ("fits = [\"none/*.toml\"]", ["campaign.toml", "fits[0]", "no other file matches"]),
+        (
+            "fits = [\"fit.toml\"]\n[grid]\nradios = [1]",
+            ["campaign.toml", "grid.radios", "short name"],
+        ),
+        ("fits = [\"fit.toml\"]\n[grid]\nradius = 1", ["campaign.toml", "grid.radius", "a list"]),
+        (
+            "fits = [\"fit.toml\"]\n[grid]\nradius = []",
+            ["campaign.toml", "grid.radius", "0 values"],
+        ),
+        ("fits = [\"fit.toml\"]\n[grids]\nradius = [1]", ["campaign.toml", "grids", "grid"]),
+        (
+            "fits = [\"fit.toml\"]\n[bootstrap]\nreplicates = 1",
+            ["bootstrap.replicates", "found 1", "2 or more"],
+        ),
+        ("fits = [\"fit.toml\"]\n[starts]\ncount = 0", ["starts.count", "found 0", "1 or more"]),
+        ("fits = [\"scene.toml\"]", ["scene.toml", "parameter", "bad"]),
+    ] {
+        folder.write("campaign.toml", campaign);
+        let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]);
+        if words[2] == "bad" {
+            // A file that is no fit is what its result says.
+            succeeds(&output);
+            assert!(stderr(&output).contains("will be refused"), "{}", stderr(&output));
+        } else {
+            refused(&output, &words);
+        }
+    }
+    folder.write("campaign.toml", GRID);
+    refused(
+        &folder.run(&["campaign", "plan", "campaign.toml", "--out", "."]),
+        &["--out", "other files"],
+    );
+    refused(&folder.run(&["campaign", "run", "nowhere"]), &["nowhere/plan.json"]);
+    let about = folder.read("out/plan.json");
+    folder.write("out/plan.json", &about.replace(env!("CARGO_PKG_VERSION"), "0.0.1"));
+    refused(&folder.run(&["campaign", "run", "out"]), &["version 0.0.1", "plan again"]);
+    folder.write("out/plan.json", &about);
+    let sbatch = folder.run(&["campaign", "sbatch", "out", "--time", "1:00:00", "--shards", "7"]);
+    succeeds(&sbatch);
+    for line in [
+        "#SBATCH --array=0-6",
+        "#SBATCH --time=1:00:00",
+        "#SBATCH --requeue",
+        "#SBATCH --signal=B:TERM@60",
+    ] {
+        assert!(stdout(&sbatch).lines().any(|said| said == line), "{}", stdout(&sbatch));
+    }
+    refused(
+        &folder.run(&["campaign", "sbatch", "out", "--time", "an hour"]),
+        &["--time", "1:00:00"],
+    );
+}
