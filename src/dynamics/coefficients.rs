@@ -278,7 +278,8 @@ impl<D: Scalar> StepCoefficients<D> {
         minus: &mut [D],
     ) {
         let (count, mass) = (minus.len(), &mass[..minus.len()]);
-        let [q1, q0, v0, n1, n0] = [q1, q0, v0, n1, n0].map(|list| &list[..count]);
+        let (q1, q0, v0) = (&q1[..count], &q0[..count], &v0[..count]);
+        let (n1, n0) = (&n1[..count], &n0[..count]);
         for i in 0..count {
             let (change, start) = (q1[i] - q0[i], [v0[i], a0(i)]);
             minus[i] = -self.residual(mass[i], change, start, n1[i], n0[i]);

@@ -12,7 +12,7 @@ use crate::energy::own::{By, MOST_NODES, OwnEnergy};
 use crate::energy::place::{Directors, Place};
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar};
 use crate::numerics::terms::Terms;
-use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::numerics::vector::{Vector, add, components, cross, dot, each, scale, sub, unit};
 use crate::scene::number::Quantity;
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec, DualSVec64, HyperDual64};
@@ -46,16 +46,20 @@ pub enum Chart<D> {
     },
 }
 
+/// A direction by a number.
+#[inline]
+fn scaled<D: Scalar>(axis: &[f64; 3], factor: D) -> Vector<D> {
+    [factor * axis[0], factor * axis[1], factor * axis[2]]
+}
+
 /// A vector with these components along some axes.
 #[inline]
-fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], components: [D; M]) -> Vector<D> {
-    std::array::from_fn(|c| {
-        let mut sum = components[0] * axes[0][c];
-        for k in 1..M {
-            sum += components[k] * axes[k][c];
-        }
-        sum
-    })
+fn along<D: Scalar, const M: usize>(axes: &[[f64; 3]; M], along: [D; M]) -> Vector<D> {
+    let mut sum = scaled(&axes[0], along[0]);
+    for k in 1..M {
+        sum = add(sum, scaled(&axes[k], along[k]));
+    }
+    sum
 }
 
 impl<B: Scalar> Chart<B> {
@@ -80,7 +84,7 @@ impl<B: Scalar> Chart<B> {
         match self {
             Self::Plane { axes, .. } => axes[component],
             Self::Space { axes: Some(axes) } => axes[component],
-            Self::Space { axes: None } => std::array::from_fn(|c| f64::from(c == component)),
+            Self::Space { axes: None } => components(|c| f64::from(c == component)),
         }
     }
 
@@ -93,31 +97,27 @@ impl<B: Scalar> Chart<B> {
         q: &[D],
         frames: &[EdgeFrame<B>],
     ) -> ([Vector<D>; N], [Directors<D>; 2]) {
-        let none = [[D::from(0.0); 3]; 3];
+        let zero = [D::from(0.0); 3];
+        let (mut nodes, mut edges) = ([zero; N], [[zero; 3]; 2]);
         match self {
             Self::Plane { origin, axes: [x, y], across } => {
-                let nodes = std::array::from_fn(|i| {
+                for i in 0..N {
                     let place = along(&[*x, *y], [q[2 * i], q[2 * i + 1]]);
-                    std::array::from_fn(|c| place[c] + origin[c])
-                });
-                let edges = std::array::from_fn(|j| {
-                    if j + 1 >= N {
-                        return none;
-                    }
+                    nodes[i] = components(|c| place[c] + origin[c]);
+                }
+                let normal = each(&cross(*x, *y), D::from);
+                for j in 0..N - 1 {
                     let e = [q[2 * j + 2] - q[2 * j], q[2 * j + 3] - q[2 * j + 1]];
                     let inverse = (e[0] * e[0] + e[1] * e[1]).sqrt().recip();
-                    let [a, b] = e.map(|c| c * inverse);
-                    let normal = cross(*x, *y);
-                    let [in_plane, out] = across.map(&over);
+                    let [a, b] = [e[0] * inverse, e[1] * inverse];
+                    let [in_plane, out] = [over(across[0]), over(across[1])];
                     let aside = along(&[*x, *y], [-b, a]);
-                    let normal = normal.map(D::from);
-                    [
+                    edges[j] = [
                         along(&[*x, *y], [a, b]),
                         add(scale(aside, in_plane), scale(normal, out)),
                         sub(scale(normal, in_plane), scale(aside, out)),
-                    ]
-                });
-                (nodes, edges)
+                    ];
+                }
             }
             Self::Space { axes } => {
                 let to_world = |v: Vector<D>| match axes {
@@ -125,22 +125,17 @@ impl<B: Scalar> Chart<B> {
                     None => v,
                 };
                 let node = |i: usize| [q[4 * i], q[4 * i + 1], q[4 * i + 2]];
-                let nodes = std::array::from_fn(|i| to_world(node(i)));
-                let edges = std::array::from_fn(|j| match frames.get(j) {
-                    Some(frame) if j + 1 < N => {
-                        let tangent = unit(sub(node(j + 1), node(j)));
-                        let reference = EdgeFrame {
-                            tangent: frame.tangent.map(&over),
-                            director: frame.director.map(&over),
-                        };
-                        let [first, second] = reference.material(tangent, q[4 * j + 3]);
-                        [tangent, first, second].map(to_world)
-                    }
-                    _ => none,
-                });
-                (nodes, edges)
+                for i in 0..N {
+                    nodes[i] = to_world(node(i));
+                }
+                for (j, frame) in frames.iter().enumerate().take(N - 1) {
+                    let tangent = unit(sub(node(j + 1), node(j)));
+                    let [first, second] = frame.map(&over).material(tangent, q[4 * j + 3]);
+                    edges[j] = [to_world(tangent), to_world(first), to_world(second)];
+                }
             }
         }
+        (nodes, edges)
     }
 }
 
@@ -245,7 +240,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         over: impl Fn(B) -> D,
         of: impl FnOnce(&Place<D>, &[D; P]) -> T,
     ) -> T {
-        let parameters = std::array::from_fn(|i| over(site.values[i]));
+        let parameters = components(|i| over(site.values[i]));
         of(&Place::new(N, &|i| over(site.place[i])), &parameters)
     }
 
@@ -328,7 +323,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
             };
             let (_, slope) = num_dual::jacobian(flat, &SVector::from(*q));
             for (r, row) in of_edges.iter_mut().enumerate() {
-                *row = std::array::from_fn(|c| slope[(r, c)]);
+                *row = components(|c| slope[(r, c)]);
             }
         }
         let row = |input: usize, component: usize| -> [B; Q] {
@@ -386,7 +381,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         for i in 0..N {
             let slope = slope(i);
             for k in 0..stride.min(3) {
-                gradient[stride * i + k] += dot(chart.axis(k).map(B::from), slope);
+                gradient[stride * i + k] += dot(each(&chart.axis(k), B::from), slope);
             }
         }
     }
@@ -405,7 +400,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
             for (by, director) in
                 [(By::Tangent(j), tangent), (By::First(j), first), (By::Second(j), second)]
             {
-                sum += dot(slope(by).map(over), *director);
+                sum += dot(each(&slope(by), over), *director);
             }
         }
         sum
@@ -453,7 +448,7 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E
     }
 
     fn keeps_plane(&self, values: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool {
-        let parameters = std::array::from_fn(|i| values[i]);
+        let parameters = components(|i| values[i]);
         self.0.keeps_plane(&parameters, normal, point)
     }
 

@@ -53,7 +53,7 @@ use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
 pub use crate::energy::stiffness::Stiffness;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
 use crate::numerics::scalar::{Nestable, Scalar, Wide};
-use crate::numerics::vector::{Vector, add, dot, sub};
+use crate::numerics::vector::{Vector, add, components, dot, each, sub};
 use nalgebra::SVector;
 use num_dual::{Dual2SVec, Dual64, DualSVec};
 
@@ -132,7 +132,7 @@ impl<D: Scalar> JointLaw<D> {
     pub fn viscous(&self, factor: D, shift: &[D; 3]) -> Self {
         Self {
             stiffness: self.stiffness.map(|k| k * factor),
-            natural: std::array::from_fn(|a| (self.natural[a] + shift[a]) / factor),
+            natural: components(|a| (self.natural[a] + shift[a]) / factor),
         }
     }
 
@@ -176,11 +176,14 @@ fn to_nodes<D: Scalar>(g: &[D; EDGE_UNKNOWNS]) -> [D; UNKNOWNS] {
 fn hessian_to_nodes<D: Scalar>(
     h: &[[D; EDGE_UNKNOWNS]; EDGE_UNKNOWNS],
 ) -> [[D; UNKNOWNS]; UNKNOWNS] {
-    let half = h.map(|row| to_nodes(&row));
+    let mut half = [[D::from(0.0); UNKNOWNS]; EDGE_UNKNOWNS];
+    for r in 0..EDGE_UNKNOWNS {
+        half[r] = to_nodes(&h[r]);
+    }
     // Columns are spread; now the rows.
     let mut out = [[D::from(0.0); UNKNOWNS]; UNKNOWNS];
     for c in 0..UNKNOWNS {
-        let column = to_nodes(&std::array::from_fn(|r| half[r][c]));
+        let column = to_nodes(&components(|r| half[r][c]));
         for r in 0..UNKNOWNS {
             out[r][c] = column[r];
         }
@@ -306,8 +309,8 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
     fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> BendTwist<E> {
         BendTwist {
             stiffness: self.stiffness.map(&convert),
-            natural: self.natural.map(&convert),
-            frames: self.frames.map(|frame| frame.map(&convert)),
+            natural: each(&self.natural, &convert),
+            frames: [self.frames[0].map(&convert), self.frames[1].map(&convert)],
             twist: convert(self.twist),
         }
     }

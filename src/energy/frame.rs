@@ -10,7 +10,7 @@
 //! reference ([`Frames::rebase`]) without changing that energy.
 
 use crate::numerics::scalar::{Scalar, Wide};
-use crate::numerics::vector::{Vector, add, combine, cross, dot, scale, sub, unit};
+use crate::numerics::vector::{Vector, add, combine, cross, dot, each, scale, sub, unit};
 use std::f64::consts::TAU;
 
 /// Tangent and first director of an edge, orthonormal.
@@ -126,7 +126,7 @@ impl<D: Scalar> EdgeFrame<D> {
     /// Over other numbers.
     pub(crate) fn map<E: Scalar>(&self, convert: impl Fn(D) -> E) -> EdgeFrame<E> {
         let Self { tangent, director } = self;
-        EdgeFrame { tangent: tangent.map(&convert), director: director.map(&convert) }
+        EdgeFrame { tangent: each(tangent, &convert), director: each(director, &convert) }
     }
 
     /// The frame moved to another unit tangent.

@@ -1,7 +1,7 @@
 //! Where on the rod an energy of one's own acts.
 
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::Vector;
+use crate::numerics::vector::{Vector, components};
 use crate::scene::At;
 use crate::scene::mesh::Mesh;
 
@@ -28,7 +28,7 @@ pub struct Place<'a, D> {
     nodes: usize,
 }
 
-impl<'a, D> Place<'a, D> {
+impl<'a, D: Scalar> Place<'a, D> {
     /// Of `nodes` nodes, from the numbers of a [`Spot`].
     pub(crate) fn new(nodes: usize, numbers: &'a dyn Fn(usize) -> D) -> Self {
         Self { numbers, nodes }
@@ -52,7 +52,7 @@ impl<'a, D> Place<'a, D> {
     /// If the element has no such node.
     pub fn node(&self, i: usize) -> Vector<D> {
         assert!(i < self.nodes, "an element of {} nodes has no node {i}", self.nodes);
-        std::array::from_fn(|c| (self.numbers)(2 + 3 * i + c))
+        components(|c| (self.numbers)(2 + 3 * i + c))
     }
 
     /// The directors of edge `j` of the element at rest.
@@ -62,7 +62,8 @@ impl<'a, D> Place<'a, D> {
     pub fn edge(&self, j: usize) -> Directors<D> {
         assert!(j + 1 < self.nodes, "an element of {} nodes has no edge {j}", self.nodes);
         let first = 2 + 3 * self.nodes + 9 * j;
-        std::array::from_fn(|k| std::array::from_fn(|c| (self.numbers)(first + 3 * k + c)))
+        let director = |k: usize| components(|c| (self.numbers)(first + 3 * k + c));
+        [director(0), director(1), director(2)]
     }
 }
 

@@ -7,6 +7,7 @@
 
 use crate::energy::{Element, Local};
 use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::vector::{components, each};
 use num_dual::Dual64;
 
 /// One edge of `M` components. Unknowns, m: `[x0, y0, x1, y1]` in the plane, `[x0, y0, z0, x1, y1, z1]` in space.
@@ -30,19 +31,19 @@ struct Stretched<D, const M: usize> {
 /// The edge from one node to the other; `N = 2 M`.
 #[inline]
 fn edge<D: Scalar, const N: usize, const M: usize>(q: &[D; N]) -> [D; M] {
-    std::array::from_fn(|i| q[M + i] - q[i])
+    components(|i| q[M + i] - q[i])
 }
 
 /// Spreads a gradient with respect to the edge over its nodes.
 #[inline]
 fn to_nodes<D: Scalar, const N: usize, const M: usize>(g: [D; M]) -> [D; N] {
-    std::array::from_fn(|i| if i < M { -g[i] } else { g[i - M] })
+    components(|i| if i < M { -g[i] } else { g[i - M] })
 }
 
 impl<D: Scalar, const M: usize> Stretch<D, M> {
     /// An edge that nothing stretches.
     pub(crate) fn none() -> Self {
-        let [zero, one] = [0.0, 1.0].map(D::from);
+        let (zero, one) = (D::from(0.0), D::from(1.0));
         Self { stiffness: zero, rest_length: one, natural_strain: zero }
     }
 
@@ -106,7 +107,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         Stretched {
             strain: self.strain_of(squared, length),
             inverse_length,
-            tangent: e.map(|x| x * inverse_length),
+            tangent: each(&e, |x| x * inverse_length),
         }
     }
 
@@ -121,7 +122,7 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
     fn gradient_of(&self, e: [D; M]) -> [D; M] {
         let Stretched { strain, tangent, .. } = self.stretched(e);
         let force = self.stiffness * (strain - self.natural_strain);
-        tangent.map(|t| force * t)
+        each(&tangent, |t| force * t)
     }
 
     /// d2E/de2 = (EA/l - F/|e|) t t' + F/|e| I.
@@ -132,22 +133,23 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         let force = self.stiffness * strain;
         let across = force * inverse_length;
         let along = self.stiffness / self.rest_length - across;
-        let block: [[D; M]; M] = std::array::from_fn(|r| {
-            std::array::from_fn(|c| {
-                let (r, c) = (r.max(c), r.min(c));
-                let entry = along * tangent[c] * tangent[r];
-                if r == c { entry + across } else { entry }
-            })
-        });
+        let block = |r: usize, c: usize| {
+            let (r, c) = (r.max(c), r.min(c));
+            let entry = along * tangent[c] * tangent[r];
+            if r == c { entry + across } else { entry }
+        };
+        let mut hessian = [[across; N]; N];
+        for r in 0..M {
+            for c in 0..M {
+                let entry = block(r, c);
+                (hessian[r][c], hessian[M + r][M + c]) = (entry, entry);
+                (hessian[r][M + c], hessian[M + r][c]) = (-entry, -entry);
+            }
+        }
         Local {
             energy: force * strain * self.rest_length * 0.5,
-            gradient: to_nodes(tangent.map(|t| force * t)),
-            hessian: std::array::from_fn(|r| {
-                std::array::from_fn(|c| {
-                    let entry = block[r % M][c % M];
-                    if (r < M) == (c < M) { entry } else { -entry }
-                })
-            }),
+            gradient: to_nodes(each(&tangent, |t| force * t)),
+            hessian,
         }
     }
 }

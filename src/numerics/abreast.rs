@@ -58,8 +58,8 @@ impl<L: Level> Wide<f64> for Abreast<L> {
     fn gather(level: L, mut of: impl FnMut(usize) -> f64) -> Self {
         let mut numbers = level.splat_f64s(0.0);
         let lanes: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut numbers));
-        for (lane, number) in lanes.iter_mut().enumerate() {
-            *number = of(lane);
+        for lane in 0..L::F64_LANES {
+            lanes[lane] = of(lane);
         }
         Self { level, numbers }
     }
@@ -249,7 +249,8 @@ impl<L: Level> Scalar for Abreast<L> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self { numbers: self.level.abs_f64s(self.numbers), ..self }
+        let all_but_sign = self.level.splat_f64s(f64::from_bits(!(1 << 63)));
+        Self { numbers: self.level.and_f64s(self.numbers, all_but_sign), ..self }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

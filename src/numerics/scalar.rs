@@ -198,8 +198,8 @@ pub trait Wide<D>: Scalar {
         D: Scalar,
     {
         let mut of = [D::from(0.0); N];
-        for (of, all) in of.iter_mut().zip(all) {
-            *of = all.lane(lane);
+        for i in 0..N {
+            of[i] = all[i].lane(lane);
         }
         of
     }

@@ -1,6 +1,7 @@
 //! A number that remembers how large the terms of its derivatives were.
 
 use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{components, each};
 use std::cmp::Ordering;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -36,34 +37,39 @@ impl<const N: usize> Terms<N> {
         let (slope, curvature) = (slope.abs(), curvature.abs());
         Self {
             value,
-            first: self.first.map(|a| slope * a),
-            second: std::array::from_fn(|i| {
-                std::array::from_fn(|j| {
-                    slope * self.second[i][j] + curvature * self.first[i] * self.first[j]
-                })
+            first: each(&self.first, |a| slope * a),
+            second: table(|i, j| {
+                slope * self.second[i][j] + curvature * self.first[i] * self.first[j]
             }),
         }
     }
 
     /// f(x, y) with the absolute values of its first and second partial derivatives.
     fn chain2(&self, other: &Self, value: f64, slopes: [f64; 2], curvatures: [f64; 3]) -> Self {
-        let [p, q] = slopes.map(f64::abs);
-        let [pp, pq, qq] = curvatures.map(f64::abs);
+        let [p, q] = each(&slopes, f64::abs);
+        let [pp, pq, qq] = each(&curvatures, f64::abs);
         let (a, b) = (&self.first, &other.first);
         Self {
             value,
-            first: std::array::from_fn(|i| p * a[i] + q * b[i]),
-            second: std::array::from_fn(|i| {
-                std::array::from_fn(|j| {
-                    p * self.second[i][j]
-                        + q * other.second[i][j]
-                        + pp * a[i] * a[j]
-                        + qq * b[i] * b[j]
-                        + pq * (a[i] * b[j] + b[i] * a[j])
-                })
+            first: components(|i| p * a[i] + q * b[i]),
+            second: table(|i, j| {
+                p * self.second[i][j]
+                    + q * other.second[i][j]
+                    + pp * a[i] * a[j]
+                    + qq * b[i] * b[j]
+                    + pq * (a[i] * b[j] + b[i] * a[j])
             }),
         }
     }
+}
+
+/// `N` rows of what `of` tells by row and column.
+fn table<const N: usize>(of: impl Fn(usize, usize) -> f64) -> [[f64; N]; N] {
+    let mut rows = [[0.0; N]; N];
+    for (i, row) in rows.iter_mut().enumerate() {
+        *row = components(|j| of(i, j));
+    }
+    rows
 }
 
 impl<const N: usize> From<f64> for Terms<N> {

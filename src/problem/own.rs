@@ -6,7 +6,7 @@ use crate::energy::frame::EdgeFrame;
 use crate::energy::own::{By, Curvatures, OwnEnergy, Slopes};
 use crate::energy::place::{Directors, Place, Spot, numbers, spots};
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, dot, scale};
+use crate::numerics::vector::{Vector, components, dot, scale};
 use crate::rod::{Extra, Placed};
 use crate::scene::mesh::Mesh;
 use crate::scene::number::Quantity;
@@ -64,7 +64,7 @@ impl OwnEnergy<1, 1> for Tie {
         [x]: &[Vector<D>; 1],
         _: &[Directors<D>],
     ) -> D {
-        let way: Vector<D> = std::array::from_fn(|c| x[c] - self.0[c]);
+        let way: Vector<D> = components(|c| x[c] - self.0[c]);
         *stiffness * dot(way, way) * 0.5
     }
 
@@ -75,7 +75,7 @@ impl OwnEnergy<1, 1> for Tie {
         [x]: &[Vector<D>; 1],
         _: &[Directors<D>],
     ) -> Option<Slopes<D, 1>> {
-        let way = std::array::from_fn(|c| x[c] - self.0[c]);
+        let way = components(|c| x[c] - self.0[c]);
         Some(Slopes::default().with(By::Node(0), scale(way, *stiffness)))
     }
 
@@ -86,7 +86,8 @@ impl OwnEnergy<1, 1> for Tie {
         _: &[Vector<D>; 1],
         _: &[Directors<D>],
     ) -> Option<Curvatures<D, 1>> {
-        let block = [0, 1, 2].map(|r| [0, 1, 2].map(|c| *stiffness * f64::from(r == c)));
+        let row = |r: usize| components(|c| *stiffness * f64::from(r == c));
+        let block = [row(0), row(1), row(2)];
         Some(Curvatures::default().with(By::Node(0), By::Node(0), block))
     }
 }

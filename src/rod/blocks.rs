@@ -27,7 +27,9 @@ pub(super) fn block<'a, D, V: Wide<D>, T: Copy>(
 #[cold]
 #[inline(never)]
 fn padded<T: Copy>(all: &[T], first: usize, beyond: T) -> [T; MOST] {
-    std::array::from_fn(|lane| all.get(first + lane).copied().unwrap_or(beyond))
+    let (mut block, left) = ([beyond; MOST], &all[first.min(all.len())..]);
+    block[..left.len()].copy_from_slice(left);
+    block
 }
 
 /// The unknowns of `LANES` edges from `first` on, `stride` for each node; a rod that ends before is taken to go

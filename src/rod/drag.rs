@@ -12,7 +12,7 @@
 
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, add, dot, scale, sub};
+use crate::numerics::vector::{Vector, add, components, dot, scale, sub};
 
 /// The square of a speed, m^2/s^2, below which quadratic drag is smooth.
 const STILL: f64 = 1e-12;
@@ -36,7 +36,7 @@ impl<D: Scalar> NodalDrag<D> {
     /// The place or velocity of node `i`.
     fn of_node(&self, x: &[D], i: usize) -> Vector<D> {
         let [stride, axes] = self.unknowns;
-        std::array::from_fn(|c| if c < axes { x[stride * i + c] } else { D::from(0.0) })
+        components(|c| if c < axes { x[stride * i + c] } else { D::from(0.0) })
     }
 
     /// Writes the tangents at all nodes of a rod that is at `q`: from the node before to the one after.
@@ -44,8 +44,8 @@ impl<D: Scalar> NodalDrag<D> {
         let last = self.lengths.len() - 1;
         tangents.clear();
         tangents.extend((0..=last).map(|i| {
-            let ends = [i.saturating_sub(1), (i + 1).min(last)].map(|k| self.of_node(q, k));
-            let chord = sub(ends[1], ends[0]);
+            let chord =
+                sub(self.of_node(q, (i + 1).min(last)), self.of_node(q, i.saturating_sub(1)));
             let squared = dot(chord, chord);
             // A rod folded onto itself has no direction there.
             if squared.value() > 0.0 { scale(chord, squared.sqrt().recip()) } else { chord }
@@ -78,13 +78,13 @@ impl<D: Scalar> NodalDrag<D> {
             let on_axis = tangential + self.tangential[1] * along * along / speeds[1];
             let bulge = self.normal[1] / speeds[0];
             let weight = factor * self.lengths[i];
-            let block: [[D; 3]; 3] = std::array::from_fn(|r| {
-                std::array::from_fn(|c| {
-                    let identity = if r == c { normal } else { D::from(0.0) };
-                    (identity + (on_axis - normal) * t[r] * t[c] + bulge * across[r] * across[c])
-                        * weight
-                })
-            });
+            let entry = |r: usize, c: usize| {
+                let identity = if r == c { normal } else { D::from(0.0) };
+                (identity + (on_axis - normal) * t[r] * t[c] + bulge * across[r] * across[c])
+                    * weight
+            };
+            let row = |r: usize| [entry(r, 0), entry(r, 1), entry(r, 2)];
+            let block = [row(0), row(1), row(2)];
             matrix.add_corner(stride * i, axes, &block);
         }
     }
@@ -93,7 +93,7 @@ impl<D: Scalar> NodalDrag<D> {
         let relative = sub(self.of_node(v, i), self.fluid);
         let along = dot(relative, *t);
         let across = sub(relative, scale(*t, along));
-        let speeds = [dot(across, across), along * along].map(|squared| (squared + STILL).sqrt());
+        let speeds = [(dot(across, across) + STILL).sqrt(), (along * along + STILL).sqrt()];
         Parts {
             along,
             across,

@@ -90,8 +90,8 @@ impl<V: Scalar> Columns<V> {
             *to = V::lane_of(&self.diagonal, lane);
         }
         for (lane, to) in below.iter_mut().enumerate() {
-            for (to, column) in to.iter_mut().zip(&self.below) {
-                *to = V::lane_of(column, lane);
+            for c in 0..4 {
+                to[c] = V::lane_of(&self.below[c], lane);
             }
         }
     }

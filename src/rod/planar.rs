@@ -99,7 +99,7 @@ impl<D: Nestable> PlanarRod<D> {
                     dual_tangent(&self.element(i, q), unknowns(q, i));
                 // The first edge goes against the first node, the second with the last.
                 own = own.plus([-g[0], -g[1]], [h[0][0], h[1][0], h[1][1]]);
-                after = [4, 5].map(|r| [-h[r][0], -h[r][1]]);
+                after = [[-h[4][0], -h[4][1]], [-h[5][0], -h[5][1]]];
                 open = ByEdge { gradient: [g[4], g[5]], vector: [h[4][4], h[5][4], h[5][5]] };
             }
             to.edges(i, &own, &after);

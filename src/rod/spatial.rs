@@ -17,7 +17,7 @@ use crate::energy::joint::ByEdge;
 use crate::energy::{DeadLoad, Derivatives, Element, Local, Stretch, dual_gradient, dual_tangent};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, add, dot, sub, unit};
+use crate::numerics::vector::{Vector, add, dot, each, sub, unit};
 pub use crate::rod::edges::HALF_BANDWIDTH;
 use crate::rod::edges::{STRIDE, TakesEdges, ToEdges, ToNodes};
 use crate::rod::spatial::forces::{Gradient, MovedGradient};
@@ -64,7 +64,8 @@ fn around<D: Copy>(q: &[D], i: usize) -> &[D; WINDOW] {
 #[inline(always)]
 fn ends<D: Copy>(q: &[D], i: usize) -> [D; 6] {
     let own: &[D; 7] = q[STRIDE * i..].first_chunk().expect("an edge's nodes are nodes of the rod");
-    ENDS.map(|k| own[k])
+    let [a, b, c, d, e, f] = ENDS;
+    [own[a], own[b], own[c], own[d], own[e], own[f]]
 }
 
 /// The position of node `i`, m.
@@ -129,7 +130,13 @@ impl<D: Nestable> SpatialRod<D> {
         let zero = D::from(0.0);
         let pick =
             |local: &Local<D, WINDOW>, rows: [(usize, f64); 4], columns: [(usize, f64); 4]| {
-                rows.map(|(r, a)| columns.map(|(c, b)| local.hessian[r][c] * (a * b)))
+                let mut block = [[zero; 4]; 4];
+                for (row, (r, a)) in block.iter_mut().zip(rows) {
+                    for (to, (c, b)) in row.iter_mut().zip(columns) {
+                        *to = local.hessian[r][c] * (a * b);
+                    }
+                }
+                block
             };
         let mut open = ([zero; 4], [[zero; 4]; 4]);
         for (i, element) in self.stretch.iter().enumerate() {
@@ -152,18 +159,18 @@ impl<D: Nestable> SpatialRod<D> {
                     }
                 }
                 after = pick(&joint, SECOND, FIRST);
-                let second = SECOND.map(|(r, sign)| joint.gradient[r] * sign);
+                let second = each(&SECOND, |(r, sign)| joint.gradient[r] * sign);
                 open = (second, pick(&joint, SECOND, SECOND));
             }
-            let vector = [0, 1, 2].map(|r| [own[r][0], own[r][1], own[r][2]]);
-            let angle_vector = [own[3][0], own[3][1], own[3][2]];
+            let three = |r: usize| [own[r][0], own[r][1], own[r][2]];
+            let (vector, angle_vector) = ([three(0), three(1), three(2)], three(3));
             to.edges(i, &ByEdge { gradient, vector, angle_vector, angle: own[3][3] }, &after);
         }
     }
 
     fn subtract_loads(&self, gradient: &mut [D]) {
         for (i, load) in self.load.iter().enumerate() {
-            add_at(gradient, i, &load.force.map(|f| -f));
+            add_at(gradient, i, &each(&load.force, |f| -f));
         }
     }
 }

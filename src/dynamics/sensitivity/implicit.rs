@@ -5,7 +5,8 @@ use crate::dynamics::linearization::Linearization;
 use crate::dynamics::sensitivity::viscous::Viscous;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
-use crate::numerics::lanes::all;
+use crate::numerics::lanes::{Lanes, all};
+use crate::numerics::vector::{components, each};
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
 use crate::rod::{DualFrames, FrameRate, Rod, Sensitive};
@@ -50,7 +51,8 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
 
 /// The lanes of `G` lists.
 fn lanes<T: Copy, const G: usize>(lists: [&[T]; G], of: impl Fn(T) -> f64) -> Vec<[f64; G]> {
-    (0..lists.first().map_or(0, |list| list.len())).map(|i| lists.map(|list| of(list[i]))).collect()
+    let count = lists.first().map_or(0, |list| list.len());
+    (0..count).map(|i| each(&lists, |list| of(list[i]))).collect()
 }
 
 impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
@@ -161,10 +163,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             motions[g].velocities(now.time, &mut v);
             (q, v)
         });
-        let of = |i: usize| {
-            let q = ends.each_ref().map(|(q, _)| q[i].eps);
-            (i, q, ends.each_ref().map(|(_, v)| v[i].eps))
-        };
+        let of = |i: usize| (i, components(|g| ends[g].0[i].eps), components(|g| ends[g].1[i].eps));
         self.held.extend(held.map(of));
     }
 
@@ -205,10 +204,10 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             }
             R::frame_rate(frames, place, &forces.gradient, &forces.tangent, direct);
             for (j, start) in self.q.iter().enumerate() {
-                forces.tangent.add_column(j, start.map(|x| x * (1.0 - stage.place)), direct);
+                forces.tangent.add_column(j, (Lanes(*start) * (1.0 - stage.place)).0, direct);
             }
             for (i, rate, _) in &*held {
-                forces.tangent.add_column(*i, rate.map(|x| x * stage.place), direct);
+                forces.tangent.add_column(*i, (Lanes(*rate) * stage.place).0, direct);
             }
             for (sum, direct) in sum.iter_mut().zip(&*direct) {
                 (0..G).for_each(|g| sum[g] += stage.weight * direct[g]);
@@ -240,7 +239,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             return;
         }
         let damping = self.damping[0].mass.re;
-        let changes = self.damping.map(|damping| damping.mass.eps);
+        let changes: [f64; G] = components(|g| self.damping[g].mass.eps);
         for i in free {
             let (mass, v) = (step.rod.mass()[i], step.after.v[i]);
             let masses = self.mass.as_ref().map_or([0.0; G], |masses| masses[i]);
@@ -291,7 +290,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
                 }
             }
         }
-        let changes = self.damping.map(|damping| damping.mass.eps);
+        let changes: [f64; G] = components(|g| self.damping[g].mass.eps);
         if changes != [0.0; G] || damping != 0.0 && masses.is_some() {
             for i in 0..mass.len() {
                 let (change, [v0, a0]) = began.at(i);

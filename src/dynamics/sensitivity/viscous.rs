@@ -10,6 +10,7 @@ use crate::dynamics::simulation::Simulation;
 use crate::dynamics::stepper::stretched;
 use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::numerics::lanes::{Lanes, all};
+use crate::numerics::vector::components;
 use crate::rod::{Counted, FrameRate, InternalVariables, Sensitive};
 use crate::scene::Damping;
 use num_dual::Dual64;
@@ -146,9 +147,10 @@ impl<const G: usize> Viscous<G> {
             let maxwell = damping[g].maxwell.as_ref();
             maxwell.map(|maxwell| relaxation(maxwell, coefficients[g].h))
         };
-        let Some(all) = all(std::array::from_fn(relaxation)) else { return };
-        let Some([left, taken]) = all.first().map(|both| both.map(|x| x.re)) else { return };
-        let [left_rate, taken_rate] = [0, 1].map(|k| Lanes(all.map(|both| both[k].eps)));
+        let Some(all) = all::<_, G>(std::array::from_fn(relaxation)) else { return };
+        let Some([left, taken]) = all.first().map(|[a, b]| [a.re, b.re]) else { return };
+        let rates = |k: usize| Lanes::<G>(components(|g| all[g][k].eps));
+        let (left_rate, taken_rate) = (rates(0), rates(1));
         let (before, now) = (&step.before.internal, &step.after.internal);
         let InternalVariables { relaxing, strain, .. } = &mut self.internal;
         for (i, z) in relaxing.iter_mut().enumerate() {

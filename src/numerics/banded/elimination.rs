@@ -68,7 +68,9 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                     column[p - 1][s] -= nearest[p][s] * first[s];
                 }
             }
-            inverse = pivot.map(D::recip);
+            for s in 0..S {
+                inverse[s] = pivot[s].recip();
+            }
             first = column[0];
             let to = &mut lower[W + k];
             for p in 0..W {
@@ -120,15 +122,18 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         first: usize,
     ) -> Window<D, W, S, C> {
         let n = x[0].len();
-        let (x, lower) = (x.map(|x| &mut x[..n]), &self.lower[W..W + n]);
+        let lower = &self.lower[W..W + n];
         let row = |s: usize, k: usize| if s == 0 { k } else { n - 1 - k };
         let zero = D::from(0.0);
         // The rows a column acts on stay in registers: row k + p in window[p].
-        let mut window: Window<D, W, S, C> = std::array::from_fn(|p| {
-            std::array::from_fn(|r| {
-                std::array::from_fn(|s| if p < n { x[s][row(s, p)][first + r] } else { zero })
-            })
-        });
+        let mut window = [[[zero; S]; C]; W];
+        for p in 0..W.min(n) {
+            for r in 0..C {
+                for s in 0..S {
+                    window[p][r][s] = x[s][row(s, p)][first + r];
+                }
+            }
+        }
         for k in 0..n {
             let here = window[0];
             let mut entering = [[zero; S]; C];
@@ -165,7 +170,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
         mut window: Window<D, W, S, C>,
     ) {
         let n = x[0].len();
-        let (x, lower) = (x.map(|x| &mut x[..n]), &self.lower[W..W + n]);
+        let lower = &self.lower[W..W + n];
         let inverse_pivots = &self.inverse_pivots[..n];
         let row = |s: usize, k: usize| if s == 0 { k } else { n - 1 - k };
         for k in (0..n).rev() {
@@ -211,11 +216,11 @@ fn subtract<D: Scalar, const W: usize, const S: usize>(
             continue;
         }
         let (l, d) = (&before[W - 1 - q], &pivots[W - 1 - q]);
-        let times: [D; S] = std::array::from_fn(|s| l[q][s] * d[s]);
         for s in 0..S {
-            pivot[s] -= l[q][s] * times[s];
+            let times = l[q][s] * d[s];
+            pivot[s] -= l[q][s] * times;
             for r in q + 1..W {
-                column[r - q - 1][s] -= l[r][s] * times[s];
+                column[r - q - 1][s] -= l[r][s] * times;
             }
         }
     }

@@ -81,17 +81,20 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
             let down = &matrix.below[top];
             let left: &[[D; W]; W] = array(&matrix.below, bottom - W);
-            (
-                [diagonal(top), diagonal(bottom)],
-                std::array::from_fn(|p| [below(down[p]), below(left[W - 1 - p][p])]),
-            )
+            let mut column = [[D::from(0.0); 2]; W];
+            for p in 0..W {
+                column[p] = [below(down[p]), below(left[W - 1 - p][p])];
+            }
+            ([diagonal(top), diagonal(bottom)], column)
         })
         .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
 
         let (first, n) = (start + m, end - start - 2 * m);
         for i in 0..n {
             rest.diagonal[i] = diagonal(first + i);
-            rest.below[i] = matrix.below[first + i].map(&below);
+            for p in 0..W {
+                rest.below[i][p] = below(matrix.below[first + i][p]);
+            }
         }
         // Nothing couples to what lies beyond.
         for i in n.saturating_sub(W)..n {
@@ -109,7 +112,13 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             }
         }
         middle
-            .eliminate(n, |i| ([rest.diagonal[i]], rest.below[i].map(|entry| [entry])))
+            .eliminate(n, |i| {
+                let mut column = [[D::from(0.0)]; W];
+                for p in 0..W {
+                    column[p] = [rest.below[i][p]];
+                }
+                ([rest.diagonal[i]], column)
+            })
             .map_err(|(i, _)| Singular { row: first + i })
     }
 
@@ -164,12 +173,12 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         }
         self.middle.forward::<R, C>([middle], first);
         self.middle.backward::<R, C>([middle], first, [[[D::from(0.0)]; C]; W]);
-        let after = std::array::from_fn(|p| {
-            std::array::from_fn(|r| match p < n {
-                true => [middle[p][first + r], middle[n - 1 - p][first + r]],
-                false => [D::from(0.0); 2],
-            })
-        });
+        let mut after = [[[D::from(0.0); 2]; C]; W];
+        for p in 0..W.min(n) {
+            for r in 0..C {
+                after[p][r] = [middle[p][first + r], middle[n - 1 - p][first + r]];
+            }
+        }
         self.ends.backward::<R, C>([top, bottom], first, after);
     }
 }

@@ -19,9 +19,10 @@ pub(super) struct ByEdge<D> {
 
 impl<D: Scalar> ByEdge<D> {
     pub(super) fn plus(&self, gradient: [D; 2], vector: [D; 3]) -> Self {
+        let ([gx, gy], [xx, yx, yy]) = (self.gradient, self.vector);
         Self {
-            gradient: std::array::from_fn(|c| self.gradient[c] + gradient[c]),
-            vector: std::array::from_fn(|c| self.vector[c] + vector[c]),
+            gradient: [gx + gradient[0], gy + gradient[1]],
+            vector: [xx + vector[0], yx + vector[1], yy + vector[2]],
         }
     }
 }

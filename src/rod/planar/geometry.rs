@@ -90,9 +90,10 @@ impl<'a, D: Scalar> Measure<'a, D> {
             (law.strain_of(edge.squared, edge.length), PlanarBend::slope(curvature));
         let value = |x: V, lane: usize| x.lane(lane).value();
         for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
+            let both = |[x, y]: [V; 2]| [value(x, lane), value(y, lane)];
             *to = Straight {
-                tangent: edge.tangent.map(|x| value(x, lane)),
-                normal: edge.normal.map(|x| value(x, lane)),
+                tangent: both(edge.tangent),
+                normal: both(edge.normal),
                 strain: value(strain, lane),
             };
         }

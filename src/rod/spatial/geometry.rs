@@ -86,25 +86,25 @@ impl<D: Scalar> Measure<'_, D> {
         let follow = combine(turn[0], across[0], turn[1], across[1]);
         let value = |x: &V, lane: usize| x.lane(lane).value();
         for (lane, to) in self.edges[first..].iter_mut().take(V::LANES).enumerate() {
+            let vector =
+                |v: &Vector<V>| [value(&v[0], lane), value(&v[1], lane), value(&v[2], lane)];
             *to = Straight {
                 length: value(length, lane),
                 inverse_length: value(&edge.inverse_length, lane),
-                tangent: edge.tangent.each_ref().map(|x| value(x, lane)),
+                tangent: vector(&edge.tangent),
                 strain: value(&strain, lane),
-                across: across.each_ref().map(|m| m.each_ref().map(|x| value(x, lane))),
-                turn: turn.each_ref().map(|x| value(x, lane)),
-                follow: follow.each_ref().map(|x| value(x, lane)),
+                across: [vector(&across[0]), vector(&across[1])],
+                turn: [value(&turn[0], lane), value(&turn[1], lane)],
+                follow: vector(&follow),
                 by_chi: value(&by_chi, lane),
             };
         }
         let slopes = joint.slopes(edge, &next.edge);
         for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
-            let by =
-                |by: &[[V; 3]; 3]| by.each_ref().map(|by| by.each_ref().map(|x| value(x, lane)));
-            *to = Bent {
-                strains: joint.strains.each_ref().map(|x| value(x, lane)),
-                by: slopes.each_ref().map(by),
-            };
+            let vector =
+                |v: &Vector<V>| [value(&v[0], lane), value(&v[1], lane), value(&v[2], lane)];
+            let by = |by: &[[V; 3]; 3]| [vector(&by[0]), vector(&by[1]), vector(&by[2])];
+            *to = Bent { strains: vector(&joint.strains), by: [by(&slopes[0]), by(&slopes[1])] };
         }
     }
 }

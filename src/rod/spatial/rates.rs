@@ -12,7 +12,7 @@ use crate::energy::friction::SliderRates;
 use crate::energy::{Derivatives, bend_twist, dual_gradient_rate};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::lanes::{Lanes, all, dot as lanes_dot};
-use crate::numerics::vector::{Vector, add, combine, cross, dot};
+use crate::numerics::vector::{Vector, add, combine, components, cross, dot, each};
 use crate::rod::DualFrames;
 use crate::rod::sensitive::{Counted, FrameRate, Sensitive};
 use crate::rod::spatial::geometry::{Bent, Geometry, Straight};
@@ -134,11 +134,17 @@ fn add_own<const G: usize>(
     }
 }
 
+/// Three strains from the first on, each with its rates.
+#[inline(always)]
+fn three<T>(strains: &[T], first: usize) -> &[T; 3] {
+    strains[first..].first_chunk().expect("a joint has three strains")
+}
+
 /// `K s` of lanes.
 #[inline(always)]
 fn times<const G: usize>(stiffness: &Stiffness<f64>, s: &[Lanes<G>; 3]) -> [Lanes<G>; 3] {
     let Stiffness { bend: [b11, b12, b22], twist, coupling: [c1, c2] } = *stiffness;
-    [[b11, b12, c1], [b12, b22, c2], [c1, c2, twist]].map(|row| lanes_dot(&row, s))
+    [lanes_dot(&[b11, b12, c1], s), lanes_dot(&[b12, b22, c2], s), lanes_dot(&[c1, c2, twist], s)]
 }
 
 impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
@@ -149,7 +155,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
             duals: &[SpatialRod<Dual64>; G],
             of: impl Fn(&SpatialRod<Dual64>) -> f64,
         ) -> Lanes<G> {
-            Lanes(std::array::from_fn(|g| of(&duals[g])))
+            Lanes(components(|g| of(&duals[g])))
         }
         let Rates { elastic, stretch, rest, joint, load, sliders } = rates;
         let Some(first) = duals.first() else { return };
@@ -191,7 +197,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
             out.fill([0.0; G]);
             for (i, load) in rates.load.iter().enumerate() {
                 for c in 0..3 {
-                    out[STRIDE * i + c] = load[c].0.map(|load| -load);
+                    out[STRIDE * i + c] = (Lanes::ZERO - load[c]).0;
                 }
             }
         }
@@ -206,10 +212,10 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
                 }
                 for i in 0..dual.joint.len() {
                     let still = |v: f64| Dual64::from(v);
-                    let at = [i, i + 1].map(|j| frames.edges[j].map(still));
+                    let at = [frames.edges[i].map(still), frames.edges[i + 1].map(still)];
                     let element = dual.joint[i].at(at, still(frames.twist[i]));
-                    let local = bend_twist::dual_gradient(&element, &around(q, i).map(still));
-                    add(STRIDE * i, &local.map(|x| x.eps));
+                    let local = bend_twist::dual_gradient(&element, &each(around(q, i), still));
+                    add(STRIDE * i, &each(&local, |x| x.eps));
                 }
             }
         }
@@ -246,7 +252,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
             let Straight { length, tangent, across, turn, follow, .. } = measured;
             let e = edge(q, j);
             edges[j] += lanes_dot(tangent, &e) * self.stretch[j].rest_length.recip();
-            let [a, b] = across.each_ref().map(|m| lanes_dot(m, &e));
+            let (a, b) = (lanes_dot(&across[0], &e), lanes_dot(&across[1], &e));
             let turned = frame.turn + lanes_dot(follow, &frame.tangent) * *length;
             let own = [a, b, Lanes(q[STRIDE * j + 3]) + turned + a * turn[0] + b * turn[1]];
             if let Some(i) = j.checked_sub(1) {
@@ -286,22 +292,26 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
             }
             // Those at fixed unknowns have the change of the strain by the rest length in them.
             let shorter = rates.rest[i] * law.stiffness;
-            let [slope, offset] = rates.stretch[i].map(|rate| rate + shorter);
-            *out = slope * s + rate * law.stiffness + offset * natural;
+            let [slope, offset] = rates.stretch[i];
+            *out = (slope + shorter) * s + rate * law.stiffness + (offset + shorter) * natural;
         }
         for (i, out) in joints.as_chunks_mut::<3>().0.iter_mut().enumerate() {
             let (law, changes) = (&self.joint[i].stiffness, &rates.joint[i]);
             let at = edges + 3 * i;
-            let all: [(f64, Lanes<G>); 3] = [0, 1, 2].map(|c| counted.strains[at + c]);
-            let stiff = times(law, &all.map(|(_, rate)| rate));
-            let changed = changes.stiffer(all.map(|(s, _)| s));
-            *out = [0, 1, 2].map(|c| stiff[c] + changed[c] + changes.offset[c] * natural);
-            if let Some(own) = counted.own.get(at..at + 3) {
+            let [(x, x_rate), (y, y_rate), (z, z_rate)] = *three(&counted.strains, at);
+            let stiff = times(law, &[x_rate, y_rate, z_rate]);
+            let changed = changes.stiffer([x, y, z]);
+            for c in 0..3 {
+                out[c] = stiff[c] + changed[c] + changes.offset[c] * natural;
+            }
+            if !counted.own.is_empty() {
                 let alone = law.by_kind(0.0, [1.0; 2]);
-                let own: [(f64, Lanes<G>); 3] = [0, 1, 2].map(|c| own[c]);
-                let stiff = times(&alone, &own.map(|(_, rate)| rate));
-                let changed = changes.alone().stiffer(own.map(|(s, _)| s));
-                (0..3).for_each(|c| out[c] += stiff[c] + changed[c]);
+                let [(x, x_rate), (y, y_rate), (z, z_rate)] = *three(&counted.own, at);
+                let stiff = times(&alone, &[x_rate, y_rate, z_rate]);
+                let changed = changes.alone().stiffer([x, y, z]);
+                for c in 0..3 {
+                    out[c] += stiff[c] + changed[c];
+                }
             }
         }
     }
@@ -387,10 +397,9 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         lane: usize,
         dual: &mut Frames<Dual64>,
     ) {
-        let tangent_rate = |j: usize| rates[j].tangent.map(|x| x.0[lane]);
+        let tangent_rate = |j: usize| each(&rates[j].tangent, |x| x.0[lane]);
         let turn = |j: usize| rates[j].turn.0[lane];
-        let pair =
-            |x: Vector<f64>, rate: Vector<f64>| [0, 1, 2].map(|c| Dual64::new(x[c], rate[c]));
+        let pair = |x: Vector<f64>, rate: Vector<f64>| components(|c| Dual64::new(x[c], rate[c]));
         for (j, (to, from)) in dual.edges.iter_mut().zip(&frames.edges).enumerate() {
             let EdgeFrame { tangent, director } = *from;
             let along = -dot(director, tangent_rate(j));
@@ -402,7 +411,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         }
         // A transported director turns as over a step.
         for (i, (to, from)) in dual.twist.iter_mut().zip(&frames.twist).enumerate() {
-            let [e, f] = [i, i + 1].map(|j| frames.edges[j].tangent);
+            let (e, f) = (frames.edges[i].tangent, frames.edges[i + 1].tangent);
             let both = add(tangent_rate(i), tangent_rate(i + 1));
             let across = dot(cross(e, f), both) / one_plus_dot(e, f);
             *to = Dual64::new(*from, turn(i + 1) - turn(i) + across);
