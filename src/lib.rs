@@ -92,7 +92,7 @@ pub mod statics;
 pub mod study;
 pub mod vibration;
 
-pub use dynamics::{Snapshot, Trajectory};
+pub use dynamics::{Reversible, Slopes, Snapshot, Trajectory};
 pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;
 pub use fit::{Fit, FitReport, Observation, Unknown};

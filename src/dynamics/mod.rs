@@ -1,6 +1,7 @@
 //! The rod in motion: schemes, their steps, the derivatives of what they compute, and what is recorded
 //! of it.
 
+pub mod adjoint;
 pub mod coefficients;
 mod largest_step;
 mod linearization;
@@ -17,6 +18,7 @@ pub mod stepper;
 mod trajectory;
 pub(crate) mod viscosity;
 
+pub use adjoint::{Reversible, Slopes};
 pub use linearization::{Linearization, StageForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};
 pub use run::Snapshot;

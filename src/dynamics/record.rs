@@ -100,6 +100,17 @@ impl<D: Scalar> Record<D> {
         self.motion.get(k * self.width() + column)
     }
 
+    /// Where the motion of a node after `k` steps stands.
+    pub fn index_of(&self, node: usize, k: usize) -> Result<usize, Error> {
+        let column = place_in(&self.tracked, node, "a node that was not tracked")?;
+        let last = self.times.len().saturating_sub(1);
+        if k > last {
+            let (found, high) = (k as f64, last as f64);
+            return Err(Error::OutOfRange { what: "step", found, low: 0.0, high });
+        }
+        Ok(k * self.width() + column)
+    }
+
     /// How many motions a step has.
     fn width(&self) -> usize {
         self.tracked.len() + 3 * self.edges.len()
@@ -139,6 +150,21 @@ impl<D: Scalar> Record<D> {
         };
         let columns = self.columns(stencil)?;
         Ok([position, self.interpolate(&columns, k, &rates, |index| self.motion[index])?])
+    }
+
+    /// The recorded motions that a point's place at a time is made of, with the weights of their places and velocities.
+    pub fn weights(&self, stencil: &Stencil, time: f64) -> Result<Vec<(usize, [f64; 2])>, Error> {
+        let (k, hermite) = self.around(time)?;
+        let width = self.width();
+        let after = if k < self.times.len() { k } else { k - 1 };
+        let ends = [(k - 1, [hermite.x0, hermite.v0]), (after, [hermite.x1, hermite.v1])];
+        let columns = self.columns(stencil)?;
+        let of_end = |(row, by): (usize, [f64; 2])| {
+            columns
+                .iter()
+                .map(move |(column, weight)| (row * width + column, by.map(|x| x * weight)))
+        };
+        Ok(ends.into_iter().flat_map(of_end).collect())
     }
 
     /// The step a time lies in, by its end, and the interpolant there.

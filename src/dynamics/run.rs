@@ -47,13 +47,14 @@ impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
 }
 
 /// Simulates `steps` steps and records them with their derivatives by `parameters`; `after` sees the
-/// simulation at the start and after every step.
+/// simulation at the start and after every step, and `taken` each time that a step is taken, whole or in halves.
 pub(super) fn run<M: Model<W>, const W: usize>(
     problem: &Problem,
     discretized: &Discretized<'_, M, W>,
     (parameters, steps): (&[Parameter], usize),
     record: &mut Record,
     after: &mut dyn FnMut(&dyn Snapshot),
+    taken: &mut dyn FnMut(&Simulation<f64, M::Rod<f64>, W>),
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive<W>,
@@ -69,16 +70,19 @@ where
     let mut control = StepControl::new(problem.scene(), &simulation);
     keep(discretized, &simulation, (&sensitivities, markers.as_ref()), record);
     after(&Running { model, simulation: &simulation });
+    taken(&simulation);
     for k in 1..=steps {
         problem.check_stop()?;
         let start = std::time::Instant::now();
         let result = advance(
             &mut simulation,
             &mut sensitivities,
-            &mut record.taken,
             &mut control,
-            time.at(k),
-            0,
+            (time.at(k), 0),
+            &mut |simulation| {
+                record.taken.push(simulation.state().time);
+                taken(simulation);
+            },
         );
         record.stepping += start.elapsed();
         record.work = simulation.work();
@@ -183,17 +187,16 @@ impl Markers {
 fn advance<R: Sensitive<W>, const W: usize>(
     simulation: &mut Simulation<f64, R, W>,
     sensitivities: &mut Sensitivities<R, W>,
-    taken: &mut Vec<f64>,
     control: &mut StepControl,
-    time: f64,
-    halvings: u32,
+    (time, halvings): (f64, u32),
+    taken: &mut dyn FnMut(&Simulation<f64, R, W>),
 ) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
     let stepped = sensitivities.step_to(simulation, time);
     match stepped.and_then(|()| control.check(simulation, at_last)) {
         Ok(()) => {
             control.accept();
-            taken.push(time);
+            taken(simulation);
             sensitivities.advance(simulation)
         }
         Err(error) => {
@@ -203,8 +206,8 @@ fn advance<R: Sensitive<W>, const W: usize>(
             }
             let middle = 0.5 * (simulation.state().time + time);
             let halvings = halvings + 1;
-            advance(simulation, sensitivities, taken, control, middle, halvings)?;
-            advance(simulation, sensitivities, taken, control, time, halvings)
+            advance(simulation, sensitivities, control, (middle, halvings), taken)?;
+            advance(simulation, sensitivities, control, (time, halvings), taken)
         }
     }
 }

@@ -143,6 +143,21 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.newton()?.linearization(&self.system, &self.previous, &self.state)
     }
 
+    /// A step that it made before, from one state to another, [linearized](Self::linearization) again; none of schemes
+    /// that solve no equations.
+    ///
+    /// # Errors
+    /// [`Error::SingularTangent`].
+    pub(crate) fn linearized<'a>(
+        &'a mut self,
+        before: &'a State<D, R::Frames>,
+        after: &'a State<D, R::Frames>,
+    ) -> Result<Option<Linearization<'a, D, R, W>>, Error> {
+        let Stepper::Newton(newton) = &mut self.stepper else { return Ok(None) };
+        newton.linearize(&self.system, before, after)?;
+        Ok(newton.linearization(&self.system, before, after))
+    }
+
     /// Kinetic energy now, J.
     pub fn kinetic_energy(&self) -> f64 {
         let twice = |mass: &D, v: &D| mass.value() * v.value() * v.value();

@@ -155,12 +155,16 @@ impl Trajectory {
         self.check_run(problem, steps)?;
         let (asked, record) = ((&self.parameters[..], steps), &mut self.record);
         match problem.discretized() {
-            AnyProblem::Planar(planar) => run::run(problem, &planar, asked, record, after),
-            AnyProblem::Spatial(spatial) => run::run(problem, &spatial, asked, record, after),
+            AnyProblem::Planar(planar) => {
+                run::run(problem, &planar, asked, record, after, &mut |_| {})
+            }
+            AnyProblem::Spatial(spatial) => {
+                run::run(problem, &spatial, asked, record, after, &mut |_| {})
+            }
         }
     }
 
-    fn check_run(&self, problem: &Problem, steps: usize) -> Result<(), Error> {
+    pub(super) fn check_run(&self, problem: &Problem, steps: usize) -> Result<(), Error> {
         let times = self.times().len();
         if times > 0 {
             let found = format!("a record of {times} times");
@@ -283,6 +287,13 @@ impl Trajectory {
         };
         let rates = self.parameters.iter().enumerate().map(rate).collect::<Result<_, _>>()?;
         Ok((position, rates))
+    }
+}
+
+impl Trajectory {
+    /// The record itself, to be written.
+    pub(super) fn record_mut(&mut self) -> &mut Record {
+        &mut self.record
     }
 }
 

@@ -101,7 +101,8 @@ impl Memory<Dual64> {
         }
     }
 
-    fn map(&self, convert: impl Fn(Dual64) -> f64 + Copy) -> Memory<f64> {
+    /// Every number made another.
+    pub fn map(&self, convert: impl Fn(Dual64) -> f64 + Copy) -> Memory<f64> {
         Memory {
             factor: convert(self.factor),
             strain: convert(self.strain),

@@ -181,6 +181,30 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         }
     }
 
+    /// Writes `A x`.
+    pub fn product(&self, x: &[D], out: &mut [D]) {
+        let n = x.len();
+        for (out, (diagonal, x)) in out.iter_mut().zip(self.diagonal.iter().zip(x)) {
+            *out = *diagonal * *x;
+        }
+        let (inner, rim) = self.below[..n].split_at(n.saturating_sub(W));
+        for (j, column) in inner.iter().enumerate() {
+            let xs: &[D; W] = array(x, j + 1);
+            let (here, below) = out[j..].split_first_mut().expect("a row per unknown");
+            let below: &mut [D; W] = array_mut(below, 0);
+            for p in 0..W {
+                below[p] += column[p] * x[j];
+                *here += column[p] * xs[p];
+            }
+        }
+        for (j, column) in (inner.len()..).zip(rim) {
+            for (i, entry) in (j + 1..n).zip(column) {
+                out[i] += *entry * x[j];
+                out[j] += *entry * x[i];
+            }
+        }
+    }
+
     /// `b - A x` over the rows and columns of `range`, other unknowns taken as zero.
     pub fn residual(&self, range: Range<usize>, x: &[D], b: &[D]) -> Vec<D> {
         let mut r: Vec<D> = range.clone().map(|i| b[i]).collect();

@@ -149,6 +149,17 @@ impl<D: Nestable> BoundaryMotion<D> {
         !self.ends.is_empty()
     }
 
+    /// The unknowns that it leads, and those of them that are angles.
+    pub fn led(&self) -> [Vec<usize>; 2] {
+        let axes = self.stride.min(3);
+        let ends = self.ends.iter().flat_map(|end| end.nodes.iter().map(|(node, _)| *node));
+        let recorded = self.recorded.iter().flat_map(|end| end.nodes.iter().map(|(i, ..)| *i));
+        let nodes = ends.chain(recorded).flat_map(|i| self.stride * i..self.stride * i + axes);
+        let edges = self.ends.iter().filter_map(|end| end.edge.as_ref());
+        let angles: Vec<usize> = edges.map(|(edge, _)| self.stride * edge + axes).collect();
+        [nodes.chain(angles.iter().copied()).collect(), angles]
+    }
+
     /// Moves the held unknowns of `q`, which are where `from` puts them, to where `to` does.
     pub fn advance<R: Rod<D, W>, const W: usize>(
         &self,
@@ -199,6 +210,21 @@ impl<D: Nestable> BoundaryMotion<D> {
                 }
             }
         }
+    }
+}
+
+impl BoundaryMotion<Dual64> {
+    /// Whether it changes with the parameter that its numbers carry.
+    pub fn changes(&self) -> bool {
+        let seen = std::cell::Cell::new(false);
+        let see = |x: Dual64| seen.set(seen.get() || x.eps != 0.0);
+        for end in &self.ends {
+            end.motions.iter().for_each(|motion| drop(motion.map(see)));
+            let edge = end.edge.iter().flat_map(|(_, vectors)| vectors);
+            let nodes = end.nodes.iter().map(|(_, x)| x);
+            nodes.chain(edge).chain([&end.centre]).flatten().for_each(|x| see(*x));
+        }
+        seen.get()
     }
 }
 

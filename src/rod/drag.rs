@@ -114,3 +114,74 @@ struct Parts<D> {
     normal: D,
     tangential: D,
 }
+
+/// The derivatives of a misfit by the numbers of drag.
+#[derive(Clone, Debug)]
+pub struct DragSlopes {
+    /// As those of [`NodalDrag`].
+    pub normal: [f64; 2],
+    /// Likewise.
+    pub tangential: [f64; 2],
+    /// Likewise.
+    pub fluid: Vector<f64>,
+    /// Likewise.
+    pub lengths: Vec<f64>,
+}
+
+impl NodalDrag<f64> {
+    /// No derivatives.
+    pub fn no_slopes(&self) -> DragSlopes {
+        let lengths = vec![0.0; self.lengths.len()];
+        DragSlopes { normal: [0.0; 2], tangential: [0.0; 2], fluid: [0.0; 3], lengths }
+    }
+
+    /// Adds the derivatives of `d` times [minus the forces](Self::add_forces) on a rod whose tangents are those at `q`:
+    /// by the numbers of drag, by `q` and by the velocities.
+    pub fn add_slopes_of(
+        &self,
+        [q, v, d]: [&[f64]; 3],
+        slopes: &mut DragSlopes,
+        [by_q, by_v]: [&mut [f64]; 2],
+    ) {
+        let mut tangents = Vec::new();
+        self.tangents(q, &mut tangents);
+        let ([stride, axes], last) = (self.unknowns, self.lengths.len() - 1);
+        for (i, t) in tangents.iter().enumerate() {
+            let Parts { along, across, speeds, normal, tangential } = self.parts(t, v, i);
+            let d = self.of_node(d, i);
+            let [force_normal, force_along] = [dot(d, across), dot(d, *t) * along];
+            slopes.lengths[i] += force_normal * normal + force_along * tangential;
+            let length = self.lengths[i];
+            let d = scale(d, length);
+            let [by_normal, by_tangential] = [force_normal * length, force_along * length];
+            slopes.normal[0] += by_normal;
+            slopes.normal[1] += by_normal * speeds[0];
+            slopes.tangential[0] += by_tangential;
+            slopes.tangential[1] += by_tangential * speeds[1];
+            let speeding = by_normal * self.normal[1] / speeds[0];
+            let by_across = add(scale(d, normal), scale(across, speeding));
+            let by_along = tangential * dot(d, *t)
+                + by_tangential * self.tangential[1] * along / speeds[1]
+                - dot(by_across, *t);
+            let relative = add(across, scale(*t, along));
+            let by_velocity = add(by_across, scale(*t, by_along));
+            let by_tangent = add(
+                scale(d, tangential * along),
+                sub(scale(relative, by_along), scale(by_across, along)),
+            );
+            slopes.fluid = sub(slopes.fluid, by_velocity);
+            let [a, b] = [i.saturating_sub(1), (i + 1).min(last)];
+            let chord = sub(self.of_node(q, b), self.of_node(q, a));
+            let size = dot(chord, chord).sqrt();
+            let by_chord = match size > 0.0 {
+                true => scale(sub(by_tangent, scale(*t, dot(*t, by_tangent))), size.recip()),
+                false => by_tangent,
+            };
+            for c in 0..axes {
+                by_v[stride * i + c] += by_velocity[c];
+                by_q[stride * b + c] += by_chord[c];
+                by_q[stride * a + c] -= by_chord[c];
+            }
+        }
+    }
+}

@@ -11,15 +11,17 @@ pub mod planar;
 mod sensitive;
 pub mod spatial;
 mod state;
+mod transposed;
 mod viscosity;
 
-pub use drag::NodalDrag;
+pub use drag::{DragSlopes, NodalDrag};
 pub use extra::Extra;
 pub(crate) use extra::Placed;
 pub use planar::PlanarRod;
 pub use sensitive::{Counted, FrameRate, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
+pub use transposed::{Laws, Strained, Transposed};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 use crate::energy::Derivatives;

@@ -6,6 +6,7 @@ mod edges;
 mod geometry;
 mod rates;
 mod sweep;
+mod transposed;
 
 use crate::energy::friction::Springs;
 use crate::energy::{

@@ -7,6 +7,7 @@ mod geometry;
 mod moving;
 mod rates;
 mod sweep;
+mod transposed;
 
 use crate::energy::BendTwist;
 use crate::energy::bend_twist;

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod adjoint;
 mod hessian;
 mod lanes;
 mod motion;

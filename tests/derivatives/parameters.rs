@@ -11,10 +11,10 @@ use std::collections::BTreeSet;
 use crate::common::at_tip;
 use crate::common::differences::difference;
 
-const SEEDS: u64 = 60;
+pub const SEEDS: u64 = 60;
 /// The first seed of scenes with generalised-alpha.
 const ALPHA: u64 = 48;
-const STEPS: usize = 12;
+pub const STEPS: usize = 12;
 /// Of the largest derivative, against the run in dual numbers.
 const AGAINST_DUALS: f64 = 1e-9;
 /// Numbers that move the rod by less, m, have derivatives of fewer digits: a billionth of it is a
@@ -45,7 +45,7 @@ impl Choice {
 }
 
 /// A scene of the plane or of space.
-fn scene(seed: u64, planar: bool) -> Scene {
+pub fn scene(seed: u64, planar: bool) -> Scene {
     let mut c = Choice(ChaCha8Rng::seed_from_u64(seed));
     let length = c.near(0.5);
     let axis = c.vector(1.0, false);

@@ -10,18 +10,18 @@ use crate::rod::sensitive::{Counted, FrameRate, Sensitive};
 use num_dual::Dual64;
 
 /// How a stress changes: by the strain, and without.
-type Law<const G: usize> = [Lanes<G>; 2];
+pub(super) type Law<const G: usize> = [Lanes<G>; 2];
 
 /// What parameters change of a planar rod.
 #[derive(Clone, Debug, Default)]
 pub struct Rates<const G: usize> {
     /// Whether anything elastic.
     elastic: bool,
-    stretch: Vec<Law<G>>,
+    pub(super) stretch: Vec<Law<G>>,
     /// Rest lengths, over themselves.
-    rest: Vec<Lanes<G>>,
-    bend: Vec<Law<G>>,
-    load: Vec<[Lanes<G>; 2]>,
+    pub(super) rest: Vec<Lanes<G>>,
+    pub(super) bend: Vec<Law<G>>,
+    pub(super) load: Vec<[Lanes<G>; 2]>,
     sliders: Option<SliderRates<G>>,
 }
 

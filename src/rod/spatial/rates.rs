@@ -21,9 +21,9 @@ use num_dual::Dual64;
 
 /// How the stresses of a joint change: by the strains, the upper triangle row by row, and without.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct JointRate<const G: usize> {
-    stiffness: [Lanes<G>; 6],
-    offset: [Lanes<G>; 3],
+pub(super) struct JointRate<const G: usize> {
+    pub(super) stiffness: [Lanes<G>; 6],
+    pub(super) offset: [Lanes<G>; 3],
 }
 
 impl<const G: usize> JointRate<G> {
@@ -55,11 +55,11 @@ pub struct Rates<const G: usize> {
     /// Whether anything elastic.
     elastic: bool,
     /// Axial forces: by the strain, and without.
-    stretch: Vec<[Lanes<G>; 2]>,
+    pub(super) stretch: Vec<[Lanes<G>; 2]>,
     /// Rest lengths, over themselves.
-    rest: Vec<Lanes<G>>,
-    joint: Vec<JointRate<G>>,
-    load: Vec<[Lanes<G>; 3]>,
+    pub(super) rest: Vec<Lanes<G>>,
+    pub(super) joint: Vec<JointRate<G>>,
+    pub(super) load: Vec<[Lanes<G>; 3]>,
     sliders: Option<SliderRates<G>>,
 }
 

@@ -8,6 +8,7 @@
 //! those who ask for it iterate until nothing but rounding errors is left.
 
 mod acceleration;
+mod again;
 mod averaging;
 mod convergence;
 mod dragging;
@@ -25,7 +26,7 @@ use crate::dynamics::viscosity;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::{Nestable, is_finite};
-use crate::rod::{Rod, State, Viscosity};
+use crate::rod::{InternalVariables, Rod, State, Viscosity};
 use crate::scene::{Scheme, Tolerance};
 use convergence::{Convergence, Next};
 use dragging::Dragging;
@@ -194,23 +195,10 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let State { q, frames, v, internal, unbalanced, .. } = state;
         // What is asked of them does not depend on the length of the step.
         let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
-        match &mut self.viscous {
-            Some(viscous) => {
-                viscosity::at_start(&coefficients, damping, internal, &mut self.viscosity);
-                let base = self.dashpots.as_ref().unwrap_or(rod);
-                viscous.set_viscous(base, &self.viscosity);
-                viscous.set_springs(rod, None);
-                let (gradient, tangent) = &mut self.next;
-                match self.keeps_tangent {
-                    true => {
-                        viscous.tangent(q, frames, *derivatives, unbalanced, tangent);
-                        gradient.copy_from_slice(unbalanced);
-                    }
-                    false => viscous.gradient(q, frames, *derivatives, unbalanced),
-                }
-            }
-            None if coefficients.averages() => unbalanced.fill(D::from(0.0)),
-            None => rod.gradient(q, frames, *derivatives, unbalanced),
+        match self.viscous.is_some() {
+            true => self.find_viscous(system, internal, (q, frames), unbalanced),
+            false if coefficients.averages() => unbalanced.fill(D::from(0.0)),
+            false => rod.gradient(q, frames, *derivatives, unbalanced),
         }
         if !coefficients.averages() {
             for i in free.clone() {
@@ -220,6 +208,30 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         if let Some(drag) = &system.drag {
             let dragging = self.dragging.get_or_insert_with(|| Dragging::new(q.len()));
             dragging.add_now(drag, [q, v], unbalanced);
+        }
+    }
+
+    /// The same of a viscous rod, without mass damping and drag.
+    fn find_viscous(
+        &mut self,
+        System { rod, derivatives, damping, .. }: &System<D, R>,
+        internal: &InternalVariables<D>,
+        (q, frames): (&[D], &R::Frames),
+        forces: &mut [D],
+    ) {
+        let Some(viscous) = &mut self.viscous else { return };
+        let coefficients = StepCoefficients::new(self.scheme, self.parameter, false, 1.0);
+        viscosity::at_start(&coefficients, damping, internal, &mut self.viscosity);
+        let base = self.dashpots.as_ref().unwrap_or(rod);
+        viscous.set_viscous(base, &self.viscosity);
+        viscous.set_springs(rod, None);
+        let (gradient, tangent) = &mut self.next;
+        match self.keeps_tangent {
+            true => {
+                viscous.tangent(q, frames, *derivatives, forces, tangent);
+                gradient.copy_from_slice(forces);
+            }
+            false => viscous.gradient(q, frames, *derivatives, forces),
         }
     }
 
@@ -380,16 +392,27 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 break;
             }
         }
-        if self.keeps_tangent {
-            let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
-            let Self { gradient, tangent, end, .. } = self;
-            let (q, derivatives) = (&state.q, step.system.derivatives);
-            rod.measured_tangent(q, &state.frames, derivatives, (gradient, tangent), end);
-            self.drag(step, [before, state], true);
-            work.tangents += 1;
-            self.factor(step, work)?;
+        match self.keeps_tangent {
+            true => self.linearize_at(step, before, state, work),
+            false => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Leaves tangent, factors and geometry behind at the solution.
+    fn linearize_at(
+        &mut self,
+        step: &Step<'_, D, R>,
+        before: &State<D, R::Frames>,
+        state: &State<D, R::Frames>,
+        work: &mut Work,
+    ) -> Result<(), Error> {
+        let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
+        let Self { gradient, tangent, end, .. } = self;
+        let (q, derivatives) = (&state.q, step.system.derivatives);
+        rod.measured_tangent(q, &before.frames, derivatives, (gradient, tangent), end);
+        self.drag(step, [before, state], true);
+        work.tangents += 1;
+        self.factor(step, work)
     }
 
     /// Whether the last correction, m, let no spring of internal friction begin to slip or stick again.
