@@ -2,8 +2,8 @@
 
 use crate::command::output::{Output, Outputs};
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
-use rodfit::fit::{Experiment, FitFile, FitReport, Known};
-use rodfit::{Error, page};
+use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, Known};
+use rodfit::{Error, Parameter, Problem, page};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -154,6 +154,9 @@ impl Run {
     }
 
     fn solve(self, stop: Arc<AtomicBool>) -> Result<u8, Error> {
+        if let Some(fit) = self.file.field_fit()? {
+            return self.solve_along(fit.stop_when(stop));
+        }
         let Self { path, mut file, manner, mut outputs, json, page, numbers, saves, extend } = self;
         let mut report = solve(&file, page.is_some(), stop.clone(), manner)?;
         if extend && !report.interrupted {
@@ -185,6 +188,33 @@ impl Run {
             terminal::tell(format_args!("error: {}", report.status));
         }
         Ok(conclude(code, written))
+    }
+
+    /// Solves a fit of numbers along the rod, of which there is no page.
+    fn solve_along(self, fit: FieldFit) -> Result<u8, Error> {
+        let Self { file, outputs, json, page, saves, extend, .. } = self;
+        if page.is_some() || extend {
+            let key = if extend { "--extend" } else { "--report" };
+            return Err(Error::Invalid {
+                file: None,
+                key: key.into(),
+                found: "beside [[field]]".into(),
+                allowed: "--json and --save with fits of numbers along the rod".into(),
+            });
+        }
+        let report = fit.solve()?;
+        let mut written = vec![outputs.write_json(json, &report)];
+        for (output, experiment) in saves.into_iter().zip(&file.experiments) {
+            written.push(outputs.write(output, || {
+                let problem = &experiment.problem;
+                scene_with(problem, report.values(problem.scene())?)
+            }));
+        }
+        written.push(outputs.summary(&report));
+        if !report.converged {
+            terminal::tell(format_args!("error: no minimum was reached"));
+        }
+        Ok(conclude(if report.converged { 0 } else { 3 }, written))
     }
 }
 
@@ -225,11 +255,18 @@ fn solve(
 
 /// The scene of an experiment with the fitted values.
 fn saved(report: &FitReport, experiment: &Experiment) -> Result<Vec<u8>, Error> {
-    let values = report.parameters_of(experiment);
-    let mut scene = experiment.problem.with(values)?.scene().reopened();
+    let mut saved = scene_with(&experiment.problem, report.parameters_of(experiment))?;
+    if report.interrupted {
+        saved.splice(..0, INTERRUPTED.bytes());
+    }
+    Ok(saved)
+}
+
+/// The scene of a problem with other values.
+fn scene_with(problem: &Problem, values: Vec<(Parameter, f64)>) -> Result<Vec<u8>, Error> {
+    let mut scene = problem.with(values)?.scene().reopened();
     scene.make_paths_absolute()?;
-    let mark = if report.interrupted { INTERRUPTED } else { "" };
-    Ok(format!("{mark}{}", scene.to_toml()?).into_bytes())
+    Ok(scene.to_toml()?.into_bytes())
 }
 
 /// Where the fitted scenes go, one of every experiment.

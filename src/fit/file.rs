@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::Fit;
+use crate::fit::field::Field;
 use crate::fit::known::{self, Correlation, Known};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
@@ -40,13 +41,16 @@ pub struct FitFile {
     pub unknowns: Vec<Unknown>,
     /// What is known with an error.
     pub knowns: Vec<Known>,
+    /// Lists of numbers along the rod to identify; with any it is a [fit of those](crate::fit::FieldFit).
+    pub fields: Vec<Field>,
     /// What to do beyond finding them.
     pub analysis: Analysis,
 }
 
 /// What a fit file must have.
-const REQUIRED: [Rule; 12] = [
-    always("", |_| &["parameter"]),
+const REQUIRED: [Rule; 13] = [
+    always("", |fit| if fit.contains_key("field") { &[] } else { &["parameter"] }),
+    if_there("field[]", |_| &["name", "sigma", "length"]),
     if_there("parameter[]", |_| &["name"]),
     if_there("parameter[].prior", |_| &["mean", "sigma"]),
     if_there("known[]", |_| &["name", "sigma"]),
@@ -86,9 +90,12 @@ struct Form {
     frequencies: Vec<FrequenciesForm>,
     #[serde(default)]
     experiment: Vec<NamedForm>,
+    #[serde(default)]
     parameter: Vec<ParameterForm>,
     #[serde(default)]
     known: Vec<KnownForm>,
+    #[serde(default)]
+    field: Vec<Field>,
     #[serde(default)]
     analysis: Analysis,
 }
@@ -391,7 +398,8 @@ impl Fit {
             self.clone();
         let tables: Tables = parse(text, &REQUIRED[1..])?;
         let analysis = tables.analysis.unwrap_or(analysis);
-        let mut file = FitFile { experiments, unknowns, knowns, analysis };
+        let fields = Vec::new();
+        let mut file = FitFile { experiments, unknowns, knowns, fields, analysis };
         if let Some(last) = file.experiments.last_mut() {
             let measured = (tables.observation, tables.shape, tables.frequencies);
             measure(last, measured, folder.as_ref())?;
@@ -443,8 +451,12 @@ impl FitFile {
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
         let experiments = experiments.map_err(|error| error.in_file(Some(path)))?;
         let (unknowns, knowns, analysis) = (Vec::new(), Vec::new(), form.analysis);
-        let mut file = Self { experiments, unknowns, knowns, analysis };
+        let mut file = Self { experiments, unknowns, knowns, fields: form.field, analysis };
         file.add(form.parameter, form.known).map_err(|error| error.in_file(Some(path)))?;
+        if let Some(fit) = file.field_fit().map_err(|error| error.in_file(Some(path)))? {
+            fit.check().map_err(|error| error.in_file(Some(path)))?;
+            return Ok(file);
+        }
         check(&file.experiments, &file.unknowns, &file.analysis)
             .and_then(|()| known::check(&file.experiments, &file.unknowns, &file.knowns))
             .map_err(|error| error.in_file(Some(path)))?;

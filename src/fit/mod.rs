@@ -16,6 +16,7 @@
 //! [`FitReport`] of it.
 
 mod extend;
+mod field;
 mod file;
 mod known;
 pub(crate) mod measurement;
@@ -32,6 +33,7 @@ pub use crate::input::track::axes::Axes;
 pub use crate::input::track::format::Format;
 pub use crate::input::track::recording::{Recording, Vertical};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
+pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
 pub use known::{Correlation, Known};
 pub use measurement::Measurement;

@@ -5,6 +5,7 @@ pub mod abreast;
 pub mod banded;
 pub(crate) mod decay;
 pub(crate) mod hermite;
+pub mod krylov;
 pub mod lanes;
 pub mod levenberg_marquardt;
 mod linearized;

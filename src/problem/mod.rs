@@ -396,11 +396,7 @@ impl Problem {
     }
 
     fn changed(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Scene, Error> {
-        let mut scene = self.scene.clone();
-        for (parameter, value) in values {
-            parameter.set(&mut scene, value)?;
-        }
-        Ok(scene)
+        Parameter::set_all(&self.scene, values)
     }
 
     /// What speaks against a simulation of the scene, though it can be made: steps that follow the

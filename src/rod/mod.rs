@@ -21,7 +21,7 @@ pub use planar::PlanarRod;
 pub use sensitive::{Counted, FrameRate, Sensitive};
 pub use spatial::SpatialRod;
 pub use state::{InternalVariables, State};
-pub use transposed::{Laws, Strained, Transposed};
+pub use transposed::{Laws, Strained, Transposed, still_frames, strained};
 pub use viscosity::{OwnViscosity, Viscosity};
 
 use crate::energy::Derivatives;

@@ -4,6 +4,7 @@
 //! A covector of the forces, `d`, meets the stresses through the strains that it would make, `w = B d`. Everything
 //! that a parameter changes in a rod is a change of laws and loads, so it is enough to sum what each law counts for.
 
+use crate::numerics::lanes::Lanes;
 use crate::rod::sensitive::{FrameRate, Sensitive};
 
 /// The derivatives of a misfit by the numbers of a rod's laws and loads.
@@ -18,7 +19,7 @@ pub struct Laws {
     pub joint: Vec<([f64; 6], [f64; 3])>,
     /// By the loads on all unknowns.
     pub load: Vec<f64>,
-    /// By the dead moments.
+    /// By dead moments on every edge, where any are or are asked for.
     pub moment: Vec<f64>,
 }
 
@@ -49,8 +50,8 @@ pub struct Strained<'a> {
 
 /// A rod whose [derivatives](Sensitive) go backwards too.
 pub trait Transposed<const W: usize>: Sensitive<W> {
-    /// No derivatives by what a rod is made of.
-    fn no_laws(&self) -> Laws;
+    /// No derivatives by what a rod is made of. `moments`: whether those by dead moments are asked for.
+    fn no_laws(&self, moments: bool) -> Laws;
 
     /// Writes the strains of all elements where the rod is measured.
     fn measured_strains(geometry: &Self::Geometry, out: &mut Vec<f64>);
@@ -88,4 +89,23 @@ pub trait Transposed<const W: usize>: Sensitive<W> {
 
     /// The same of every joint's law alone.
     fn along_joints(rates: &Self::Rates<1>, laws: &Laws) -> Vec<f64>;
+}
+
+/// The strains along a change of the unknowns, as stresses are multiplied with.
+pub fn strained<R: Transposed<W>, const W: usize>(
+    rod: &R,
+    geometry: &R::Geometry,
+    still: &[FrameRate<1>],
+    change: &[f64],
+    out: &mut Vec<f64>,
+) {
+    let mut strains = vec![Lanes::ZERO; out.len()];
+    rod.add_strain_rates(still, geometry, change.as_chunks::<1>().0, &mut strains);
+    out.iter_mut().zip(strains).for_each(|(out, strain)| *out = strain.0[0]);
+    rod.by_length(out);
+}
+
+/// Frames that stay.
+pub fn still_frames(count: usize) -> Vec<FrameRate<1>> {
+    vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
 }

@@ -79,14 +79,30 @@ impl<D: Scalar> Along<D> {
     pub fn at(&self, place: f64) -> D {
         match self {
             Self::Whole(value) => *value,
-            Self::Piecewise(values) => {
-                // Rounding errors of arc lengths do not count.
-                let part = (place * values.len() as f64 + 1e-9).max(0.0) as usize;
-                values[part.min(values.len() - 1)]
-            }
+            Self::Piecewise(values) => values[part(place, values.len())],
             Self::Linear(Linear { from, to }) => *from + (*to - *from) * place.clamp(0.0, 1.0),
         }
     }
+}
+
+impl<D> Along<D> {
+    /// Which of the numbers of a list the [number](Self::at) at a place is made of, with their weights.
+    pub(crate) fn shares(&self, place: f64) -> Vec<(usize, f64)> {
+        match self {
+            Self::Whole(_) => vec![(0, 1.0)],
+            Self::Piecewise(values) => vec![(part(place, values.len()), 1.0)],
+            Self::Linear(_) => {
+                let place = place.clamp(0.0, 1.0);
+                vec![(0, 1.0 - place), (1, place)]
+            }
+        }
+    }
+}
+
+/// The part a place lies in, of so many.
+fn part(place: f64, parts: usize) -> usize {
+    // Rounding errors of arc lengths do not count.
+    ((place * parts as f64 + 1e-9).max(0.0) as usize).min(parts - 1)
 }
 
 impl Along {

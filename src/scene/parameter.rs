@@ -249,19 +249,58 @@ impl Parameter {
 
     /// Puts a value into a scene.
     pub fn set(self, scene: &mut Scene, value: f64) -> Result<(), Error> {
-        let mut found = false;
-        let changed = scene.over(|path, old, _| match path == self.path {
-            true => {
-                found = true;
-                value
-            }
-            false => old,
-        });
-        if !found {
-            return Err(self.absent(scene));
-        }
-        *scene = changed;
+        *scene = Self::set_all(scene, [(self, value)])?;
         Ok(())
+    }
+
+    /// A scene with other values, the last of each parameter.
+    pub(crate) fn set_all(
+        scene: &Scene,
+        values: impl IntoIterator<Item = (Self, f64)>,
+    ) -> Result<Scene, Error> {
+        let mut values: BTreeMap<&str, (Self, f64, bool)> =
+            values.into_iter().map(|(p, value)| (p.path, (p, value, false))).collect();
+        let changed = scene.over(|path, old, _| match values.get_mut(path) {
+            Some((_, value, found)) => {
+                *found = true;
+                *value
+            }
+            None => old,
+        });
+        match values.into_values().find(|(.., found)| !found) {
+            Some((parameter, ..)) => Err(parameter.absent(scene)),
+            None => Ok(changed),
+        }
+    }
+
+    /// The numbers of a list of a scene along the rod, from its start: `rod.natural_curvature` or its short name, and
+    /// pairs by their components, `rod.natural_bending.d1`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for what is no list of the scene.
+    pub fn list(scene: &Scene, name: &str) -> Result<Vec<Self>, Error> {
+        let place = if LISTS.contains(&name) { format!("rod.{name}") } else { name.to_string() };
+        let (list, component) = match place.rsplit_once('.') {
+            Some((list, component @ ("d1" | "d2"))) => (list, Some(component)),
+            _ => (&place[..], None),
+        };
+        let of_list = |p: &Self| {
+            let rest = p.path.strip_prefix(list).and_then(|rest| rest.strip_prefix('.'));
+            let (count, own) = rest.map_or(("", None), |rest| match rest.split_once('.') {
+                Some((count, own)) => (count, Some(own)),
+                None => (rest, None),
+            });
+            count.parse::<usize>().is_ok() && own == component
+        };
+        let all: Vec<Self> = Self::all(scene).into_iter().filter(of_list).collect();
+        match all.is_empty() {
+            true => {
+                let allowed = "a list of the scene along the rod: rod.natural_curvature, rod.natural_twist, \
+                               rod.natural_bending.d1 or rod.natural_bending.d2, with numbers there";
+                Err(Error::invalid("parameter", name, allowed))
+            }
+            false => Ok(all),
+        }
     }
 
     /// The error for a parameter that a scene does not have.

@@ -96,14 +96,20 @@ pub enum Discretization {
 impl<D: Scalar> RodSpec<D> {
     /// The curvature beside that of the shape at node `i` of `segments` edges, 1/m.
     pub(crate) fn bending_at(&self, i: usize, segments: usize) -> [D; 2] {
-        let Some(last) = self.natural_bending.len().checked_sub(1) else {
+        let Some([(before, a), (after, b)]) = self.bending_shares(i, segments) else {
             return [D::from(0.0); 2];
         };
+        let both = [self.natural_bending[before], self.natural_bending[after]];
+        [0, 1].map(|c| both[0][c] * a + both[1][c] * b)
+    }
+
+    /// The pairs it is made of, with their weights; none without any.
+    pub(crate) fn bending_shares(&self, i: usize, segments: usize) -> Option<[(usize, f64); 2]> {
+        let last = self.natural_bending.len().checked_sub(1)?;
         let place = (i * last) as f64 / segments as f64;
         let before = (place as usize).min(last);
-        let (part, after) = (place - before as f64, (before + 1).min(last));
-        let [a, b] = [self.natural_bending[before], self.natural_bending[after]];
-        [0, 1].map(|c| a[c] * (1.0 - part) + b[c] * part)
+        let part = place - before as f64;
+        Some([(before, 1.0 - part), ((before + 1).min(last), part)])
     }
 }
 

@@ -207,6 +207,26 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         Ok(())
     }
 
+    /// Makes forces `x` on the free unknowns the changes by which an equilibrium of a rod gives way to them; none where
+    /// it can move without a force, or is solved in edge coordinates.
+    pub(crate) fn give_way(
+        &self,
+        rod: &M::Rod<f64>,
+        (q, frames): (&[f64], &FramesOf<M, W>),
+        x: &mut [f64],
+    ) -> Option<()> {
+        if self.edge_coordinates().is_some() {
+            return None;
+        }
+        let n = q.len();
+        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        let (mut factors, added) = (Ldlt::with_order(n), vec![0.0; n]);
+        rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        factors.factor_sum(&added, 1.0, &tangent, 1.0, self.free()).ok()?;
+        factors.solve(x);
+        Some(())
+    }
+
     /// What measures changes of the unknowns: masses, or the metric of its edges.
     fn metric(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let rod = self.rod();

@@ -6,6 +6,7 @@ use rodfit::scene::*;
 use rodfit::{Parameter, Point, Problem, Reversible};
 use std::collections::BTreeSet;
 
+use crate::common::at_tip;
 use crate::parameters::{SEEDS, scene};
 
 /// Of the sum of the sizes of all terms of a derivative.
@@ -136,4 +137,118 @@ fn back_as_along_by_every_number() {
     println!("{checked:?} scenes, {} numbers, off by {all:.1e}", seen.len());
     assert!(wrong.is_empty(), "{wrong:?}");
     assert!(checked.iter().all(|scenes| *scenes >= 12) && seen.len() > 60, "{checked:?}");
+}
+
+/// Whatever there is room for, states are found again as they were.
+#[test]
+fn back_with_little_room() {
+    for planar in [true, false] {
+        let mut scene = scene(if planar { 50 } else { 53 }, planar);
+        scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(0.1, 1e-3) });
+        let problem = scene.problem().unwrap();
+        let (tip, parameters) = (problem.nodes() - 1, numbers(&problem));
+        let by = |bytes: usize| {
+            let run = Reversible::run_within(&problem, &[tip], 100, bytes).unwrap();
+            let mut slopes = run.slopes();
+            for k in 0..=100 {
+                slopes.add_motion(tip, k, [[1.0, -0.5, 0.2], [0.01, 0.0, 0.03]]).unwrap();
+            }
+            run.gradient(&parameters, &slopes).unwrap()
+        };
+        let (all, some, hardly_any) = (by(64 << 20), by(150_000), by(0));
+        assert_eq!(all, some);
+        assert_eq!(all, hardly_any);
+        assert!(all.iter().all(|x| x.is_finite()) && all.iter().any(|x| *x != 0.0));
+    }
+}
+
+/// Numbers of lists along the rod, as many as it has joints: also where the start follows them.
+#[test]
+fn back_by_natural_shapes() {
+    for (planar, state) in [
+        (true, InitialState::Rest),
+        (true, InitialState::Equilibrium),
+        (false, InitialState::Rest),
+        (false, InitialState::Equilibrium),
+    ] {
+        let mut scene = scene(53, planar);
+        scene.rod.shape = Shape::Arc { length: 0.5, angle: 1.2 };
+        scene.rod.segments = Some(9);
+        scene.rod.natural_curvature =
+            (0..9).map(|k| 1.0 + 0.1 * f64::from(k)).collect::<Vec<_>>().into();
+        scene.supports =
+            Supports { start: Support::Clamped, end: Support::Free, ..Supports::default() };
+        if !planar {
+            scene.rod.natural_twist = vec![0.4, -0.2, 1.0, 0.0, 0.1].into();
+            scene.rod.natural_bending = vec![[0.3, 0.1], [0.0, -0.2], [0.5, 0.0], [0.2, 0.2]];
+        }
+        scene.loads = Loads { gravity: [0.0, -9.8, 0.0], ..scene.loads };
+        scene.loads.point = at_tip([0.01, 0.0, 0.0]);
+        scene.loads.damping = Damping { mass: 0.5, stiffness: 1e-3, ..Damping::default() };
+        scene.initial = Initial { state, point: Vec::new(), ..Initial::default() };
+        if state == InitialState::Equilibrium {
+            scene.initial.point = at_tip([0.0, 0.02, 0.0]);
+        }
+        scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(0.02, 1e-3) });
+        let problem = scene.problem().unwrap();
+        assert_eq!(problem.planar().is_some(), planar);
+        let (worst, parameters) = worst(&problem, 7);
+        let lists = parameters.iter().filter(|p| p.path().starts_with("rod.natural_"));
+        assert_eq!(lists.count(), if planar { 9 } else { 9 + 5 + 8 });
+        assert!(worst < EXACT, "{planar}, {state:?}: {worst:e}");
+    }
+}
+
+/// What does not go back says so.
+#[test]
+fn what_does_not_go_back_is_refused() {
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = scene(2, true);
+        scene.time = scene.time.map(|time| Time { scheme: Scheme::GeneralisedAlpha, ..time });
+        change(&mut scene);
+        Reversible::run(&scene.problem().unwrap(), &[1], 1).unwrap_err().to_string()
+    };
+    let scheme = refused(&|scene| {
+        scene.time = scene.time.clone().map(|time| Time { scheme: Scheme::Rodas4, ..time });
+        scene.loads.damping = Damping::default();
+        scene.loads.drag = None;
+    });
+    assert!(scheme.contains("time.scheme: found rodas4, allowed: newmark-beta"), "{scheme}");
+    let slipping = refused(&|scene| {
+        scene.loads.damping.friction = Some(Friction { stiffness: 0.5, curvature: 1.0 });
+    });
+    assert!(slipping.contains("loads.damping.friction"), "{slipping}");
+}
+
+/// Along a direction and back are the same matrix and its transpose.
+#[test]
+fn along_is_the_transpose_of_back() {
+    for (planar, bytes) in [(true, 64 << 20), (false, 64 << 20), (true, 0)] {
+        let mut scene = scene(if planar { 50 } else { 53 }, planar);
+        scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(0.02, 1e-3) });
+        let problem = scene.problem().unwrap();
+        let (tip, parameters) = (problem.nodes() - 1, numbers(&problem));
+        let run = Reversible::run_within(&problem, &[1, tip], 20, bytes).unwrap();
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let direction: Vec<(Parameter, f64)> = parameters
+            .iter()
+            .map(|p| (*p, p.of(&scene).unwrap().abs().max(1e-3) * random.random_range(-1.0..1.0)))
+            .collect();
+        let changes = run.along(&direction).unwrap();
+        let (mut slopes, mut forth) = (run.slopes(), 0.0);
+        for (k, node) in (0..=20).flat_map(|k| [(k, 1), (k, tip)]) {
+            let slope = [[0; 3]; 2].map(|v| v.map(|_| random.random_range(-1.0..1.0)));
+            slopes.add_motion(node, k, slope).unwrap();
+            let change = changes[2 * k + usize::from(node == tip)];
+            forth += change
+                .as_flattened()
+                .iter()
+                .zip(slope.as_flattened())
+                .map(|(c, s)| c * s)
+                .sum::<f64>();
+        }
+        let gradient = run.gradient(&parameters, &slopes).unwrap();
+        let back: f64 = gradient.iter().zip(&direction).map(|(g, (_, d))| g * d).sum();
+        assert!((forth - back).abs() < 1e-9 * forth.abs(), "{planar}: {forth:e} {back:e}");
+    }
 }

@@ -6,6 +6,7 @@ mod common;
 mod bodies;
 mod camera;
 mod experiments;
+mod field;
 mod formats;
 mod helix;
 mod layout;

@@ -5,14 +5,15 @@
 //! what it makes of the start and of the numbers of the rod. The matrix of a step is symmetric, so that its factors
 //! solve both.
 
+use crate::dynamics::adjoint::numbers::{Numbers, by_each};
 use crate::dynamics::adjoint::supports::MovingSupports;
 use crate::dynamics::adjoint::viscous::ViscousBack;
-use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
-use crate::numerics::lanes::Lanes;
-use crate::rod::{DragSlopes, FrameRate, Laws, NodalDrag, Strained, Transposed};
+use crate::rod::{
+    DragSlopes, FrameRate, Laws, NodalDrag, Strained, Transposed, still_frames, strained,
+};
 use crate::scene::{Damping, Maxwell};
 use num_dual::Dual64;
 
@@ -57,36 +58,17 @@ pub struct Constants<'a> {
     pub parameter: f64,
 }
 
-/// The strains along a change of the unknowns, as stresses are multiplied with.
-pub fn strained<R: Transposed<W>, const W: usize>(
-    rod: &R,
-    geometry: &R::Geometry,
-    still: &[FrameRate<1>],
-    change: &[f64],
-    out: &mut Vec<f64>,
-) {
-    let mut strains = vec![Lanes::ZERO; out.len()];
-    rod.add_strain_rates(still, geometry, change.as_chunks::<1>().0, &mut strains);
-    out.iter_mut().zip(strains).for_each(|(out, strain)| *out = strain.0[0]);
-    rod.by_length(out);
-}
-
-/// Frames that stay.
-pub fn still_frames(count: usize) -> Vec<FrameRate<1>> {
-    vec![FrameRate { tangent: [Lanes::ZERO; 3], turn: Lanes::ZERO }; count]
-}
-
 impl<R: Transposed<W>, const W: usize> Backward<R, W> {
     /// At the end of a simulation's run, where nothing counts yet. `apart`: whether kinds of strain have times of their
-    /// own, or could.
+    /// own, or could; `moments`: whether there are dead moments, or could be.
     pub fn new(
         simulation: &Simulation<f64, R, W>,
         supports: MovingSupports<R, W>,
-        apart: bool,
+        (apart, moments): (bool, bool),
     ) -> Self {
         let (rod, state) = (simulation.rod(), simulation.state());
         let zero = vec![0.0; state.q.len()];
-        let laws = rod.no_laws();
+        let laws = rod.no_laws(moments);
         let frames = if R::HAS_FRAMES { laws.stretch.len() } else { 0 };
         let strains = state.internal.strain.len();
         let maxwell = simulation.damping().maxwell.map(|_| Maxwell { stiffness: 0.0, time: 0.0 });
@@ -329,11 +311,6 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
     }
 }
 
-/// The derivatives of what is linear in the change of an unknown, its velocity at the start and its acceleration there.
-fn by_each(of: impl Fn(f64, f64, f64) -> f64) -> [f64; 3] {
-    [of(1.0, 0.0, 0.0), of(0.0, 1.0, 0.0), of(0.0, 0.0, 1.0)]
-}
-
 /// What loads and dead moments count for.
 fn add_loads<R: Transposed<W>, const W: usize>(
     step: &Linearization<'_, f64, R, W>,
@@ -354,11 +331,4 @@ fn add_held<R: Transposed<W>, const W: usize>(
         let near = i.saturating_sub(W)..(i + W + 1).min(d.len());
         q[i] += near.map(|j| step.tangent.get(i, j) * d[j]).sum::<f64>();
     }
-}
-
-/// The numbers of a step, and their derivatives by the scheme's.
-pub struct Numbers {
-    pub dual: StepCoefficients<Dual64>,
-    pub coefficients: StepCoefficients<f64>,
-    pub slopes: StepCoefficients<f64>,
 }

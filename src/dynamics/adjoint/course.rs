@@ -5,10 +5,6 @@ use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::{Rod, State};
 
-/// What all states and simulations that are kept may take, bytes: so much for states, and so much for simulations to
-/// find others from.
-const ROOM: [usize; 2] = [32 << 20, 24 << 20];
-
 /// A run from its start, in stretches whose first simulations are known.
 #[derive(Clone, Debug)]
 pub struct Course<R: Rod<f64, W>, const W: usize> {
@@ -38,7 +34,10 @@ struct Room {
 }
 
 impl Room {
-    fn of<R: Rod<f64, W>, const W: usize>(simulation: &Simulation<f64, R, W>) -> Self {
+    fn of<R: Rod<f64, W>, const W: usize>(
+        simulation: &Simulation<f64, R, W>,
+        bytes: usize,
+    ) -> Self {
         let state = simulation.state();
         let (unknowns, internal) = (state.q.len(), &state.internal);
         let frames = if R::HAS_FRAMES { 2 * unknowns } else { 0 };
@@ -47,8 +46,9 @@ impl Room {
         // Tangents with their factors, the elements, and lists of unknowns.
         let viscous = if internal.strain.is_empty() { 1 } else { 2 };
         let whole = 2 * numbers + unknowns * (viscous * (2 * W + 20) + 10);
+        // More than half for states: the fewer stretches, the less is run again.
         let fit = |room: usize, numbers: usize| (room / (8 * numbers)).max(2);
-        Self { states: fit(ROOM[0], numbers), simulations: fit(ROOM[1], whole) }
+        Self { states: fit(bytes / 7 * 4, numbers), simulations: fit(bytes / 7 * 3, whole) }
     }
 
     /// How long stretches of so many steps are.
@@ -62,8 +62,8 @@ impl Room {
 
 impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
     /// Of a run that is about to start, of about so many steps.
-    pub fn new(simulation: &Simulation<f64, R, W>, steps: usize) -> Self {
-        let room = Room::of(simulation);
+    pub fn new(simulation: &Simulation<f64, R, W>, steps: usize, bytes: usize) -> Self {
+        let room = Room::of(simulation, bytes);
         let states = match steps <= room.states {
             true => vec![simulation.state().clone()],
             false => Vec::new(),
@@ -108,6 +108,27 @@ impl<R: Rod<f64, W>, const W: usize> Course<R, W> {
             }
         }
         see(self.start().state(), None)
+    }
+
+    /// Shows the states with the steps that led to them, from the first on.
+    ///
+    /// # Errors
+    /// Those of `see`, and of a step.
+    pub fn forth(&self, see: &mut See<'_, R, W>) -> Result<(), Error> {
+        let mut linear = self.start().clone();
+        linear.keep_tangent();
+        see(self.start().state(), None)?;
+        for pair in self.states.windows(2) {
+            let [before, after] = pair else { continue };
+            see(after, linear.linearized(before, after)?.as_ref())?;
+        }
+        if self.states.is_empty() {
+            for time in &self.times {
+                linear.step_to(*time)?;
+                see(linear.state(), linear.linearization().as_ref())?;
+            }
+        }
+        Ok(())
     }
 
     fn back_over(

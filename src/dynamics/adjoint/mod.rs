@@ -7,28 +7,36 @@
 //! curvature, mass and load, of damping and of the start itself makes of the misfit; what a parameter makes of those is
 //! all that is asked of it.
 //!
-//! Going back needs the states of the run. Where they are more than [some 64 MB](course) only simulations at the starts
+//! Going back needs the states of the run. Where they are more than there is room for, only simulations at the starts
 //! of stretches are kept, and every stretch is run again.
 
 mod backward;
 mod course;
+mod lists;
+mod numbers;
 mod start;
 mod supports;
 mod viscous;
 
-use crate::dynamics::adjoint::backward::{Backward, Constants, still_frames};
+use crate::dynamics::adjoint::backward::{Backward, Constants};
 use crate::dynamics::adjoint::course::Course;
+use crate::dynamics::adjoint::lists::Asked;
 use crate::dynamics::adjoint::supports::MovingSupports;
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run;
-use crate::dynamics::trajectory::Trajectory;
+use crate::dynamics::sensitivity::Sensitivities;
+use crate::dynamics::trajectory::{Motions, Trajectory};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
-use crate::rod::{PlanarRod, SpatialRod, Transposed};
+use crate::rod::{PlanarRod, SpatialRod, Transposed, still_frames};
 use crate::scene::{Parameter, Point, Scheme};
 use num_dual::Dual64;
+use std::collections::HashMap;
+
+/// What a run keeps at most to be gone back over, bytes, beside a few states and simulations.
+const ROOM: usize = 56 << 20;
 
 /// A run that derivatives can be carried back over.
 ///
@@ -92,22 +100,47 @@ impl Problem {
 }
 
 impl Reversible {
-    /// Simulates `steps` steps of a scene and records the nodes `tracked`.
+    /// Simulates `steps` steps of a scene, records the nodes `tracked` and keeps up to 56 MB to go back over the run.
     ///
     /// # Errors
     /// Those of [`Problem::check_reversible`], [`Trajectory::new`] and [`Trajectory::run`].
     pub fn run(problem: &Problem, tracked: &[usize], steps: usize) -> Result<Self, Error> {
+        Self::run_within(problem, tracked, steps, ROOM)
+    }
+
+    /// The same with about so many bytes to go back over the run. With fewer than its states take, derivatives cost
+    /// another run, and with very few two.
+    ///
+    /// # Errors
+    /// Those of [`run`](Self::run).
+    pub fn run_within(
+        problem: &Problem,
+        tracked: &[usize],
+        steps: usize,
+        bytes: usize,
+    ) -> Result<Self, Error> {
         problem.check_reversible()?;
         let mut trajectory = Trajectory::new(problem, tracked, &[])?;
         let course = match problem.discretized() {
-            AnyProblem::Planar(planar) => {
-                AnyCourse::Planar(Box::new(course(problem, &planar, steps, &mut trajectory)?))
-            }
-            AnyProblem::Spatial(spatial) => {
-                AnyCourse::Spatial(Box::new(course(problem, &spatial, steps, &mut trajectory)?))
-            }
+            AnyProblem::Planar(planar) => AnyCourse::Planar(Box::new(course(
+                problem,
+                &planar,
+                (steps, bytes),
+                &mut trajectory,
+            )?)),
+            AnyProblem::Spatial(spatial) => AnyCourse::Spatial(Box::new(course(
+                problem,
+                &spatial,
+                (steps, bytes),
+                &mut trajectory,
+            )?)),
         };
         Ok(Self { problem: problem.clone(), trajectory, course })
+    }
+
+    /// What it is a run of.
+    pub(crate) fn problem(&self) -> &Problem {
+        &self.problem
     }
 
     /// The run.
@@ -133,20 +166,73 @@ impl Reversible {
         parameters: &[Parameter],
         slopes: &Slopes<'_>,
     ) -> Result<Vec<f64>, Error> {
-        for parameter in parameters {
-            self.problem.check_parameter(*parameter)?;
-        }
-        let asked = (parameters, &slopes.motions[..], self.trajectory.record());
+        let asked = (Asked::new(&self.problem, parameters)?, parameters);
+        let misfit = (&slopes.motions[..], self.trajectory.record());
         match (&self.course, self.problem.discretized()) {
             (AnyCourse::Planar(course), AnyProblem::Planar(planar)) => {
-                gradient(&planar, course, asked)
+                gradient(&planar, course, misfit, asked)
             }
             (AnyCourse::Spatial(course), AnyProblem::Spatial(spatial)) => {
-                gradient(&spatial, course, asked)
+                gradient(&spatial, course, misfit, asked)
             }
             _ => unreachable!("a course is of its problem's model"),
         }
     }
+}
+
+impl Reversible {
+    /// The derivatives of the places, m, and velocities, m/s, of the tracked nodes along a direction in the space of
+    /// parameters, record after record, at the cost of a part of a run however many they are. The direction has every
+    /// parameter's component in its unit. Summed with slopes they make the same as [`gradient`](Self::gradient) with
+    /// the direction.
+    ///
+    /// # Errors
+    /// Those of [`gradient`](Self::gradient).
+    pub fn along(&self, direction: &[(Parameter, f64)]) -> Result<Motions, Error> {
+        let parameters: Vec<Parameter> =
+            direction.iter().map(|(parameter, _)| *parameter).collect();
+        Asked::new(&self.problem, &parameters)?;
+        let record = self.trajectory.record();
+        match (&self.course, self.problem.discretized()) {
+            (AnyCourse::Planar(course), AnyProblem::Planar(planar)) => {
+                along(&planar, course, (direction, record))
+            }
+            (AnyCourse::Spatial(course), AnyProblem::Spatial(spatial)) => {
+                along(&spatial, course, (direction, record))
+            }
+            _ => unreachable!("a course is of its problem's model"),
+        }
+    }
+}
+
+/// The derivatives of what was recorded along a direction.
+fn along<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    course: &Course<M::Rod<f64>, W>,
+    (direction, record): (&[(Parameter, f64)], &Record),
+) -> Result<Motions, Error>
+where
+    M::Rod<f64>: Transposed<W>,
+{
+    let components: HashMap<Parameter, f64> = direction.iter().copied().collect();
+    let seed = |p, value| Dual64::new(value, components.get(&p).copied().unwrap_or(0.0));
+    let dual = discretized.simulation_over::<Dual64>(seed)?;
+    let mut sensitivities = Sensitivities::<M::Rod<f64>, W>::new(vec![dual]);
+    let (tracked, times) = (record.tracked(), record.times());
+    let mut motions = Vec::with_capacity(record.motions().len());
+    let mut row = 0;
+    course.forth(&mut |state, step| {
+        step.map_or(Ok(()), |step| sensitivities.advance_over(step))?;
+        if times.get(row) == Some(&state.time) {
+            row += 1;
+            motions.extend(tracked.iter().map(|i| {
+                let own = sensitivities.of_node(0, M::STRIDE * i, M::STRIDE.min(3));
+                own.map(|own| discretized.model.rate(&own, 0))
+            }));
+        }
+        Ok(())
+    })?;
+    Ok(motions)
 }
 
 /// The derivatives of a misfit by the places and velocities of the tracked nodes at every record.
@@ -199,7 +285,7 @@ impl Slopes<'_> {
 fn course<M: Model<W>, const W: usize>(
     problem: &Problem,
     discretized: &Discretized<'_, M, W>,
-    steps: usize,
+    (steps, bytes): (usize, usize),
     trajectory: &mut Trajectory,
 ) -> Result<Course<M::Rod<f64>, W>, Error>
 where
@@ -210,7 +296,7 @@ where
     let record = trajectory.record_mut();
     run::run(problem, discretized, (&[], steps), record, &mut |_| {}, &mut |simulation| {
         match &mut course {
-            None => course = Some(Course::new(simulation, steps)),
+            None => course = Some(Course::new(simulation, steps, bytes)),
             Some(course) => course.push(simulation),
         }
     })?;
@@ -221,7 +307,8 @@ where
 fn gradient<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
     course: &Course<M::Rod<f64>, W>,
-    (parameters, slopes, record): (&[Parameter], &[Motion], &Record),
+    (slopes, record): (&[Motion], &Record),
+    (asked, parameters): (Asked, &[Parameter]),
 ) -> Result<Vec<f64>, Error>
 where
     M::Rod<f64>: Transposed<W>,
@@ -230,8 +317,9 @@ where
     let own = [Parameter::DampingBending, Parameter::DampingTwisting, Parameter::DampingStretching];
     let apart = start.damping().own_times().iter().any(|time| *time != 0.0)
         || parameters.iter().any(|parameter| own.contains(parameter));
-    let supports = moving_supports(discretized, course, parameters);
-    let mut backward = Backward::new(start, supports, apart);
+    let moments = parameters.iter().any(|parameter| parameter.is_moment());
+    let supports = moving_supports(discretized, course, &asked);
+    let mut backward = Backward::new(start, supports, (apart, moments));
     let constants = Constants {
         damping: start.damping(),
         drag: start.drag(),
@@ -248,7 +336,7 @@ where
         }
         step.map_or(Ok(()), |step| backward.go(&constants, step))
     })?;
-    start::gradient(discretized, &backward, parameters)
+    start::gradient(discretized, (&backward, start), (asked, parameters))
 }
 
 /// Adds the slopes by place and velocity of a node.
@@ -269,21 +357,21 @@ fn add_slope<M: Model<W>, const W: usize>(
 fn moving_supports<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
     course: &Course<M::Rod<f64>, W>,
-    parameters: &[Parameter],
+    asked: &Asked,
 ) -> MovingSupports<M::Rod<f64>, W>
 where
     M::Rod<f64>: Transposed<W>,
 {
     let start = course.start();
-    let frames = if M::STRIDE > 3 { start.rod().no_laws().stretch.len() } else { 0 };
+    let frames = if M::STRIDE > 3 { start.rod().no_laws(false).stretch.len() } else { 0 };
     let mut supports = MovingSupports::new(start.boundary_motion(), still_frames(frames));
     if supports.are_led() {
-        for (k, parameter) in parameters.iter().enumerate() {
+        for (k, parameter) in &asked.single {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
             let setup = discretized.setup_over(seed);
             let motion = discretized.boundary_motion(&setup);
             if let Some(motion) = motion.filter(|motion| motion.changes()) {
-                supports.add(k, motion, M::frames_over::<Dual64>(&start.state().frames));
+                supports.add(*k, motion, M::frames_over::<Dual64>(&start.state().frames));
             }
         }
     }

@@ -1,27 +1,37 @@
 //! What a misfit's derivatives by the start of a run and by the numbers of its rod make of parameters.
 
 use crate::dynamics::adjoint::backward::Backward;
+use crate::dynamics::adjoint::lists::{Asked, share_out};
+use crate::dynamics::adjoint::viscous::add_by_strains;
 use crate::dynamics::simulation::Simulation;
+use crate::energy::Derivatives;
 use crate::error::Error;
+use crate::numerics::banded::BandMatrix;
 use crate::problem::{Discretized, Model};
-use crate::rod::{Rod, Transposed};
-use crate::scene::Parameter;
+use crate::rod::{Laws, Rod, Strained, Transposed, still_frames, strained};
+use crate::scene::{InitialState, Parameter};
 use num_dual::Dual64;
 
-/// The derivatives by the parameters.
+/// The derivatives by what was asked.
 pub fn gradient<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
-    backward: &Backward<M::Rod<f64>, W>,
-    parameters: &[Parameter],
+    (backward, start): (&Backward<M::Rod<f64>, W>, &Simulation<f64, M::Rod<f64>, W>),
+    (mut asked, parameters): (Asked, &[Parameter]),
 ) -> Result<Vec<f64>, Error>
 where
     M::Rod<f64>: Transposed<W>,
 {
-    let mut gradient = Vec::with_capacity(parameters.len());
-    for parameter in parameters {
+    let mut gradient = vec![0.0; parameters.len()];
+    if !asked.listed.is_empty() {
+        match laws(discretized, backward, start) {
+            Some(laws) => share_out(discretized, &laws, &asked.listed, &mut gradient),
+            None => asked.one_by_one(parameters),
+        }
+    }
+    for (k, parameter) in &asked.single {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
         let dual = discretized.simulation_over::<Dual64>(seed)?;
-        gradient.push(along(backward, discretized.rod(), &dual));
+        gradient[*k] = along(backward, start.rod(), &dual);
     }
     for (k, sum) in backward.supports.sums() {
         gradient[k] += sum;
@@ -29,10 +39,70 @@ where
     Ok(gradient)
 }
 
+/// What the laws of joints count for, with what the start of the run makes of them: the forces there and, of one that
+/// begins in equilibrium, the places. None where it follows them in other ways.
+fn laws<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    backward: &Backward<M::Rod<f64>, W>,
+    start: &Simulation<f64, M::Rod<f64>, W>,
+) -> Option<Laws>
+where
+    M::Rod<f64>: Transposed<W>,
+{
+    let initial = &discretized.scene().initial;
+    let (state, rod, free) = (start.state(), start.rod(), start.free());
+    let rests = match initial.state {
+        InitialState::Rest => false,
+        InitialState::Equilibrium if initial.angular_velocity == [0.0; 3] => true,
+        _ => return None,
+    };
+    let mut d = vec![0.0; state.q.len()];
+    for i in free.clone() {
+        d[i] = backward.unbalanced[i];
+        if !state.acceleration.is_empty() {
+            d[i] -= backward.acceleration[i] / rod.mass()[i];
+        }
+    }
+    let mut geometry = Default::default();
+    rod.measure(&state.q, &state.frames, &mut geometry);
+    let (mut strain, mut along) = (Vec::new(), Vec::new());
+    <M::Rod<f64> as Transposed<W>>::measured_strains(&geometry, &mut strain);
+    along.resize(strain.len(), 0.0);
+    let still = still_frames(backward.frames.len());
+    let mut laws = backward.laws.clone();
+    let mut add = |d: &[f64]| {
+        strained(rod, &geometry, &still, d, &mut along);
+        let strained = Strained { strains: &strain, own: &[], counted: false };
+        rod.add_to_laws(&along, strained, &mut laws);
+    };
+    add(&d);
+    if rests {
+        let n = d.len();
+        let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        let mut q = vec![0.0; n];
+        rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        tangent.product(&d, &mut q);
+        q.iter_mut().zip(&backward.q).for_each(|(q, by)| *q += by);
+        if let Some(drag) = start.drag() {
+            let (mut slopes, mut v) = (drag.no_slopes(), vec![0.0; n]);
+            drag.add_slopes_of([&state.q, &state.v, &d], &mut slopes, [&mut q, &mut v]);
+        }
+        if let Some(viscous) = &backward.viscous {
+            let by_strain = &viscous.internal.strain;
+            add_by_strains(rod, &geometry, (&state.q, &state.frames), by_strain, &mut q);
+        }
+        let held = discretized.setup.held(discretized.model, rod);
+        discretized.give_way(&held, (&state.q, &state.frames), &mut q)?;
+        q.iter_mut().for_each(|q| *q = -*q);
+        add(&q);
+    }
+    Some(laws)
+}
+
 /// The derivative along what a simulation's numbers carry.
 fn along<R: Transposed<W>, const W: usize>(
     backward: &Backward<R, W>,
-    rod: R,
+    rod: &R,
     dual: &Simulation<Dual64, R::Dual, W>,
 ) -> f64 {
     let state = dual.state();

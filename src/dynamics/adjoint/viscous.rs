@@ -1,13 +1,13 @@
 //! A misfit's derivatives over a step, through what the material remembers: strains, their rates, and how far springs of
 //! a Maxwell branch are stretched.
 
-use crate::dynamics::adjoint::backward::{Numbers, strained};
+use crate::dynamics::adjoint::numbers::Numbers;
 use crate::dynamics::coefficients::StepCoefficients;
 use crate::dynamics::linearization::Linearization;
 use crate::dynamics::viscosity::{Memory, relaxation};
 use crate::energy::Derivatives;
 use crate::numerics::lanes::Lanes;
-use crate::rod::{FrameRate, InternalVariables, Laws, Strained, Transposed};
+use crate::rod::{FrameRate, InternalVariables, Laws, Strained, Transposed, strained};
 use crate::scene::{Damping, Maxwell};
 use num_dual::Dual64;
 
@@ -199,18 +199,30 @@ impl ViscousBack {
             let slopes = relaxation(&Maxwell { stiffness: Dual64::from(0.0), time }, h);
             by.time += by_relaxation[0] * slopes[0].eps + by_relaxation[1] * slopes[1].eps;
         }
-        // A strain is not weighed with an edge's length as an axial force is.
-        let mut lengths = vec![1.0; self.by_strain.len()];
-        step.rod.by_length(&mut lengths);
-        let stress: Vec<Lanes<1>> =
-            self.by_strain.iter().zip(lengths).map(|(by, l)| Lanes([by / l])).collect();
-        let mut out = vec![[0.0]; q.len()];
         let at = (&step.after.q[..], &step.before.frames);
-        R::stressed_rate(None, &stress, step.end, at, Derivatives::Hand, &mut out);
-        let out: &[f64] = out.as_flattened();
-        q.iter_mut().zip(out).for_each(|(q, out)| *q += out);
-        R::turn_frames(step.end, out, frames);
+        let out = add_by_strains(step.rod, step.end, at, &self.by_strain, q);
+        R::turn_frames(step.end, &out, frames);
     }
+}
+
+/// Adds what the unknowns count for where strains do, and returns it.
+pub fn add_by_strains<R: Transposed<W>, const W: usize>(
+    rod: &R,
+    geometry: &R::Geometry,
+    at: (&[f64], &R::Frames),
+    by_strain: &[f64],
+    q: &mut [f64],
+) -> Vec<f64> {
+    // A strain is not weighed with an edge's length as an axial force is.
+    let mut lengths = vec![1.0; by_strain.len()];
+    rod.by_length(&mut lengths);
+    let stress: Vec<Lanes<1>> =
+        by_strain.iter().zip(lengths).map(|(by, length)| Lanes([by / length])).collect();
+    let mut out = vec![[0.0]; q.len()];
+    R::stressed_rate(None, &stress, geometry, at, Derivatives::Hand, &mut out);
+    let out = out.into_flattened();
+    q.iter_mut().zip(&out).for_each(|(q, out)| *q += out);
+    out
 }
 
 /// A number of damping, or the scheme's.

@@ -226,6 +226,20 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
         }
     }
 
+    /// Advances over a step that a simulation made; nothing of schemes that solve no equations.
+    ///
+    /// # Errors
+    /// [`Error::SingularTangent`] where the step has no derivatives.
+    pub(crate) fn advance_over(
+        &mut self,
+        step: &Linearization<'_, f64, R, W>,
+    ) -> Result<(), Error> {
+        match &mut self.0 {
+            Kind::Implicit(groups) => groups.iter_mut().try_for_each(|group| group.advance(step)),
+            Kind::Direct(_) => Ok(()),
+        }
+    }
+
     /// Advances over the step `simulation` has just made. One of a scheme that solves equations must
     /// [keep its tangents](Simulation::keep_tangent).
     ///
@@ -234,9 +248,9 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// made again in dual numbers.
     pub fn advance(&mut self, simulation: &Simulation<f64, R, W>) -> Result<(), Error> {
         match &mut self.0 {
-            Kind::Implicit(groups) => {
+            Kind::Implicit(_) => {
                 let Some(step) = simulation.linearization() else { return Ok(()) };
-                groups.iter_mut().try_for_each(|group| group.advance(&step))
+                self.advance_over(&step)
             }
             Kind::Direct(duals) => {
                 let time = simulation.state().time;

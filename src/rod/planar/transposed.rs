@@ -10,8 +10,10 @@ use crate::rod::transposed::{Laws, Strained, Transposed};
 use num_dual::Dual64;
 
 impl Transposed<HALF_BANDWIDTH> for PlanarRod<f64> {
-    fn no_laws(&self) -> Laws {
-        Laws::new(self.stretch.len(), self.mass.len(), self.moment.len())
+    fn no_laws(&self, moments: bool) -> Laws {
+        let edges = self.stretch.len();
+        let moments = if moments || !self.moment.is_empty() { edges } else { 0 };
+        Laws::new(edges, self.mass.len(), moments)
     }
 
     fn measured_strains(geometry: &Geometry, out: &mut Vec<f64>) {
@@ -51,9 +53,9 @@ impl Transposed<HALF_BANDWIDTH> for PlanarRod<f64> {
     }
 
     fn add_to_moments(&self, q: &[f64], d: &[f64], laws: &mut Laws) {
-        for ((i, _), to) in self.moment.iter().zip(&mut laws.moment) {
+        for (i, to) in laws.moment.iter_mut().enumerate() {
             let unit = DeadMoment { moment: 1.0, rest: [0.0; 2] };
-            let forces = unit.gradient(unknowns::<f64, 4>(q, *i));
+            let forces = unit.gradient(unknowns::<f64, 4>(q, i));
             *to += forces.iter().zip(&d[2 * i..]).map(|(f, d)| f * d).sum::<f64>();
         }
     }
@@ -69,7 +71,8 @@ impl Transposed<HALF_BANDWIDTH> for PlanarRod<f64> {
         let stretch = rates.stretch.iter().zip(&laws.stretch).map(|(law, to)| pair(*law, *to));
         let rest = rates.rest.iter().zip(&laws.rest).map(|(rest, to)| rest.0[0] * to);
         let load = rates.load.iter().flatten().zip(&laws.load).map(|(load, to)| load.0[0] * to);
-        let moment = dual.moment.iter().zip(&laws.moment).map(|((_, m), to)| m.moment.eps * to);
+        let moments = dual.moment.iter().filter(|(i, _)| *i < laws.moment.len());
+        let moment = moments.map(|(i, m)| m.moment.eps * laws.moment[*i]);
         stretch.chain(rest).chain(load).chain(moment).sum::<f64>()
             + Self::along_joints(rates, laws).iter().sum::<f64>()
     }

@@ -25,7 +25,7 @@ fn add_frame(frame: &mut FrameRate<1>, turn: f64, tangent: Vector<f64>) {
 }
 
 impl Transposed<HALF_BANDWIDTH> for SpatialRod<f64> {
-    fn no_laws(&self) -> Laws {
+    fn no_laws(&self, _: bool) -> Laws {
         Laws::new(self.stretch.len(), self.mass.len(), 0)
     }
 

@@ -1,0 +1,47 @@
+//! `[[field]]` in a fit file.
+
+use crate::error::Error;
+use crate::fit::field::plan::FieldFit;
+use crate::fit::file::FitFile;
+use crate::fit::measurement::Measurement;
+use crate::fit::uncertainty::analysis::Analysis;
+
+impl FitFile {
+    /// The fit of numbers along the rod that the file describes, if it is one.
+    ///
+    /// # Errors
+    ///
+    /// What such a fit cannot have: several experiments, other measurements than motions, numbers known with an error and
+    /// an analysis.
+    pub fn field_fit(&self) -> Result<Option<FieldFit>, Error> {
+        if self.fields.is_empty() {
+            return Ok(None);
+        }
+        let refused = |key: &str, found: &str, allowed: &str| {
+            Err(Error::invalid(key, found, format!("{allowed} beside [[field]]")))
+        };
+        let [experiment] = &self.experiments[..] else {
+            return refused("experiment", "several", "one scene");
+        };
+        if !self.knowns.is_empty() {
+            return refused("known", "a number known with an error", "none");
+        }
+        if self.analysis != Analysis::default() {
+            return refused("analysis", "what standard errors along the rod do not take", "none");
+        }
+        let mut fit = FieldFit::new(&experiment.problem);
+        for measurement in &experiment.measurements {
+            match measurement {
+                Measurement::Motion(observation) if !observation.held_out => {
+                    fit = fit.observe(observation.clone());
+                }
+                Measurement::Motion(_) => {
+                    return refused("observation.held_out", "true", "what is compared");
+                }
+                _ => return refused("shape, frequencies", "one", "recorded motions"),
+            }
+        }
+        let fit = self.fields.iter().fold(fit, |fit, field| fit.along(field.clone()));
+        Ok(Some(self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()))))
+    }
+}

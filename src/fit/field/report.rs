@@ -1,0 +1,231 @@
+//! What a fit along the rod found.
+
+use crate::error::Error;
+use crate::fit::field::plan::FieldFit;
+use crate::fit::field::space::Space;
+use crate::numerics::half_square;
+use crate::numerics::krylov::Ritz;
+use crate::scene::{Parameter, Scene};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::time::Instant;
+
+/// Part of the prior's deviation above which the data say nothing of a number.
+const UNSEEN: f64 = 0.9;
+/// How far the root mean square residual may be from its sigma.
+const USUAL: [f64; 2] = [0.8, 1.25];
+
+/// The numbers of a list along the rod.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FieldEstimate {
+    /// The list.
+    pub name: String,
+    /// Empty for pure numbers.
+    pub unit: String,
+    /// Where each number stands, m from the start of the rod.
+    pub places: Vec<f64>,
+    /// What was found.
+    pub values: Vec<f64>,
+    /// Standard errors, of what the data and the prior say together.
+    pub standard_errors: Vec<f64>,
+    /// Standard deviations of the prior alone.
+    pub prior: Vec<f64>,
+}
+
+/// A single number beside them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct SingleEstimate {
+    /// Which.
+    pub name: Parameter,
+    /// What was found, in its unit.
+    pub value: f64,
+    /// Its standard error, of what the data and the prior say together.
+    pub standard_error: f64,
+}
+
+/// The result of a fit along the rod.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FieldReport {
+    /// Whether a minimum was reached.
+    pub converged: bool,
+    /// The lists.
+    pub fields: Vec<FieldEstimate>,
+    /// Single numbers.
+    pub parameters: Vec<SingleEstimate>,
+    /// How many combinations of all numbers the data say, those that they narrow down a little counted in part.
+    pub determined: f64,
+    /// Root mean square of the residuals over their sigmas.
+    pub residuals_over_sigma: f64,
+    /// How many coordinates were compared.
+    pub measured: usize,
+    /// Half the squares of residuals over sigma and of departures from the prior over its.
+    pub misfit: f64,
+    /// Work, in runs and products of about as much.
+    pub simulations: f64,
+    /// Wall time, s.
+    pub wall_seconds: f64,
+    /// What speaks against the numbers.
+    pub warnings: Vec<String>,
+}
+
+/// What a report is made of.
+pub(super) struct Found<'a> {
+    pub fit: &'a FieldFit,
+    pub space: &'a Space,
+    pub z: &'a [f64],
+    pub residuals: &'a [f64],
+    pub misfit: f64,
+    pub ritz: Ritz,
+    /// Whether all directions that the data see were found.
+    pub complete: bool,
+    pub converged: bool,
+    pub runs: f64,
+    pub since: Instant,
+}
+
+impl FieldReport {
+    pub(super) fn new(found: Found<'_>) -> Self {
+        let Found { space, z, ritz, residuals, .. } = &found;
+        // (1 + H)^-1 is 1 less l/(1 + l) of every direction.
+        let seen = |value: f64| value.max(0.0) / (1.0 + value.max(0.0));
+        let mut variances = Vec::with_capacity(z.len());
+        for list in &space.lists {
+            variances.extend((0..list.scene.len()).map(|k| list.prior.deviation(k).powi(2)));
+        }
+        variances.extend(space.singles.iter().map(|single| single.sigma.powi(2)));
+        let prior: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
+        for ((value, _), vector) in ritz.values.iter().zip(&ritz.vectors) {
+            let mut direction = vector.clone();
+            space.spread(&mut direction);
+            for (variance, x) in variances.iter_mut().zip(direction) {
+                *variance -= seen(*value) * x * x;
+            }
+        }
+        let errors: Vec<f64> = variances.iter().map(|variance| variance.max(0.0).sqrt()).collect();
+        let values: Vec<f64> = space.values(z).into_iter().map(|(_, value)| value).collect();
+        let mut fields = Vec::new();
+        let mut first = 0;
+        for list in &space.lists {
+            let own = first..first + list.scene.len();
+            fields.push(FieldEstimate {
+                name: list.name.clone(),
+                unit: list.unit.into(),
+                places: list.places.clone(),
+                values: values[own.clone()].to_vec(),
+                standard_errors: errors[own.clone()].to_vec(),
+                prior: prior[own].to_vec(),
+            });
+            first += list.scene.len();
+        }
+        let parameters = space.singles.iter().zip(first..).map(|(single, k)| SingleEstimate {
+            name: single.parameter,
+            value: values[k],
+            standard_error: errors[k],
+        });
+        let mut report = Self {
+            converged: found.converged,
+            fields,
+            parameters: parameters.collect(),
+            determined: ritz.values.iter().map(|(value, _)| seen(*value)).sum(),
+            residuals_over_sigma: (2.0 * half_square(residuals) / residuals.len() as f64).sqrt(),
+            measured: residuals.len(),
+            misfit: found.misfit,
+            simulations: found.runs,
+            wall_seconds: found.since.elapsed().as_secs_f64(),
+            warnings: Vec::new(),
+        };
+        report.warnings = report.doubts(&found);
+        report
+    }
+
+    /// What was found of a scene's numbers.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::Error::Invalid) for a scene that does not have them.
+    pub fn values(&self, scene: &Scene) -> Result<Vec<(Parameter, f64)>, Error> {
+        let mut values = Vec::new();
+        for field in &self.fields {
+            values.extend(
+                Parameter::list(scene, &field.name)?.into_iter().zip(field.values.iter().copied()),
+            );
+        }
+        values.extend(self.parameters.iter().map(|single| (single.name, single.value)));
+        Ok(values)
+    }
+
+    fn doubts(&self, found: &Found<'_>) -> Vec<String> {
+        let mut doubts = Vec::new();
+        if !self.converged {
+            doubts.push("no minimum was reached: the numbers are the best so far".into());
+        }
+        let ratio = self.residuals_over_sigma;
+        if !(USUAL[0]..USUAL[1]).contains(&ratio) {
+            let fault = match ratio > 1.0 {
+                true => "the scene lacks something, or the noise is larger than it is said to be",
+                false => "the noise is smaller than it is said to be",
+            };
+            doubts.push(format!("residuals are {ratio:.2} times as large as their sigma: {fault}; standard errors hold for that sigma"));
+        }
+        if !found.complete {
+            doubts.push(
+                "the data see more directions than were looked at: standard errors are too large"
+                    .into(),
+            );
+        }
+        for field in &self.fields {
+            let both = field.standard_errors.iter().zip(&field.prior);
+            let unseen = both.filter(|(error, prior)| **error > UNSEEN * **prior).count();
+            if unseen > 0 {
+                let (name, all) = (&field.name, field.values.len());
+                doubts.push(format!("the data hardly say {unseen} of the {all} numbers of {name}: they are what the prior makes of their neighbours"));
+            }
+        }
+        if found.fit.fields.len() > 1 || !found.fit.unknowns.is_empty() {
+            doubts.push("standard errors are of each number by itself, whatever the others: correlations are not reported".into());
+        }
+        doubts.push(
+            "the minimum is the one below the scene's numbers: others were not looked for".into(),
+        );
+        doubts
+    }
+}
+
+impl fmt::Display for FieldReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let count: usize = self.fields.iter().map(|field| field.values.len()).sum();
+        let ending = if self.converged { "found" } else { "NOT CONVERGED" };
+        writeln!(
+            f,
+            "{ending}: {count} numbers along the rod from {} coordinates, which say {:.1} combinations of them",
+            self.measured, self.determined
+        )?;
+        writeln!(f, "residuals over sigma {:.3} (root mean square)", self.residuals_over_sigma)?;
+        for field in &self.fields {
+            writeln!(
+                f,
+                "{}{}",
+                field.name,
+                if field.unit.is_empty() { String::new() } else { format!(", {}", field.unit) }
+            )?;
+            writeln!(f, "  {:>12}  {:>13}  {:>10}", "at, m", "value", "+-")?;
+            for (k, place) in field.places.iter().enumerate() {
+                writeln!(
+                    f,
+                    "  {place:>12.5}  {:>13.6}  {:>10.2e}",
+                    field.values[k], field.standard_errors[k]
+                )?;
+            }
+        }
+        for single in &self.parameters {
+            let (name, unit) = (single.name, single.name.unit());
+            writeln!(f, "{name} = {:.6e} +- {:.1e} {unit}", single.value, single.standard_error)?;
+        }
+        for warning in &self.warnings {
+            writeln!(f, "note: {warning}")?;
+        }
+        write!(f, "{:.0} runs or products, {:.1} s", self.simulations, self.wall_seconds)
+    }
+}

@@ -1,0 +1,187 @@
+//! Hundreds of numbers along a rod, found by derivatives that go back.
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, Normal};
+use rodfit::fit::{Field, FieldFit, FieldReport, FitFile, Sample};
+use rodfit::scene::*;
+use rodfit::{Observation, Parameter, Point, Problem, Unknown};
+
+use crate::common::at_tip;
+
+const SIGMA: f64 = 2e-4;
+
+/// A planar arc of so many parts that swings under its weight and a force at its tip.
+fn arc(parts: usize) -> Scene {
+    let shape = Shape::Arc { length: 0.5, angle: 2.0 };
+    let section = Section::Circle { radius: 0.004 };
+    let mut scene = Scene::new(parts + 1, shape, section, Material::new(1200.0, 1e7));
+    scene.rod.natural_curvature = vec![1.0; parts].into();
+    scene.loads.gravity = [0.0, -9.8, 0.0];
+    scene.loads.point = at_tip([0.0, 0.02, 0.0]);
+    scene.loads.damping.mass = 2.0;
+    scene.time =
+        Some(Time { scheme: Scheme::GeneralisedAlpha, rho_inf: 0.8, ..Time::new(0.4, 4e-3) });
+    scene
+}
+
+/// What the curvature is in truth, at a part of the length.
+fn truth(place: f64) -> f64 {
+    1.0 + 0.25 * (6.0 * place).sin() - 0.2 * place
+}
+
+/// The motion of five points with noise.
+fn seen(problem: &Problem, seed: u64) -> Vec<Observation> {
+    let run = problem.simulate().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let noise = Normal::new(0.0, SIGMA).unwrap();
+    let nodes = problem.nodes() - 1;
+    let points = (1..=5).map(|k| k * nodes / 5);
+    let observed = points.map(|node| {
+        let times = run.times().iter().enumerate().step_by(2);
+        let samples = times.map(|(k, time)| {
+            let [x, y, _] = run.node(node, k);
+            let mut off = |x: f64| Some(x + noise.sample(&mut random));
+            Sample { time: *time, position: [off(x), off(y), None] }
+        });
+        let samples = samples.collect();
+        Observation { point: Point::Node(node), sigma: Some(SIGMA), ..Observation::new(samples) }
+    });
+    observed.collect()
+}
+
+fn field(sigma: f64, length: f64) -> Field {
+    Field { name: "natural_curvature".into(), sigma, length }
+}
+
+fn solved(problem: &Problem, observations: &[Observation], field: Field) -> FieldReport {
+    let fit = observations.iter().cloned().fold(FieldFit::new(problem), FieldFit::observe);
+    fit.along(field).solve().unwrap()
+}
+
+/// The problem with the true curvatures.
+fn in_truth(scene: &Scene, parts: usize) -> Problem {
+    let mut bent = scene.clone();
+    let at = |k: usize| truth((k as f64 + 0.5) / parts as f64);
+    bent.rod.natural_curvature = (0..parts).map(at).collect::<Vec<f64>>().into();
+    bent.problem().unwrap()
+}
+
+/// The true curvatures are found, and standard errors are as large as the errors are.
+#[test]
+fn natural_curvatures_are_found() {
+    let parts = 80;
+    let scene = arc(parts);
+    let observations = seen(&in_truth(&scene, parts), 1);
+    let report = solved(&scene.problem().unwrap(), &observations, field(0.3, 0.1));
+    println!("{report}");
+    assert!(report.converged && (0.9..1.1).contains(&report.residuals_over_sigma));
+    let found = &report.fields[0];
+    let off = (0..parts).map(|k| {
+        let expected = truth(found.places[k] / 0.5);
+        (found.values[k] - expected) / found.standard_errors[k]
+    });
+    let off: Vec<f64> = off.collect();
+    let rms = (off.iter().map(|x| x * x).sum::<f64>() / parts as f64).sqrt();
+    assert!((0.4..1.6).contains(&rms), "{rms}: {off:?}");
+    // The data say more than the prior does, where the rod hangs on them.
+    assert!(found.standard_errors[10] < 0.3 * found.prior[10]);
+    assert!(report.determined > 5.0 && report.determined < 40.0, "{}", report.determined);
+}
+
+/// The optimum and its standard errors are those of the whole Jacobian, made column by column.
+#[test]
+fn the_optimum_is_that_of_the_whole_jacobian() {
+    let parts = 16;
+    let scene = arc(parts);
+    let observations = seen(&in_truth(&scene, parts), 2);
+    let (sigma, length) = (0.3, 0.08);
+    let report = solved(&scene.problem().unwrap(), &observations, field(sigma, length));
+    let found = &report.fields[0];
+    let mut there = scene.clone();
+    there.rod.natural_curvature = found.values.clone().into();
+    let problem = there.problem().unwrap();
+    let parameters = Parameter::list(&there, "natural_curvature").unwrap();
+    assert_eq!(parameters.len(), parts);
+    let run = problem.simulate_with(&parameters).unwrap();
+    let (mut rows, mut residuals) = (Vec::new(), Vec::new());
+    for observation in &observations {
+        for sample in &observation.samples {
+            let (place, rates) = run.at(observation.point, sample.time).unwrap();
+            for c in 0..2 {
+                residuals.push((place[c] - sample.position[c].unwrap()) / SIGMA);
+                rows.extend(rates.iter().map(|rate| rate[c] / SIGMA));
+            }
+        }
+    }
+    let jacobian = DMatrix::from_row_slice(residuals.len(), parts, &rows);
+    // The prior, written down once more.
+    let stiffness = (length / (0.5 / parts as f64)).powi(2);
+    let smooth = DMatrix::from_fn(parts, parts, |i, j| match i.abs_diff(j) {
+        0 => 1.0 + stiffness * if i == 0 || i + 1 == parts { 1.0 } else { 2.0 },
+        1 => -stiffness,
+        _ => 0.0,
+    });
+    let inverse = smooth.clone().try_inverse().unwrap();
+    let scale = sigma / inverse.row(parts / 2).norm();
+    let precision = smooth.transpose() * &smooth / (scale * scale);
+    let hessian = jacobian.transpose() * &jacobian + &precision;
+    let covariance = hessian.try_inverse().unwrap();
+    for k in 0..parts {
+        let expected = covariance[(k, k)].sqrt();
+        let error = found.standard_errors[k];
+        assert!((0.999..1.03).contains(&(error / expected)), "{k}: {error} for {expected}");
+    }
+    let departure = DVector::from_fn(parts, |k, _| found.values[k] - 1.0);
+    let slope = jacobian.transpose() * DVector::from_vec(residuals) + precision * departure;
+    // Newton's step from here, in standard errors of combinations.
+    let left = (slope.transpose() * &covariance * &slope)[(0, 0)].sqrt();
+    assert!(left < 0.05, "{left}");
+}
+
+/// A fit file says it, with single numbers beside it, and what it cannot do is refused by key.
+#[test]
+fn a_fit_file_says_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scene = arc(12);
+    let observations = seen(&in_truth(&scene, 12), 3);
+    let mut table = String::from("t,x,y\n");
+    for Sample { time, position } in &observations[4].samples {
+        table += &format!("{time},{},{}\n", position[0].unwrap(), position[1].unwrap());
+    }
+    std::fs::write(folder.path().join("tip.csv"), table).unwrap();
+    scene.material.youngs_modulus = 1.03e7;
+    std::fs::write(folder.path().join("arc.toml"), scene.to_toml().unwrap()).unwrap();
+    let text = "scene = 'arc.toml'\n[[observation]]\nfile = 'tip.csv'\nsigma = 2e-4\n\
+                [[field]]\nname = 'natural_curvature'\nsigma = 0.3\nlength = 0.1\n\
+                [[parameter]]\nname = 'youngs_modulus'\nprior = { mean = 1e7, sigma = 2e5 }\n";
+    let file = FitFile::from_toml(text, folder.path()).unwrap();
+    let report = file.field_fit().unwrap().unwrap().solve().unwrap();
+    println!("{report}");
+    assert!(report.converged && report.parameters[0].name == Parameter::YoungsModulus);
+    let modulus = &report.parameters[0];
+    assert!((modulus.value - 1e7).abs() < 3.0 * modulus.standard_error);
+    assert!(modulus.standard_error < 2.01e5);
+    let values = report.values(&scene).unwrap();
+    assert_eq!(values.len(), 13);
+
+    let refused = |from: &str, to: &str| {
+        let text = text.replace(from, to);
+        FitFile::from_toml(&text, folder.path()).unwrap_err().to_string()
+    };
+    let told = refused("sigma = 2e-4\n", "");
+    assert!(told.contains("observation[0].sigma: found none"), "{told}");
+    let told = refused("'natural_curvature'", "'natural_twist'");
+    assert!(told.contains("field[0].name") && told.contains("rod.natural_curvature"), "{told}");
+    let told = refused("length = 0.1", "length = -0.1");
+    assert!(told.contains("field[0].length: found -0.1"), "{told}");
+    let told = refused("prior = { mean = 1e7, sigma = 2e5 }\n", "");
+    assert!(told.contains("parameter[0].prior: found none"), "{told}");
+    let told = refused("[[field]]", "[analysis]\nbootstrap = 10\n[[field]]");
+    assert!(told.contains("analysis") && told.contains("[[field]]"), "{told}");
+    let beside = Observation { offset: [0.0, 1e-3, 0.0], ..observations[4].clone() };
+    let fit = FieldFit::new(&scene.problem().unwrap()).observe(beside).along(field(0.3, 0.1));
+    let told = fit.identify(Unknown::new(Parameter::Density)).solve().unwrap_err().to_string();
+    assert!(told.contains("parameter[0].prior") || told.contains("offset"), "{told}");
+}
