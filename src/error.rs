@@ -1,5 +1,6 @@
 //! What can go wrong, in words a user can act on.
 
+use crate::code::Code;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -267,23 +268,33 @@ impl Error {
         self
     }
 
+    /// The short name of why a computation ended, by which it is explained; none where the input is at fault, of
+    /// which the message says all there is.
+    pub fn code(&self) -> Option<Code> {
+        Some(match self {
+            Self::Newton { .. } => Code::NoSolution,
+            Self::EnergyGrowth { .. } => Code::EnergyGrowth,
+            Self::NotFinite { .. } => Code::NotFinite,
+            Self::Unstable { .. } => Code::UnstableStep,
+            Self::Fold { .. } => Code::Fold,
+            Self::Leap { .. } => Code::Leap,
+            Self::SingularTangent { .. } => Code::SingularTangent,
+            Self::Equilibrium { .. } => Code::NoEquilibrium,
+            Self::Indifferent { .. } => Code::Indifferent,
+            Self::Unconverged { .. } => Code::ModesNotFound,
+            Self::Mode { .. } => Code::ModeWithoutDerivative,
+            Self::Interrupted => Code::Interrupted,
+            Self::Fit(_) => Code::FitFailed,
+            Self::Io { .. }
+            | Self::Parse { .. }
+            | Self::Invalid { .. }
+            | Self::Data { .. }
+            | Self::OutOfRange { .. } => return None,
+        })
+    }
+
     /// Whether the input is at fault, and not the computation.
     pub fn is_input(&self) -> bool {
-        !matches!(
-            self,
-            Self::Newton { .. }
-                | Self::EnergyGrowth { .. }
-                | Self::Fold { .. }
-                | Self::Leap { .. }
-                | Self::Unstable { .. }
-                | Self::NotFinite { .. }
-                | Self::SingularTangent { .. }
-                | Self::Equilibrium { .. }
-                | Self::Interrupted
-                | Self::Indifferent { .. }
-                | Self::Mode { .. }
-                | Self::Unconverged { .. }
-                | Self::Fit(_)
-        )
+        self.code().is_none()
     }
 }

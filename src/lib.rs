@@ -74,6 +74,7 @@ extern crate self as rodfit;
 #[cfg(feature = "cli")]
 pub mod campaign;
 pub mod check;
+pub mod code;
 #[cfg(feature = "cli")]
 pub mod command;
 pub mod dynamics;
@@ -92,6 +93,7 @@ pub mod statics;
 pub mod study;
 pub mod vibration;
 
+pub use code::Code;
 pub use dynamics::{Reversible, Slopes, Snapshot, Trajectory};
 pub use energy::{Analytic, Derivatives, Energy};
 pub use error::Error;

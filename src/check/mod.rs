@@ -17,6 +17,7 @@ pub use scaled::Scaled;
 pub use scene::check_problem;
 
 use crate::check::finite_difference::{Difference, STEPS, difference, relative, scale};
+use crate::code::Code;
 use crate::energy::{Analytic, Energy};
 use num_dual::{Dual64, HyperDual64};
 use serde::{Deserialize, Serialize};
@@ -413,8 +414,8 @@ impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
         let verdict = match self.derivatives_agree() {
-            true => "agree",
-            false => "DISAGREE",
+            true => "agree".into(),
+            false => Code::DerivativesDisagree.behind("DISAGREE"),
         };
         writeln!(f, "hand-derived and automatic derivatives {verdict} at {} states", self.states)?;
         let verdict = match self.verdicts.finite_difference {

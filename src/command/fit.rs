@@ -3,8 +3,8 @@
 use crate::command::output::{Output, Outputs};
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
 use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, Known};
-use rodfit::{Error, Parameter, Problem, page};
-use std::path::{Path, PathBuf};
+use rodfit::{Code, Error, Parameter, Problem, page};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -43,44 +43,89 @@ pub struct Options {
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     // All are looked at before any is solved.
-    let several = options.fit.len() > 1;
     let mut runs: Vec<Run> = Vec::new();
-    for (i, path) in options.fit.iter().enumerate() {
-        let name = if several { Some(name_of(path)) } else { None };
-        if let Some(before) = options.fit[..i].iter().find(|p| Some(name_of(p)) == name) {
-            return Err(Error::Invalid {
-                file: None,
-                key: "fit".into(),
-                found: format!("{} beside {}", path.display(), before.display()),
-                allowed: "files of different names: what is written is called after them".into(),
-            });
-        }
+    for (path, name) in options.fit.iter().zip(names(&options.fit)?) {
         runs.push(Run::new(path, name.as_deref(), options, manner)?);
     }
+    let inputs: Vec<PathBuf> = runs.iter().flat_map(Run::inputs).collect();
+    for (i, run) in runs.iter().enumerate() {
+        run.outputs.check(&inputs)?;
+        runs[..i].iter().try_for_each(|before| run.outputs.check_beside(&before.outputs))?;
+        limits::of_fit(&run.file, run.path.clone()).admit(manner)?;
+    }
     let stop = terminal::stop_on_ctrl_c(manner);
+    let several = runs.len() > 1;
+    let told = several && runs.iter().all(|run| run.outputs.has_summary());
     let mut code = 0;
+    let mut table = Vec::new();
     for run in runs {
-        if several && run.outputs.has_summary() {
-            terminal::print(&format_args!("{}", run.path.display()))?;
+        let path = run.path.display().to_string();
+        if stop.load(Ordering::Relaxed) {
+            table.push((path, "not begun".into()));
+            continue;
         }
-        code = code.max(match run.solve(stop.clone()) {
-            Ok(code) => code,
+        if told {
+            terminal::print(&path)?;
+        }
+        match run.solve(stop.clone()) {
+            Ok((own, line)) => {
+                code = code.max(own);
+                table.push((path, line));
+            }
             Err(error) if several => {
                 terminal::complain(&error);
-                code_of(&error)
+                code = code.max(code_of(&error));
+                table.push((path, error.code().map_or("no result", Code::name).into()));
             }
             Err(error) => return Err(error),
-        });
-        if stop.load(Ordering::Relaxed) {
-            break;
         }
+    }
+    if told {
+        let width = table.iter().map(|(path, _)| path.len()).max().unwrap_or(0);
+        let line = |(path, line): &(String, String)| format!("\n{path:<width$}  {line}");
+        terminal::print(&table.iter().map(line).collect::<String>())?;
     }
     Ok(code)
 }
 
-/// A fit file without folder and extension.
-fn name_of(fit: &Path) -> String {
-    fit.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+/// What is added to the names of what several fits write: the names of their files, with as many of their folders as
+/// tell them apart; nothing for one alone.
+fn names(fits: &[PathBuf]) -> Result<Vec<Option<String>>, Error> {
+    if fits.len() < 2 {
+        return Ok(vec![None; fits.len()]);
+    }
+    let parts: Vec<Vec<String>> = fits.iter().map(|fit| parts_of(fit)).collect();
+    let name = |i: usize, depth: usize| {
+        let of: Vec<&str> = parts[i].iter().take(depth).rev().map(|part| &part[..]).collect();
+        of.join("-")
+    };
+    (0..fits.len())
+        .map(|i| {
+            let most = parts[i].len();
+            let alone = |depth: &usize| {
+                (0..fits.len()).all(|j| j == i || name(j, *depth) != name(i, *depth))
+            };
+            let depth = (1..=most).find(alone).ok_or_else(|| Error::Invalid {
+                file: None,
+                key: "fit".into(),
+                found: format!("{} twice", fits[i].display()),
+                allowed: "each fit file once".into(),
+            })?;
+            Ok(Some(name(i, depth)))
+        })
+        .collect()
+}
+
+/// A fit file's name without its extension, and those of its folders from the last on.
+fn parts_of(fit: &Path) -> Vec<String> {
+    let whole = std::path::absolute(fit).unwrap_or_else(|_| fit.into());
+    let stem = whole.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let folders = whole.parent().into_iter().flat_map(Path::components).rev();
+    let folders = folders.filter_map(|part| match part {
+        Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
+        _ => None,
+    });
+    std::iter::once(stem).chain(folders).collect()
 }
 
 /// A fit, and where its results go.
@@ -145,15 +190,19 @@ impl Run {
             Some(path) => saves(&path, &file.experiments, &mut outputs)?,
             None => Vec::new(),
         };
-        let mut inputs = file.files();
-        inputs.extend(options.fit.iter().cloned());
-        outputs.check(&inputs)?;
-        limits::of_fit(&file, path.into()).admit(manner)?;
         let (path, extend) = (path.into(), options.extend);
         Ok(Self { path, file, manner, outputs, json, page, numbers, saves, extend })
     }
 
-    fn solve(self, stop: Arc<AtomicBool>) -> Result<u8, Error> {
+    /// The files that it reads.
+    fn inputs(&self) -> Vec<PathBuf> {
+        let mut inputs = self.file.files();
+        inputs.push(self.path.clone());
+        inputs
+    }
+
+    /// The exit code, and the result in a line.
+    fn solve(self, stop: Arc<AtomicBool>) -> Result<(u8, String), Error> {
         if let Some(fit) = self.file.field_fit()? {
             return self.solve_along(fit.stop_when(stop));
         }
@@ -185,13 +234,13 @@ impl Run {
         written.push(outputs.summary(&report));
         let code = if report.is_success() { 0 } else { 3 };
         if code != 0 {
-            terminal::tell(format_args!("error: {}", report.status));
+            terminal::tell(format_args!("error: {} [{}]", report.status, report.grade.code()));
         }
-        Ok(conclude(code, written))
+        Ok((conclude(code, written), report.in_a_line()))
     }
 
     /// Solves a fit of numbers along the rod, of which there is no page.
-    fn solve_along(self, fit: FieldFit) -> Result<u8, Error> {
+    fn solve_along(self, fit: FieldFit) -> Result<(u8, String), Error> {
         let Self { file, outputs, json, page, saves, extend, .. } = self;
         if page.is_some() || extend {
             let key = if extend { "--extend" } else { "--report" };
@@ -211,10 +260,14 @@ impl Run {
             }));
         }
         written.push(outputs.summary(&report));
-        if !report.converged {
-            terminal::tell(format_args!("error: no minimum was reached"));
+        let (code, line) = match report.converged {
+            true => (0, "converged, numbers along the rod".to_string()),
+            false => (3, Code::NotUsable.to_string()),
+        };
+        if code != 0 {
+            terminal::tell(format_args!("error: no minimum was reached [{}]", Code::NotUsable));
         }
-        Ok(conclude(if report.converged { 0 } else { 3 }, written))
+        Ok((conclude(code, written), line))
     }
 }
 

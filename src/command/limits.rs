@@ -4,7 +4,7 @@
 use crate::command::{Manner, terminal};
 use rodfit::fit::{Experiment, FitFile, Measurement};
 use rodfit::scene::{Dimension, Shape};
-use rodfit::{Error, Problem, Scene};
+use rodfit::{Code, Error, Problem, Scene};
 use std::path::PathBuf;
 
 /// Most memory, bytes.
@@ -215,9 +215,8 @@ pub fn bound_threads(manner: Manner) {
     let Some(asked) = asked.filter(|n| *n > THREADS) else { return };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(THREADS).build_global();
     if pool.is_ok() && !manner.quiet {
-        terminal::tell(format_args!(
-            "warning: RAYON_NUM_THREADS = {asked}; {THREADS} threads are used"
-        ));
+        let words = format_args!("RAYON_NUM_THREADS = {asked}; {THREADS} threads are used");
+        terminal::warn(Code::FewerThreads, words);
     }
 }
 

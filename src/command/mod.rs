@@ -6,6 +6,7 @@
 mod bench;
 mod campaign;
 mod check;
+mod explain;
 mod fit;
 mod init;
 mod inspect;
@@ -72,6 +73,8 @@ enum Command {
     Inspect(inspect::Options),
     /// Write a scene and a fit to begin with.
     Init(init::Options),
+    /// Say what a word in brackets behind a warning, or an exit code, means; without one, list all.
+    Explain(explain::Options),
     /// Print what a shell needs to complete this command, to be put where it looks for that.
     Completions {
         /// The shell.
@@ -135,6 +138,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Campaign(what) => campaign::run(&what, manner),
         Command::Inspect(options) => inspect::run(&options, manner),
         Command::Init(options) => init::run(&options, manner),
+        Command::Explain(options) => explain::run(&options),
         Command::Completions { shell } => completions(shell),
     };
     outcome.unwrap_or_else(|error| {

@@ -4,7 +4,7 @@
 //! the place of an older result unless it is told to.
 
 use crate::command::{Manner, terminal};
-use rodfit::Error;
+use rodfit::{Code, Error};
 use serde::Serialize;
 use std::cell::Cell;
 use std::ffi::OsString;
@@ -171,6 +171,19 @@ impl Outputs {
         self.targets.iter().try_for_each(Target::try_out)
     }
 
+    /// Refuses what another run of the same call writes too.
+    pub fn check_beside(&self, before: &Self) -> Result<(), Error> {
+        let taken: Vec<PathBuf> = before.targets.iter().flat_map(Target::claims).collect();
+        let twice = |target: &&Target| target.claims().iter().any(|claim| taken.contains(claim));
+        match self.targets.iter().find(twice) {
+            Some(target) => {
+                let found = format!("{}, which another fit writes too", target.path.display());
+                Err(target.refused(found, "a file of its own for every output"))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// From now on results are those of a run that was interrupted.
     pub fn are_interrupted(&mut self) {
         self.interrupted = true;
@@ -270,11 +283,12 @@ impl Outputs {
             return path;
         }
         let beside = interrupted_name(&path);
-        terminal::tell(format_args!(
-            "warning: {} is of an earlier run and stays; this one was interrupted and is in {}; --force replaces",
+        let words = format!(
+            "{} is of an earlier run and stays; this one was interrupted and is in {}; --force replaces",
             path.display(),
             beside.display()
-        ));
+        );
+        terminal::warn(Code::OlderResult, words);
         beside
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::command::Manner;
 use indicatif::{ProgressBar, ProgressStyle};
-use rodfit::Error;
+use rodfit::{Code, Error};
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::sync::Arc;
@@ -36,9 +36,17 @@ pub fn tell(text: impl Display) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
+/// Prints a warning.
+pub fn warn(code: Code, words: impl Display) {
+    tell(format_args!("warning: {words} [{code}]"));
+}
+
 /// Prints an error.
 pub fn complain(error: &Error) {
-    tell(format_args!("error: {error}"));
+    match error.code() {
+        Some(code) => tell(format_args!("error: {error} [{code}]")),
+        None => tell(format_args!("error: {error}")),
+    }
 }
 
 /// A flag that Ctrl-C sets, and the signal by which schedulers and containers end a process. A second one ends
@@ -55,7 +63,7 @@ pub fn stop_on_ctrl_c(manner: Manner) -> Arc<AtomicBool> {
         }
     });
     if let Err(error) = handler {
-        tell(format_args!("warning: Ctrl-C will lose what was computed: {error}"));
+        warn(Code::NoCtrlC, format_args!("Ctrl-C will lose what was computed: {error}"));
     }
     flag
 }

@@ -1,5 +1,6 @@
 //! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
 
+use crate::code::Code;
 use crate::dynamics::run::Snapshot;
 use crate::dynamics::step::Work;
 use crate::dynamics::trajectory::Trajectory;
@@ -102,6 +103,9 @@ pub struct SimulationReport {
     /// What speaks against the run.
     #[serde(default)]
     pub warnings: Vec<String>,
+    /// The codes of the warnings, in their order, as they stand in brackets behind them.
+    #[serde(default)]
+    pub warning_codes: Vec<Code>,
     /// The scene with its defaults.
     pub scene: Scene,
     /// Total energy at the start, J.
@@ -149,6 +153,7 @@ impl SimulationReport {
             status: "started".into(),
             resolution: problem.resolution().copied(),
             warnings: problem.warnings(),
+            warning_codes: problem.coded_warnings().into_iter().map(|(code, _)| code).collect(),
             scene: problem.scene().clone(),
             start_energy: 0.0,
             end_energy: 0.0,

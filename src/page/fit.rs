@@ -1,14 +1,16 @@
 //! The page of a fit: what to believe first, then the numbers, then what they rest on.
 
+use crate::code::Code;
 use crate::fit::Grade;
 use crate::fit::ResidualTests;
 use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy, Series};
-use crate::fit::{Estimate, FitReport};
+use crate::fit::{Estimate, FitReport, ScoreTest};
 use crate::fit::{Recording, Vertical};
 use crate::page::budget::budgets;
+use crate::page::coded::with_its_code;
 use crate::page::number::{Scale, quantity, short};
 use crate::page::recordings::recordings;
-use crate::page::{escaped, figures, page, section};
+use crate::page::{capitalised, escaped, figures, page, section};
 
 const NONE: &str = "\u{2013}";
 /// More coordinates than this are not all drawn, but so many that fit worst.
@@ -62,14 +64,17 @@ fn verdict(report: &FitReport) -> String {
         _ => "bad",
     };
     let items = |words: &mut dyn Iterator<Item = &String>| -> String {
-        words.map(|words| format!("<li>{}</li>\n", escaped(words))).collect()
+        words.map(|words| format!("<li>{}</li>\n", with_its_code(words))).collect()
     };
     let warnings = items(&mut report.warnings.iter());
     let told = |words: Vec<String>| items(&mut words.iter());
     let tests = report.score_tests.iter().filter(|test| test.is_significant());
-    let lacking = told(tests.map(|test| capitalised(&test.to_string())).collect());
-    let hidden = told(report.hidden().iter().map(|words| capitalised(words)).collect());
-    let unknown = items(&mut report.not_identifiable.iter().map(|finding| &finding.words));
+    let lacking = |test: &ScoreTest| Code::LooksLike.behind(capitalised(&test.to_string()));
+    let lacking = told(tests.map(lacking).collect());
+    let hidden = |words: &String| Code::CouldHide.behind(capitalised(words));
+    let hidden = told(report.hidden().iter().map(hidden).collect());
+    let unknown = report.not_identifiable.iter();
+    let unknown = told(unknown.map(|found| found.kind.code().behind(&found.words)).collect());
     let list = |title: &str, items: String| match items.is_empty() {
         true => String::new(),
         false => format!("<h3>{title}</h3>\n<ul>\n{items}</ul>\n"),
@@ -78,7 +83,7 @@ fn verdict(report: &FitReport) -> String {
         "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{}</p><p>{}</p>\n\
          <p class=\"note\">{}</p>\n{}{}{}{}</section>\n",
         escaped(&capitalised(&report.grade.to_string())),
-        escaped(&capitalised(&report.verdict)),
+        with_its_code(&report.grade.code().behind(capitalised(&report.verdict))),
         escaped(&report.status),
         list("Warnings", warnings),
         list("Not determined by these data", unknown),
@@ -359,13 +364,6 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
          <th>seen in</th></tr></thead>\n<tbody>{rows}</tbody></table></div>"
     );
     html
-}
-
-fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
-    letters
-        .next()
-        .map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }
 
 /// How much was measured, and how the file was read.

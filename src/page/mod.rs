@@ -2,8 +2,10 @@
 
 mod budget;
 mod chart;
+mod coded;
 mod figures;
 mod fit;
+mod moments;
 mod number;
 mod recordings;
 mod study;
@@ -31,4 +33,11 @@ fn section(title: &str, content: &str) -> String {
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters
+        .next()
+        .map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
 }

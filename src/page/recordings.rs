@@ -5,15 +5,15 @@ use crate::fit::{MeanError, RecordedMoment, RecordedMotion, RecordingErrors, Rec
 use crate::page::chart::Chart;
 use crate::page::escaped;
 use crate::page::figures::{figure, labelled, planes};
-use crate::page::number::{Scale, quantity, short};
+use crate::page::moments::{Moment, strip};
+use crate::page::number::{Scale, quantity};
 
 /// Recordings whose moments are drawn.
 const DRAWN: usize = 4;
 /// Means of fewer values than this are not drawn.
 const FEW: usize = 20;
-/// Width of a moment's drawing, and its least height.
-const WIDE: f64 = 200.0;
-const LOW: f64 = 50.0;
+/// What is what in the drawings of moments.
+const KEY: &str = ": <i class=\"stroke model\"></i>the rod, simulated <i class=\"dot seen\"></i>its markers, recorded";
 
 const FITTED: &str = "var(--scheme2)";
 const HELD_OUT: &str = "var(--scheme3)";
@@ -164,62 +164,13 @@ fn motion(motion: &RecordedMotion) -> String {
         false => escaped(&motion.experiment),
     };
     let title = format!("{name}{}: {}", held_out(motion.held_out), error(motion.mean_error));
+    let caption = |m: &RecordedMoment| format!("{:.2} s, off by {}", m.time, error(m.error));
+    let moments: Vec<Moment> = motion
+        .moments
+        .iter()
+        .map(|m| Moment { time: m.time, nodes: &m.nodes, seen: &m.seen, caption: caption(m) })
+        .collect();
     let drawn: String =
-        planes(nodes).into_iter().map(|plane| strip(motion, plane, &name)).collect();
+        planes(nodes).into_iter().map(|plane| strip(&moments, plane, &name, KEY)).collect();
     format!("<h3>{title}</h3>\n{drawn}")
-}
-
-/// All moments in one plane, drawn to one scale and in one frame.
-fn strip(motion: &RecordedMotion, [a, b]: [usize; 2], name: &str) -> String {
-    let axes = ["x", "y", "z"];
-    let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for moment in &motion.moments {
-        for x in moment.nodes.iter().chain(moment.seen.iter().flatten()) {
-            for (range, x) in range.iter_mut().zip([x[a], x[b]]) {
-                *range = [range[0].min(x), range[1].max(x)];
-            }
-        }
-    }
-    let [[left, right], [bottom, top]] = range;
-    if ![left, right, bottom, top].iter().all(|x| x.is_finite()) {
-        return "<p class=\"none\">nothing to show</p>\n".into();
-    }
-    let room = 8.0;
-    let extent = (right - left).max(0.5 * (top - bottom)).max(f64::MIN_POSITIVE);
-    let zoom = (WIDE - 2.0 * room) / extent;
-    let high = ((top - bottom) * zoom + 2.0 * room).max(LOW);
-    let across = 0.5 * (WIDE - (right - left) * zoom);
-    let up = 0.5 * (high - (top - bottom) * zoom);
-    let at = |x: &[f64; 3]| ((x[a] - left) * zoom + across, (top - x[b]) * zoom + up);
-    let cell = |moment: &RecordedMoment| {
-        let line: Vec<String> = moment
-            .nodes
-            .iter()
-            .filter(|x| x.iter().all(|x| x.is_finite()))
-            .map(|x| format!("{:.1},{:.1}", at(x).0, at(x).1))
-            .collect();
-        let dot = |x: &[f64; 3]| {
-            let (x, y) = at(x);
-            format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\"/>")
-        };
-        let dots: String = moment.seen.iter().flatten().map(dot).collect();
-        let label =
-            format!("{name} in the {}{} plane at {} s", axes[a], axes[b], short(moment.time));
-        format!(
-            "<figure><svg viewBox=\"0 0 {WIDE} {high:.1}\" role=\"img\" aria-label=\"{label}\">\
-             <g class=\"seen\">{dots}</g><polyline class=\"rod\" points=\"{}\"/></svg>\
-             <figcaption>{:.2} s, off by {}</figcaption></figure>\n",
-            line.join(" "),
-            moment.time,
-            error(moment.error),
-        )
-    };
-    let cells: String = motion.moments.iter().map(cell).collect();
-    format!(
-        "<p class=\"key\">{}{} plane, each drawing {} wide: <i class=\"stroke model\"></i>the rod, simulated \
-         <i class=\"dot seen\"></i>its markers, recorded</p>\n<div class=\"moments\">{cells}</div>\n",
-        axes[a],
-        axes[b],
-        quantity(WIDE / zoom, "m"),
-    )
 }

@@ -27,6 +27,7 @@ pub(crate) use setup::{Setup, between_markers};
 pub use spatial::SpatialModel;
 pub(crate) use start::Placed;
 
+use crate::code::Code;
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
@@ -402,6 +403,11 @@ impl Problem {
     /// What speaks against a simulation of the scene, though it can be made: steps that follow the
     /// motion of a support badly, and what is wrong in the recording that leads the ends.
     pub fn warnings(&self) -> Vec<String> {
+        self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
+    }
+
+    /// The same, with their codes and without them in their words.
+    pub(crate) fn coded_warnings(&self) -> Vec<(Code, String)> {
         let mut warnings = self.recording_warnings();
         warnings.extend(self.step_warnings());
         warnings.extend(self.resolution().and_then(Resolution::warning));
@@ -409,13 +415,13 @@ impl Problem {
     }
 
     /// Steps that follow the motion of a support badly.
-    pub(crate) fn step_warnings(&self) -> Vec<String> {
+    pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let time = self.scene.time.as_ref();
         time.map_or(Vec::new(), |time| self.scene.supports.step_warnings(time.step))
     }
 
     /// What is wrong in the recording that leads the ends, or was mended.
-    pub(crate) fn recording_warnings(&self) -> Vec<String> {
+    pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
         self.scene.supports.path.as_ref().map_or(Vec::new(), |path| path.warnings())
     }
 

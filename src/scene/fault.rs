@@ -1,5 +1,6 @@
 //! What may be wrong in a recording of markers, in words.
 
+use crate::code::Code;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -36,6 +37,17 @@ pub enum Fault {
         /// Their times, s.
         times: Vec<f64>,
     },
+}
+
+impl Fault {
+    /// Its short name, by which it is explained.
+    pub fn code(&self) -> Code {
+        match self {
+            Self::LostFrames { .. } => Code::LostFrames,
+            Self::SwappedLabels { .. } => Code::SwappedLabels,
+            Self::Glitches { .. } => Code::Glitches,
+        }
+    }
 }
 
 impl fmt::Display for Fault {

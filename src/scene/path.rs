@@ -1,5 +1,6 @@
 //! `[supports.path]`: ends that go as markers on the rod were seen to go.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
@@ -122,11 +123,11 @@ impl Recorded {
     }
 
     /// What is wrong in the recording, in words.
-    pub(crate) fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<(Code, String)> {
         let faults = self.track.as_ref().map_or(&[][..], |track| track.faults());
         let name = self.file.display().to_string();
         let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
-        faults.iter().map(|fault| format!("{place}{fault}")).collect()
+        faults.iter().map(|fault| (fault.code(), format!("{place}{fault}"))).collect()
     }
 
     /// The recording.

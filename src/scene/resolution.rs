@@ -1,5 +1,6 @@
 //! What a scene may leave to the program: mesh, step and scheme.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::scene::{Scene, Scheme, Shape, Time};
 use serde::{Deserialize, Serialize};
@@ -99,19 +100,25 @@ impl Resolution {
     }
 
     /// What speaks against it.
-    pub fn warning(&self) -> Option<String> {
+    pub fn warning(&self) -> Option<(Code, String)> {
         let Self { accuracy, error: Some(error), bound: Some(bound), .. } = self else {
             return None;
         };
         Some(match bound {
-            Bound::Work => format!(
-                "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: finer \
+            Bound::Work => (
+                Code::AccuracyOutOfReach,
+                format!(
+                    "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: finer \
                  runs would take too long; a shorter time.end, more damping or a larger accuracy need less, \
                  and segments and step of your own may be as fine as you like"
+                ),
             ),
-            Bound::Given => format!(
-                "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: leave \
+            Bound::Given => (
+                Code::AccuracyNotMet,
+                format!(
+                    "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: leave \
                  out rod.segments, time.step and time.scheme, and the program chooses them"
+                ),
             ),
         })
     }

@@ -1,5 +1,6 @@
 //! What holds the ends of the rod, and how the ends are moved.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::path::Recorded;
@@ -394,10 +395,11 @@ impl Supports {
     }
 
     /// Which motions a step follows badly.
-    pub(crate) fn step_warnings(&self, step: f64) -> Vec<String> {
+    pub(crate) fn step_warnings(&self, step: f64) -> Vec<(Code, String)> {
         let words = |(key, pace): (String, Pace)| {
             let [found, needed] = pace.too_large(step, GOOD_STEPS)?;
-            Some(format!("{key}: {found}, follow the motion badly: it needs {needed}"))
+            let words = format!("{key}: {found}, follow the motion badly: it needs {needed}");
+            Some((Code::StepTooLarge, words))
         };
         self.paces().filter_map(words).collect()
     }

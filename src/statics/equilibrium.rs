@@ -5,6 +5,7 @@
 //! as the spin of a straight rod between hinges, does not count: the tangent gets a
 //! negligible stiffness.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::Model;
@@ -56,10 +57,9 @@ impl std::fmt::Display for Equilibrium {
         let verdict = match (self.stable, self.stable_in_plane, self.negative_directions) {
             (Some(true), ..) => "stable".to_string(),
             (None, Some(true), _) => "stable in its plane".to_string(),
-            (Some(false), Some(true), n) => {
-                format!("UNSTABLE out of its plane, {n} directions lead down")
-            }
-            (.., n) => format!("UNSTABLE, {n} directions lead down"),
+            (Some(false), Some(true), n) => Code::Unstable
+                .behind(format!("UNSTABLE out of its plane, {n} directions lead down")),
+            (.., n) => Code::Unstable.behind(format!("UNSTABLE, {n} directions lead down")),
         };
         writeln!(f, "{} model: {verdict}", self.model)?;
         writeln!(f, "tip ({x:.6}, {y:.6}, {z:.6}) m, energy {:.6e} J", self.energy)?;

@@ -346,6 +346,11 @@ fn several_fits_run_one_after_the_other() {
         shown.contains("droop-fit.toml\n") && shown.contains("frequencies-fit.toml\n"),
         "{shown}"
     );
+    // And what came of each, in a table.
+    let table: Vec<&str> = shown.lines().rev().take(2).collect();
+    assert!(table[1].starts_with("droop-fit.toml        trustworthy "), "{shown}");
+    assert!(table[0].starts_with("frequencies-fit.toml  trustworthy "), "{shown}");
+    assert!(table.iter().all(|line| line.contains("youngs_modulus ") && line.contains(" +- ")));
     for name in ["droop-fit", "frequencies-fit"] {
         let value = |json: serde_json::Value| json["parameters"][0]["value"].as_f64().unwrap();
         let together = value(folder.json(&format!("found-{name}.json")));
@@ -358,7 +363,41 @@ fn several_fits_run_one_after_the_other() {
     let output = folder.run(&["fit", "droop-fit.toml", "broken.toml", "--json", "none.json"]);
     refused(&output, &["broken.toml"]);
     assert!(stdout(&output).is_empty() && !folder.path("none-droop-fit.json").exists());
-    refused(&folder.run(&["fit", "droop-fit.toml", "droop-fit.toml"]), &["different names"]);
+    refused(&folder.run(&["fit", "droop-fit.toml", "droop-fit.toml"]), &["droop-fit.toml twice"]);
     refused(&folder.run(&[&both[..], &["--json", "-"]].concat()), &["--json", "several fits"]);
     refused(&folder.run(&["fit"]), &["FIT"]);
+}
+
+/// Fit files of one name in different folders are called after these; nothing takes the place of anything else.
+#[test]
+fn fits_of_one_name_are_told_apart() {
+    let folder = Folder::new();
+    for specimen in ["one", "two"] {
+        succeeds(&folder.run(&["init", "droop", "--into", specimen]));
+    }
+    let both = ["fit", "one/droop-fit.toml", "two/droop-fit.toml"];
+    let output = folder.run(&[&both[..], &["--json", "found.json"]].concat());
+    succeeds(&output);
+    for name in ["one", "two"] {
+        let json = folder.json(&format!("found-{name}-droop-fit.json"));
+        assert_eq!(json["grade"], "trustworthy");
+    }
+    // The worst of all is the exit code, and one that fails leaves the others.
+    let fit = folder.read("one/droop-fit.toml");
+    let unknown = "[[parameter]]\nname = \"loads.damping.mass\"\n";
+    folder.write("one/droop-fit.toml", &format!("{fit}\n{unknown}"));
+    let output = folder.run(&both);
+    let shown = stdout(&output);
+    assert_eq!(output.status.code(), Some(3), "{shown}");
+    let table: Vec<&str> = shown.lines().rev().take(2).collect();
+    assert!(
+        table[1].contains(" not-identifiable ") && table[0].contains(" trustworthy "),
+        "{shown}"
+    );
+    // What one writes, another may not read.
+    let over = ["--save", "two/droop.toml"];
+    let alone = ["fit", "one/droop-fit.toml", "two/droop-fit.toml"];
+    folder.write("two/droop-fit.toml", &fit.replace("droop.toml", "droop-one-droop-fit.toml"));
+    folder.write("two/droop-one-droop-fit.toml", &folder.read("two/droop.toml"));
+    refused(&folder.run(&[&alone[..], &over].concat()), &["--save", "which this run reads"]);
 }

@@ -5,6 +5,7 @@ mod common;
 
 mod campaign;
 mod experiments;
+mod explain;
 mod fit;
 mod folder;
 mod hostile;

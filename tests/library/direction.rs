@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Every room may import from those before it.
-const ROOMS: [&str; 16] = [
+const ROOMS: [&str; 17] = [
+    "code",
     "error",
     "numerics",
     "input",

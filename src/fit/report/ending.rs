@@ -1,5 +1,6 @@
 //! The ways in which a fit ends.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::report::plot_data::PlotData;
@@ -40,7 +41,8 @@ impl Ending {
             let recordings = recorded(experiments, search, &optimum.x);
             let mut plots = PlotData { profiles, recordings, ..still };
             if let Err(error) = add_motion(search, &optimum.x, &mut plots) {
-                warnings.add(Weight::Note, format!("no shapes of the rod: {error}"));
+                let words = format!("no shapes of the rod: {error}");
+                warnings.add(Weight::Note, Code::NoShapes, words);
             }
             plots
         });
@@ -89,7 +91,7 @@ impl Ending {
                     stage.name()
                 ),
                 status: optimum.status.clone(),
-                warnings: Vec::new(),
+                warnings: Default::default(),
             },
             basins: search.basins(None),
             plot_data: kept.then(|| still(search, whole.then_some(&optimum), &sigma)),
@@ -114,7 +116,7 @@ impl Ending {
                 grade: Grade::NotUsable,
                 status: format!("not to be used: {words}"),
                 verdict: words.into(),
-                warnings: vec![words.into()],
+                warnings: (vec![Code::NothingMoves.behind(words)], vec![Code::NothingMoves]),
             },
             basins: search.basins(None),
             plot_data: kept.then(|| still(search, None, &search.sigmas)),

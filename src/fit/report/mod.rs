@@ -6,6 +6,7 @@ pub(crate) mod plot_data;
 pub(crate) mod recorded;
 pub(crate) mod replay;
 
+use crate::code::Code;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::measurement::motion::Dropped;
 use crate::fit::misfit::residual_tests::ResidualTests;
@@ -110,6 +111,9 @@ pub struct FitReport {
     pub verdict: String,
     /// What the user should know before believing the numbers, the weightiest first.
     pub warnings: Vec<String>,
+    /// The codes of the warnings, in their order, as they stand in brackets behind them.
+    #[serde(default)]
+    pub warning_codes: Vec<Code>,
     /// Whether the fit was told to stop before it was done.
     pub interrupted: bool,
     /// What the numbers rest on, if it was to be [kept](super::Fit::keep_plot_data).
@@ -131,6 +135,7 @@ impl FitReport {
             Some(c) => (c.correlation, c.singular_values, c.findings),
             None => (vec![vec![None; n]; n], Vec::new(), Vec::new()),
         };
+        let (warnings, warning_codes) = conclusion.warnings;
         Self {
             converged,
             budget: assessment.estimates.iter().flat_map(|e| e.budget.clone()).collect(),
@@ -157,7 +162,8 @@ impl FitReport {
             status: conclusion.status,
             grade: conclusion.grade,
             verdict: conclusion.verdict,
-            warnings: conclusion.warnings,
+            warnings,
+            warning_codes,
             interrupted,
             plot_data,
         }
@@ -214,6 +220,24 @@ impl FitReport {
         self.parameters.iter().find(|e| e.name == parameter)
     }
 
+    /// Grade and values in a line, as a table of several fits has them.
+    pub fn in_a_line(&self) -> String {
+        let value = |e: &Estimate| {
+            let unit = e.name.unit();
+            let words = match (e.value, e.std_error, e.upper95) {
+                (Some(_), _, Some(upper)) => format!("at most {upper:.2e} {unit}"),
+                (Some(value), Some(error), None) => {
+                    format!("{} +- {} {unit}", digits(value, error), digits(error, error))
+                }
+                (Some(value), None, None) => format!("{value:e} {unit}, no error"),
+                (None, ..) => "not identifiable".into(),
+            };
+            format!("{} {}", e.label(), words.trim_end())
+        };
+        let values: Vec<String> = self.parameters.iter().map(value).collect();
+        format!("{:<22}  {}", self.grade.code(), values.join("; ")).trim_end().into()
+    }
+
     /// Whether the fit converged, was not stopped, every parameter is identified, and the values
     /// mean something.
     pub fn is_success(&self) -> bool {
@@ -236,7 +260,10 @@ fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
 
 impl fmt::Display for FitReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}: {}", self.grade, self.verdict)?;
+        match self.grade {
+            Grade::Trustworthy => writeln!(f, "{}: {}", self.grade, self.verdict)?,
+            grade => writeln!(f, "{grade}: {}", grade.code().behind(&self.verdict))?,
+        }
         if self.status != "converged" && self.grade != Grade::NotUsable {
             writeln!(f, "{}", self.status)?;
         }
@@ -316,10 +343,10 @@ impl fmt::Display for FitReport {
             budget::write(f, e)?;
         }
         for test in self.score_tests.iter().filter(|test| test.is_significant()) {
-            writeln!(f, "  what is left looks like {test}")?;
+            writeln!(f, "  what is left looks like {}", Code::LooksLike.behind(test))?;
         }
         for hidden in self.hidden() {
-            writeln!(f, "  could hide: {hidden}")?;
+            writeln!(f, "  could hide: {}", Code::CouldHide.behind(hidden))?;
         }
         for (words, count) in self.chosen_in_words() {
             let of = if count > 1 { format!(" ({count} experiments)") } else { String::new() };

@@ -6,6 +6,7 @@
 //! of: 1.55 of it at the tip of a cantilever, 1.30 in the middle between two walls. Wrong clocks and
 //! wrong scales change that number.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
@@ -35,7 +36,7 @@ pub(crate) struct FirstLook {
     /// Why the search is not worth its time.
     pub hopeless: Option<String>,
     /// What is likely wrong, should the fit leave much of the data.
-    pub suspicions: Vec<String>,
+    pub suspicions: Vec<(Code, String)>,
 }
 
 impl FirstLook {
@@ -43,7 +44,11 @@ impl FirstLook {
     pub fn beside(&self, error: Error) -> Error {
         match self.suspicions.is_empty() {
             true => error,
-            false => Error::Fit(format!("{}; {error}", self.suspicions.join("; "))),
+            false => {
+                let words: Vec<&str> =
+                    self.suspicions.iter().map(|(_, words)| &words[..]).collect();
+                Error::Fit(format!("{}; {error}", words.join("; ")))
+            }
         }
     }
 }
@@ -67,8 +72,9 @@ impl FirstLook {
                 let Measurement::Motion(o) = measurement else { continue };
                 let label = experiment.label(measurement);
                 let Some(release) = Release::new(experiment, o)? else { continue };
-                look.suspicions.extend(release.far_start(&label)?);
-                look.suspicions.extend(release.pace(&label));
+                let far = release.far_start(&label)?.map(|words| (Code::FarStart, words));
+                look.suspicions.extend(far);
+                look.suspicions.extend(release.pace(&label).map(|words| (Code::WrongPace, words)));
             }
         }
         Ok(look)

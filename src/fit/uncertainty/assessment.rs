@@ -1,5 +1,6 @@
 //! What an optimum is worth: everything that is computed about it.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
@@ -102,7 +103,7 @@ pub(crate) fn shifts_of(
         Err(error) => {
             let words =
                 format!("the discretisation error is unknown: another run failed ({error})");
-            warnings.add(Weight::Numerics, words);
+            warnings.add(Weight::Numerics, Code::NumericsUnknown, words);
             Ok(None)
         }
         shifts => shifts,
@@ -116,7 +117,7 @@ pub(crate) fn assess(
     (local, chosen, mut warnings): (Local, Option<Shifts>, Warnings),
     (analysis, knowns): (&Analysis, &[Known]),
     experiments: &[Experiment],
-    suspicions: &[String],
+    suspicions: &[(Code, String)],
 ) -> Result<Assessment, Error> {
     let unknowns = search.unknowns;
     let Local { noise, correlations, covariance, vanishing } = &local;
@@ -138,7 +139,7 @@ pub(crate) fn assess(
     against_priors(unknowns, optimum, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     if !search.explained(optimum) {
-        suspicions.iter().for_each(|words| warnings.add(Weight::Suspicion, words));
+        suspicions.iter().for_each(|(code, words)| warnings.add(Weight::Suspicion, *code, words));
     }
     let (mut residual_tests, mut discretization) = (Vec::new(), Vec::new());
     // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
@@ -157,6 +158,7 @@ pub(crate) fn assess(
             discretization = errors_of(&estimates, about, shifts, noise, &mut warnings);
             if shifts.are_to_blame() {
                 warnings.excuse_misfit(
+                    Code::NumericsBelowData,
                     "what is left of the data is mostly what mesh and step leave: the data are more exact \
                      than the 1e-4 of a value that numerics are chosen for",
                 );

@@ -3,6 +3,7 @@
 //! the residuals, long enough to hold what they have in common (Kuensch 1989). With noise that is drawn all
 //! of it, and other values of the known numbers each time, it is the Monte Carlo that checks their budget.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{self, Known};
 use crate::fit::measurement::experiment::Experiment;
@@ -166,7 +167,7 @@ pub(crate) fn spreads(
     }
     if failed > 0 {
         let words = format!("{failed} of {count} fits of the {what} did not converge");
-        warnings.add(Weight::Note, words);
+        warnings.add(Weight::Note, Code::ReplicatesFailed, words);
     }
     spreads
 }

@@ -8,6 +8,7 @@
 //! experiments differ beyond noise and beyond the known numbers of their own. The coverage factor is
 //! Student's t at the effective degrees of freedom of Welch and Satterthwaite.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{Known, correlations};
 use crate::fit::search::Search;
@@ -101,7 +102,7 @@ pub(crate) fn budgeted(
         Ok(known) => known,
         Err(error) => {
             let words = format!("no budget of uncertainty: its simulation failed ({error})");
-            warnings.add(Weight::Note, words);
+            warnings.add(Weight::Note, Code::NoBudget, words);
             return estimates;
         }
     };
@@ -144,7 +145,7 @@ fn with_monte_carlo(
                 estimate.label(),
                 std / linear_std
             );
-            warnings.add(Weight::Note, words);
+            warnings.add(Weight::Note, Code::BudgetNotLinear, words);
         }
         let interval95 = spread.interval95;
         estimate.monte_carlo = Some(MonteCarlo { fits, std, interval95, linear_std });

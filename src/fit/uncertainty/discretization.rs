@@ -12,6 +12,7 @@
 //! method, and the values are corrected by that; what is stated is what the order leaves open, half of the correction:
 //! it would be 1.5 times as large at an order of 1.5, and half as large at 3.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::optimum::Optimum;
@@ -218,7 +219,7 @@ pub(crate) fn errors_of(
         weight = Weight::Mesh;
         let words = "a finer mesh or step changes the motion by as much as the model leaves of the data: look \
                      at the numerics before looking for what else is wrong";
-        warnings.add(Weight::Mesh, format!("{words} ({remedy})"));
+        warnings.add(Weight::Mesh, Code::NumericsNotModel, format!("{words} ({remedy})"));
     }
     for ((i, estimate), error) in estimates.iter().enumerate().zip(&errors) {
         // What was chosen is corrected, and in the interval.
@@ -239,7 +240,7 @@ pub(crate) fn errors_of(
                 estimate.label(),
                 off.trim_end()
             );
-            warnings.add(weight, words);
+            warnings.add(weight, Code::MeshAndStep, words);
         }
     }
     errors

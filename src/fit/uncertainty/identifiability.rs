@@ -4,6 +4,7 @@
 //! unknowns that change nothing one could observe: structurally, when they would change nothing in
 //! data without noise either, or practically, when the noise hides what they change.
 
+use crate::code::Code;
 use crate::fit::search::damping::is_damping;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
@@ -25,6 +26,16 @@ pub enum NonIdentifiability {
     Structural,
     /// The noise of these data hides it.
     Practical,
+}
+
+impl NonIdentifiability {
+    /// Its name in JSON, by which it is explained.
+    pub fn code(self) -> Code {
+        match self {
+            Self::Structural => Code::Structural,
+            Self::Practical => Code::Practical,
+        }
+    }
 }
 
 /// A combination of parameters that the data do not determine.

@@ -1,5 +1,6 @@
 //! Observed information: standard errors from the exact Hessian of the misfit.
 
+use crate::code::Code;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::correlation::Correlations;
@@ -21,7 +22,7 @@ pub(crate) fn std_errors(
         Ok(hessian) => hessian,
         Err(error) => {
             let words = format!("no observed information: its simulation failed ({error})");
-            warnings.add(Weight::Note, words);
+            warnings.add(Weight::Note, Code::NoHessian, words);
             return errors;
         }
     };
@@ -32,7 +33,7 @@ pub(crate) fn std_errors(
     let hessian = among(&DMatrix::from_fn(n, n, |i, j| hessian[i][j]));
     let Some(factors) = hessian.cholesky() else {
         let words = "the Hessian of the misfit is not positive: this is not a minimum of its own";
-        warnings.add(Weight::Worthless, words);
+        warnings.add(Weight::Worthless, Code::NotAMinimum, words);
         return errors;
     };
     let inverse = factors.inverse();

@@ -1,5 +1,6 @@
 //! What was held out of a fit, as the fit predicts it.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::experiment::all;
@@ -70,7 +71,8 @@ pub(crate) fn predictions(
                     "{whose}what was held out could not be predicted: its run failed ({error})"
                 );
                 let kind = "that could not be predicted";
-                warnings.add_alike(Weight::Contradiction, (kind, &experiment.name), words);
+                let alike = (kind, &experiment.name[..]);
+                warnings.add_alike(Weight::Contradiction, Code::NotPredicted, alike, words);
             }
         }
     }
@@ -84,7 +86,7 @@ pub(crate) fn predictions(
                 times(ratio)
             );
             let kind = "held out that are farther from their predictions than that";
-            warnings.add_alike(Weight::Contradiction, (kind, ""), words);
+            warnings.add_alike(Weight::Contradiction, Code::BadlyPredicted, (kind, ""), words);
         }
     }
     predictions

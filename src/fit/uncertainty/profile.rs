@@ -4,6 +4,7 @@
 //! interval ends where it has risen by half the squared quantile of the noise. Unlike the standard
 //! error it does not take the model for linear.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
@@ -82,7 +83,7 @@ pub(crate) fn intervals(
                 "{unknown} = {:e} fits better: this is not the best minimum",
                 unknown.from_scale(x)
             );
-            warnings.add(Weight::Worthless, words);
+            warnings.add(Weight::Worthless, Code::BetterMinimum, words);
         }
         intervals[i] = Some(found);
     }

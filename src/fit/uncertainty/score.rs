@@ -13,6 +13,7 @@
 //! plausible size then does to the parameters is what could hide. One run of a coarse model has all derivatives;
 //! where that finds something, one of the full model.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, full_work};
@@ -136,7 +137,7 @@ pub(crate) fn unsaid(
             "what other numbers would change, and what the scene may lack, is unknown: the run of a coarse \
              model failed ({error})"
         );
-        warnings.add(Weight::Note, words);
+        warnings.add(Weight::Note, Code::NoWhatIf, words);
         Unsaid::default()
     })
 }
@@ -145,7 +146,8 @@ pub(crate) fn unsaid(
 pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
     let blames_the_mesh = warnings.first(Weight::Mesh).is_some();
     if let Some(best) = tests.first().filter(|best| best.p_value < SURE && !blames_the_mesh) {
-        warnings.add(Weight::Misfit, format!("what is left looks like {best}"));
+        let words = format!("what is left looks like {best}");
+        warnings.add(Weight::Misfit, Code::LooksLike, words);
     }
 }
 

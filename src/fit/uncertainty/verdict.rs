@@ -1,5 +1,6 @@
 //! How far a result can be believed: a grade, and the warnings that it rests on.
 
+use crate::code::Code;
 use crate::fit::uncertainty::identifiability::Finding;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -24,6 +25,18 @@ pub enum Grade {
 }
 
 impl Grade {
+    /// Its name in JSON, by which it is explained.
+    pub fn code(self) -> Code {
+        match self {
+            Self::Trustworthy => Code::Trustworthy,
+            Self::RefineNumerics => Code::RefineNumerics,
+            Self::ModelDoesNotExplain => Code::ModelDoesNotExplain,
+            Self::NotIdentifiable => Code::NotIdentifiable,
+            Self::Interrupted => Code::Interrupted,
+            Self::NotUsable => Code::NotUsable,
+        }
+    }
+
     /// Whether the values can be used, with the warnings that are named beside them.
     pub fn is_usable(self) -> bool {
         matches!(self, Self::Trustworthy | Self::RefineNumerics | Self::ModelDoesNotExplain)
@@ -71,6 +84,7 @@ pub(crate) struct Warnings(Vec<Warning>);
 #[derive(Clone, Debug)]
 struct Warning {
     weight: Weight,
+    code: Code,
     words: String,
     /// Of what many observations may have alike: which it is, and whose it is here.
     alike: Option<(&'static str, String)>,
@@ -82,18 +96,19 @@ const ONE_BY_ONE: usize = 3;
 const MORE: usize = 2;
 
 impl Warnings {
-    pub fn add(&mut self, weight: Weight, words: impl Into<String>) {
-        self.0.push(Warning { weight, words: words.into(), alike: None });
+    pub fn add(&mut self, weight: Weight, code: Code, words: impl Into<String>) {
+        self.0.push(Warning { weight, code, words: words.into(), alike: None });
     }
 
     /// One that other observations may have alike; `kind` tells which it is, `experiment` whose.
     pub fn add_alike(
         &mut self,
         weight: Weight,
+        code: Code,
         (kind, experiment): (&'static str, &str),
         words: String,
     ) {
-        self.0.push(Warning { weight, words, alike: Some((kind, experiment.into())) });
+        self.0.push(Warning { weight, code, words, alike: Some((kind, experiment.into())) });
     }
 
     /// The first of the heaviest of this weight.
@@ -107,10 +122,10 @@ impl Warnings {
     }
 
     /// What is left is no noise, and no fault of the model either, as `words` say.
-    pub fn excuse_misfit(&mut self, words: &str) {
+    pub fn excuse_misfit(&mut self, code: Code, words: &str) {
         if self.has_misfit() {
             self.0.retain(|w| w.weight != Weight::Misfit);
-            self.add(Weight::Note, words);
+            self.add(Weight::Note, code, words);
         }
     }
 
@@ -126,27 +141,31 @@ impl Warnings {
         }
     }
 
-    /// The words, the heaviest first; of many alike some, and of which experiments the others are.
-    pub fn into_words(mut self) -> Vec<String> {
+    /// The words with their codes, the heaviest first; of many alike some, and of which experiments the others are.
+    pub fn into_words(mut self) -> (Vec<String>, Vec<Code>) {
         self.0.sort_by_key(|w| w.weight);
         let kind = |w: &Warning| Some((w.weight, w.alike.as_ref()?.0));
-        let mut words = Vec::new();
+        let (mut words, mut codes) = (Vec::new(), Vec::new());
+        let mut say = |code: Code, said: &dyn fmt::Display| {
+            words.push(code.behind(said));
+            codes.push(code);
+        };
         let mut summed = Vec::new();
         for (i, warning) in self.0.iter().enumerate() {
             let Some(own) = kind(warning) else {
-                words.push(warning.words.clone());
+                say(warning.code, &warning.words);
                 continue;
             };
             let all: Vec<&Warning> = self.0.iter().filter(|w| kind(w) == Some(own)).collect();
             let before = self.0[..i].iter().filter(|w| kind(w) == Some(own)).count();
             if before < ONE_BY_ONE || all.len() < ONE_BY_ONE + MORE {
-                words.push(warning.words.clone());
+                say(warning.code, &warning.words);
             } else if !summed.contains(&own) {
                 summed.push(own);
-                words.push(likewise(own.1, &all[ONE_BY_ONE..]));
+                say(warning.code, &likewise(own.1, &all[ONE_BY_ONE..]));
             }
         }
-        words
+        (words, codes)
     }
 }
 
@@ -185,8 +204,8 @@ pub(crate) struct Conclusion {
     pub status: String,
     /// Why this grade.
     pub verdict: String,
-    /// The weightiest first.
-    pub warnings: Vec<String>,
+    /// The weightiest first, and their codes.
+    pub warnings: (Vec<String>, Vec<Code>),
 }
 
 /// Grades a result that `findings` and `warnings` speak against.
@@ -233,7 +252,7 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
         }
     };
     if grade == Grade::NotUsable {
-        words.iter().for_each(|words| warnings.add(Weight::Note, *words));
+        findings.iter().for_each(|f| warnings.add(Weight::Note, f.kind.code(), &f.words[..]));
     }
     Conclusion { grade, status, verdict, warnings: warnings.into_words() }
 }
@@ -293,18 +312,18 @@ mod tests {
     fn the_heaviest_comes_first_and_grades() {
         let graded = |weights: &[Weight]| {
             let mut warnings = Warnings::default();
-            weights.iter().for_each(|w| warnings.add(*w, format!("{w:?}")));
-            (warnings.grade(), warnings.into_words())
+            weights.iter().for_each(|w| warnings.add(*w, Code::NotNoise, format!("{w:?}")));
+            (warnings.grade(), warnings.into_words().0)
         };
         use Weight::*;
         assert_eq!(graded(&[]), (Grade::Trustworthy, Vec::new()));
         assert_eq!(graded(&[Note]).0, Grade::Trustworthy);
         assert_eq!(graded(&[Note, Numerics]).0, Grade::RefineNumerics);
         let (grade, words) = graded(&[Note, Numerics, Misfit]);
-        assert_eq!((grade, &words[0][..]), (Grade::ModelDoesNotExplain, "Misfit"));
+        assert_eq!((grade, &words[0][..]), (Grade::ModelDoesNotExplain, "Misfit [not-noise]"));
         // What mesh and step explain is not the model's fault.
         let (grade, words) = graded(&[Misfit, Unexplained, Mesh]);
-        assert_eq!((grade, &words[0][..]), (Grade::RefineNumerics, "Mesh"));
+        assert_eq!((grade, &words[0][..]), (Grade::RefineNumerics, "Mesh [not-noise]"));
         assert_eq!(graded(&[Mesh, Worthless]).0, Grade::NotUsable);
     }
 }

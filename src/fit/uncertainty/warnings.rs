@@ -1,6 +1,7 @@
 //! What speaks against an optimum: motion that is left over, residuals that are no noise, bounds that
 //! were reached, and what was known before.
 
+use crate::code::Code;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::noise::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
@@ -52,7 +53,8 @@ pub(crate) fn unexplained(
                  {size:.3e} {unit})",
                 percent(relative)
             );
-            warnings.add_alike(weight, ("with much unexplained", &experiment.name), words);
+            let alike = ("with much unexplained", &experiment.name[..]);
+            warnings.add_alike(weight, Code::Unexplained, alike, words);
         }
         let too_large = |sigma: &f64| is_too_large(rms / sigma, own.len());
         if let Some(sigma) = measurement.sigma().filter(too_large) {
@@ -61,7 +63,8 @@ pub(crate) fn unexplained(
                 times(rms / sigma)
             );
             let kind = "with residuals beyond the stated sigma";
-            warnings.add_alike(Weight::Misfit, (kind, &experiment.name), words);
+            let alike = (kind, &experiment.name[..]);
+            warnings.add_alike(Weight::Misfit, Code::BeyondSigma, alike, words);
         }
     }
 }
@@ -80,17 +83,18 @@ pub(crate) fn jumps(search: &Search, optimum: &Optimum, warnings: &mut Warnings)
     let words = "time steps were taken in halves, and which ones jumps with the parameters, and the \
                  misfit with it: take a smaller time.step, or scheme = \"average-vector-field\"";
     if optimum.halved && open {
-        warnings.add(Weight::Numerics, words);
+        warnings.add(Weight::Numerics, Code::HalvedSteps, words);
     }
 }
 
 /// Recorded motions whose supports move too fast for the steps.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
-        for words in experiment.problem.step_warnings() {
+        for (_, words) in experiment.problem.step_warnings() {
             let kind = "warnings of simulations";
             let words = experiment.key(&words);
-            warnings.add_alike(Weight::Numerics, (kind, &experiment.name), words);
+            let alike = (kind, &experiment.name[..]);
+            warnings.add_alike(Weight::Numerics, Code::StepTooLarge, alike, words);
         }
     }
 }
@@ -112,14 +116,16 @@ pub(crate) fn test_residuals(
                     tests.observation, tests.axis, tests.verdict
                 );
                 let kind = "coordinates of which it misses something";
-                warnings.add_alike(Weight::Misfit, (kind, &experiment.name), words);
+                let alike = (kind, &experiment.name[..]);
+                warnings.add_alike(Weight::Misfit, Code::NotNoise, alike, words);
             } else if !tests.passed {
                 let words = format!(
                     "{}, {}: {}: some values may be far off; a robust loss (huber, cauchy) shows which",
                     tests.observation, tests.axis, tests.verdict
                 );
                 let kind = "coordinates with values that may be far off";
-                warnings.add_alike(Weight::Note, (kind, &experiment.name), words);
+                let alike = (kind, &experiment.name[..]);
+                warnings.add_alike(Weight::Note, Code::Outliers, alike, words);
             }
             all.push(tests);
         }
@@ -143,14 +149,14 @@ fn remembering(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings
         words +=
             ", but are uncertain themselves: a longer record tells more than more frames a second";
     }
-    warnings.add(Weight::Note, words);
+    warnings.add(Weight::Note, Code::CorrelatedNoise, words);
 }
 
 /// What is wrong in the recordings that lead ends.
 pub(crate) fn faulty_recordings(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments {
-        for words in experiment.problem.recording_warnings() {
-            warnings.add(Weight::Note, words);
+        for (code, words) in experiment.problem.recording_warnings() {
+            warnings.add(Weight::Note, code, words);
         }
     }
 }
@@ -179,7 +185,7 @@ pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnin
          where a rod whips: they count as if their sigma were as many times larger",
         search.trust.len()
     );
-    warnings.add(Weight::Note, words);
+    warnings.add(Weight::Note, Code::RunawayValues, words);
 }
 
 /// Dampings that may be zero.
@@ -191,7 +197,7 @@ pub(crate) fn may_be_zero(estimates: &[Estimate], warnings: &mut Warnings) {
                 estimate.label(),
                 estimate.name.unit()
             );
-            warnings.add(Weight::Note, words);
+            warnings.add(Weight::Note, Code::MayBeZero, words);
         }
     }
 }
@@ -210,7 +216,7 @@ pub(crate) fn bounds_reached(
             let words = format!(
                 "{unknown} ended at its bound {bound}: its interval does not account for that"
             );
-            warnings.add(Weight::Contradiction, words);
+            warnings.add(Weight::Contradiction, Code::AtBound, words);
         }
     }
 }
@@ -224,7 +230,7 @@ pub(crate) fn against_priors(unknowns: &[Unknown], optimum: &Optimum, warnings: 
                  other",
                 off.abs()
             );
-            warnings.add(Weight::Contradiction, words);
+            warnings.add(Weight::Contradiction, Code::AgainstPrior, words);
         }
     }
 }
