@@ -15,6 +15,7 @@ mod modes;
 mod output;
 mod parameters;
 mod rest;
+mod schema;
 mod simulate;
 mod study;
 mod terminal;
@@ -26,9 +27,13 @@ use rodfit::{Derivatives, Error, Scene};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+/// What stands below the help.
+const EXITS: &str = "Exit codes: 0 done; 2 bad input; 3 not computed, not converged or not identifiable. `rodfit explain` \
+                     says more of them, and of the word in brackets behind a warning.";
+
 /// Simulates slender elastic rods and identifies their parameters from recorded motion.
 #[derive(Parser)]
-#[command(version)]
+#[command(version, after_help = EXITS)]
 struct Arguments {
     #[command(flatten)]
     manner: Manner,
@@ -75,6 +80,13 @@ enum Command {
     Init(init::Options),
     /// Say what a word in brackets behind a warning, or an exit code, means; without one, list all.
     Explain(explain::Options),
+    /// Print the JSON schema of scenes, of fits or of results, for editors and for programs.
+    Schema(schema::Options),
+    /// Print a manual page, to be read (`rodfit man fit | man -l -`) or to be put where `man` looks for it.
+    Man {
+        /// The subcommand; the page of the whole command without it.
+        command: Option<String>,
+    },
     /// Print what a shell needs to complete this command, to be put where it looks for that.
     Completions {
         /// The shell.
@@ -139,6 +151,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Inspect(options) => inspect::run(&options, manner),
         Command::Init(options) => init::run(&options, manner),
         Command::Explain(options) => explain::run(&options),
+        Command::Schema(options) => schema::run(&options),
+        Command::Man { command } => man(command.as_deref()),
         Command::Completions { shell } => completions(shell),
     };
     outcome.unwrap_or_else(|error| {
@@ -151,6 +165,28 @@ fn completions(shell: Shell) -> Result<u8, Error> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Arguments::command(), "rodfit", &mut script);
     terminal::print(&String::from_utf8_lossy(&script).trim_end()).map(|()| 0)
+}
+
+fn man(subcommand: Option<&str>) -> Result<u8, Error> {
+    let mut command = Arguments::command();
+    command.build();
+    let found = match subcommand {
+        None => Some(&command),
+        Some(name) => command.find_subcommand(name),
+    };
+    let found = found.ok_or_else(|| {
+        let names: Vec<&str> = command.get_subcommands().map(clap::Command::get_name).collect();
+        Error::Invalid {
+            file: None,
+            key: "man".into(),
+            found: subcommand.unwrap_or_default().into(),
+            allowed: names.join(", "),
+        }
+    })?;
+    let mut page = Vec::new();
+    let manual = clap_mangen::Man::new(found.clone());
+    manual.render(&mut page).map_err(terminal::stdout_error)?;
+    terminal::print(&String::from_utf8_lossy(&page).trim_end()).map(|()| 0)
 }
 
 /// The scene of a subcommand, and a place for each of its outputs, by its option; they are checked before

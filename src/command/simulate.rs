@@ -1,8 +1,9 @@
 //! `rodfit simulate`
 
-use crate::command::{Json, Manner, Route, code_of, conclude, limits, open, terminal};
-use rodfit::dynamics::{NodeTable, SimulationReport};
-use rodfit::{Error, Problem, Trajectory};
+use crate::command::output::Outputs;
+use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
+use rodfit::dynamics::{Film, NodeTable, SimulationReport};
+use rodfit::{Error, Problem, Scene, Trajectory, page};
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -16,14 +17,21 @@ pub struct Options {
     out: Option<PathBuf>,
     #[command(flatten)]
     json: Json,
+    /// Write a page with the rod in motion, its energies and its tip, `simulation.html`, into this folder.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Which derivatives to step with.
     #[arg(long, value_enum, default_value = "hand")]
     derivatives: Route,
 }
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
-    let wanted = [options.json.output(), ("--out", options.out.as_deref())];
-    let (scene, mut outputs, [json, out]) = open(&options.scene, wanted, manner)?;
+    let scene = Scene::load(&options.scene)?;
+    let mut outputs = Outputs::new(manner);
+    let json = outputs.add("--json", options.json.json.as_deref());
+    let out = outputs.add("--out", options.out.as_deref());
+    let place = outputs.add_in_folder("--report", options.report.as_deref(), "simulation.html");
+    outputs.check(&scene.files())?;
     limits::of_mesh(&scene).admit(manner)?;
     let problem = scene.problem()?.with_derivatives(options.derivatives.into());
     let steps = problem.time()?.steps();
@@ -35,20 +43,24 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     if json.is_none() {
         report = report.without_series();
     }
+    let mut film = place.map(|_| Film::new(&problem, steps));
     let begun = out.map(|out| outputs.begin(out)).transpose()?;
     let mut table = begun.map(|writing| NodeTable::new(writing, problem.nodes()));
     let mut trajectory = Trajectory::unrecorded(&problem)?;
     let bar = terminal::progress_bar(manner, steps as u64);
     let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);
     // The report sums all energies after every step.
-    let is_told = json.is_some() || outputs.has_summary();
+    let is_told = json.is_some() || place.is_some() || outputs.has_summary();
     let outcome = trajectory.run(&problem, steps, |simulation| {
         if is_told {
             report.push(&problem, simulation);
         }
+        if let Some(film) = &mut film {
+            film.push(simulation);
+        }
         if let (Some(table), Ok(())) = (&mut table, &written) {
             written = table.push(simulation);
-            if outputs.reader_left() && json.is_none() {
+            if outputs.reader_left() && json.is_none() && place.is_none() {
                 // Nobody wants the rest.
                 stop.store(true, Ordering::Relaxed);
             }
@@ -67,7 +79,12 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let table = table.map_or(Ok(()), |table| outputs.finish(table.into_inner(), written));
     let code = outcome.as_ref().map_or_else(code_of, |()| 0);
     let summary = outputs.summary(&Summary { problem: &problem, report: &report });
-    Ok(conclude(code, [table, outputs.write_json(json, &report), summary, outcome]))
+    let title = options.scene.display().to_string();
+    let page = film.map_or(Ok(()), |film| {
+        let page = || page::simulation_page(&report, &film, &problem, &title);
+        outputs.write(place, || Ok(page().into_bytes()))
+    });
+    Ok(conclude(code, [table, outputs.write_json(json, &report), page, summary, outcome]))
 }
 
 struct Summary<'a> {

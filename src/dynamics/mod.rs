@@ -3,6 +3,7 @@
 
 pub mod adjoint;
 pub mod coefficients;
+mod film;
 mod largest_step;
 mod linearization;
 mod output;
@@ -19,6 +20,7 @@ mod trajectory;
 pub(crate) mod viscosity;
 
 pub use adjoint::{Reversible, Slopes};
+pub use film::{Film, Frame, Sample};
 pub use linearization::{Linearization, StageForces};
 pub use output::{NodeTable, SimulationReport, shape_csv};
 pub use run::Snapshot;

@@ -67,6 +67,7 @@ pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error>
 
 /// The JSON of `rodfit simulate`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SimulationReport {
     /// `planar` or `spatial`.
@@ -195,7 +196,10 @@ impl SimulationReport {
         self.wall_seconds = trajectory.stepping().as_secs_f64();
         self.status = match outcome {
             Ok(()) => "completed".into(),
-            Err(error) => format!("stopped: {error}"),
+            Err(error) => {
+                let words = format!("stopped: {error}");
+                error.code().map_or(words.clone(), |code| code.behind(&words))
+            }
         };
     }
 

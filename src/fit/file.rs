@@ -79,6 +79,7 @@ fn observation_keys(observation: &toml::Table) -> Keys {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct Form {
     scene: Option<SceneForm>,
@@ -101,6 +102,7 @@ struct Form {
 }
 
 #[derive(Clone, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ExperimentForm {
     name: Option<String>,
@@ -146,6 +148,7 @@ impl TryFrom<toml::Value> for SceneForm {
 
 /// An experiment that has a name, or a recording to be called after.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(try_from = "ExperimentForm")]
 struct NamedForm(ExperimentForm);
 
@@ -161,6 +164,7 @@ impl TryFrom<ExperimentForm> for NamedForm {
 }
 
 #[derive(Clone, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ShapeForm {
     file: PathBuf,
@@ -176,6 +180,7 @@ struct ShapeForm {
 }
 
 #[derive(Clone, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct FrequenciesForm {
     hz: Option<Vec<f64>>,
@@ -193,6 +198,7 @@ struct FrequenciesForm {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ParameterForm {
     name: Parameter,
@@ -207,6 +213,7 @@ struct ParameterForm {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct KnownForm {
     name: Parameter,
@@ -218,6 +225,7 @@ struct KnownForm {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CorrelationForm {
     with: Parameter,
@@ -227,6 +235,7 @@ struct CorrelationForm {
 
 /// One name or several.
 #[derive(Default, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "expected the name of an experiment, or a list of names")]
 enum Names {
     #[default]
@@ -375,6 +384,7 @@ fn measure(
 
 /// Tables of a fit file by themselves.
 #[derive(Default, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 struct Tables {
     observation: Vec<ObservationForm>,
@@ -406,6 +416,18 @@ impl Fit {
         }
         file.add(tables.parameter, tables.known)?;
         Ok(Self { progress, keep_plot_data, ..file.fit() })
+    }
+}
+
+/// What a fit file may say.
+#[cfg(feature = "cli")]
+impl schemars::JsonSchema for FitFile {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Fit".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        Form::json_schema(generator)
     }
 }
 

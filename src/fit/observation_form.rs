@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// An observation that names a file, or markers of the recording that leads the rod's ends.
 #[derive(Clone, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(try_from = "ObservationKeys")]
 pub(crate) struct ObservationForm(ObservationKeys);
 
@@ -31,6 +32,7 @@ impl TryFrom<ObservationKeys> for ObservationForm {
 
 /// Several markers at once.
 #[derive(Clone, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected \"free\", or a table of markers of the file with their points"
@@ -44,6 +46,7 @@ enum Markers {
 
 /// Which markers of the recording that leads the rod's ends.
 #[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 enum Led {
     /// All that no end holds.
@@ -51,6 +54,7 @@ enum Led {
 }
 
 #[derive(Clone, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ObservationKeys {
     file: Option<PathBuf>,

@@ -42,7 +42,7 @@ fn table(e: &Estimate) -> String {
     };
     let rows: String = e.budget.iter().map(row).collect();
     format!(
-        "<h3>{}</h3>\n<div class=\"wide\"><table class=\"budget\"><thead><tr><th>source</th><th>standard \
+        "<h3>{}</h3>\n<div class=\"wide\" tabindex=\"0\"><table class=\"budget\"><thead><tr><th>source</th><th>standard \
          uncertainty</th><th>sensitivity</th><th>% a %</th><th>contribution, {unit}</th><th>share</th></tr></thead>\n\
          <tbody>{rows}</tbody></table></div>\n<p class=\"note\">Combined standard uncertainty {combined} \
          {unit}; with a coverage factor of {factor:.2} the expanded uncertainty (95 %) is \

@@ -21,7 +21,9 @@ const MODEL: &str = "var(--model)";
 /// A drawing with words above and below it, and its `name` for who cannot see it; all words are HTML.
 pub(super) fn figure(title: &str, name: &str, svg: &str, caption: &str) -> String {
     let svg = svg.replacen("role=\"img\"", &format!("role=\"img\" aria-label=\"{name}\""), 1);
-    format!("<figure><h4>{title}</h4>{svg}<figcaption>{caption}</figcaption></figure>\n")
+    format!(
+        "<figure><h3 class=\"small\">{title}</h3>{svg}<figcaption>{caption}</figcaption></figure>\n"
+    )
 }
 
 /// Data, model, residuals and their correlation of one coordinate.

@@ -77,10 +77,10 @@ fn verdict(report: &FitReport) -> String {
     let unknown = told(unknown.map(|found| found.kind.code().behind(&found.words)).collect());
     let list = |title: &str, items: String| match items.is_empty() {
         true => String::new(),
-        false => format!("<h3>{title}</h3>\n<ul>\n{items}</ul>\n"),
+        false => format!("<h2>{title}</h2>\n<ul>\n{items}</ul>\n"),
     };
     format!(
-        "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{}</p><p>{}</p>\n\
+        "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{}</p><div>{}</div>\n\
          <p class=\"note\">{}</p>\n{}{}{}{}</section>\n",
         escaped(&capitalised(&report.grade.to_string())),
         with_its_code(&report.grade.code().behind(capitalised(&report.verdict))),
@@ -203,7 +203,7 @@ fn parameters(report: &FitReport) -> String {
         })
         .collect();
     format!(
-        "<div class=\"wide\"><table id=\"parameters\" class=\"cards\"><thead><tr><th>parameter</th>{heads}</tr></thead>\n\
+        "<div class=\"wide\" tabindex=\"0\"><table id=\"parameters\" class=\"cards\"><thead><tr><th>parameter</th>{heads}</tr></thead>\n\
          <tbody>{body}</tbody></table></div>\n{}",
         left_over(report)
     )
@@ -292,7 +292,7 @@ fn correlation(report: &FitReport) -> String {
     let cell = |value: &Option<f64>| match value.filter(|c| c.is_finite()) {
         Some(c) => {
             let color = if c < 0.0 { "var(--minus)" } else { "var(--plus)" };
-            let strength = 70.0 * c.abs().min(1.0);
+            let strength = 45.0 * c.abs().min(1.0);
             format!(
                 "<td style=\"background:color-mix(in srgb,{color} {strength:.0}%,transparent)\">{}</td>",
                 format!("{c:.3}").replace('-', "\u{2212}").replace("\u{2212}0.000", "0.000")
@@ -312,7 +312,7 @@ fn correlation(report: &FitReport) -> String {
         _ => String::new(),
     };
     format!(
-        "<div class=\"wide\"><table class=\"matrix\"><thead><tr><th>correlation</th>{head}</tr></thead>\n\
+        "<div class=\"wide\" tabindex=\"0\"><table class=\"matrix\"><thead><tr><th>correlation</th>{head}</tr></thead>\n\
          <tbody>{rows}</tbody></table></div>\n<p class=\"note\">Singular values of the Jacobian, columns \
          scaled to length one: {}{condition}.</p>",
         if values.is_empty() { "none".into() } else { values.join(", ") }
@@ -360,7 +360,7 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     let heads: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
     let rows: String = basins.list.iter().map(row).collect();
     html += &format!(
-        "<div class=\"wide\"><table><thead><tr><th></th>{heads}<th>misfit over the least</th>\
+        "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><td></td>{heads}<th>misfit over the least</th>\
          <th>seen in</th></tr></thead>\n<tbody>{rows}</tbody></table></div>"
     );
     html

@@ -8,9 +8,11 @@ mod fit;
 mod moments;
 mod number;
 mod recordings;
+mod simulation;
 mod study;
 
 pub use fit::fit_page;
+pub use simulation::simulation_page;
 pub use study::study_page;
 
 const STYLE: &str = include_str!("page.css");

@@ -81,7 +81,7 @@ fn table(errors: &RecordingErrors) -> String {
     };
     format!(
         "<p class=\"note\">Mean distance per coordinate between the recorded markers, held ones too, and the rod, \
-         which goes on its own after the first two frames.</p>\n<div class=\"wide\"><table class=\"cards\"><thead>\
+         which goes on its own after the first two frames.</p>\n<div class=\"wide\" tabindex=\"0\"><table class=\"cards\"><thead>\
          <tr>{}</tr></thead>\n<tbody>{rows}</tbody></table></div>\n{list}",
         heads.concat()
     )

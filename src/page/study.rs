@@ -57,7 +57,7 @@ fn table(study: &Study) -> String {
         format!("<tr><th>{}</th>{rest}</tr>\n", cells[0])
     };
     format!(
-        "<div class=\"wide\"><table class=\"cards\"><thead><tr>{}</tr></thead>\n<tbody>{}</tbody></table></div>",
+        "<div class=\"wide\" tabindex=\"0\"><table class=\"cards\"><thead><tr>{}</tr></thead>\n<tbody>{}</tbody></table></div>",
         heads.map(|head| format!("<th>{head}</th>")).concat(),
         study.rows.iter().map(row).collect::<String>()
     )

@@ -10,13 +10,15 @@ use serde::{Deserialize, Serialize};
 /// one), and at `time_offset` after it was there. The wall is the rod's first node at rest. Only
 /// fits look through the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Camera<D = f64> {
     /// What the recording's clock shows when the motion starts, s.
     #[serde(default)]
     pub time_offset: D,
     /// Recorded lengths over real ones.
-    #[serde(default = "one")]
+    #[serde(default = "one::<D>")]
     pub pixel_scale: D,
     /// Turn of the camera about the normal of the scene's plane, rad.
     #[serde(default)]

@@ -20,6 +20,7 @@ const SPOILED: usize = 2;
 
 /// What is done about frames that a recording has lost while its clock went on as if it had not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum LostFrames {
     /// They are reported.
@@ -31,6 +32,7 @@ pub enum LostFrames {
 
 /// What is done about neighbouring markers that have each other's label.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SwappedLabels {
     /// They are reported.

@@ -346,6 +346,25 @@ impl<'de> Deserialize<'de> for Parameter {
     }
 }
 
+#[cfg(feature = "cli")]
+impl schemars::JsonSchema for Parameter {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Parameter".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        // Those that have a place in every scene that has them; lists and energies of one's own have more.
+        let places = quantities().keys().filter(|place| !place.contains('#')).cloned();
+        let names = SHORT_NAMES.iter().map(|(short, _)| short.to_string()).chain(places);
+        schemars::json_schema!({
+            "description": "A number of the scene by its place in the file, such as material.youngs_modulus or \
+                            loads.point.0.force.y, or by its short name; `rodfit parameters` lists those of a scene.",
+            "type": "string",
+            "anyOf": [{ "enum": names.collect::<Vec<_>>() }, {}],
+        })
+    }
+}
+
 impl TryFrom<String> for Parameter {
     type Error = String;
 

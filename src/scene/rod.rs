@@ -16,6 +16,8 @@ const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
 
 /// `[rod]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct RodSpec<D = f64> {
     /// Number of edges, 2 to 1e7; by default as many as a polyline has, and for other shapes the program's
@@ -32,10 +34,10 @@ pub struct RodSpec<D = f64> {
     /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
     /// so many times as curved. A list gives one for each of as many equal parts of its length; a
     /// rest shape that is straight has no curvature to be multiplied.
-    #[serde(default = "one")]
+    #[serde(default = "one::<D>")]
     pub natural_curvature: Along<D>,
     /// Twist per length that the rod has when nothing acts on it, rad/m; or a list likewise.
-    #[serde(default = "zero", skip_serializing_if = "is_zero")]
+    #[serde(default = "zero::<D>", skip_serializing_if = "is_zero")]
     pub natural_twist: Along<D>,
     /// Curvature of the rod at rest along both of its material directors, 1/m, beside that of its shape:
     /// pairs at places equally many edges apart from the first node to the last, linear between them.
@@ -68,6 +70,7 @@ fn is_zero<D: From<f64> + PartialEq>(along: &Along<D>) -> bool {
 
 /// Which model to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Dimension {
     /// The smallest model that can hold the scene.
@@ -81,6 +84,7 @@ pub enum Dimension {
 
 /// Which constants the elements get.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Discretization {
     /// The paper's: chords and plain stiffnesses. A curved rod comes out too stiff.

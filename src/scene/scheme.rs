@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Time integrators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// The paper's, corrected: [`crate::dynamics::coefficients`].

@@ -14,6 +14,8 @@ use std::sync::Arc;
 
 /// The rod's shape at rest. Length counts from the wall to the tip; arc length 0 is at the origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
 pub enum Shape<D = f64> {
     /// From the origin along `direction`.
@@ -69,7 +71,7 @@ pub enum Shape<D = f64> {
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         points: Vec<[f64; 3]>,
         /// By how much the coordinates are multiplied.
-        #[serde(default = "one", skip_serializing_if = "is_one")]
+        #[serde(default = "one::<D>", skip_serializing_if = "is_one")]
         scale: D,
         /// How long the edges between the points are, m, where the points show the turns of the line
         /// better than its lengths: those of a cable that was laid on a table, say, whose lengths are
@@ -96,6 +98,7 @@ fn is_one<D: Written>(value: &D) -> bool {
 
 /// Sense of a helix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Handedness {
     /// Turns clockwise as it comes toward the viewer.

@@ -15,10 +15,12 @@ macro_rules! factors {
         /// none. Each is a list with one factor for each of as many equal parts of the length, or goes
         /// in a straight line from the start to the end, `{ from = 1.0, to = 0.5 }`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+        #[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
         #[serde(deny_unknown_fields, bound = "D: Written")]
         pub struct Taper<D = f64> {
             $($(#[$doc])*
-            #[serde(default = "none", skip_serializing_if = "Option::is_none")]
+            #[serde(default = "none::<D>", skip_serializing_if = "Option::is_none")]
             pub $key: Option<Along<D>>,)*
         }
 

@@ -88,6 +88,17 @@ impl<'de> Deserialize<'de> for Tolerance {
     }
 }
 
+#[cfg(feature = "cli")]
+impl schemars::JsonSchema for Tolerance {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Tolerance".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "anyOf": [{ "type": "number" }, { "const": ROUNDING }] })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

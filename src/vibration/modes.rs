@@ -24,6 +24,7 @@ const UNSTABLE: usize = 200;
 
 /// The state vibrations are about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum About {
     /// Where the rod hangs under its loads.
@@ -35,6 +36,7 @@ pub enum About {
 
 /// Which way a mode of a planar scene goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
     /// It stays in the plane.
@@ -45,6 +47,7 @@ pub enum Plane {
 
 /// What resists a mode: where most of its elastic energy is, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Kind {
@@ -73,6 +76,7 @@ impl Kind {
 
 /// A mode of vibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Mode {
     /// Angular frequency, rad/s; of an unstable direction minus its growth rate, 1/s. Zero where
@@ -93,6 +97,7 @@ pub struct Mode {
 
 /// The lowest modes about a state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Modes {
     /// The state that the rod vibrates about.

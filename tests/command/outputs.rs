@@ -362,3 +362,19 @@ fn shells_can_complete() {
     }
     refused(&folder.run(&["completions", "csh"]), &["csh", "bash"]);
 }
+
+/// Manual pages of the command and of its subcommands.
+#[test]
+fn there_are_manual_pages() {
+    let folder = Folder::new();
+    let page = |words: &[&str]| {
+        let output = folder.run(&[&["man"], words].concat());
+        succeeds(&output);
+        stdout(&output)
+    };
+    let whole = page(&[]);
+    assert!(whole.contains(".TH rodfit 1") && whole.contains("rodfit\\-explain(1)"), "{whole}");
+    let fit = page(&["fit"]);
+    assert!(fit.contains(".TH rodfit-fit 1") && fit.contains("\\-\\-monte\\-carlo"), "{fit}");
+    refused(&folder.run(&["man", "fti"]), &["man", "fti", "simulate"]);
+}

@@ -99,7 +99,10 @@ fn the_page_has_everything_in_order() {
     assert!(page.contains("<td data-head=\"95 % interval\">"));
     for axis in ["x", "y"] {
         for title in ["data and model", "what is left", "correlation of what is left"] {
-            assert!(page.contains(&format!("<h4>{axis}: {title}</h4>")), "{axis} {title}");
+            assert!(
+                page.contains(&format!("<h3 class=\"small\">{axis}: {title}</h3>")),
+                "{axis} {title}"
+            );
         }
     }
     // Every warning stands before the table.

@@ -28,6 +28,7 @@ const SLOWER: f64 = 0.99;
 
 /// How rods go along with the recordings that lead their ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingPlots {
     /// Mean error by how long rods go on their own, over all markers as in
@@ -41,6 +42,7 @@ pub struct RecordingPlots {
 
 /// A mean error, and of how many.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MeanError {
     /// Mean distance per coordinate between simulation and recording, m.
@@ -52,6 +54,7 @@ pub struct MeanError {
 /// How far rods are off that go on their own for so long, each time from two frames of the recording: in
 /// windows that do not overlap, eight in a recording at most, spread evenly over it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WindowError {
     /// Length of the windows, s.
@@ -66,6 +69,7 @@ pub struct WindowError {
 
 /// How far markers are off whose speed lies in a range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SpeedError {
     /// Smallest and largest speed, m/s.
@@ -78,6 +82,7 @@ pub struct SpeedError {
 
 /// A recording at a dozen moments, evenly spread.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordedMotion {
     /// The experiment; empty where there is only one.
@@ -92,6 +97,7 @@ pub struct RecordedMotion {
 
 /// The rod and its markers at a moment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordedMoment {
     /// When, s.

@@ -12,6 +12,7 @@ const SAME: f64 = 1e-2;
 
 /// The minima of the misfit that the search came across.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Basins {
     /// How many minima were seen.
@@ -25,6 +26,7 @@ pub struct Basins {
 
 /// A minimum of the misfit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Basin {
     /// How the minimum was seen.
@@ -44,6 +46,7 @@ pub struct Basin {
 
 /// How a minimum was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SeenBy {

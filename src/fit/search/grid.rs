@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// The misfit of the coarse model over the first period, against one unknown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Landscape {
     /// The unknown.

@@ -26,6 +26,7 @@ const BATCH: usize = 16;
 
 /// The spread of an estimate over the replicates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Bootstrap {
     /// Standard deviation of the estimates, in the parameter's unit.

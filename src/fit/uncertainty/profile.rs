@@ -25,6 +25,7 @@ const FARTHEST: f64 = 46.0;
 
 /// The profile of the likelihood over one unknown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Profile {
     /// The unknown.

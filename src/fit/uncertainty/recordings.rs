@@ -18,6 +18,7 @@ pub(crate) const STARTING: usize = 2;
 
 /// How far the rod of an experiment goes from its recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingError {
     /// The experiment; empty where there is only one.
@@ -32,6 +33,7 @@ pub struct RecordingError {
 
 /// The same of several experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ErrorSummary {
     /// How many experiments were simulated.
@@ -48,6 +50,7 @@ pub struct ErrorSummary {
 
 /// How far rods go from the recordings that lead their ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingErrors {
     /// Of the experiments that were fitted.

@@ -7,6 +7,7 @@ use std::fmt;
 
 /// How far a result can be believed. In JSON in kebab case, as in `refine-numerics`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Grade {

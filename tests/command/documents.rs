@@ -1,0 +1,87 @@
+//! What the documents show is true: their files have keys that there are, their commands run, their links lead
+//! somewhere, and the book has every page.
+
+use crate::folder::{Folder, stderr};
+use crate::schema::{read, schema, violations_in_part};
+use std::path::{Path, PathBuf};
+
+/// The README and all pages, with their texts.
+fn documents() -> Vec<(PathBuf, String)> {
+    let pages = std::fs::read_dir("docs").unwrap().map(|entry| entry.unwrap().path());
+    let mut all: Vec<PathBuf> =
+        pages.filter(|path| path.extension().is_some_and(|e| e == "md")).collect();
+    all.extend(["README.md".into(), "CONTRIBUTING.md".into()]);
+    all.sort();
+    all.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
+}
+
+/// What stands between ```language and ```.
+fn blocks<'a>(text: &'a str, language: &str) -> Vec<&'a str> {
+    let parts = text.split(&format!("```{language}\n")).skip(1).collect::<Vec<_>>();
+    parts.into_iter().map(|part| part.split("```").next().unwrap()).collect()
+}
+
+#[test]
+fn files_that_are_shown_have_keys_that_there_are() {
+    let (scene, fit) = (schema("scene"), schema("fit"));
+    let mut count = 0;
+    for (path, text) in documents() {
+        for block in blocks(&text, "toml") {
+            let value = read(block);
+            let of_fit = |key: &String| fit["properties"].get(key).is_some();
+            let schema = if value.as_object().unwrap().keys().all(of_fit) { &fit } else { &scene };
+            let found = violations_in_part(&value, schema);
+            assert!(found.is_empty(), "{}: {found:?} in\n{block}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count > 15, "{count}");
+}
+
+#[test]
+fn commands_that_are_shown_run() {
+    let mut count = 0;
+    for (path, text) in documents() {
+        for line in blocks(&text, "sh").into_iter().flat_map(str::lines) {
+            let line = line.split(" #").next().unwrap().trim();
+            let rodfit = ["rodfit ", "cargo run --release -- "];
+            let Some(words) = rodfit.into_iter().find_map(|start| line.strip_prefix(start)) else {
+                continue;
+            };
+            let words: Vec<&str> = words.split_whitespace().collect();
+            // Recordings of others are fetched first, and looked at for a while.
+            if words.iter().any(|word| word.starts_with("data/cables")) {
+                continue;
+            }
+            let folder = Folder::new();
+            let data = std::path::absolute("data").unwrap();
+            std::os::unix::fs::symlink(data, folder.path("data")).unwrap();
+            let output = folder.run(&words);
+            let code = output.status.code();
+            assert_eq!(code, Some(0), "{}: {line}: {}", path.display(), stderr(&output));
+            count += 1;
+        }
+    }
+    assert!(count >= 4, "{count}");
+}
+
+#[test]
+fn links_lead_somewhere_and_the_book_has_every_page() {
+    for (path, text) in documents() {
+        let folder = path.parent().unwrap();
+        for after in text.split("](").skip(1) {
+            let target = after.split(')').next().unwrap();
+            let file = target.split('#').next().unwrap();
+            if file.is_empty() || file.contains("://") || file.contains(' ') {
+                continue;
+            }
+            assert!(folder.join(file).exists(), "{}: {target}", path.display());
+        }
+    }
+    let summary = std::fs::read_to_string("docs/SUMMARY.md").unwrap();
+    for (path, _) in documents().into_iter().filter(|(path, _)| path.starts_with("docs")) {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name}");
+    }
+    assert!(Path::new("docs/book.toml").exists());
+}
