@@ -15,7 +15,7 @@ use toml::{Table, Value};
 /// Most tasks: beyond it is a slip of the pen.
 pub(crate) const MOST_TASKS: usize = 300_000;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Form {
     /// Fit files, by patterns.
@@ -25,13 +25,14 @@ pub(crate) struct Form {
     pub table: Option<PathBuf>,
     /// Values for each key, all of them with all others.
     #[serde(default)]
+    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub grid: Table,
     pub bootstrap: Option<Bootstrap>,
     pub starts: Option<Starts>,
 }
 
 /// The replicates of a bootstrap, shared out.
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Bootstrap {
     pub replicates: usize,
@@ -47,7 +48,7 @@ fn sixteen() -> usize {
 }
 
 /// Fits from random starts.
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Clone, Copy, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Starts {
     pub count: usize,

@@ -70,6 +70,17 @@ struct About {
     root: PathBuf,
 }
 
+/// What a campaign file may say.
+impl schemars::JsonSchema for Plan {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Campaign".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        Form::json_schema(generator)
+    }
+}
+
 impl Plan {
     /// Reads a campaign file and everything it names, and writes the plan into a folder. What has a result there already
     /// keeps it.

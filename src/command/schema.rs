@@ -2,6 +2,7 @@
 
 use crate::command::terminal;
 use clap::ValueEnum;
+use rodfit::campaign::Plan;
 use rodfit::dynamics::SimulationReport;
 use rodfit::fit::{FitFile, FitReport};
 use rodfit::{Error, Scene};
@@ -22,6 +23,8 @@ enum Of {
     Scene,
     /// What a fit file may say (TOML).
     Fit,
+    /// What a campaign file may say (TOML).
+    Campaign,
     /// The JSON of `rodfit fit`.
     Result,
     /// The JSON of `rodfit simulate`.
@@ -32,6 +35,7 @@ pub fn run(options: &Options) -> Result<u8, Error> {
     let schema = match options.of {
         Of::Scene => of::<Scene>(false, "Scene of rodfit"),
         Of::Fit => of::<FitFile>(false, "Fit of rodfit"),
+        Of::Campaign => of::<Plan>(false, "Campaign of rodfit"),
         Of::Result => of::<FitReport>(true, "Result of a fit by rodfit"),
         Of::Simulation => of::<SimulationReport>(true, "Result of a simulation by rodfit"),
     };

@@ -131,6 +131,18 @@ enum SceneForm {
     Here(toml::Table),
 }
 
+#[cfg(feature = "cli")]
+impl schemars::JsonSchema for SceneForm {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SceneOfFit".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let here = generator.subschema_for::<Scene>();
+        schemars::json_schema!({ "anyOf": [{ "type": "string" }, here] })
+    }
+}
+
 impl TryFrom<toml::Value> for SceneForm {
     type Error = String;
 

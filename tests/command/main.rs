@@ -3,12 +3,9 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-<<<<<<< HEAD
 mod campaign;
-=======
 #[cfg(unix)]
 mod documents;
->>>>>>> bd0d033 (simulate --report draws the rod in motion; rodfit schema and rodfit man; the documents are a book, whose files, commands and links are tested)
 mod experiments;
 mod explain;
 mod fit;
@@ -24,9 +21,6 @@ mod recordings;
 mod refusals;
 mod report;
 mod results;
-<<<<<<< HEAD
-mod slurm;
-=======
 mod schema;
->>>>>>> bd0d033 (simulate --report draws the rod in motion; rodfit schema and rodfit man; the documents are a book, whose files, commands and links are tested)
+mod slurm;
 mod study;
