@@ -102,6 +102,9 @@ codes! {
     ModesNotFound "modes-not-found",
     ModeWithoutDerivative "mode-without-derivative",
     FitFailed "fit-failed",
+    // Of a campaign.
+    WillBeRefused "will-be-refused",
+    DamagedResult "damaged-result",
     // Of the run itself.
     FewerThreads "fewer-threads",
     OlderResult "older-result",

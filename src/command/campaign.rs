@@ -3,7 +3,7 @@
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, code_of, conclude, limits, terminal};
 use rodfit::campaign::{Admission, Collected, Plan, Ran, Shard, Status, Way};
-use rodfit::{Error, Scene};
+use rodfit::{Code, Error, Scene};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
@@ -127,10 +127,10 @@ fn plan(campaign: &Path, out: &Path, manner: Manner) -> Result<u8, Error> {
     };
     let planned = Plan::make(campaign, out, &admission)?;
     for error in planned.refused.iter().take(NAMED) {
-        terminal::tell(format_args!("warning: will be refused: {error}"));
+        terminal::warn(Code::WillBeRefused, format_args!("will be refused: {error}"));
     }
     if let Some(more) = planned.refused.len().checked_sub(NAMED + 1) {
-        terminal::tell(format_args!("warning: and {} more", more + 1));
+        terminal::warn(Code::WillBeRefused, format_args!("and {} more", more + 1));
     }
     let status = Status::of(&Collected::of(&planned.plan)?);
     if !manner.quiet {
@@ -196,7 +196,7 @@ fn status(folder: &Path, json: &Json, manner: Manner) -> Result<u8, Error> {
 fn collected(plan: &Plan) -> Result<Collected<'_>, Error> {
     let collected = Collected::of(plan)?;
     for damage in collected.damaged.iter().filter(|damage| !damage.is_torn()) {
-        terminal::tell(format_args!("warning: {damage}"));
+        terminal::warn(Code::DamagedResult, damage);
     }
     Ok(collected)
 }
