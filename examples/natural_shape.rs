@@ -1,13 +1,16 @@
 //! The natural curvature of every joint of a rod, from the motion of twelve points: what derivatives by hundreds of
 //! numbers cost, and what a fit of them finds.
 //!
-//! `cargo run --release --example natural_shape`, or with another number of joints: `-- 200`.
+//! `cargo run --release --example natural_shape`, or with other numbers of joints and
+//! seconds: `-- 200 4`.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use rodfit::fit::{Field, FieldFit, Sample};
-use rodfit::scene::{Dimension, Material, Scene, Scheme, Section, Shape, Time};
+use rodfit::scene::{
+    Dimension, InitialState, Material, PointForce, Scene, Scheme, Section, Shape, Time,
+};
 use rodfit::{Error, Observation, Parameter, Point, Problem, Reversible};
 use std::time::Instant;
 
@@ -15,21 +18,18 @@ use std::time::Instant;
 const NOISE: f64 = 2e-4;
 
 fn main() -> Result<(), Error> {
-    let asked = std::env::args().nth(1).and_then(|count| count.parse().ok());
-    let joints: usize = asked.unwrap_or(500);
+    let mut asked = std::env::args().skip(1);
+    let joints: usize = asked.next().and_then(|count| count.parse().ok()).unwrap_or(500);
+    let end: f64 = asked.next().and_then(|end| end.parse().ok()).unwrap_or(1.0);
     for dimension in [Dimension::Planar, Dimension::Spatial] {
-        let scene = arc(joints, dimension);
-        let problem = scene.problem()?;
-        costs(&problem)?;
-        if dimension == Dimension::Planar {
-            found(&scene, joints)?;
-        }
+        costs(&arc(joints, dimension, end).problem()?)?;
     }
-    Ok(())
+    found(&arc(joints, Dimension::Planar, end.min(1.0)), joints)
 }
 
-/// An arc that swings under its weight, of so many joints with a natural curvature each.
-fn arc(joints: usize, dimension: Dimension) -> Scene {
+/// An arc that hangs from a wall and swings when a force at its tip lets go, of so many joints with a natural curvature
+/// each.
+fn arc(joints: usize, dimension: Dimension, end: f64) -> Scene {
     let shape = Shape::Arc { length: 0.5, angle: 2.0 };
     let section = Section::Circle { radius: 0.004 };
     let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 1e7) };
@@ -38,7 +38,10 @@ fn arc(joints: usize, dimension: Dimension) -> Scene {
     scene.rod.natural_curvature = vec![1.0; joints].into();
     scene.loads.gravity = [0.0, -9.8, 0.0];
     scene.loads.damping.mass = 2.0;
-    scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(1.0, 4e-3) });
+    scene.initial.state = InitialState::Equilibrium;
+    let force = [0.0, 0.03, 0.0];
+    scene.initial.point = vec![PointForce { force, ..PointForce::default() }];
+    scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(end, 4e-3) });
     scene
 }
 
@@ -69,7 +72,7 @@ fn costs(problem: &Problem) -> Result<(), Error> {
         let mut run = rodfit::Trajectory::new(problem, &[tip], &[])?;
         run.run(problem, steps, |_| {})
     })?;
-    let before = most_memory();
+    let mut memory = vec![most_memory()];
     let back = |bytes: usize| -> Result<f64, Error> {
         least(|| {
             let run = Reversible::run_within(problem, &[tip], steps, bytes)?;
@@ -81,16 +84,18 @@ fn costs(problem: &Problem) -> Result<(), Error> {
         })
     };
     let little = back(8 << 20)? / plain;
-    let memory = [before, most_memory()];
+    memory.push(most_memory());
     let all = back(56 << 20)? / plain;
+    memory.push(most_memory());
     let (count, name) = (parameters.len(), problem.model().0);
     println!("{name}, {} edges, {steps} steps: a run takes {plain:.3} s", problem.segments());
-    println!("  with the derivatives of a misfit by {count} numbers {all:.2} runs");
     println!(
-        "  with 8 MB to go back {little:.2} runs, {:.0} MB beside a run's",
-        memory[1] - memory[0]
+        "  with the derivatives of a misfit by {count} numbers {all:.2} runs, within 8 MB {little:.2}"
     );
-    println!("  with 56 MB {:.0} MB", most_memory() - before);
+    let [run, little, all] = memory[..] else { unreachable!("three were noted") };
+    println!(
+        "  most memory so far: {run:.0} MB, within 8 MB {little:.0} MB, within 56 MB {all:.0} MB"
+    );
     Ok(())
 }
 
@@ -121,7 +126,7 @@ fn found(scene: &Scene, joints: usize) -> Result<(), Error> {
     let error = (off.sum::<f64>() / joints as f64).sqrt();
     let claimed = found.standard_errors.iter().map(|e| e * e).sum::<f64>() / joints as f64;
     println!(
-        "  a fit of {joints} curvatures: {}, {:.0} runs and products, {:.1} s; off by {error:.4}, claimed {:.4}, \
+        "a fit of {joints} curvatures: {}, {:.0} runs and products, {:.1} s; off by {error:.4}, claimed {:.4}, \
          prior 0.4; {:.1} combinations determined",
         if report.converged { "converged" } else { "not converged" },
         report.simulations,
