@@ -143,9 +143,9 @@ mod tests {
     #[test]
     fn large_directions_are_known_after_few_products() {
         let ritz = known(12).ritz();
-        for (k, expected) in [100.0, 7.0, 2.0].into_iter().enumerate() {
-            let (value, off) = ritz.values[k];
-            assert!((value - expected).abs() < 1e-9 * expected && off < 1e-6, "{value} {off}");
+        for expected in [100.0, 7.0, 2.0] {
+            let known = |(value, off): &(f64, f64)| (value - expected).abs() < 1e-9 && *off < 1e-6;
+            assert!(ritz.values.iter().any(known), "{expected}: {:?}", ritz.values);
         }
         let across = dot(&ritz.vectors[0], &ritz.vectors[1]);
         assert!(across.abs() < 1e-12 && (ritz.vectors[0][0].abs() - 1.0).abs() < 1e-9);
