@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["solve", "submit"]
 
 
-def submit(client: Client, folder: str | os.PathLike[str], retries: int = 2) -> list[Future]:
+def submit(client: Client, folder: str | os.PathLike[str], retries: int = 2) -> list[Future[int]]:
     """Hands every task that has no result to the workers of a ``dask.distributed.Client``, and returns their futures. A
     future's result is the exit code of its fit; what was found is in the folder. A worker that dies costs the tasks it was
     at, which others then do; a task whose computation fails is tried again, ``retries`` times."""
