@@ -60,7 +60,7 @@ class Fit:
 
     def observe(
         self,
-        data: ArrayLike | str | os.PathLike[str] | Any,
+        t: ArrayLike | str | os.PathLike[str] | Any,
         xyz: ArrayLike | None = None,
         at: str | int | Mapping[str, float] = "tip",
         sigma: float | None = None,
@@ -70,27 +70,27 @@ class Fit:
     ) -> Fit:
         """Adds what was seen of a point of the rod.
 
-        ``data`` is an array of times, s, and ``xyz`` one of places, m: a row a time with one to three columns x, y, z; NaN
+        ``t`` is an array of times, s, and ``xyz`` one of places, m: a row a time with one to three columns x, y, z; NaN
         where it was not seen. Or a DataFrame with columns x, y, z (those that there are) and t, or the times as its index.
         Or a file, with ``marker``, ``fps``, ``scale``, ``origin``, ``y`` and the other keys of ``[[observation]]``.
 
         ``at`` is "tip", a node, or {"arc_length": metres from the wall}; ``sigma`` the noise of a coordinate, m,
         estimated where it is not given; ``loss`` "squares", "huber", "soft-l1" or "cauchy"; what is ``held_out`` is only
         predicted."""
-        if isinstance(data, (str, os.PathLike)):
+        if isinstance(t, (str, os.PathLike)):
             if xyz is not None:
                 raise refused("xyz", "numbers beside a file", "none")
             # Several markers at once have their points with them.
             point = None if "markers" in recording else at
-            said = {"file": data, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
+            said = {"file": t, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
             return self._add("observation", said | recording)
         if recording:
             raise refused(next(iter(recording)), "numbers that are not of a file", "with a file only")
         if xyz is None:
-            data, xyz = _columns(data)
+            t, xyz = _columns(t)
         import numpy as np
 
-        times = np.ascontiguousarray(data, dtype=float)
+        times = np.ascontiguousarray(t, dtype=float)
         places = np.ascontiguousarray(xyz, dtype=float)
         if places.ndim == 1:
             places = places[:, None]

@@ -39,7 +39,7 @@ def solve(folder: str | os.PathLike[str], id: str) -> int:
     """Solves one task of the plan in a folder and stores its result there. Returns the exit code that ``rodfit fit`` would
     have: 0 done; 2 bad input; 3 not converged or not identifiable."""
     campaign = _campaign(os.fspath(folder))
-    if id not in campaign:
+    if not campaign.has(id):
         # It was planned again since this worker read it.
         _campaign.cache_clear()
         campaign = _campaign(os.fspath(folder))

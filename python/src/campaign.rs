@@ -37,7 +37,7 @@ impl Campaign {
         Ok(open.0.iter().map(|task| task.id.clone()).collect())
     }
 
-    fn __contains__(&self, id: &str) -> bool {
+    fn has(&self, id: &str) -> bool {
         self.inner.places.contains_key(id)
     }
 

@@ -36,6 +36,16 @@ def tip():
     return rows[:, 0], rows[:, 1:]
 
 
+@pytest.mark.parametrize("file", ["python/README.md", "docs/python.md"])
+def test_what_the_documents_begin_with(file, monkeypatch):
+    """From the folder that they are read in."""
+    monkeypatch.chdir(DATA.parent)
+    code = (DATA.parent / file).read_text().split("```python\n")[1].split("```")[0]
+    made = {}
+    exec(code, made)
+    assert made["result"].success
+
+
 def test_arrays_are_views_of_the_run(scene):
     run = scene.simulate(derivatives=["youngs_modulus"])
     times, nodes = len(run), run.position.shape[1]

@@ -163,6 +163,11 @@ fn schemas_allow_what_is_read_and_nothing_else() {
     let mut counts = [0; 3];
     for path in files(Path::new("data")) {
         let value = read(&std::fs::read_to_string(&path).unwrap());
+        if value.get("fits").is_some() {
+            let campaign = schema("campaign");
+            assert_eq!(violations(&value, &campaign, &campaign, ""), [""; 0], "{}", path.display());
+            continue;
+        }
         let is_fit = value.get("parameter").is_some();
         let schema = if is_fit { &fit } else { &scene };
         counts[usize::from(is_fit)] += 1;
