@@ -293,6 +293,14 @@ impl Error {
         })
     }
 
+    /// The same error of a key below another one: `duration` of `observation[0]`.
+    pub(crate) fn below(mut self, table: &str) -> Self {
+        if let Self::Invalid { key, .. } = &mut self {
+            *key = format!("{table}.{key}");
+        }
+        self
+    }
+
     /// Whether the input is at fault, and not the computation.
     pub fn is_input(&self) -> bool {
         self.code().is_none()

@@ -63,7 +63,7 @@ class Fit:
         t: ArrayLike | str | os.PathLike[str] | Any,
         xyz: ArrayLike | None = None,
         at: str | int | Mapping[str, float] = "tip",
-        sigma: float | None = None,
+        sigma: float | ArrayLike | str | Mapping[str, str] | None = None,
         loss: str = "squares",
         held_out: bool = False,
         **recording: Any,
@@ -75,7 +75,8 @@ class Fit:
         Or a file, with ``marker``, ``fps``, ``scale``, ``origin``, ``y`` and the other keys of ``[[observation]]``.
 
         ``at`` is "tip", a node, or {"arc_length": metres from the wall}; ``sigma`` the noise of a coordinate, m,
-        estimated where it is not given; ``loss`` "squares", "huber", "soft-l1" or "cauchy"; what is ``held_out`` is only
+        estimated where it is not given, or an array with that of every time; of a file also the name of a column, or
+        {"x": .., "y": ..} of those of the axes; ``loss`` "squares", "huber", "soft-l1" or "cauchy"; what is ``held_out`` is only
         predicted."""
         if isinstance(t, (str, os.PathLike)):
             if xyz is not None:
@@ -97,7 +98,10 @@ class Fit:
         if times.ndim != 1 or places.ndim != 2:
             found = f"{places.ndim} dimensions beside {times.ndim}"
             raise refused("xyz", found, "(n, 3) beside (n,)")
-        self._native.observe(times, places, json.dumps(at, default=plain), sigma, json.dumps(loss), held_out)
+        if isinstance(sigma, (str, Mapping)):
+            raise refused("sigma", f"{sigma!r} beside numbers", "a number, or one for every time; columns are of a file")
+        noise: list[float] = [] if sigma is None else np.atleast_1d(np.asarray(sigma, dtype=float)).tolist()
+        self._native.observe(times, places, json.dumps(at, default=plain), noise, json.dumps(loss), held_out)
         return self
 
     def shape(self, file: str | os.PathLike[str], **said: Any) -> Fit:

@@ -61,7 +61,7 @@ class Fit:
         t: NDArray[np.float64],
         xyz: NDArray[np.float64],
         point: str,
-        sigma: float | None,
+        sigma: list[float],
         loss: str,
         held_out: bool,
     ) -> None: ...

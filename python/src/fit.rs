@@ -65,7 +65,8 @@ impl Fit {
         *fit = fit.clone().experiment(Experiment::new(name, &scene.get().problem));
     }
 
-    /// Adds what was seen of a point in the last experiment: times, s, and places, m, NaN where it was not seen.
+    /// Adds what was seen of a point in the last experiment: times, s, and places, m, NaN where it was not seen; with no
+    /// standard deviation, one, or one a time.
     #[pyo3(signature = (t, xyz, point, sigma, loss, held_out))]
     #[allow(clippy::too_many_arguments)]
     fn observe(
@@ -74,7 +75,7 @@ impl Fit {
         t: PyReadonlyArray1<'_, f64>,
         xyz: PyReadonlyArray2<'_, f64>,
         point: &str,
-        sigma: Option<f64>,
+        sigma: Vec<f64>,
         loss: &str,
         held_out: bool,
     ) -> PyResult<()> {
@@ -87,15 +88,27 @@ impl Fit {
             );
             return Err(refused(py, words));
         }
+        if ![0, 1, rows].contains(&sigma.len()) {
+            let words = format!(
+                "sigma: found {} values, allowed: one, or {rows}, one for every time",
+                sigma.len()
+            );
+            return Err(refused(py, words));
+        }
         let samples = t.iter().zip(xyz.rows()).map(|(time, row)| Sample {
             time: *time,
             position: std::array::from_fn(|c| row.get(c).copied().filter(|x| !x.is_nan())),
         });
-        let seen = samples.filter(|sample| sample.position.iter().any(Option::is_some)).collect();
-        let observation =
-            Observation::new(seen).at(said(py, "at", point)?).loss(said(py, "loss", loss)?);
+        let of = |k: usize| sigma.get(k).or(sigma.first()).copied();
+        let seen = samples.enumerate().filter(|(_, s)| s.position.iter().any(Option::is_some));
+        let (sigmas, seen): (Vec<Option<f64>>, Vec<Sample>) = seen.map(|(k, s)| (of(k), s)).unzip();
+        let sigmas: Vec<f64> = sigmas.into_iter().flatten().collect();
+        let observation = Observation::new(seen)
+            .sigmas(&sigmas)
+            .at(said(py, "at", point)?)
+            .loss(said(py, "loss", loss)?);
         let mut fit = self.lock();
-        *fit = fit.clone().observe(Observation { sigma, held_out, ..observation });
+        *fit = fit.clone().observe(Observation { held_out, ..observation });
         Ok(())
     }
 

@@ -203,6 +203,20 @@ def test_lmfit(scene):
     assert r.values([found.params["x"].value])["youngs_modulus"] == pytest.approx(own(scene), rel=1e-8)
 
 
+def test_a_noise_of_each_time(scene):
+    t, xyz = tip()
+    plain = fit(scene).residuals()
+    one = lambda sigma: rodfit.Fit(scene).observe(t, xyz, sigma=sigma).add("youngs_modulus", 1e8).residuals()
+    x = plain.x0
+    assert np.array_equal(one(np.full(len(t), 1e-3))(x), plain(x))
+    own = 1e-3 * (1.0 + np.arange(len(t)) % 3)
+    seen = len(plain(x)) // len(t)
+    assert one(own)(x) == pytest.approx(plain(x) / np.repeat(own / 1e-3, seen), rel=1e-12)
+    for sigma in (np.ones(3), "sx"):
+        with pytest.raises(rodfit.InputError, match="sigma"):
+            one(sigma)
+
+
 def test_derivatives_of_residuals(scene):
     r = fit(scene).residuals()
     x, h = r.x0, 1e-5

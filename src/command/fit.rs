@@ -272,7 +272,7 @@ impl Run {
 }
 
 /// A number with its standard uncertainty, `NAME=SIGMA`.
-fn known(text: &str) -> Result<Known, Error> {
+pub fn known(text: &str) -> Result<Known, Error> {
     let refused = || Error::Invalid {
         file: None,
         key: "--known".into(),

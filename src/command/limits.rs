@@ -46,6 +46,8 @@ const ROW: f64 = 20.0;
 /// A study is so many simulations: 3 schemes, of which the dearest costs 6 times as much as the default, on meshes
 /// 7.75 times the scene's and in 15.75 times its steps. Its largest mesh is 8 times the scene's.
 const STUDY: [f64; 2] = [1500.0, 8.0];
+/// A design takes so many simulations: one with derivatives of twice the length, one by what is known.
+const DESIGN: f64 = 10.0;
 /// Fits take up to so many simulations, and so many more for every replicate of a bootstrap or a Monte Carlo.
 const FIT: [f64; 2] = [40.0, 3.0];
 /// Of a recorded point and step in a fit, bytes.
@@ -154,6 +156,17 @@ pub fn of_study(scene: &Scene) -> Estimate {
 
 /// What all experiments of a fit take together.
 pub fn of_fit(file: &FitFile, path: PathBuf) -> Estimate {
+    let replicates = file.analysis.bootstrap + file.analysis.monte_carlo;
+    of_runs(file, path, FIT[0] + FIT[1] * replicates as f64)
+}
+
+/// Likewise, of a design.
+pub fn of_design(file: &FitFile, path: PathBuf) -> Estimate {
+    of_runs(file, path, DESIGN)
+}
+
+/// So many simulations of all experiments.
+fn of_runs(file: &FitFile, path: PathBuf, runs: f64) -> Estimate {
     let mut whole = Estimate {
         file: Some(path),
         key: "scene",
@@ -162,7 +175,6 @@ pub fn of_fit(file: &FitFile, path: PathBuf) -> Estimate {
         seconds: 0.0,
         disk: 0.0,
     };
-    let runs = FIT[0] + FIT[1] * (file.analysis.bootstrap + file.analysis.monte_carlo) as f64;
     let (mut most_steps, mut most_nodes) = (0.0_f64, 0.0_f64);
     let records = RECORD * (1.0 + file.unknowns.len() as f64);
     for experiment in &file.experiments {

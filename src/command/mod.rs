@@ -6,6 +6,7 @@
 mod bench;
 mod campaign;
 mod check;
+mod design;
 mod explain;
 mod fit;
 mod init;
@@ -74,6 +75,9 @@ enum Command {
     /// Many fits, on many machines: plan them, run them in shards that may be killed at any moment, collect their results.
     #[command(subcommand)]
     Campaign(campaign::Campaign),
+    /// Say what a fit would tell before anything is recorded, and where to put the marker, how long and how fast to
+    /// film.
+    Design(design::Options),
     /// Tell what is in a file of markers, and write the observation of a fit file.
     Inspect(inspect::Options),
     /// Write a scene and a fit to begin with.
@@ -148,6 +152,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Check(options) => check::run(&options, manner),
         Command::Fit(options) => fit::run(&options, manner),
         Command::Campaign(what) => campaign::run(&what, manner),
+        Command::Design(options) => design::run(&options, manner),
         Command::Inspect(options) => inspect::run(&options, manner),
         Command::Init(options) => init::run(&options, manner),
         Command::Explain(options) => explain::run(&options),

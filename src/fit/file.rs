@@ -8,14 +8,13 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::shape::RestShape;
 use crate::fit::observation_form::ObservationForm;
+use crate::fit::shape_form::ShapeForm;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
-use crate::fit::validate::check;
+use crate::fit::validate::{check, recorded};
 use crate::input::missing_keys::parse;
 use crate::input::missing_keys::{Keys, Rule, always, if_there};
-use crate::input::track::recording::{Recording, Vertical};
 use crate::resolution::Aim;
 use crate::scene::Parameter;
 use crate::scene::Scene;
@@ -56,11 +55,11 @@ const REQUIRED: [Rule; 13] = [
     if_there("known[]", |_| &["name", "sigma"]),
     if_there("known[].correlation[]", |_| &["with", "value"]),
     if_there("observation[]", observation_keys),
-    if_there("shape[]", |_| &["file"]),
+    if_there("shape[]", shape_keys),
     if_there("frequencies[]", |_| &["sigma"]),
     if_there("experiment[]", experiment_keys),
     if_there("experiment[].observation[]", observation_keys),
-    if_there("experiment[].shape[]", |_| &["file"]),
+    if_there("experiment[].shape[]", shape_keys),
     if_there("experiment[].frequencies[]", |_| &["sigma"]),
 ];
 
@@ -72,10 +71,18 @@ fn experiment_keys(experiment: &toml::Table) -> Keys {
     }
 }
 
-/// Free markers are in the recording that leads the rod's ends.
+/// Free markers are in the recording that leads the rod's ends; what is only planned is in no file.
 fn observation_keys(observation: &toml::Table) -> Keys {
     let free = observation.get("markers").is_some_and(toml::Value::is_str);
-    if free { &[] } else { &["file"] }
+    match observation.contains_key("duration") {
+        true => &["fps"],
+        false if free => &[],
+        false => &["file"],
+    }
+}
+
+fn shape_keys(shape: &toml::Table) -> Keys {
+    if shape.contains_key("at") { &[] } else { &["file"] }
 }
 
 #[derive(Deserialize)]
@@ -178,22 +185,6 @@ impl TryFrom<ExperimentForm> for NamedForm {
 #[derive(Clone, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-struct ShapeForm {
-    file: PathBuf,
-    sigma: Option<f64>,
-    #[serde(default)]
-    loss: Loss,
-    #[serde(default)]
-    held_out: bool,
-    scale: Option<f64>,
-    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
-    origin: Option<[f64; 3]>,
-    y: Option<Vertical>,
-}
-
-#[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 struct FrequenciesForm {
     hz: Option<Vec<f64>>,
     rad_s: Option<Vec<f64>>,
@@ -291,15 +282,6 @@ impl KnownForm {
     }
 }
 
-impl ShapeForm {
-    fn read(self, folder: &Path) -> Result<Measurement, Error> {
-        let Self { sigma, loss, held_out, scale, origin, y, .. } = self;
-        let recording = Recording { scale, origin, y, ..Recording::default() };
-        let read = RestShape::read_as(folder.join(self.file), &recording)?;
-        Ok(Measurement::RestShape(RestShape { sigma, loss, held_out, ..read }))
-    }
-}
-
 impl FrequenciesForm {
     fn read(self, key: &str) -> Result<Measurement, Error> {
         type New = fn(&[f64], f64) -> Frequencies;
@@ -384,8 +366,8 @@ fn measure(
         let key = experiment.key(&format!("observation[{k}]"));
         measurements.extend(observation.read(folder, &experiment.problem, &key)?);
     }
-    for shape in shape {
-        measurements.push(shape.read(folder)?);
+    for (k, shape) in shape.into_iter().enumerate() {
+        measurements.push(shape.read(folder, &experiment.key(&format!("shape[{k}]")))?);
     }
     for (k, frequencies) in frequencies.into_iter().enumerate() {
         measurements.push(frequencies.read(&experiment.key(&format!("frequencies[{k}]")))?);
@@ -460,6 +442,21 @@ impl FitFile {
     ///
     /// Those of [`load`](Self::load), and what `admit` refuses.
     pub fn load_if(
+        path: impl AsRef<Path>,
+        admit: impl Fn(&Scene) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let path = path.as_ref();
+        let file = Self::load_plan_if(path, admit)?;
+        recorded(&file.experiments).map_err(|error| error.in_file(Some(path)))?;
+        Ok(file)
+    }
+
+    /// The same of a file whose observations and shapes may be planned only, for [`Fit::design`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`load_if`](Self::load_if), but for what is not recorded yet.
+    pub fn load_plan_if(
         path: impl AsRef<Path>,
         admit: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {

@@ -15,6 +15,7 @@
 //! for; [`Residuals`] compare; a search over starts finds an optimum; an assessment makes the
 //! [`FitReport`] of it.
 
+pub(crate) mod design;
 mod extend;
 mod field;
 mod file;
@@ -25,6 +26,7 @@ mod observation_form;
 pub(crate) mod report;
 pub(crate) mod resolution;
 pub(crate) mod search;
+mod shape_form;
 pub(crate) mod uncertainty;
 mod unknown;
 mod validate;
@@ -32,7 +34,9 @@ mod validate;
 pub use crate::input::track::axes::Axes;
 pub use crate::input::track::format::Format;
 pub use crate::input::track::recording::{Recording, Vertical};
+pub use crate::input::track::sigma::{AxisColumnNames, SigmaColumns};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
+pub use design::told::{Advice, Choice, Design, Question};
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
 pub use known::{Correlation, Known};
@@ -71,6 +75,7 @@ pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
 
 use crate::error::Error;
+use crate::fit::design::plan::Plan;
 use crate::fit::measurement::experiment::{fitted, full_work};
 use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
@@ -81,7 +86,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::{assess, local, shifts_of};
 use crate::fit::uncertainty::verdict::Warnings;
 use crate::fit::unknown::laid_out;
-use crate::fit::validate::check;
+use crate::fit::validate::{check, recorded};
 use crate::problem::Problem;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -207,6 +212,22 @@ impl Fit {
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
     }
 
+    /// What the data are expected to tell that are planned or there, without fitting them: standard errors, intervals
+    /// and budgets at the values of starts or else of the scenes, and what other markers, lengths and rates would
+    /// tell. Of data only the times count.
+    ///
+    /// # Errors
+    ///
+    /// A fit that cannot be solved but for what is not recorded yet, a noise that is not given, and a simulation that
+    /// fails.
+    pub fn design(&self) -> Result<Design, Error> {
+        self.check_numbers()?;
+        let experiments = self.laid_out()?;
+        let (unknowns, knowns) = (&self.unknowns[..], &self.knowns[..]);
+        let (analysis, progress) = (&self.analysis, self.progress.clone());
+        Plan { experiments: &experiments, unknowns, knowns, analysis, progress }.design()
+    }
+
     /// Finds the parameters. A report may still say that the fit did not converge, was interrupted, or
     /// that a parameter is not identifiable.
     ///
@@ -286,6 +307,12 @@ impl Fit {
 
     /// Refuses a fit that cannot be solved, or not in the way it is asked for.
     fn check(&self) -> Result<(), Error> {
+        self.check_numbers()?;
+        recorded(&self.experiments)
+    }
+
+    /// The same, whether it is recorded yet or not.
+    fn check_numbers(&self) -> Result<(), Error> {
         check(&self.experiments, &self.unknowns, &self.analysis)?;
         known::check(&self.experiments, &self.unknowns, &self.knowns)
     }

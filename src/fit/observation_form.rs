@@ -7,13 +7,14 @@ use crate::fit::measurement::motion::{Glitches, Observation};
 use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
+use crate::input::track::sigma::SigmaColumns;
 use crate::problem::Problem;
 use crate::scene::Point;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// An observation that names a file, or markers of the recording that leads the rod's ends.
+/// An observation that names a file or markers of the recording that leads the rod's ends, or one that is planned.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(try_from = "ObservationKeys")]
@@ -23,9 +24,11 @@ impl TryFrom<ObservationKeys> for ObservationForm {
     type Error = &'static str;
 
     fn try_from(form: ObservationKeys) -> Result<Self, Self::Error> {
-        match form.file.is_none() && !matches!(form.markers, Some(Markers::Led(_))) {
-            true => Err("missing field `file`"),
-            false => Ok(Self(form)),
+        let led = matches!(form.markers, Some(Markers::Led(_)));
+        match (&form.file, form.duration) {
+            (None, None) if !led => Err("missing field `file`"),
+            (_, Some(_)) if form.fps.is_none() => Err("missing field `fps`"),
+            _ => Ok(Self(form)),
         }
     }
 }
@@ -53,6 +56,28 @@ enum Led {
     Free,
 }
 
+/// The noise of positions: a number for all of them, m, or columns of their file.
+#[derive(Clone, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number, m, the name of a column of the file, or { x = \"..\", y = \"..\" } of the columns of \
+                 its axes"
+)]
+pub(crate) enum Sigma {
+    Number(f64),
+    Columns(SigmaColumns),
+}
+
+impl Sigma {
+    /// One of the two.
+    pub fn parts(self) -> (Option<f64>, Option<SigmaColumns>) {
+        match self {
+            Self::Number(sigma) => (Some(sigma), None),
+            Self::Columns(columns) => (None, Some(columns)),
+        }
+    }
+}
+
 #[derive(Clone, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -64,7 +89,7 @@ struct ObservationKeys {
     point: Option<Point>,
     #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
     offset: [f64; 3],
-    sigma: Option<f64>,
+    sigma: Option<Sigma>,
     #[serde(default)]
     loss: Loss,
     #[serde(default)]
@@ -79,6 +104,8 @@ struct ObservationKeys {
     origin: Option<[f64; 3]>,
     y: Option<Vertical>,
     time_zero: Option<f64>,
+    /// How long it is to be filmed, s, in the place of a file.
+    duration: Option<f64>,
 }
 
 impl ObservationForm {
@@ -93,11 +120,38 @@ impl ObservationForm {
         let ObservationKeys { file, markers, format, marker, likelihood, axes, .. } = form;
         let ObservationKeys { fps, scale, origin, y, time_zero, point, .. } = form;
         let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
+        let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
         let said = |o: Observation| {
+            let sigma = sigma.or(o.sigma);
             Measurement::Motion(Observation { offset, sigma, loss, held_out, ..o })
         };
-        let recording =
-            Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero };
+        let recording = Recording {
+            format,
+            marker,
+            likelihood,
+            axes,
+            fps,
+            scale,
+            origin,
+            y,
+            time_zero,
+            sigma: columns,
+        };
+        if let Some(duration) = form.duration {
+            let recorded = Recording { axes: None, fps: None, ..recording.clone() };
+            let alone = form.every.is_none() && form.glitches.is_none() && markers.is_none();
+            if file.is_some() || !alone || recorded != Recording::default() {
+                let allowed = "point, offset, fps, axes, sigma and held_out beside it: nothing is recorded yet";
+                return Err(Error::invalid(format!("{key}.duration"), duration, allowed));
+            }
+            let planned = Observation::planned(duration, fps.unwrap_or_default());
+            let mut planned =
+                planned.map_err(|error| error.below(key))?.at(point.unwrap_or_default());
+            if let Some(axes) = axes {
+                planned.samples.iter_mut().for_each(|s| s.position = axes.turned(s.position));
+            }
+            return Ok(vec![said(planned)]);
+        }
         let Some(Markers::Led(Led::Free)) = markers else {
             let alone = [("every", form.every.is_some()), ("glitches", form.glitches.is_some())];
             if let Some((own, _)) = alone.iter().find(|(_, there)| *there) {
@@ -125,12 +179,7 @@ impl ObservationForm {
         let every = form.every.unwrap_or(1);
         let glitches = form.glitches.unwrap_or_default();
         let free = Observation::of_free_markers(problem, every, glitches);
-        let free = free.map_err(|error| match error {
-            Error::Invalid { key: own, found, allowed, .. } => {
-                Error::invalid(format!("{key}.{own}"), found, allowed)
-            }
-            error => error,
-        })?;
+        let free = free.map_err(|error| error.below(key))?;
         Ok(free.into_iter().map(said).collect())
     }
 }

@@ -73,6 +73,18 @@ pub(crate) fn check(
     Ok(())
 }
 
+/// Refuses what is only planned.
+pub(crate) fn recorded(experiments: &[Experiment]) -> Result<(), Error> {
+    for experiment in experiments {
+        if let Some(i) = experiment.measurements.iter().position(Measurement::planned) {
+            let key = format!("{}.file", key(experiment, i));
+            let allowed = "a file; `rodfit design` says what a plan would tell";
+            return Err(Error::invalid(key, "none, as it is only planned", allowed));
+        }
+    }
+    Ok(())
+}
+
 fn check_experiments(experiments: &[Experiment]) -> Result<(), Error> {
     for (i, experiment) in experiments.iter().enumerate() {
         let name = &experiment.name;
@@ -153,7 +165,7 @@ fn names_nodes(measurement: &Measurement) -> bool {
 }
 
 /// Where measurement `i` of an experiment stands in the fit file.
-fn key(experiment: &Experiment, i: usize) -> String {
+pub(crate) fn key(experiment: &Experiment, i: usize) -> String {
     let kind = std::mem::discriminant::<Measurement>;
     let own = &experiment.measurements[i];
     let before = experiment.measurements[..i].iter().filter(|m| kind(m) == kind(own)).count();
@@ -249,6 +261,9 @@ impl Measurement {
     pub(crate) fn check_units(&self, experiment: &Experiment) -> Result<(), Error> {
         let problem = &experiment.problem;
         let supports = &problem.scene().supports;
+        if self.planned() {
+            return Ok(());
+        }
         if (supports.start, supports.end) == (Support::Free, Support::Free) {
             return Ok(());
         }
@@ -288,8 +303,11 @@ impl Measurement {
             Self::Frequencies(_) | Self::Gauge(_) => (&[][..], 0),
         };
         factors.iter().try_for_each(|f| positive(&format!("{key}.sigma_factors"), *f))?;
-        if !factors.is_empty() && (factors.len() != points || self.sigma().is_none()) {
-            let found = format!("{} for {points} points", factors.len());
+        if !factors.is_empty()
+            && (![points, self.values()].contains(&factors.len()) || self.sigma().is_none())
+        {
+            let values = self.values();
+            let found = format!("{} for {points} points with {values} values", factors.len());
             return Err(Error::invalid(
                 format!("{key}.sigma_factors"),
                 found,
@@ -313,7 +331,8 @@ impl Measurement {
                 if let Some(late) = late.filter(|_| !other_clock) {
                     let found = format!("t = {} s", late.time);
                     let allowed = format!("up to the scene's time.end = {end} s");
-                    return Err(Error::invalid(label, found, allowed));
+                    let place = if o.planned { format!("{key}.duration") } else { label };
+                    return Err(Error::invalid(place, found, allowed));
                 }
                 let sane = |s: &Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
                 let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);

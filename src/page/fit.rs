@@ -371,8 +371,9 @@ fn measured(measured: &Measured) -> String {
     let Measured { label, points, values, recording } = measured;
     let mut words = vec![format!("{label}: {points} points, {values} values")];
     if let Some(recording) = recording {
-        let Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero } =
+        let Recording { format, marker, likelihood, axes, fps, scale, origin, y, time_zero, sigma } =
             recording;
+        words.extend(sigma.as_ref().map(|_| "with a noise of each row's own".to_string()));
         words.extend(format.map(|format| format!("a file of {}", format.program())));
         words.extend(marker.as_ref().map(|marker| format!("marker {marker}")));
         words.extend(likelihood.map(|least| format!("likelihood {least} and above")));

@@ -4,6 +4,7 @@
 mod common;
 
 mod campaign;
+mod design;
 #[cfg(unix)]
 mod documents;
 mod experiments;

@@ -169,3 +169,19 @@ fn a_clamp_that_points_up() {
         }
     }
 }
+
+/// A clock that would be later than the whole motion is no clock: a search that tries one is told at once, and does not
+/// simulate for hours.
+#[test]
+fn a_clock_has_its_limits() {
+    let problem = coarse(8, 4e-3, 0.4).problem().unwrap();
+    let observation = record(&problem.simulate().unwrap(), 40);
+    let fit = Fit::new(&problem).observe(observation).identify(Parameter::YoungsModulus);
+    let residuals = fit.identify(Parameter::TimeOffset).residuals().unwrap();
+    let at = |offset: f64| residuals.residuals(&[1e8_f64.ln(), offset]);
+    assert!(at(-0.3).is_ok());
+    for offset in [-0.5, -1e9] {
+        let error = at(offset).unwrap_err().to_string();
+        assert!(error.contains("clock"), "{error}");
+    }
+}

@@ -16,3 +16,4 @@ mod piecewise;
 mod planar;
 mod recordings;
 mod refusals;
+mod sigmas;

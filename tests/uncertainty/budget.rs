@@ -1,13 +1,15 @@
 //! The budget of uncertainty against closed forms and against Monte Carlo.
 
-use rodfit::fit::{Analysis, Correlation, Estimate, Experiment, FitFile, Frequencies, Known};
+use rodfit::fit::{
+    Analysis, Correlation, Estimate, Experiment, FitFile, Frequencies, Grade, Known,
+};
 use rodfit::fit::{RestShape, Sighting};
 use rodfit::scene::{Material, Scene, Section, Shape};
 use rodfit::vibration::About;
 use rodfit::{Fit, FitReport, Parameter, Point};
 
 use crate::common::coarse;
-use crate::common::fits::{noisy, observe};
+use crate::common::fits::{noisy, observe, of_a_right_mesh};
 use crate::intervals::small;
 
 /// Known numbers, by a part of their values.
@@ -279,4 +281,41 @@ fn what_cannot_be_known_is_refused() {
     let (_, fit) = swing();
     let error = fit.known(one).known(two).known(Known::new(c, 1.0)).solve().unwrap_err();
     assert!(error.to_string().contains("negative eigenvalues"), "{error}");
+}
+
+/// A length that is off within its uncertainty explains what it leaves in the residuals: that is no noise, and no fault of
+/// the model. One that is farther off than it can be is a warning.
+#[test]
+fn what_a_known_number_leaves_is_no_noise() {
+    let true_length = 0.5 * 1.006;
+    let mut scene = coarse(10, 2e-3, 0.4);
+    let nominal = scene.clone();
+    scene.rod.shape = Shape::Straight { length: true_length, direction: [1.0, 0.0, 0.0] };
+    let data = noisy(&observe(&scene, 80), 2e-4, 9);
+    let solved = |scene: &Scene, sigma: Option<f64>| {
+        let fit = Fit::new(&scene.problem().unwrap()).observe(data.clone());
+        let fit = fit.identify(Parameter::YoungsModulus).analyse(of_a_right_mesh());
+        let known = sigma.map(|sigma| Known::new(named("rod.shape.length"), sigma));
+        known.into_iter().fold(fit, Fit::known).solve().unwrap()
+    };
+    let (right, wrong) = (solved(&scene, None), solved(&nominal, None));
+    assert_eq!((right.grade, wrong.grade), (Grade::Trustworthy, Grade::ModelDoesNotExplain));
+    let report = solved(&nominal, Some(2e-3));
+    println!("{report}");
+    assert_eq!(report.grade, Grade::Trustworthy, "{report}");
+    let relative =
+        |report: &FitReport| modulus(report).std_error.unwrap() / modulus(report).value.unwrap();
+    near(relative(&report), relative(&right), 0.25);
+    assert!(relative(&wrong) > 3.0 * relative(&right));
+    near(report.sigma[0], 2e-4, 0.1);
+    // What is left is said as it is.
+    near(report.residual_rms, wrong.residual_rms, 1e-6);
+    let e = modulus(&report);
+    assert!((e.value.unwrap() - 1e8).abs() < e.expanded95.unwrap());
+    let report = solved(&nominal, Some(2e-4));
+    let said = |w: &String| {
+        w.contains("rod.shape.length is off by") && w.contains("standard uncertainties")
+    };
+    assert!(report.warnings.iter().any(said), "{report}");
+    assert_eq!(report.grade, Grade::ModelDoesNotExplain);
 }

@@ -6,6 +6,7 @@ mod common;
 mod across;
 mod budget;
 mod chosen;
+mod design;
 mod intervals;
 mod noise;
 mod outliers;

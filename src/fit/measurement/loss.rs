@@ -8,11 +8,16 @@
 use serde::{Deserialize, Serialize};
 use statrs::statistics::{Data, Median};
 
-/// The standard deviation that tells as much as these do on average, and each of them over it; none for none.
+/// The standard deviation that tells as much as these do on average, and each of them over it, which is not said where
+/// all are the same; none for none.
 pub(crate) fn typical(sigmas: &[f64]) -> Option<(f64, Vec<f64>)> {
-    let told = sigmas.iter().map(|s| (s * s).recip()).sum::<f64>() / sigmas.len().max(1) as f64;
+    let first = *sigmas.first()?;
+    if sigmas.iter().all(|sigma| *sigma == first) {
+        return Some((first, Vec::new()));
+    }
+    let told = sigmas.iter().map(|s| (s * s).recip()).sum::<f64>() / sigmas.len() as f64;
     let sigma = told.sqrt().recip();
-    (!sigmas.is_empty()).then(|| (sigma, sigmas.iter().map(|s| s / sigma).collect()))
+    Some((sigma, sigmas.iter().map(|s| s / sigma).collect()))
 }
 
 /// How residuals count. Near zero all losses are the square.

@@ -78,6 +78,9 @@ impl Measurement {
     /// The standard deviation of every value, in the order of the residuals, where `sigma` is typical of them.
     pub(crate) fn sigmas(&self, sigma: f64) -> Vec<f64> {
         let each = |factors: &[f64], seen: &mut dyn Iterator<Item = [Option<f64>; 3]>| {
+            if factors.len() == self.values() {
+                return factors.iter().map(|factor| sigma * factor).collect();
+            }
             let factors = factors.iter().copied().chain(std::iter::repeat(1.0));
             let of = |(position, factor): ([Option<f64>; 3], f64)| {
                 std::iter::repeat_n(sigma * factor, position.iter().flatten().count())
@@ -111,6 +114,25 @@ impl Measurement {
             Self::Frequencies(f) => f.held_out,
             Self::Gauge(g) => g.held_out,
         }
+    }
+
+    /// Whether it is only planned.
+    pub fn planned(&self) -> bool {
+        match self {
+            Self::Motion(o) => o.planned,
+            Self::RestShape(s) => s.planned,
+            Self::Frequencies(_) | Self::Gauge(_) => false,
+        }
+    }
+
+    /// Counts residuals by their squares.
+    pub(crate) fn by_squares(&mut self) {
+        *match self {
+            Self::Motion(o) => &mut o.loss,
+            Self::RestShape(s) => &mut s.loss,
+            Self::Frequencies(f) => &mut f.loss,
+            Self::Gauge(g) => &mut g.loss,
+        } = Loss::Squares;
     }
 
     /// Keeps it out of the fit.

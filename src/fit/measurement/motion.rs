@@ -10,6 +10,7 @@ use crate::input::track::sheet::Sheet;
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::track::Marker;
+use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -68,7 +69,8 @@ pub struct Observation {
     pub samples: Vec<Sample>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
-    /// That of every sample over `sigma`, which is then typical of them; empty where all have the same.
+    /// That of every sample, or of every coordinate that was seen, over `sigma`, which is then typical of them; empty
+    /// where all have the same.
     pub sigma_factors: Vec<f64>,
     /// How residuals count.
     pub loss: Loss,
@@ -82,7 +84,15 @@ pub struct Observation {
     pub dropped: Dropped,
     /// The name of the marker on the rod that was followed, where its recording leads the rod's ends.
     pub marker: Option<String>,
+    /// Whether it is only [planned](Self::planned): its positions mean nothing, but which coordinates would be seen.
+    pub planned: bool,
 }
+
+/// Line, time, s, position, m, and the standard deviation of that, if it is said.
+type ReadRow = (u64, f64, [Option<f64>; 3], [Option<f64>; 3]);
+
+/// Samples of a plan beyond this are a slip of the pen.
+const MOST_PLANNED: f64 = 1e6;
 
 impl Observation {
     /// Sightings of the tip.
@@ -99,7 +109,27 @@ impl Observation {
             recording: None,
             dropped: Dropped::default(),
             marker: None,
+            planned: false,
         }
+    }
+
+    /// A recording that is only planned: the tip, to be filmed for `duration`, s, at `rate` frames a second in all
+    /// three coordinates. [`Fit::design`](crate::Fit::design) says what it would tell.
+    ///
+    /// # Errors
+    ///
+    /// Numbers that are not above 0, less than one frame, or more than a million.
+    pub fn planned(duration: f64, rate: f64) -> Result<Self, Error> {
+        positive("duration", duration)?;
+        positive("fps", rate)?;
+        let frames = (duration * rate * (1.0 + 1e-12)).floor();
+        if !(1.0..=MOST_PLANNED).contains(&frames) {
+            let found = format!("{rate} for {duration} s, {frames} frames");
+            return Err(Error::invalid("fps", found, format!("1 to {MOST_PLANNED} frames")));
+        }
+        let sample = |k: usize| Sample { time: k as f64 / rate, position: [Some(0.0); 3] };
+        let samples = (1..=frames as usize).map(sample).collect();
+        Ok(Self { planned: true, ..Self::new(samples) })
     }
 
     /// The markers that no end holds, of the recording that leads the ends of `problem`: each at its node,
@@ -181,7 +211,11 @@ impl Observation {
             let read = row.values[clock]
                 .ok_or_else(|| table.error(row.line, "the time is blank, allowed: a time"))?;
             let position = recording.position(&columns.axes, &row.values);
-            Ok((row.line, (read - start) * unit, position))
+            let time = (read - start) * unit;
+            // What is left out has no noise.
+            let seen = position.map(|x| x.is_some() && time >= 0.0 && recording.sigma.is_some());
+            let sigma = recording.sigma(&table, &columns.sigma, row, seen)?;
+            Ok((row.line, time, position, sigma))
         });
         Self::of_rows(path, recording, rows)
     }
@@ -214,23 +248,23 @@ impl Observation {
     fn of_sheet(sheet: &Sheet, recording: &Recording) -> Result<Self, Error> {
         let converted = recording.convert(sheet, recording.chosen(sheet)?)?;
         let rows = converted.times.iter().zip(&converted.places);
-        let rows = rows.map(|((line, time), place)| Ok((*line, *time, *place)));
+        let rows = rows.map(|((line, time), place)| Ok((*line, *time, *place, [None; 3])));
         Self::of_rows(&sheet.path, recording, rows)
     }
 
-    /// Of rows with their line, time, s, and position, m.
+    /// Of rows with their line, time, s, position, m, and the standard deviation of that, if it is said.
     fn of_rows(
         path: &Path,
         recording: &Recording,
-        rows: impl ExactSizeIterator<Item = Result<(u64, f64, [Option<f64>; 3]), Error>>,
+        rows: impl ExactSizeIterator<Item = Result<ReadRow, Error>>,
     ) -> Result<Self, Error> {
         let error = |line, message: String| Error::Data { path: path.into(), line, message };
         let count = rows.len();
         let mut samples: Vec<Sample> = Vec::with_capacity(count);
-        let mut dropped = Dropped::default();
+        let (mut dropped, mut sigmas) = (Dropped::default(), Vec::new());
         let mut last = f64::NEG_INFINITY;
         for row in rows {
-            let (line, time, position) = row?;
+            let (line, time, position, sigma) = row?;
             if !is_finite(time, &position) {
                 return Err(error(line, BEYOND.into()));
             }
@@ -253,6 +287,7 @@ impl Observation {
                 true => samples.push(Sample { time, position }),
                 false => dropped.empty += 1,
             }
+            sigmas.extend(sigma.iter().flatten());
         }
         let observation = Self {
             source: Some(path.into()),
@@ -267,7 +302,7 @@ impl Observation {
             };
             return Err(error(1, message));
         }
-        Ok(observation)
+        Ok(observation.sigmas(&sigmas))
     }
 
     /// Of another point than the tip.
@@ -285,7 +320,8 @@ impl Observation {
         Self { sigma: Some(sigma), ..self }
     }
 
-    /// With a known standard deviation of each sample, per coordinate, m.
+    /// With a known standard deviation of each sample, per coordinate, m, or of each coordinate that was seen, sample by
+    /// sample.
     pub fn sigmas(self, sigmas: &[f64]) -> Self {
         let Some((sigma, sigma_factors)) = typical(sigmas) else { return self };
         Self { sigma: Some(sigma), sigma_factors, ..self }
@@ -315,6 +351,7 @@ impl Observation {
                 None => path.display().to_string(),
             },
             (None, Some(marker)) => format!("marker {marker}"),
+            (None, None) if self.planned => format!("the planned observation of {:?}", self.point),
             (None, None) => format!("the observation of {:?}", self.point),
         }
     }

@@ -25,7 +25,8 @@ pub struct RestShape {
     pub sightings: Vec<Sighting>,
     /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
     pub sigma: Option<f64>,
-    /// That of every sighting over `sigma`, which is then typical of them; empty where all have the same.
+    /// That of every sighting, or of every coordinate that was seen, over `sigma`, which is then typical of them; empty
+    /// where all have the same.
     pub sigma_factors: Vec<f64>,
     /// How residuals count.
     pub loss: Loss,
@@ -37,6 +38,8 @@ pub struct RestShape {
     pub recording: Option<Recording>,
     /// Rows of that file that were left out.
     pub dropped: Dropped,
+    /// Whether it is only [planned](Self::planned): its positions mean nothing, but which coordinates would be seen.
+    pub planned: bool,
 }
 
 impl RestShape {
@@ -51,7 +54,14 @@ impl RestShape {
             source: None,
             recording: None,
             dropped: Dropped::default(),
+            planned: false,
         }
+    }
+
+    /// A photograph that is only planned, of points at these arc lengths from the wall, m, in all three coordinates.
+    pub fn planned(at: &[f64]) -> Self {
+        let sighting = |s: &f64| Sighting { point: Point::ArcLength(*s), position: [Some(0.0); 3] };
+        Self { planned: true, ..Self::new(at.iter().map(sighting).collect()) }
     }
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
@@ -72,7 +82,8 @@ impl RestShape {
     pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
         let path = path.as_ref();
         let table = Table::read(path)?;
-        Recording::check_columns(&table, &["s", "node", "x", "y", "z"])?;
+        let known = ["s", "node", "x", "y", "z"];
+        recording.check_columns(&table, &known)?;
         let refused = |found: &str| {
             table.error(1, &format!("{found}, allowed: one of s (arc length) and node (index)"))
         };
@@ -90,6 +101,8 @@ impl RestShape {
             (false, _) => table.factor(place, &LENGTHS, "")?,
         };
         let axes = recording.axis_columns(&table)?;
+        let sigma_columns = recording.sigma_columns(&table, &axes, &known)?;
+        let mut sigmas = Vec::new();
         let mut sightings = Vec::with_capacity(table.rows.len());
         let mut dropped = Dropped::default();
         for row in &table.rows {
@@ -107,6 +120,10 @@ impl RestShape {
             if !is_finite(value, &position) {
                 return Err(table.error(row.line, BEYOND));
             }
+            if recording.sigma.is_some() {
+                let seen = position.map(|x| x.is_some());
+                sigmas.extend(recording.sigma(&table, &sigma_columns, row, seen)?.iter().flatten());
+            }
             match position.iter().any(Option::is_some) {
                 true => sightings.push(Sighting { point, position }),
                 false => dropped.empty += 1,
@@ -121,7 +138,7 @@ impl RestShape {
         if shape.values() == 0 {
             return Err(table.error(1, "no value below the header"));
         }
-        Ok(shape)
+        Ok(shape.sigmas(&sigmas))
     }
 
     /// With a known standard deviation per coordinate, m.
@@ -129,7 +146,8 @@ impl RestShape {
         Self { sigma: Some(sigma), ..self }
     }
 
-    /// With a known standard deviation of each sighting, per coordinate, m.
+    /// With a known standard deviation of each sighting, per coordinate, m, or of each coordinate that was seen, sighting
+    /// by sighting.
     pub fn sigmas(self, sigmas: &[f64]) -> Self {
         let Some((sigma, sigma_factors)) = typical(sigmas) else { return self };
         Self { sigma: Some(sigma), sigma_factors, ..self }

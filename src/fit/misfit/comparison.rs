@@ -23,6 +23,9 @@ use crate::vibration::NaturalFrequency;
 use num_dual::Dual64;
 use std::sync::Arc;
 
+/// Motions last at most so many times as long as the scene and the recording say, whatever the camera's clock is off.
+const FARTHEST: f64 = 2.0;
+
 /// An experiment, cut to its horizon.
 #[derive(Debug)]
 pub(crate) struct Comparison {
@@ -197,6 +200,14 @@ impl Comparison {
         if !self.moving.is_empty() {
             let time = problem.time()?;
             let end = (self.end - problem.scene().camera.time_offset).max(self.gauged);
+            let longest = FARTHEST * time.end.max(self.end);
+            if end > longest {
+                // A search may try any clock: this one would take for ever.
+                let words = "the camera's clock is later than the motion by more than it lasts";
+                return Err(Error::Fit(format!(
+                    "{words} ({end:.3e} s of at most {longest:.3e} s)"
+                )));
+            }
             let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
             if end > time.end * (1.0 + 1e-9) {
                 // Whole steps: a last one cut to the clock's offset would depend on it.

@@ -10,7 +10,7 @@ const NAMED: usize = 3;
 
 /// The lines below an estimate: its budget, where something is known with an error; what one per cent of
 /// other numbers would change; and the Monte Carlo.
-pub(super) fn write(f: &mut fmt::Formatter<'_>, e: &Estimate) -> fmt::Result {
+pub(crate) fn write(f: &mut fmt::Formatter<'_>, e: &Estimate) -> fmt::Result {
     let unit = e.name.unit();
     if let (Some(combined), Some(factor), Some(expanded)) =
         (e.combined_std, e.coverage_factor, e.expanded95)

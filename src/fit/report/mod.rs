@@ -189,19 +189,7 @@ impl FitReport {
     /// In words the three things that could hide with the largest effects above a standard error, but for
     /// numbers of which it is said what one per cent would change.
     pub fn hidden(&self) -> Vec<String> {
-        let said = |hidden: &CouldHide| {
-            let mut all = self.parameters.iter().flat_map(|e| &e.one_per_cent);
-            all.any(|per_cent| per_cent.source == hidden.source)
-        };
-        let large = self.could_hide.iter().filter(|h| h.std_errors > 1.0 && !said(h));
-        let mut named: Vec<Vec<&CouldHide>> = Vec::new();
-        for hidden in large {
-            match named.iter_mut().find(|all| all[0].source == hidden.source) {
-                Some(all) => all.push(hidden),
-                None => named.push(vec![hidden]),
-            }
-        }
-        named.iter().take(HIDDEN).map(|all| all[0].with(all)).collect()
+        hidden(&self.could_hide, &self.parameters)
     }
 
     /// In words what was chosen of mesh, step and scheme, and by how many experiments.
@@ -245,6 +233,24 @@ impl FitReport {
     pub fn is_success(&self) -> bool {
         self.grade.is_usable()
     }
+}
+
+/// In words the three of `all` with the largest effects above a standard error, but for numbers of which the
+/// estimates say what one per cent would change.
+pub(crate) fn hidden(all: &[CouldHide], estimates: &[Estimate]) -> Vec<String> {
+    let said = |hidden: &CouldHide| {
+        let mut said = estimates.iter().flat_map(|e| &e.one_per_cent);
+        said.any(|per_cent| per_cent.source == hidden.source)
+    };
+    let large = all.iter().filter(|h| h.std_errors > 1.0 && !said(h));
+    let mut named: Vec<Vec<&CouldHide>> = Vec::new();
+    for hidden in large {
+        match named.iter_mut().find(|all| all[0].source == hidden.source) {
+            Some(all) => all.push(hidden),
+            None => named.push(vec![hidden]),
+        }
+    }
+    named.iter().take(HIDDEN).map(|all| all[0].with(all)).collect()
 }
 
 /// What was chosen, if anything was.
@@ -399,7 +405,7 @@ impl fmt::Display for FitReport {
 }
 
 /// A value with two digits more than its error is large, at most what a double holds.
-fn digits(value: f64, error: f64) -> String {
+pub(crate) fn digits(value: f64, error: f64) -> String {
     let needed = (value.abs() / error.abs().max(f64::MIN_POSITIVE)).log10().ceil() + 1.0;
     let after_point = if needed.is_finite() { needed.clamp(1.0, 15.0) as usize } else { 15 };
     format!("{value:.after_point$e}")

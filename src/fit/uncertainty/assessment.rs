@@ -15,6 +15,7 @@ use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::discretization::{DiscretizationError, errors_of, shifts};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
+use crate::fit::uncertainty::known_errors::KnownErrors;
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
 use crate::fit::uncertainty::observed;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
@@ -120,11 +121,21 @@ pub(crate) fn assess(
     suspicions: &[(Code, String)],
 ) -> Result<Assessment, Error> {
     let unknowns = search.unknowns;
-    let Local { noise, correlations, covariance, vanishing } = &local;
     let corrected = chosen.clone().unwrap_or_default();
+    let fitted = optimum;
+    let known = known_errors((search, fitted), &local, knowns, &mut warnings);
+    let explained = known
+        .as_ref()
+        .and_then(|known| known.explained((search, fitted), &local.noise, &mut warnings));
+    // From here on residuals are what known numbers do not explain.
+    let (optimum, local) = match &explained {
+        Some(explained) => (explained, self::local(search, explained)?),
+        None => (fitted, local),
+    };
+    let Local { noise, correlations, covariance, vanishing } = &local;
     let reach = (&correlations.reach[..], &corrected);
     let estimates = estimates(unknowns, optimum, (covariance, vanishing), reach);
-    let estimates = across_experiments(estimates, (search, optimum));
+    let estimates = across_experiments(estimates, (search, fitted));
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
         true => ("", ""),
@@ -172,25 +183,23 @@ pub(crate) fn assess(
         }
         false => (estimates, Vec::new()),
     };
-    let given =
-        Given { knowns, analysis, discretization: &discretization, sigma: &sigma, correlations };
-    let mut estimates = budgeted(estimates, (search, optimum), noise, given, &mut warnings);
-    let mut unsaid = match estimates.iter().any(|e| e.std_error.is_some()) {
-        true => {
-            let asked = (analysis.what_if, knowns);
-            unsaid((search, optimum), (&estimates, noise), asked, &mut warnings)
-        }
-        false => Unsaid::default(),
+    let given = Given {
+        known: known.as_ref(),
+        analysis,
+        discretization: &discretization,
+        sigma: &sigma,
+        correlations,
     };
-    let per_cents = std::mem::take(&mut unsaid.per_cents).into_iter();
-    estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
+    let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
+    let asked = (analysis.what_if, knowns);
+    let unsaid = unsaid_of(&mut estimates, (search, optimum), noise, asked, &mut warnings);
     explained_by(&unsaid.score_tests, &mut warnings);
     let about = (covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), about, &mut warnings);
     let losses = losses(search, optimum, noise);
     Ok(Assessment {
         estimates,
-        residual_rms: residual_rms(search, optimum),
+        residual_rms: residual_rms(search, fitted),
         losses,
         covariance: Some(local.covariance),
         sigma,
@@ -202,6 +211,72 @@ pub(crate) fn assess(
         profiles,
         warnings,
     })
+}
+
+/// What the known numbers do to the fit; what keeps that from being known is a warning.
+fn known_errors<'a>(
+    found: (&Search, &Optimum),
+    local: &Local,
+    knowns: &'a [Known],
+    warnings: &mut Warnings,
+) -> Option<KnownErrors<'a>> {
+    let zero = local.vanishing.iter().map(|v| v.is_some_and(|v| v.upper95.is_some()));
+    let identified: Vec<bool> =
+        local.covariance.deviation.iter().zip(zero).map(|(d, zero)| d.is_some() || zero).collect();
+    if found.0.is_stopped() || !identified.contains(&true) {
+        return None;
+    }
+    let known = KnownErrors::of(knowns, found, (&identified, &local.noise.weights));
+    let failed = |error: &Error| {
+        let words = format!("no budget of uncertainty: its simulation failed ({error})");
+        warnings.add(Weight::Note, words);
+    };
+    known.inspect_err(failed).ok()
+}
+
+/// What data without noise at an optimum would be worth with theirs: what another mesh would say is not asked.
+pub(crate) fn expected(
+    (search, optimum): (&Search, &Optimum),
+    (analysis, knowns): (&Analysis, &[Known]),
+) -> Result<Assessment, Error> {
+    let local = local(search, optimum)?;
+    let mut warnings = Warnings::default();
+    let known = known_errors((search, optimum), &local, knowns, &mut warnings);
+    let Local { noise, correlations, covariance, vanishing } = &local;
+    let reach = (&correlations.reach[..], &Shifts::default());
+    let estimates = estimates(search.unknowns, optimum, (covariance, vanishing), reach);
+    may_be_zero(&estimates, &mut warnings);
+    steps_too_large(search.experiments, &mut warnings);
+    let analysis = &Analysis { monte_carlo: 0, ..analysis.clone() };
+    let given = Given {
+        known: known.as_ref(),
+        analysis,
+        discretization: &[],
+        sigma: &search.sigmas,
+        correlations,
+    };
+    let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
+    let asked = (Some(analysis.what_if != Some(false)), knowns);
+    let unsaid = unsaid_of(&mut estimates, (search, optimum), noise, asked, &mut warnings);
+    let covariance = Some(covariance.clone());
+    Ok(Assessment { estimates, covariance, unsaid, warnings, ..Assessment::default() })
+}
+
+/// What the scene may lack and what could hide; the estimates take what one per cent of other numbers would change.
+fn unsaid_of(
+    estimates: &mut [Estimate],
+    found: (&Search, &Optimum),
+    noise: &Noise,
+    asked: (Option<bool>, &[Known]),
+    warnings: &mut Warnings,
+) -> Unsaid {
+    if estimates.iter().all(|e| e.std_error.is_none()) {
+        return Unsaid::default();
+    }
+    let mut unsaid = unsaid(found, (estimates, noise), asked, warnings);
+    let per_cents = std::mem::take(&mut unsaid.per_cents).into_iter();
+    estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
+    unsaid
 }
 
 /// The size of what was measured, in units of the noise.

@@ -9,8 +9,7 @@
 //! Student's t at the effective degrees of freedom of Welch and Satterthwaite.
 
 use crate::code::Code;
-use crate::error::Error;
-use crate::fit::known::{Known, correlations};
+use crate::fit::known::Known;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::Analysis;
@@ -18,66 +17,19 @@ use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::inputs::{Change, Directions};
-use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::known_errors::KnownErrors;
 use crate::fit::uncertainty::quantile::quantile95;
 use crate::fit::uncertainty::sources::{BudgetLine, MonteCarlo};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
-use nalgebra::{DMatrix, DVector};
 
 /// A spread this much other than the budget's is not by the error of either.
 const NOT_LINEAR: f64 = 0.1;
 
-/// What the known numbers do to the unknowns, on their scales.
-struct KnownErrors<'a> {
-    knowns: &'a [Known],
-    /// Of every known number, the value that its experiments share, if they do.
-    values: Vec<Option<f64>>,
-    correlations: DMatrix<f64>,
-    /// Answers of every unknown to one standard uncertainty of every known number.
-    answers: Vec<Vec<Option<f64>>>,
-}
-
-impl<'a> KnownErrors<'a> {
-    /// By derivatives of the full model.
-    pub fn of(
-        knowns: &'a [Known],
-        (search, optimum): (&Search, &Optimum),
-        around: (&[Estimate], &[f64]),
-    ) -> Result<Self, Error> {
-        let experiments = search.experiments;
-        let changes: Vec<Change> =
-            knowns.iter().map(|known| Change::of_known(experiments, known)).collect();
-        Ok(Self {
-            knowns,
-            values: changes.iter().map(Change::value).collect(),
-            correlations: correlations(knowns)?,
-            answers: match changes.is_empty() {
-                true => Vec::new(),
-                false => {
-                    Directions::of((search, optimum, experiments), around, &changes)?.answers()
-                }
-            },
-        })
-    }
-
-    /// Answers of an unknown to one standard uncertainty of each.
-    fn of_unknown(&self, j: usize) -> DVector<f64> {
-        let answers = self.answers.iter().map(|answers| answers[j].unwrap_or(0.0));
-        DVector::from_iterator(self.knowns.len(), answers)
-    }
-
-    /// Variance of an unknown, on its scale, by all of them.
-    pub fn variance(&self, j: usize) -> f64 {
-        let by = self.of_unknown(j);
-        by.dot(&(&self.correlations * &by)).max(0.0)
-    }
-}
-
 /// What is given beside the data.
 #[derive(Clone, Copy)]
 pub(crate) struct Given<'a> {
-    pub knowns: &'a [Known],
+    /// None where that could not be computed.
+    pub known: Option<&'a KnownErrors<'a>>,
     pub analysis: &'a Analysis,
     pub discretization: &'a [DiscretizationError],
     /// The noise of each measurement, in its unit.
@@ -89,29 +41,20 @@ pub(crate) struct Given<'a> {
 pub(crate) fn budgeted(
     estimates: Vec<Estimate>,
     (search, optimum): (&Search, &Optimum),
-    noise: &Noise,
     given: Given,
     warnings: &mut Warnings,
 ) -> Vec<Estimate> {
-    let Given { knowns, analysis, discretization, sigma, correlations } = given;
+    let Given { known, analysis, discretization, sigma, correlations } = given;
+    let Some(known) = known else { return estimates };
     if estimates.iter().all(|e| e.std_error.is_none()) || search.is_stopped() {
         return estimates;
     }
-    let known = KnownErrors::of(knowns, (search, optimum), (&estimates, &noise.weights));
-    let known = match known {
-        Ok(known) => known,
-        Err(error) => {
-            let words = format!("no budget of uncertainty: its simulation failed ({error})");
-            warnings.add(Weight::Note, Code::NoBudget, words);
-            return estimates;
-        }
-    };
-    let estimates = with_budgets(estimates, search, &correlations.freedom, discretization, &known);
+    let estimates = with_budgets(estimates, search, &correlations.freedom, discretization, known);
     match analysis.monte_carlo {
         0 => estimates,
         fits => {
-            let draws = Draws { sigma, knowns, correlations, blocks: false };
-            let how = (draws, &known, (fits, analysis.seed));
+            let draws = Draws { sigma, knowns: known.knowns, correlations, blocks: false };
+            let how = (draws, known, (fits, analysis.seed));
             with_monte_carlo(estimates, (search, optimum), how, warnings)
         }
     }

@@ -149,7 +149,7 @@ impl Directions {
     /// At the optimum; `experiments` are those of the search, or a coarse model of them.
     pub fn of(
         (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
-        (estimates, weights): (&[Estimate], &[f64]),
+        (identified, weights): (&[bool], &[f64]),
         changes: &[Change],
     ) -> Result<Self, Error> {
         let n = search.unknowns.len();
@@ -165,8 +165,7 @@ impl Directions {
         let rows = weighted(&residuals.plain_jacobian(&x)?, weights);
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
-        let free: Vec<usize> =
-            (0..n).filter(|j| estimates[*j].identifiable && norms[*j] > 0.0).collect();
+        let free: Vec<usize> = (0..n).filter(|j| identified[*j] && norms[*j] > 0.0).collect();
         let by_free =
             DMatrix::from_fn(rows.len(), free.len(), |i, a| rows[i][free[a]] / norms[free[a]]);
         let mut first = n;

@@ -12,6 +12,7 @@ pub(crate) mod estimate;
 pub(crate) mod extensions;
 pub(crate) mod identifiability;
 pub(crate) mod inputs;
+pub(crate) mod known_errors;
 pub(crate) mod noise;
 pub(crate) mod observed;
 pub(crate) mod prediction;

@@ -7,13 +7,15 @@ use crate::fit::misfit::noise::weights_depend_on_the_fit;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::quantile::{one_sided95, quantile95};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 /// What the noise at an optimum makes of misfits and derivatives.
 pub(crate) struct Noise {
     /// Variance of the residuals under squares; 1 when sigma is known or was estimated before.
     pub variance: f64,
+    /// Whether that is estimated from the residuals.
+    pub is_estimated: bool,
     /// A rise of twice the misfit by the square of a quantile times this ends an interval.
     pub rise: f64,
     /// How many standard deviations a 95 % interval reaches to each side.
@@ -33,7 +35,9 @@ impl Noise {
         let freedom = (total - search.unknowns.len()) as f64;
         let known = all(search.experiments).all(|(_, m)| m.sigma().is_some());
         let settled = known || weights_depend_on_the_fit(search.experiments, search.unknowns);
-        let variance = if settled { 1.0 } else { 2.0 * optimum.cost / freedom };
+        let trusted = |(k, r): (usize, &f64)| (search.trust.get(k).unwrap_or(&1.0) * r).powi(2);
+        let square: f64 = optimum.residuals.iter().enumerate().map(trusted).sum();
+        let variance = if settled { 1.0 } else { square / freedom };
         let mut weights = Vec::with_capacity(total);
         // Sums of psi' and psi^2 (Huber 1981).
         let (mut slope, mut square) = (0.0, 0.0);
@@ -53,13 +57,24 @@ impl Noise {
         let freedom = (!known).then_some(freedom);
         let (reach, up) = (quantile95(freedom), one_sided95(freedom));
         let rise = if robust { square / slope } else { variance };
-        Self { variance, rise, reach, up, freedom, weights }
+        Self { variance, is_estimated: !settled, rise, reach, up, freedom, weights }
     }
 }
 
 pub(crate) fn weighted(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>> {
     let scaled = |(row, w): (&Vec<f64>, &f64)| row.iter().map(|d| d * w).collect();
     rows.iter().zip(weights).map(scaled).collect()
+}
+
+/// What is left of the data, weighted as the rows of the Jacobian are.
+pub(crate) fn left(search: &Search, optimum: &Optimum, noise: &Noise) -> DVector<f64> {
+    let mut felt = Vec::with_capacity(optimum.residuals.len());
+    for (_, measurement, _, own) in search.measured(optimum) {
+        felt.extend(own.iter().map(|r| measurement.loss().influence(*r)[0]));
+    }
+    felt.extend_from_slice(&optimum.residuals[felt.len()..]);
+    felt.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
+    felt.into()
 }
 
 /// Covariance of the gradient of the misfit: `sum psi^2 j j'`, measurement by measurement with the

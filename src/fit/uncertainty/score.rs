@@ -23,11 +23,10 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
 use crate::fit::uncertainty::inputs::{Change, Directions, effect, one_per_cent, per_cents};
-use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::noise::{Noise, left};
 use crate::fit::uncertainty::sources::{CouldHide, PerCent, ScoreTest};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
-use nalgebra::DVector;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Steps of the coarse model in the first period.
@@ -100,17 +99,6 @@ fn extended(
     };
     let found = found.into_iter().map(change).collect();
     Ok((experiments, found))
-}
-
-/// What is left of the data, weighted as the rows of the Jacobian are.
-fn left(search: &Search, optimum: &Optimum, noise: &Noise) -> DVector<f64> {
-    let mut felt = Vec::with_capacity(optimum.residuals.len());
-    for (_, measurement, _, own) in search.measured(optimum) {
-        felt.extend(own.iter().map(|r| measurement.loss().influence(*r)[0]));
-    }
-    felt.extend_from_slice(&optimum.residuals[felt.len()..]);
-    felt.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
-    felt.into()
 }
 
 /// How often noise alone is as many standard deviations off.
@@ -189,7 +177,8 @@ fn looked_for_by(
         terms.push((extension, size));
     }
     let run = (search, optimum, &experiments[..]);
-    let directions = Directions::of(run, (estimates, &noise.weights), &changes)?;
+    let identified: Vec<bool> = estimates.iter().map(|e| e.identifiable).collect();
+    let directions = Directions::of(run, (&identified, &noise.weights), &changes)?;
     search.report("what is not said");
     let answers = directions.answers();
     let inputs_only = (&changes[..inputs], &answers[..inputs]);

@@ -51,6 +51,11 @@ impl Axes {
         self.0.map(|axis| axis.and_then(|(c, sign)| Some(sign * place[c]?)))
     }
 
+    /// What there is of each of the file's axes, for those of the world.
+    pub(crate) fn chosen<T: Copy>(self, of: [Option<T>; 3]) -> [Option<T>; 3] {
+        self.0.map(|axis| axis.and_then(|(c, _)| of[c]))
+    }
+
     /// Refuses axes that the file does not have.
     pub(crate) fn check(self, has: [bool; 3]) -> Result<(), String> {
         match self.0.iter().flatten().find(|(axis, _)| !has[*axis]) {

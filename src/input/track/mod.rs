@@ -11,6 +11,7 @@ pub(crate) mod qualisys;
 pub(crate) mod recording;
 pub(crate) mod sheet;
 pub(crate) mod sightings;
+pub(crate) mod sigma;
 pub(crate) mod sleap;
 pub(crate) mod table;
 pub(crate) mod tracker;

@@ -1,10 +1,12 @@
 //! Recordings as laboratories write them: their columns, units, clocks and image axes.
 
 use crate::error::Error;
+use crate::input::table::Row;
 use crate::input::table::{LENGTHS, TIMES, Table};
 use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
 use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
+use crate::input::track::sigma::SigmaColumns;
 use serde::{Deserialize, Serialize};
 
 /// How the numbers of a file become seconds and metres, and which of its markers is meant. The default reads files
@@ -60,6 +62,9 @@ pub struct Recording {
     /// When the motion starts on the file's own clock, in its unit; what was seen before is left
     /// out, and counted in [`Observation::dropped`](crate::Observation::dropped).
     pub time_zero: Option<f64>,
+    /// Which columns say how far off each place is; of a table of one marker, or of a shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<SigmaColumns>,
 }
 
 /// Which way an axis points.
@@ -81,6 +86,8 @@ pub(crate) struct Columns {
     /// The clock's column, and its unit in s.
     pub time: (usize, f64),
     pub axes: AxisColumns,
+    /// Of the standard deviations, likewise.
+    pub sigma: AxisColumns,
 }
 
 /// What is said of a time or a place that no number holds.
@@ -107,6 +114,67 @@ impl Recording {
             let (column, factor) = axes[c]?;
             row[column].map(|value| (value - origin[c]) * factor)
         }))
+    }
+
+    /// How far off a row says that its `seen` coordinates are, m.
+    pub(crate) fn sigma(
+        &self,
+        table: &Table,
+        columns: &AxisColumns,
+        row: &Row,
+        seen: [bool; 3],
+    ) -> Result<[Option<f64>; 3], Error> {
+        let mut own = [None; 3];
+        for (own, column) in own.iter_mut().zip(columns) {
+            let Some((column, factor)) = column else { continue };
+            *own = row.values[*column].map(|value| (value, *factor, *column));
+        }
+        let there = columns.iter().flatten().next().map_or(0, |(column, _)| *column);
+        let turned = match self.axes {
+            None => own,
+            Some(axes) => axes.chosen(own),
+        };
+        let mut sigma = [None; 3];
+        for c in (0..3).filter(|c| seen[*c]) {
+            let refused = |column: usize, found: String| {
+                let name = &table.columns[column].0;
+                let allowed = "a finite number above 0 for every place that was seen";
+                table
+                    .error(row.line, &format!("column `{name}`: found {found}, allowed: {allowed}"))
+            };
+            match turned[c] {
+                Some((value, factor, _))
+                    if value * factor > 0.0 && (value * factor).is_finite() =>
+                {
+                    sigma[c] = Some(value * factor);
+                }
+                Some((value, _, column)) => return Err(refused(column, value.to_string())),
+                None => return Err(refused(there, "a blank".into())),
+            }
+        }
+        Ok(sigma)
+    }
+
+    /// The columns of standard deviations beside those of these `axes`, with their factors to metres; none where no
+    /// column says them. Those without a unit have that of the places.
+    pub(crate) fn sigma_columns(
+        &self,
+        table: &Table,
+        axes: &AxisColumns,
+        others: &[&str],
+    ) -> Result<AxisColumns, Error> {
+        let Some(sigma) = &self.sigma else { return Ok([None; 3]) };
+        let found = sigma.find(table, axes.map(|axis| axis.is_some()), others)?;
+        let mut columns = [None; 3];
+        for ((slot, column), axis) in columns.iter_mut().zip(found).zip(axes) {
+            let (Some(column), Some((_, own))) = (column, axis) else { continue };
+            let factor = match &table.columns[column].1 {
+                None => own.abs(),
+                Some(_) => self.axis(table, column)?.abs(),
+            };
+            *slot = Some((column, factor));
+        }
+        Ok(columns)
     }
 
     /// A place along the world's axes.
@@ -149,6 +217,11 @@ impl Recording {
     /// A marker in seconds and metres.
     pub(crate) fn convert(&self, sheet: &Sheet, marker: &Sighted) -> Result<Converted, Error> {
         let refused = |message: String| sheet.error(1, message);
+        if self.sigma.is_some() {
+            let message = "sigma names columns, allowed: a number, m, for markers that are named and files of \
+                           other programs";
+            return Err(refused(message.into()));
+        }
         let start = self.time_zero.unwrap_or(match sheet.clock {
             Clock::Time(_) => 0.0,
             Clock::Frames { first, .. } => first,
@@ -259,10 +332,11 @@ impl Recording {
     }
 
     /// Refuses columns of other names, and two of one.
-    pub(crate) fn check_columns(table: &Table, names: &[&str]) -> Result<(), Error> {
+    pub(crate) fn check_columns(&self, table: &Table, names: &[&str]) -> Result<(), Error> {
+        let sigma = self.sigma.as_ref().map(SigmaColumns::all).unwrap_or_default();
         for (i, (name, _)) in table.columns.iter().enumerate() {
-            if !names.contains(&name.as_str()) {
-                let allowed = names.join(", ");
+            if !names.contains(&name.as_str()) && !sigma.contains(name) {
+                let allowed = format!("{}, and those that sigma names", names.join(", "));
                 return Err(table.error(1, &format!("column `{name}`, allowed: {allowed}")));
             }
             if table.columns[..i].iter().any(|(before, _)| before == name) {
@@ -273,7 +347,8 @@ impl Recording {
     }
 
     pub(crate) fn columns(&self, table: &Table) -> Result<Columns, Error> {
-        Self::check_columns(table, &["t", "time", "frame", "x", "y", "z"])?;
+        let known = ["t", "time", "frame", "x", "y", "z"];
+        self.check_columns(table, &known)?;
         let clocks = ["t", "time", "frame"].into_iter().filter_map(|name| table.find(name));
         let clocks: Vec<usize> = clocks.collect();
         let time = match clocks[..] {
@@ -286,7 +361,8 @@ impl Recording {
             }
             _ => return Err(table.error(1, "two clocks, allowed: one of t, time and frame")),
         };
-        Ok(Columns { time, axes: self.axis_columns(table)? })
+        let axes = self.axis_columns(table)?;
+        Ok(Columns { time, axes, sigma: self.sigma_columns(table, &axes, &known)? })
     }
 
     /// The columns of positions. What says how to read columns that are not there is refused.

@@ -1,0 +1,73 @@
+//! `rodfit design`
+
+use crate::command::output::Outputs;
+use crate::command::{Json, Manner, conclude, fit, limits, terminal};
+use rodfit::Error;
+use rodfit::fit::{FitFile, Measurement};
+use std::path::PathBuf;
+
+/// What an experiment would tell that is planned: the standard error and 95 % interval that each parameter would
+/// have, its budget of uncertainty, what could hide, and how these change with where the marker is, how long is filmed
+/// and how fast.
+///
+/// The fit file says of a recording that is not there yet, in the place of its file, `duration` (s) and `fps`, beside
+/// `sigma` and `point`; of a photograph `at = [0.25, 0.5]`, arc lengths in m. Values are those of `start`, or else of the
+/// scene. Of files that are there only the times count.
+#[derive(clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Options {
+    /// Fit file (TOML).
+    fit: PathBuf,
+    #[command(flatten)]
+    json: Json,
+    /// Say that a number of the scenes has this standard uncertainty, in its unit; repeatable.
+    #[arg(long, value_name = "NAME=SIGMA")]
+    known: Vec<String>,
+    /// The standard deviation of all positions of which the fit file says none, m.
+    #[arg(long, value_name = "M")]
+    sigma: Option<f64>,
+}
+
+pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
+    let path = &options.fit;
+    let admit = |scene: &_| limits::of_mesh(scene).admit(manner);
+    let mut file = FitFile::load_plan_if(path, admit)?;
+    for known in &options.known {
+        file.knowns.push(fit::known(known)?);
+    }
+    if let Some(sigma) = options.sigma {
+        set_sigma(&mut file, sigma)?;
+    }
+    let mut outputs = Outputs::new(manner);
+    let json = outputs.add("--json", options.json.json.as_deref());
+    let mut inputs = file.files();
+    inputs.push(path.clone());
+    outputs.check(&inputs)?;
+    limits::of_design(&file, path.clone()).admit(manner)?;
+    let stop = terminal::stop_on_ctrl_c(manner);
+    let design = file.fit().stop_when(stop).design().map_err(|error| match error {
+        Error::Invalid { file: None, key, found, allowed } => {
+            Error::Invalid { file: Some(path.clone()), key, found, allowed }
+        }
+        error => error,
+    })?;
+    let code = if design.parameters.iter().all(|e| e.identifiable) { 0 } else { 3 };
+    let written = [outputs.write_json(json, &design), outputs.summary(&design)];
+    Ok(conclude(code, written))
+}
+
+/// Gives positions a noise that have none.
+fn set_sigma(file: &mut FitFile, sigma: f64) -> Result<(), Error> {
+    if !(sigma.is_finite() && sigma > 0.0) {
+        let (found, allowed) = (sigma.to_string(), "a finite number above 0, m".into());
+        return Err(Error::Invalid { file: None, key: "--sigma".into(), found, allowed });
+    }
+    for measurement in file.experiments.iter_mut().flat_map(|e| &mut e.measurements) {
+        match measurement {
+            Measurement::Motion(o) => o.sigma = o.sigma.or(Some(sigma)),
+            Measurement::RestShape(s) => s.sigma = s.sigma.or(Some(sigma)),
+            _ => {}
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! Columns of a table that say how far off its places are.
+
+use crate::error::Error;
+use crate::input::table::Table;
+use serde::{Deserialize, Serialize};
+
+/// The columns with the standard deviations of a file's places, row by row; in the unit of their headers, or that of
+/// the places.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected the name of a column, or { x = \"..\", y = \"..\" } of those of the axes"
+)]
+pub enum SigmaColumns {
+    /// One for all axes.
+    All(String),
+    /// One for each of the file's axes.
+    Each(AxisColumnNames),
+}
+
+/// Names of columns for the file's axes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AxisColumnNames {
+    /// Of x.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub x: Option<String>,
+    /// Of y.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub y: Option<String>,
+    /// Of z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub z: Option<String>,
+}
+
+impl SigmaColumns {
+    /// The column of each axis.
+    fn names(&self) -> [Option<&str>; 3] {
+        match self {
+            Self::All(name) => [Some(name); 3],
+            Self::Each(AxisColumnNames { x, y, z }) => [x, y, z].map(|name| name.as_deref()),
+        }
+    }
+
+    /// All columns, as tables name them.
+    pub(crate) fn all(&self) -> Vec<String> {
+        self.names().into_iter().flatten().map(str::to_lowercase).collect()
+    }
+
+    /// The column of each axis that is `there`; axes of the table are no columns of this kind.
+    pub(crate) fn find(
+        &self,
+        table: &Table,
+        there: [bool; 3],
+        others: &[&str],
+    ) -> Result<[Option<usize>; 3], Error> {
+        let mut found = [None; 3];
+        for (c, name) in self.names().into_iter().enumerate().filter(|(c, _)| there[*c]) {
+            let axis = ["x", "y", "z"][c];
+            let Some(name) = name.map(str::to_lowercase) else {
+                let message = format!(
+                    "sigma names no column for {axis}, allowed: one for each axis of the file"
+                );
+                return Err(table.error(1, &message));
+            };
+            if others.contains(&name.as_str()) {
+                let message =
+                    format!("sigma = `{name}`, which is no column of its own, allowed: another");
+                return Err(table.error(1, &message));
+            }
+            found[c] = Some(table.require(&name)?);
+        }
+        Ok(found)
+    }
+}

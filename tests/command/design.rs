@@ -1,0 +1,95 @@
+//! Plans on the command line.
+
+use crate::folder::{Folder, refused, replaced, stderr, stdout, succeeds};
+
+const PLAN: &str = r#"
+scene = "scene.toml"
+[[observation]]
+point = { arc_length = 0.4 }
+axes = ["x", "y", "none"]
+duration = 0.25
+fps = 80
+sigma = 1e-3
+[[parameter]]
+name = "youngs_modulus"
+start = 2e8
+"#;
+
+fn run(plan: &str, more: &[&str]) -> (Folder, std::process::Output) {
+    let folder = Folder::new();
+    folder.write("plan.toml", plan);
+    let output = folder.run(&[&["design", "plan.toml"], more].concat());
+    (folder, output)
+}
+
+#[test]
+fn a_plan_is_told_on_the_terminal_and_in_json() {
+    let (_, output) = run(PLAN, &[]);
+    succeeds(&output);
+    let words = stdout(&output);
+    for part in ["2.000", "where the marker", "how long to film", "how fast", "0.400", "best"] {
+        assert!(words.contains(part), "`{part}` in: {words}");
+    }
+    let (folder, output) = run(PLAN, &["--known", "rod.section.radius=5e-5", "--json", "d.json"]);
+    succeeds(&output);
+    let design = folder.json("d.json");
+    let parameter = &design["parameters"][0];
+    assert_eq!(parameter["value"], 2e8);
+    assert!(parameter["combined_std"].as_f64() > parameter["std_error"].as_f64());
+    let questions: Vec<&str> = design["advice"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|a| a["question"].as_str().unwrap())
+        .collect();
+    assert_eq!(questions, ["place", "length", "rate"]);
+}
+
+/// Neither a mesh nor a step in the scene, and a recording that is there.
+#[test]
+fn the_program_chooses_numerics_and_data_are_plans() {
+    let folder = Folder::new();
+    let scene = replaced(&folder.read("scene.toml"), "segments = 20", "");
+    folder.write("scene.toml", &replaced(&replaced(&scene, "step = 2e-3", ""), "beta = 0.5", ""));
+    refused(&folder.run(&["design", "fit.toml"]), &["fit.toml", "observation[0].sigma"]);
+    let output = folder.run(&["design", "fit.toml", "--sigma", "1e-3"]);
+    succeeds(&output);
+    assert!(stdout(&output).contains("where the marker of tip.csv"), "{}", stdout(&output));
+}
+
+#[test]
+fn what_is_not_identifiable_exits_with_three() {
+    let both = format!("{PLAN}[[parameter]]\nname = \"density\"\n");
+    let (_, output) = run(&both, &[]);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert!(stdout(&output).contains("density: not identifiable with any other"));
+}
+
+#[test]
+fn bad_plans_are_refused() {
+    for (from, to, words) in [
+        ("fps = 80", "", &["plan.toml", "observation[0].fps"][..]),
+        ("fps = 80", "fps = -1", &["plan.toml", "observation[0].fps", "-1"]),
+        ("fps = 80", "fps = 1e9", &["observation[0].fps", "frames"]),
+        ("fps = 80", "fps = 1", &["observation[0].fps", "frames"]),
+        ("duration = 0.25", "duration = nan", &["observation[0].duration", "NaN"]),
+        ("duration = 0.25", "duration = 7", &["observation[0].duration", "time.end = 0.3"]),
+        ("duration = 0.25", "duration = 0.25\nfile = \"tip.csv\"", &["observation[0].duration"]),
+        ("duration = 0.25", "duration = 0.25\nevery = 2", &["observation[0].duration"]),
+        ("sigma = 1e-3", "", &["plan.toml", "observation[0].sigma"]),
+        ("0.4", "0.7", &["plan.toml", "observation[0].point", "0.7"]),
+        (
+            "name = \"youngs_modulus\"\nstart = 2e8",
+            "name = \"damping.mass\"",
+            &["parameter[0].start", "above 0"],
+        ),
+        ("[[observation]]", "[[shape]]\nat = [0.7]\nsigma = 1e-3\n[[observation]]", &["0.7"]),
+        ("[[observation]]", "[[shape]]\nsigma = 1e-3\n[[observation]]", &["shape[0].file"]),
+    ] {
+        let (_, output) = run(&replaced(PLAN, from, to), &[]);
+        refused(&output, words);
+    }
+    refused(&run(PLAN, &["--sigma", "0"]).1, &["--sigma", "above 0"]);
+    let (folder, _) = run(PLAN, &[]);
+    refused(&folder.run(&["fit", "plan.toml"]), &["plan.toml", "observation[0].file", "planned"]);
+}

@@ -1,0 +1,176 @@
+//! What a plan is expected to tell, against fits of data as planned, against other plans and closed forms.
+
+use nalgebra::DMatrix;
+use rodfit::fit::{Advice, Choice, Design, Frequencies, Known, Question, RestShape};
+use rodfit::scene::{Material, Scene, Section, Shape};
+use rodfit::vibration::About;
+use rodfit::{Fit, Observation, Parameter, Point};
+
+use crate::common::coarse;
+use crate::common::fits::{fit_with, mean_and_spread, noisy, observe, same_mesh, value};
+
+const SIGMA: f64 = 1e-3;
+const RATE: f64 = 100.0;
+const BOTH: [Parameter; 2] = [Parameter::YoungsModulus, Parameter::DampingMass];
+
+/// A damped cantilever.
+fn scene() -> Scene {
+    let mut scene = coarse(10, 4e-3, 0.8);
+    scene.loads.damping.mass = 0.8;
+    scene
+}
+
+fn planned(duration: f64, rate: f64) -> Observation {
+    Observation::planned(duration, rate).unwrap().sigma(SIGMA)
+}
+
+fn design(scene: &Scene, plan: Observation) -> Design {
+    let fit = Fit::new(&scene.problem().unwrap()).observe(plan);
+    BOTH.iter().fold(fit, |fit, p| fit.identify(*p)).design().unwrap()
+}
+
+fn errors(design: &Design) -> Vec<Option<f64>> {
+    design.parameters.iter().map(|e| e.std_error).collect()
+}
+
+#[track_caller]
+fn near(found: &[Option<f64>], expected: &[Option<f64>], part: f64) {
+    assert_eq!(found.len(), expected.len());
+    for pair in found.iter().zip(expected) {
+        let (Some(a), Some(b)) = pair else { panic!("{pair:?}") };
+        assert!((a / b - 1.0).abs() < part, "{a}, expected {b}");
+    }
+}
+
+/// Data without noise that are as planned.
+fn as_planned(scene: &Scene) -> Observation {
+    observe(scene, 80).sigma(SIGMA)
+}
+
+/// Standard errors are those of the normal matrix at the same values, to rounding.
+#[test]
+fn errors_are_those_of_the_normal_matrix() {
+    let scene = scene();
+    let fit = Fit::new(&scene.problem().unwrap()).observe(as_planned(&scene));
+    let fit = BOTH.iter().fold(fit, |fit, p| fit.identify(*p));
+    let values = BOTH.map(|p| p.of(&scene).unwrap());
+    let rows = fit.residuals().unwrap().jacobian_at(&values.map(f64::ln)).unwrap();
+    let j = DMatrix::from_fn(rows.len(), 2, |i, k| rows[i][k]);
+    let covariance = j.tr_mul(&j).try_inverse().unwrap();
+    let expected = [0, 1].map(|k| Some(covariance[(k, k)].sqrt() * values[k]));
+    near(&errors(&design(&scene, planned(0.8, RATE))), &expected, 1e-6);
+    // Of data only the times count.
+    near(&errors(&design(&scene, noisy(&as_planned(&scene), 0.1, 3))), &expected, 1e-6);
+}
+
+/// Fits of seeded data scatter as expected, and say so themselves.
+#[test]
+fn seeded_fits_scatter_as_expected() {
+    let scene = scene();
+    let expected = errors(&design(&scene, planned(0.8, RATE)));
+    let clean = as_planned(&scene);
+    let (mut found, mut said) = ([Vec::new(), Vec::new()], Vec::new());
+    for seed in 0..120 {
+        let report = fit_with(&scene, &noisy(&clean, SIGMA, seed), &BOTH, same_mesh());
+        for (k, parameter) in BOTH.iter().enumerate() {
+            found[k].push(value(&report, *parameter));
+        }
+        said.push(report.estimate(BOTH[0]).unwrap().std_error.unwrap());
+    }
+    // Some take chance for noise that remembers.
+    said.sort_by(f64::total_cmp);
+    near(&[Some(said[said.len() / 2])], &expected[..1], 0.02);
+    for (values, expected) in found.iter().zip(expected) {
+        let [_, spread] = mean_and_spread(values);
+        // Three standard deviations of a spread of as many.
+        near(&[Some(spread)], &[expected], 3.0 / (2.0 * values.len() as f64).sqrt());
+    }
+}
+
+/// The choices of a design, and that which it marks.
+fn advice(design: &Design, question: Question) -> (&Advice, &Choice) {
+    let advice = design.advice.iter().find(|a| a.question == question).unwrap();
+    let best: Vec<&Choice> = advice.choices.iter().filter(|c| c.best).collect();
+    assert!(advice.choices.windows(2).all(|c| c[0].value < c[1].value));
+    assert_eq!((best.len(), advice.choices.iter().filter(|c| c.planned).count()), (1, 1));
+    (advice, best[0])
+}
+
+/// Every choice is what a plan of it says.
+#[test]
+fn choices_are_plans() {
+    let scene = scene();
+    let whole = design(&scene, planned(0.4, RATE));
+    let (places, best) = advice(&whole, Question::Place);
+    for choice in [&places.choices[4], &places.choices[9]] {
+        let plan = planned(0.4, RATE).at(Point::ArcLength(choice.value));
+        near(&choice.std_error, &errors(&design(&scene, plan)), 1e-9);
+    }
+    assert_eq!((best.value, best.planned), (0.5, true));
+    let (lengths, best) = advice(&whole, Question::Length);
+    for choice in lengths.choices.iter().filter(|c| c.value > 0.15) {
+        near(&choice.std_error, &errors(&design(&scene, planned(choice.value, RATE))), 1e-9);
+    }
+    assert_eq!(best.value, 0.8);
+    let (rates, best) = advice(&whole, Question::Rate);
+    for choice in rates.choices.iter().filter(|c| c.value > 20.0) {
+        near(&choice.std_error, &errors(&design(&scene, planned(0.4, choice.value))), 1e-9);
+    }
+    assert!((best.value / (4.0 * RATE) - 1.0).abs() < 1e-9);
+}
+
+/// White noise has less to say by the root of how many frames there are.
+#[test]
+fn errors_go_with_the_root_of_the_rate() {
+    let design = design(&scene(), planned(0.8, 1000.0));
+    let (rates, _) = advice(&design, Question::Rate);
+    for pair in rates.choices.windows(2).skip(1) {
+        let ratio = (pair[1].value / pair[0].value).sqrt();
+        let expected: Vec<_> = pair[0].std_error.iter().map(|e| Some(e.unwrap() / ratio)).collect();
+        near(&pair[1].std_error, &expected, 0.02);
+    }
+}
+
+/// A beam without tension.
+fn stiff() -> Scene {
+    let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+    let section = Section::Circle { radius: 0.005 };
+    let mut scene = Scene::new(20, shape, section, Material::new(1200.0, 2e10));
+    scene.loads.gravity = [0.0, -9.8, 0.0];
+    scene
+}
+
+/// A small droop goes with 1/E, a frequency with its root, and budgets follow.
+#[test]
+fn closed_forms() {
+    let scene = stiff();
+    let problem = scene.problem().unwrap();
+    let droop = -problem.equilibrium().unwrap().tip[1];
+    let modulus = 2e10;
+    let plan = RestShape::planned(&[0.5]).sigma(0.01 * droop);
+    let radius = Known::new(Parameter::Radius, 5e-5);
+    let fit = Fit::new(&problem).observe(plan).identify(Parameter::YoungsModulus).known(radius);
+    let design = fit.design().unwrap();
+    near(&errors(&design), &[Some(0.01 * modulus)], 1e-3);
+    // The droop of a rod's own weight goes with r^-2.
+    let combined = modulus * 0.01_f64.hypot(2.0 * 0.01);
+    near(&[design.parameters[0].combined_std], &[Some(combined)], 1e-3);
+
+    let frequency = problem.modes(1, About::Equilibrium).unwrap().frequencies_rad_s[0];
+    let rings = Frequencies::new(&[7.0], 0.01 * frequency);
+    let fit = Fit::new(&problem).observe(rings).identify(Parameter::YoungsModulus);
+    near(&errors(&fit.design().unwrap()), &[Some(0.02 * modulus)], 1e-3);
+}
+
+/// What enters only as a ratio is not identified by any choice, and a plan is no recording.
+#[test]
+fn what_nothing_tells_is_said() {
+    let scene = scene();
+    let fit = Fit::new(&scene.problem().unwrap()).observe(planned(0.4, RATE));
+    let fit = fit.identify(Parameter::YoungsModulus).identify(Parameter::Density);
+    let design = fit.design().unwrap();
+    assert_eq!(design.never_identifiable, ["youngs_modulus", "density"]);
+    assert!(design.not_identifiable[0].words.contains("youngs_modulus/density"));
+    let refused = fit.solve().unwrap_err().to_string();
+    assert!(refused.contains("observation[0].file") && refused.contains("planned"), "{refused}");
+}
