@@ -64,6 +64,7 @@ codes! {
     CorrelatedNoise "correlated-noise",
     AtBound "at-bound",
     AgainstPrior "against-prior",
+    KnownFarOff "known-far-off",
     BadlyPredicted "badly-predicted",
     NotPredicted "not-predicted",
     MayBeZero "may-be-zero",

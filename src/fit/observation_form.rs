@@ -58,6 +58,7 @@ enum Led {
 
 /// The noise of positions: a number for all of them, m, or columns of their file.
 #[derive(Clone, Deserialize)]
+#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected a number, m, the name of a column of the file, or { x = \"..\", y = \"..\" } of the columns of \

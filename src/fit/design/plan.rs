@@ -68,6 +68,7 @@ impl Plan<'_> {
             Some(c) => (c.correlation, c.singular_values, c.findings),
             None => (vec![vec![None; n]; n], Vec::new(), Vec::new()),
         };
+        let (warnings, warning_codes) = warnings.into_words();
         Ok(Design {
             never_identifiable: never.collect(),
             budget: estimates.iter().flat_map(|e| e.budget.clone()).collect(),
@@ -77,7 +78,8 @@ impl Plan<'_> {
             not_identifiable,
             could_hide: unsaid.could_hide,
             advice,
-            warnings: warnings.into_words(),
+            warnings,
+            warning_codes,
             simulations: search.simulations(),
             wall_seconds: since.elapsed().as_secs_f64(),
         })

@@ -1,5 +1,6 @@
 //! What a plan is expected to tell, as reports say it.
 
+use crate::code::Code;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::identifiability::Finding;
 use crate::fit::uncertainty::sources::{BudgetLine, CouldHide};
@@ -28,6 +29,8 @@ pub struct Design {
     pub advice: Vec<Advice>,
     /// What the user should know before believing the numbers.
     pub warnings: Vec<String>,
+    /// The codes of the warnings, in their order.
+    pub warning_codes: Vec<Code>,
     /// Work, in full simulations.
     pub simulations: f64,
     /// Wall time, s.

@@ -1,5 +1,6 @@
 //! A design as the terminal shows it.
 
+use crate::code::Code;
 use crate::fit::design::told::{Advice, Choice, Design, Question};
 use crate::fit::report::{budget, digits, hidden};
 use crate::fit::uncertainty::estimate::Estimate;
@@ -35,7 +36,7 @@ impl fmt::Display for Design {
             budget::write(f, e)?;
         }
         for hidden in hidden(&self.could_hide, &self.parameters) {
-            writeln!(f, "  could hide: {hidden}")?;
+            writeln!(f, "  could hide: {}", Code::CouldHide.behind(hidden))?;
         }
         let tells = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
         for advice in self.advice.iter().filter(|advice| advice.choices.iter().any(tells)) {

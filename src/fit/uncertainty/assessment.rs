@@ -229,7 +229,7 @@ fn known_errors<'a>(
     let known = KnownErrors::of(knowns, found, (&identified, &local.noise.weights));
     let failed = |error: &Error| {
         let words = format!("no budget of uncertainty: its simulation failed ({error})");
-        warnings.add(Weight::Note, words);
+        warnings.add(Weight::Note, Code::NoBudget, words);
     };
     known.inspect_err(failed).ok()
 }

@@ -11,6 +11,7 @@
 //!
 //! The estimates stay where they are, since `U` is across all that the unknowns can do.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{Known, correlations};
 use crate::fit::search::Search;
@@ -114,7 +115,7 @@ impl<'a> KnownErrors<'a> {
                 far * self.knowns[i].sigma,
                 self.knowns[i].parameter.unit()
             );
-            warnings.add(Weight::Misfit, words);
+            warnings.add(Weight::Misfit, Code::KnownFarOff, words);
             return None;
         }
         let explained = &self.unfollowed * off;
