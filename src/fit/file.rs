@@ -9,12 +9,12 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::observation_form::ObservationForm;
+use crate::fit::required::REQUIRED;
 use crate::fit::shape_form::ShapeForm;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::fit::validate::{check, recorded};
 use crate::input::missing_keys::parse;
-use crate::input::missing_keys::{Keys, Rule, always, if_there};
 use crate::resolution::Aim;
 use crate::scene::Parameter;
 use crate::scene::Scene;
@@ -44,45 +44,6 @@ pub struct FitFile {
     pub fields: Vec<Field>,
     /// What to do beyond finding them.
     pub analysis: Analysis,
-}
-
-/// What a fit file must have.
-const REQUIRED: [Rule; 13] = [
-    always("", |fit| if fit.contains_key("field") { &[] } else { &["parameter"] }),
-    if_there("field[]", |_| &["name", "sigma", "length"]),
-    if_there("parameter[]", |_| &["name"]),
-    if_there("parameter[].prior", |_| &["mean", "sigma"]),
-    if_there("known[]", |_| &["name", "sigma"]),
-    if_there("known[].correlation[]", |_| &["with", "value"]),
-    if_there("observation[]", observation_keys),
-    if_there("shape[]", shape_keys),
-    if_there("frequencies[]", |_| &["sigma"]),
-    if_there("experiment[]", experiment_keys),
-    if_there("experiment[].observation[]", observation_keys),
-    if_there("experiment[].shape[]", shape_keys),
-    if_there("experiment[].frequencies[]", |_| &["sigma"]),
-];
-
-/// Experiments of recordings are called after these.
-fn experiment_keys(experiment: &toml::Table) -> Keys {
-    match experiment.contains_key("path") || experiment.contains_key("paths") {
-        true => &["scene"],
-        false => &["name", "scene"],
-    }
-}
-
-/// Free markers are in the recording that leads the rod's ends; what is only planned is in no file.
-fn observation_keys(observation: &toml::Table) -> Keys {
-    let free = observation.get("markers").is_some_and(toml::Value::is_str);
-    match observation.contains_key("duration") {
-        true => &["fps"],
-        false if free => &[],
-        false => &["file"],
-    }
-}
-
-fn shape_keys(shape: &toml::Table) -> Keys {
-    if shape.contains_key("at") { &[] } else { &["file"] }
 }
 
 #[derive(Deserialize)]

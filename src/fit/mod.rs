@@ -24,6 +24,7 @@ pub(crate) mod measurement;
 pub(crate) mod misfit;
 mod observation_form;
 pub(crate) mod report;
+mod required;
 pub(crate) mod resolution;
 pub(crate) mod search;
 mod shape_form;

@@ -1,0 +1,42 @@
+//! What a fit file must say.
+
+use crate::input::missing_keys::{Keys, Rule, always, if_there};
+
+/// What a fit file must have.
+pub(crate) const REQUIRED: [Rule; 13] = [
+    always("", |fit| if fit.contains_key("field") { &[] } else { &["parameter"] }),
+    if_there("field[]", |_| &["name", "sigma", "length"]),
+    if_there("parameter[]", |_| &["name"]),
+    if_there("parameter[].prior", |_| &["mean", "sigma"]),
+    if_there("known[]", |_| &["name", "sigma"]),
+    if_there("known[].correlation[]", |_| &["with", "value"]),
+    if_there("observation[]", observation_keys),
+    if_there("shape[]", shape_keys),
+    if_there("frequencies[]", |_| &["sigma"]),
+    if_there("experiment[]", experiment_keys),
+    if_there("experiment[].observation[]", observation_keys),
+    if_there("experiment[].shape[]", shape_keys),
+    if_there("experiment[].frequencies[]", |_| &["sigma"]),
+];
+
+/// Experiments of recordings are called after these.
+fn experiment_keys(experiment: &toml::Table) -> Keys {
+    match experiment.contains_key("path") || experiment.contains_key("paths") {
+        true => &["scene"],
+        false => &["name", "scene"],
+    }
+}
+
+/// Free markers are in the recording that leads the rod's ends; what is only planned is in no file.
+fn observation_keys(observation: &toml::Table) -> Keys {
+    let free = observation.get("markers").is_some_and(toml::Value::is_str);
+    match observation.contains_key("duration") {
+        true => &["fps"],
+        false if free => &[],
+        false => &["file"],
+    }
+}
+
+fn shape_keys(shape: &toml::Table) -> Keys {
+    if shape.contains_key("at") { &[] } else { &["file"] }
+}
