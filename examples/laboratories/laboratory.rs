@@ -247,7 +247,7 @@ impl Laboratory {
         let length = self.rod[0];
         // Of modes with the mean square 1, whose tip is at 2 or -2; the shape is F s^2 (3 L - s)/(6 E I).
         let begins = |k: usize| {
-            let sign = if k % 2 == 0 { 2.0 } else { -2.0 };
+            let sign = if k.is_multiple_of(2) { 2.0 } else { -2.0 };
             3.0 * part * length * sign / ROOTS[k].powi(4)
         };
         let now = |k: usize| {

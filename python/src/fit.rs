@@ -44,13 +44,17 @@ impl Fit {
 
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let file = FitFile::load(path).map_err(|error| raised(py, error))?;
+        let file = FitFile::load(path)
+            .and_then(FitFile::of_parameters)
+            .map_err(|error| raised(py, error))?;
         Ok(Self::of(file.fit()))
     }
 
     #[staticmethod]
     fn from_toml(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<Self> {
-        let file = FitFile::from_toml(text, folder).map_err(|error| raised(py, error))?;
+        let file = FitFile::from_toml(text, folder)
+            .and_then(FitFile::of_parameters)
+            .map_err(|error| raised(py, error))?;
         Ok(Self::of(file.fit()))
     }
 

@@ -118,7 +118,9 @@ impl Resolved {
 
     /// The fit, ready to solve.
     pub fn fit(&self, admit: impl Fn(&Scene) -> Result<(), Error>) -> Result<FitFile, Error> {
-        FitFile::read(&self.table.to_string(), &self.file, &admit)
+        FitFile::read(&self.table.to_string(), &self.file, &admit)?
+            .of_parameters()
+            .map_err(|error| error.in_file(Some(&self.file)))
     }
 
     /// What is said instead of each path, so that what is said does not depend on where things are: the key that

@@ -58,7 +58,7 @@ impl fmt::Display for Status {
         let [usable, refused, other] = self.codes;
         write!(f, "{} of {} fits done", self.done, self.tasks)?;
         if self.done > 0 {
-            write!(f, ": {usable} usable, {other} not, {refused} refused as input\n")?;
+            writeln!(f, ": {usable} usable, {other} not, {refused} refused as input")?;
             let mean = self.seconds / self.done as f64;
             write!(f, "{mean:.3} s each, the longest {:.3} s", self.longest_seconds)?;
             if self.left() > 0 {

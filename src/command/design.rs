@@ -31,7 +31,13 @@ pub struct Options {
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let path = &options.fit;
     let admit = |scene: &_| limits::of_mesh(scene).admit(manner);
-    let mut file = FitFile::load_plan_if(path, admit)?;
+    let in_file = |error| match error {
+        Error::Invalid { file: None, key, found, allowed } => {
+            Error::Invalid { file: Some(path.clone()), key, found, allowed }
+        }
+        error => error,
+    };
+    let mut file = FitFile::load_plan_if(path, admit)?.of_parameters().map_err(in_file)?;
     for known in &options.known {
         file.knowns.push(fit::known(known)?);
     }
@@ -45,12 +51,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     outputs.check(&inputs)?;
     limits::of_design(&file, path.clone()).admit(manner)?;
     let stop = terminal::stop_on_ctrl_c(manner);
-    let design = file.fit().stop_when(stop).design().map_err(|error| match error {
-        Error::Invalid { file: None, key, found, allowed } => {
-            Error::Invalid { file: Some(path.clone()), key, found, allowed }
-        }
-        error => error,
-    })?;
+    let design = file.fit().stop_when(stop).design().map_err(in_file)?;
     let code = if design.parameters.iter().all(|e| e.identifiable) { 0 } else { 3 };
     let written = [outputs.write_json(json, &design), outputs.summary(&design)];
     Ok(conclude(code, written))

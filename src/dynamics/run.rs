@@ -46,6 +46,9 @@ impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
     }
 }
 
+/// Sees a simulation of a model.
+type Sees<'a, M, const W: usize> = dyn FnMut(&Simulation<f64, <M as Model<W>>::Rod<f64>, W>) + 'a;
+
 /// Simulates `steps` steps and records them with their derivatives by `parameters`; `after` sees the
 /// simulation at the start and after every step, and `taken` each time that a step is taken, whole or in halves.
 pub(super) fn run<M: Model<W>, const W: usize>(
@@ -54,7 +57,7 @@ pub(super) fn run<M: Model<W>, const W: usize>(
     (parameters, steps): (&[Parameter], usize),
     record: &mut Record,
     after: &mut dyn FnMut(&dyn Snapshot),
-    taken: &mut dyn FnMut(&Simulation<f64, M::Rod<f64>, W>),
+    taken: &mut Sees<'_, M, W>,
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive<W>,

@@ -500,7 +500,20 @@ impl FitFile {
         self.experiments.iter().flat_map(of).collect()
     }
 
-    /// The fit the file describes.
+    /// The file, if its fit is one of parameters alone.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Invalid`] where it asks for lists of numbers along the rod, which [`field_fit`](Self::field_fit) finds.
+    pub fn of_parameters(self) -> Result<Self, Error> {
+        if self.fields.is_empty() {
+            return Ok(self);
+        }
+        let allowed = "[[parameter]] alone; `rodfit fit` finds numbers along the rod";
+        Err(Error::invalid("field", "numbers along the rod", allowed))
+    }
+
+    /// The fit of parameters the file describes.
     pub fn fit(&self) -> Fit {
         let fit = Fit::of(self.experiments.clone()).analyse(self.analysis.clone());
         let fit = self.unknowns.iter().fold(fit, |fit, unknown| fit.identify(unknown.clone()));

@@ -97,7 +97,7 @@ pub fn strained<R: Transposed<W>, const W: usize>(
     geometry: &R::Geometry,
     still: &[FrameRate<1>],
     change: &[f64],
-    out: &mut Vec<f64>,
+    out: &mut [f64],
 ) {
     let mut strains = vec![Lanes::ZERO; out.len()];
     rod.add_strain_rates(still, geometry, change.as_chunks::<1>().0, &mut strains);

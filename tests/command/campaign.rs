@@ -458,9 +458,23 @@ fn fits_start_anywhere() {
     }
 }
 
+/// A fit of numbers along a rod.
+fn along(folder: &Folder) -> String {
+    let straight = "kind = \"straight\", length = 0.5, direction = [1, 0, 0]";
+    let scene =
+        replaced(&folder.read("scene.toml"), straight, "kind = \"arc\", length = 0.5, angle = 1");
+    folder.write("arc.toml", &replaced(&scene, "[rod]", "[rod]\nnatural_curvature = [1, 1]"));
+    let fit = replaced(&folder.read("fit.toml"), "scene.toml", "arc.toml");
+    let (before, _) = fit.split_once("[[parameter]]").unwrap();
+    format!(
+        "{before}sigma = 1e-3\n[[field]]\nname = \"natural_curvature\"\nsigma = 0.1\nlength = 0.1\n"
+    )
+}
+
 #[test]
 fn what_is_no_campaign_is_refused() {
     let folder = planned(GRID);
+    folder.write("along.toml", &along(&folder));
     for (campaign, words) in [
         ("", ["campaign.toml", "fits", "table"]),
         ("fits = [\"none/*.toml\"]", ["campaign.toml", "fits[0]", "no other file matches"]),
@@ -480,6 +494,7 @@ fn what_is_no_campaign_is_refused() {
         ),
         ("fits = [\"fit.toml\"]\n[starts]\ncount = 0", ["starts.count", "found 0", "1 or more"]),
         ("fits = [\"scene.toml\"]", ["scene.toml", "parameter", "bad"]),
+        ("fits = [\"along.toml\"]", ["along.toml", "field", "bad"]),
     ] {
         folder.write("campaign.toml", campaign);
         let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]);

@@ -12,10 +12,13 @@ use crate::rod::{Laws, Rod, Strained, Transposed, still_frames, strained};
 use crate::scene::{InitialState, Parameter};
 use num_dual::Dual64;
 
+/// A simulation of a model.
+type Of<M, const W: usize> = Simulation<f64, <M as Model<W>>::Rod<f64>, W>;
+
 /// The derivatives by what was asked.
 pub fn gradient<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
-    (backward, start): (&Backward<M::Rod<f64>, W>, &Simulation<f64, M::Rod<f64>, W>),
+    (backward, start): (&Backward<M::Rod<f64>, W>, &Of<M, W>),
     (mut asked, parameters): (Asked, &[Parameter]),
 ) -> Result<Vec<f64>, Error>
 where
@@ -44,7 +47,7 @@ where
 fn laws<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
     backward: &Backward<M::Rod<f64>, W>,
-    start: &Simulation<f64, M::Rod<f64>, W>,
+    start: &Of<M, W>,
 ) -> Option<Laws>
 where
     M::Rod<f64>: Transposed<W>,
