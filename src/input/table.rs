@@ -69,9 +69,14 @@ impl Table {
     /// Index of a column that must be there.
     pub fn require(&self, name: &str) -> Result<usize, Error> {
         self.find(name).ok_or_else(|| {
-            let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
-            self.error(1, &format!("no column `{name}`; found {}", found.join(", ")))
+            self.error(1, &format!("no column `{name}`; found {}", self.columns_found()))
         })
+    }
+
+    /// The names of the columns, for messages.
+    pub fn columns_found(&self) -> String {
+        let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
+        found.join(", ")
     }
 
     /// What the numbers of a column are multiplied by, as the unit in its header says; 1 without one.

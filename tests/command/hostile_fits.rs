@@ -53,7 +53,7 @@ const FITS: &[(&str, &str, &[&str])] = &[
     (POINT, "sigma = 0", &["observation[0].sigma", "found 0"]),
     (POINT, "sigma = nan", &["observation[0].sigma", "NaN"]),
     (POINT, "sigma = inf", &["observation[0].sigma", "inf"]),
-    (POINT, "sigma = \"1 mm\"", &["fit.toml", "string"]),
+    (POINT, "sigma = \"1 mm\"", &["tip.csv:1", "`1 mm`, which is the sigma", "or a number"]),
     (POINT, "origin = [0]", &["fit.toml", "line 6"]),
     (POINT, "origin = \"tip\"", &["fit.toml", "line 6"]),
     (POINT, "y = 1", &["fit.toml", "line 6"]),
@@ -100,7 +100,7 @@ const FITS: &[(&str, &str, &[&str])] = &[
     ),
     ("[[parameter]]", "[analysis]\nprofile = \"yes\"\n[[parameter]]", &["fit.toml", "line 9"]),
     ("[[parameter]]", "[analysis]\nseed = -1\n[[parameter]]", &["fit.toml", "line 9"]),
-    (FIT, "", &["fit.toml", "parameter"]),
+    (FIT, "", &["fit.toml", "scene"]),
     (FIT, SCENE, &["fit.toml"]),
 ];
 

@@ -70,7 +70,14 @@ impl SigmaColumns {
                     format!("sigma = `{name}`, which is no column of its own, allowed: another");
                 return Err(table.error(1, &message));
             }
-            found[c] = Some(table.require(&name)?);
+            let column = table.find(&name).ok_or_else(|| {
+                let found = table.columns_found();
+                let message = format!(
+                    "no column `{name}`, which is the sigma; found {found}; allowed: one of these, or a number"
+                );
+                table.error(1, &message)
+            });
+            found[c] = Some(column?);
         }
         Ok(found)
     }
