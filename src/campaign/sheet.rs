@@ -3,7 +3,7 @@
 use crate::campaign::collect::Collected;
 use crate::campaign::plan::Task;
 use crate::error::Error;
-use crate::fit::{Bootstrap, Estimate};
+use crate::fit::{Bootstrap, Estimate, Unknown};
 use serde::Deserialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
@@ -131,7 +131,7 @@ impl Collected<'_> {
 /// The cells of a parameter.
 fn numbers(found: Option<(&Estimate, &Vec<f64>)>, columns: usize) -> Vec<String> {
     let Some((e, replicates)) = found else { return vec![String::new(); columns] };
-    let pooled = e.value.and_then(|value| Bootstrap::of(e.name, value, replicates));
+    let pooled = e.value.and_then(|value| Bootstrap::of(&Unknown::new(e.name), value, replicates));
     let [low, high] = e.interval95.map_or([None; 2], |ends| ends.map(Some));
     let all = [
         e.value,

@@ -12,7 +12,6 @@ use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::correlation::{Correlations, Series};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
-use crate::scene::Parameter;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -229,12 +228,12 @@ fn spread(
     Ok((spreads.collect(), count - found.len()))
 }
 
+#[cfg(feature = "cli")]
 impl Bootstrap {
     /// The spread of what all replicates found that fits have shared out, about the parameter's value.
-    pub(crate) fn of(parameter: Parameter, value: f64, estimates: &[f64]) -> Option<Self> {
-        let unknown = Unknown::new(parameter);
+    pub(crate) fn of(unknown: &Unknown, value: f64, estimates: &[f64]) -> Option<Self> {
         let x = estimates.iter().map(|estimate| unknown.to_scale(*estimate)).collect();
-        spread_of(&unknown, value, x)
+        spread_of(unknown, value, x)
     }
 }
 
