@@ -32,7 +32,7 @@ pub struct Bootstrap {
     pub std_error: f64,
     /// Percentiles 2.5 and 97.5 of the estimates, in the same unit.
     pub interval95: [f64; 2],
-    /// What every replicate found, in the same unit, where fits [share out](super::Analysis::bootstrap_first) a bootstrap.
+    /// What every replicate found, in the same unit, where fits [share out](crate::fit::Analysis::bootstrap_first) a bootstrap.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub estimates: Vec<f64>,
 }
