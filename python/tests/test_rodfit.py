@@ -312,7 +312,10 @@ def test_progress_is_told(scene):
 
 def interrupted(code, seconds):
     """The seconds that code takes to end by Ctrl-C, and what it says then."""
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    # What a shell runs in the background ignores Ctrl-C, and so would all that it starts.
+    heard = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    words = [sys.executable, "-c", heard + code]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "begun\n"
     time.sleep(seconds)
     since = time.monotonic()
