@@ -1,12 +1,13 @@
 //! Hundreds of numbers along a rod, found by derivatives that go back.
 
+use argmin::core::{CostFunction, Gradient};
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use rodfit::fit::{Field, FieldFit, FieldReport, FitFile, Sample};
+use rodfit::fit::{Field, FieldFit, FieldReport, FitFile, Loss, Sample};
 use rodfit::scene::*;
-use rodfit::{Observation, Parameter, Point, Problem, Unknown};
+use rodfit::{Fit, Observation, Parameter, Point, Problem, Unknown};
 
 use crate::common::at_tip;
 
@@ -184,4 +185,65 @@ fn a_fit_file_says_it() {
     let fit = FieldFit::new(&scene.problem().unwrap()).observe(beside).along(field(0.3, 0.1));
     let told = fit.identify(Unknown::new(Parameter::Density)).solve().unwrap_err().to_string();
     assert!(told.contains("parameter[0].prior") || told.contains("offset"), "{told}");
+}
+
+/// The gradient of the misfit by fifty unknowns of all sorts goes back over one run, and is what the Jacobian says.
+#[test]
+fn a_gradient_by_many_unknowns_goes_back() {
+    let parts = 40;
+    let scene = arc(parts);
+    let problem = scene.problem().unwrap();
+    let mut observations = seen(&in_truth(&scene, parts), 3);
+    observations[2].loss = Loss::SoftL1;
+    let mut fit = observations.into_iter().fold(Fit::new(&problem), Fit::observe);
+    let others = [
+        ("youngs_modulus", 1.1e7),
+        ("density", 1150.0),
+        ("radius", 0.0041),
+        ("rod.shape.length", 0.51),
+        ("rod.shape.angle", 1.95),
+        ("damping.mass", 1.5),
+        ("loads.point.0.force.y", 0.03),
+        ("loads.gravity.x", 0.1),
+        ("supports.angle", 0.02),
+        ("camera.time_offset", -0.013),
+        ("camera.pixel_scale", 1.02),
+        ("camera.in_plane_rotation", 0.03),
+        ("camera.clamp_position.x", 2e-3),
+    ];
+    let mut x = Vec::new();
+    for k in 1..=parts {
+        let name = format!("natural_curvature.{k}");
+        fit = fit.identify(name.parse::<Parameter>().unwrap());
+        x.push(1.0 + 0.01 * (k as f64).sin());
+    }
+    for (name, value) in others {
+        let unknown = Unknown::from(name.parse::<Parameter>().unwrap()).start(value);
+        let unknown = if name == "radius" { unknown.prior(0.004, 1e-5) } else { unknown };
+        x.push(unknown.to_scale(value));
+        fit = fit.identify(unknown);
+    }
+    let (back, forth) = (fit.residuals().unwrap(), fit.residuals().unwrap());
+    let gradient = back.gradient(&x).unwrap();
+    let (r, rows) = (forth.residuals(&x).unwrap(), forth.jacobian_at(&x).unwrap());
+    let mut differs = false;
+    for (j, gradient) in gradient.iter().enumerate() {
+        let terms = rows.iter().zip(&r).map(|(row, r)| row[j] * r);
+        let (expected, size): (f64, f64) =
+            terms.fold((0.0, 0.0), |(sum, size), term| (sum + term, size + term.abs()));
+        let name = back.unknowns()[j].parameter;
+        assert!((gradient - expected).abs() < 1e-9 * size, "{name}: {gradient} and {expected}");
+        assert!(size > 0.0, "{name} does nothing");
+        // Sums in another order: another way was gone.
+        differs |= *gradient != expected;
+    }
+    assert!(differs);
+    // The misfit there is known then: nothing is run again.
+    let cost = back.cost(&x).unwrap();
+    assert!((cost - forth.cost(&x).unwrap()).abs() < 1e-12 * cost);
+    assert!(
+        (back.simulations() - forth.simulations() / 2.0).abs() < 1e-9,
+        "{}",
+        back.simulations()
+    );
 }

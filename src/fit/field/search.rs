@@ -7,10 +7,10 @@ use crate::fit::field::report::{FieldReport, Found};
 use crate::fit::field::space::Space;
 use crate::fit::measurement::Measurement;
 use crate::fit::misfit::camera::View;
+use crate::fit::misfit::seen::Seen;
 use crate::numerics::half_square;
 use crate::numerics::krylov::Lanczos;
 use crate::problem::Problem;
-use crate::scene::Point;
 use std::time::Instant;
 
 /// Steps of the search at most.
@@ -60,42 +60,17 @@ struct Search<'a> {
     runs: f64,
 }
 
-/// What a coordinate of a sample is made of.
-struct Seen {
-    point: Point,
-    time: f64,
-    /// What it takes of a place in the world, over sigma.
-    axis: [f64; 3],
-    /// What is left at the origin, over sigma.
-    offset: f64,
-}
-
 impl Search<'_> {
     /// All coordinates that were measured.
     fn seen(&self, problem: &Problem) -> Vec<Seen> {
         let view = View::new(problem, |_, value| value);
-        let origin = view.recorded([0.0; 3]);
-        let columns =
-            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| view.recorded(axis));
-        let mut all = Vec::new();
-        for observation in &self.fit.observations {
+        let all = self.fit.observations.iter().flat_map(|observation| {
             let measurement = Measurement::Motion(observation.clone());
-            let sigma = observation.sigma.unwrap_or(1.0);
-            let mut sigmas = measurement.sigmas(sigma).into_iter();
-            for sample in &observation.samples {
-                for c in 0..3 {
-                    let Some(seen) = sample.position[c] else { continue };
-                    let weight = sigmas.next().unwrap_or(sigma).recip();
-                    all.push(Seen {
-                        point: observation.point.fixed(),
-                        time: view.time(sample.time),
-                        axis: columns.map(|column| (column[c] - origin[c]) * weight),
-                        offset: (origin[c] - seen) * weight,
-                    });
-                }
-            }
-        }
-        all
+            let sigmas = measurement.sigmas(observation.sigma.unwrap_or(1.0));
+            let weights = sigmas.into_iter().map(f64::recip);
+            Seen::of(&view, (observation.point, &observation.samples), weights)
+        });
+        all.collect()
     }
 
     /// What the rod does with the numbers at `z`.
@@ -110,11 +85,8 @@ impl Search<'_> {
         let steps = ((last / time.step - 1e-9).ceil().max(1.0) as usize).min(time.steps());
         self.runs += 1.0;
         let run = Reversible::run(&problem, &tracked, steps)?;
-        let residuals = seen.iter().map(|seen| {
-            let record = run.trajectory().record();
-            let place = record.position(&problem.stencil(seen.point)?, seen.time)?;
-            Ok(place.iter().zip(seen.axis).map(|(x, a)| x * a).sum::<f64>() + seen.offset)
-        });
+        let record = run.trajectory().record();
+        let residuals = seen.iter().map(|seen| seen.residual(&problem, record));
         let residuals: Vec<f64> = residuals.collect::<Result<_, Error>>()?;
         let cost = half_square(&residuals) + half_square(z);
         Ok(Trial { run, residuals, cost })

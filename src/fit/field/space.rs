@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::field::prior::Smooth;
+use crate::fit::misfit::seen::moves_the_picture;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::Parameter;
@@ -90,9 +91,7 @@ impl Space {
                 return Err(Error::invalid(key("prior"), "none", allowed));
             };
             positive(&key("prior.sigma"), prior.sigma)?;
-            let moves_the_picture = ["rod.shape.", "supports.", "camera."];
-            let is_one = moves_the_picture.iter().any(|place| parameter.path().starts_with(place));
-            if is_one || parameters.contains(&parameter) {
+            if moves_the_picture(parameter) || parameters.contains(&parameter) {
                 let allowed =
                     "beside [[field]] numbers of material, section, loads and start, each once";
                 return Err(Error::invalid(key("name"), parameter, allowed));

@@ -29,15 +29,15 @@ const FARTHEST: f64 = 2.0;
 /// An experiment, cut to its horizon.
 #[derive(Debug)]
 pub(crate) struct Comparison {
-    problem: Problem,
+    pub(super) problem: Problem,
     /// Places of the unknowns that it depends on.
-    unknowns: Vec<usize>,
-    series: Vec<Series>,
+    pub(super) unknowns: Vec<usize>,
+    pub(super) series: Vec<Series>,
     /// Points that move, and points at rest, that are looked at.
-    moving: Vec<Point>,
+    pub(super) moving: Vec<Point>,
     resting: Vec<Point>,
     /// Points that move and have a marker beside them.
-    beside: Vec<Point>,
+    pub(super) beside: Vec<Point>,
     /// The modes whose frequencies are looked at.
     modes: Vec<ModeName>,
     /// Time of the last sample on the camera's clock, and of the last reading of a gauge, s.
@@ -48,15 +48,16 @@ pub(crate) struct Comparison {
 
 /// A measurement.
 #[derive(Debug)]
-struct Series {
-    values: Values,
+pub(super) struct Series {
+    pub values: Values,
     /// One over the standard deviation of every value.
-    weights: Vec<f64>,
-    loss: Loss,
+    pub weights: Vec<f64>,
+    pub loss: Loss,
 }
 
+/// What was measured.
 #[derive(Debug)]
-enum Values {
+pub(super) enum Values {
     /// Of a point, or a marker beside it.
     Motion(Point, [f64; 3], Vec<Sample>),
     RestShape(Vec<(Point, [Option<f64>; 3])>),
@@ -176,9 +177,38 @@ impl Comparison {
     }
 
     /// The parameters that more than the recording depends on.
-    fn of_the_motion(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
+    pub(super) fn of_the_motion(&self, unknowns: &[Unknown]) -> Vec<Parameter> {
         let own = self.unknowns.iter().map(|i| unknowns[*i].parameter);
         own.filter(|p| !p.is_of_the_camera()).collect()
+    }
+
+    /// Its problem at `x`, and how many steps its motion takes.
+    pub(super) fn made(
+        &self,
+        (unknowns, x): (&[Unknown], &[f64]),
+    ) -> Result<(Problem, usize), Error> {
+        let own =
+            self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
+        let mut problem = self.problem.varied(own)?;
+        if self.moving.is_empty() {
+            return Ok((problem, 0));
+        }
+        let time = problem.time()?;
+        let end = (self.end - problem.scene().camera.time_offset).max(self.gauged);
+        let longest = FARTHEST * time.end.max(self.end);
+        if end > longest {
+            // A search may try any clock: this one would take for ever.
+            let words = "the camera's clock is later than the motion by more than it lasts";
+            return Err(Error::Fit(format!("{words} ({end:.3e} s of at most {longest:.3e} s)")));
+        }
+        let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
+        if end > time.end * (1.0 + 1e-9) {
+            // Whole steps: a last one cut to the clock's offset would depend on it.
+            let end = steps as f64 * time.step;
+            problem = problem.lasting(end);
+        }
+        let steps = steps.min(problem.time()?.steps());
+        Ok((problem, steps))
     }
 
     /// What its problem does at `x`, with derivatives by the parameters of the unknowns if
@@ -191,30 +221,11 @@ impl Comparison {
         count: impl Fn(f64),
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
     ) -> Result<Run, Error> {
-        let own =
-            self.unknowns.iter().map(|i| (unknowns[*i].parameter, unknowns[*i].from_scale(x[*i])));
-        let mut problem = self.problem.varied(own)?;
+        let (problem, steps) = self.made((unknowns, x))?;
         let wanted = if derived { self.of_the_motion(unknowns) } else { Vec::new() };
 
         let mut moving = None;
         if !self.moving.is_empty() {
-            let time = problem.time()?;
-            let end = (self.end - problem.scene().camera.time_offset).max(self.gauged);
-            let longest = FARTHEST * time.end.max(self.end);
-            if end > longest {
-                // A search may try any clock: this one would take for ever.
-                let words = "the camera's clock is later than the motion by more than it lasts";
-                return Err(Error::Fit(format!(
-                    "{words} ({end:.3e} s of at most {longest:.3e} s)"
-                )));
-            }
-            let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
-            if end > time.end * (1.0 + 1e-9) {
-                // Whole steps: a last one cut to the clock's offset would depend on it.
-                let end = steps as f64 * time.step;
-                problem = problem.lasting(end);
-            }
-            let steps = steps.min(problem.time()?.steps());
             let mut trajectory =
                 Trajectory::new(&problem, &nodes(&self.moving, &problem)?, &wanted)?
                     .keep_axes(&edges(&self.beside, &problem)?);
@@ -355,8 +366,13 @@ impl Comparison {
     }
 }
 
+/// Whether all steps of a motion were taken in halves.
+pub(super) fn in_halves(motion: &Trajectory) -> bool {
+    motion.record().taken.len() >= motion.times().len()
+}
+
 /// The nodes whose sums points are: others, where the rod has another length.
-fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
+pub(super) fn nodes(points: &[Point], problem: &Problem) -> Result<Vec<usize>, Error> {
     let mut nodes = Vec::new();
     for point in points {
         // A point at a node slides to its neighbours when the rod gets longer.
