@@ -223,6 +223,12 @@ impl<D: Scalar> StepCoefficients<D> {
         self.stages.len() > 1
     }
 
+    /// These numbers of a scheme that has no accelerations: loops that are told so need not ask.
+    #[inline(always)]
+    pub fn without_acceleration(self) -> Self {
+        Self { acceleration: None, ..self }
+    }
+
     /// Velocity at the end of an unknown that changed by `change` from the velocity `v0`, Eq. (6c), and
     /// the acceleration `a0`, of which schemes without know nothing.
     #[inline]
@@ -283,6 +289,42 @@ impl<D: Scalar> StepCoefficients<D> {
         for i in 0..count {
             let (change, start) = (q1[i] - q0[i], [v0[i], a0(i)]);
             minus[i] = -self.residual(mass[i], change, start, n1[i], n0[i]);
+        }
+    }
+
+    /// Adds the forces of mass damping to `n1`, likewise.
+    #[inline(always)]
+    pub fn add_damping(
+        self,
+        (mass, damping): (&[D], D),
+        [q1, q0, v0]: [&[D]; 3],
+        a0: impl Fn(usize) -> D,
+        n1: &mut [D],
+    ) {
+        let (count, mass) = (n1.len(), &mass[..n1.len()]);
+        let (q1, q0, v0) = (&q1[..count], &q0[..count], &v0[..count]);
+        for i in 0..count {
+            n1[i] += damping * mass[i] * self.damped_velocity(q1[i] - q0[i], v0[i], a0(i));
+        }
+    }
+
+    /// Writes the velocities at the end, likewise.
+    #[inline(always)]
+    pub fn velocities(self, [q1, q0, v0]: [&[D]; 3], a0: impl Fn(usize) -> D, v1: &mut [D]) {
+        let count = v1.len();
+        let (q1, q0, v0) = (&q1[..count], &q0[..count], &v0[..count]);
+        for i in 0..count {
+            v1[i] = self.velocity(q1[i] - q0[i], v0[i], a0(i));
+        }
+    }
+
+    /// Writes the accelerations at the end, likewise.
+    #[inline(always)]
+    pub fn accelerations(self, [q1, q0, v0, v1]: [&[D]; 4], a0: impl Fn(usize) -> D, a1: &mut [D]) {
+        let count = a1.len();
+        let (q1, q0, v0, v1) = (&q1[..count], &q0[..count], &v0[..count], &v1[..count]);
+        for i in 0..count {
+            a1[i] = self.acceleration_at_end(q1[i] - q0[i], [v0[i], v1[i]], a0(i));
         }
     }
 

@@ -262,22 +262,18 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         let mass = &step.rod.mass()[free.clone()];
         let (q, v) = (&self.q[free.clone()], &self.v[free.clone()]);
         let n0 = &self.unbalanced[free.clone()];
-        let a0 = coefficients.acceleration.as_ref().map(|_| &self.acceleration[free.clone()]);
-        let a0 = |i: usize, g: usize| a0.map_or(0.0, |a0| a0[i][g]);
         let (direct, right) = (&mut self.direct[free.clone()], &mut self.right[free.clone()]);
         let damping = self.damping[0].mass.re;
-        if damping != 0.0 {
-            for i in 0..mass.len() {
-                for g in 0..G {
-                    let velocity = coefficients.damped_velocity(-q[i][g], v[i][g], a0(i, g));
-                    direct[i][g] += damping * mass[i] * velocity;
-                }
+        let (lists, out) = ([q, v, n0], [&mut *direct, &mut *right]);
+        // Asked once for all unknowns.
+        match coefficients.acceleration {
+            None => {
+                let coefficients = coefficients.without_acceleration();
+                residuals(&coefficients, (mass, damping), lists, |_| [0.0; G], out);
             }
-        }
-        for i in 0..mass.len() {
-            for g in 0..G {
-                let (change, n1, start) = (-q[i][g], direct[i][g], [v[i][g], a0(i, g)]);
-                right[i][g] = -coefficients.residual(mass[i], change, start, n1, n0[i][g]);
+            Some(_) => {
+                let a0 = &self.acceleration[free.clone()][..mass.len()];
+                residuals(coefficients, (mass, damping), lists, |i| a0[i], out);
             }
         }
         let began = Began::of(step);
@@ -381,23 +377,20 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         let n = &mut self.unbalanced[free.clone()];
         let (direct, right) = (&self.direct[free.clone()], &self.right[free.clone()]);
         let solution = &self.solution[free.clone()];
-        let goes_on = coefficients.acceleration.is_some();
         self.acceleration.resize(step.after.acceleration.len(), [0.0; G]);
         let a = self.acceleration.get_mut(free.clone()).unwrap_or_default();
+        // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
         for i in 0..mass.len() {
             for g in 0..G {
-                let x = solution[i][g];
-                // dn1 = dn1|q1 + (J - M) dq1 / (h beta)^2, and J dq1 is the right-hand side.
-                n[i][g] = direct[i][g] + (right[i][g] - mass[i] * x) * by_end;
-                let (change, v0) = (x - q[i][g], v[i][g]);
-                let a0 = if goes_on { a[i][g] } else { 0.0 };
-                v[i][g] = coefficients.velocity(change, v0, a0);
-                q[i][g] = x;
-                if !a.is_empty() {
-                    let both = [v0, v[i][g]];
-                    a[i][g] = coefficients.acceleration_at_end(change, both, a0);
-                }
+                n[i][g] = direct[i][g] + (right[i][g] - mass[i] * solution[i][g]) * by_end;
             }
+        }
+        match (coefficients.acceleration, a.is_empty()) {
+            (None, true) => {
+                let coefficients = coefficients.without_acceleration();
+                velocities(&coefficients, solution, [q, v]);
+            }
+            _ => accelerations(coefficients, solution, [q, v, a]),
         }
         if let Some(slopes) = slopes {
             let began = Began::of(step);
@@ -414,6 +407,71 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         }
         for (i, q, v) in &self.held {
             (self.q[*i], self.v[*i]) = (*q, *v);
+        }
+    }
+}
+
+/// Adds the derivatives of mass damping at a fixed end to those of the forces there, `direct`, and writes minus those of
+/// the residual, of unknowns with the derivatives `[q, v, n0]` at the start.
+#[inline(always)]
+fn residuals<const G: usize>(
+    coefficients: &StepCoefficients<f64>,
+    (mass, damping): (&[f64], f64),
+    [q, v, n0]: [&[[f64; G]]; 3],
+    a0: impl Fn(usize) -> [f64; G],
+    [direct, right]: [&mut [[f64; G]]; 2],
+) {
+    let count = mass.len();
+    let (q, v, n0) = (&q[..count], &v[..count], &n0[..count]);
+    let (direct, right) = (&mut direct[..count], &mut right[..count]);
+    if damping != 0.0 {
+        for i in 0..count {
+            let a0 = a0(i);
+            for g in 0..G {
+                let velocity = coefficients.damped_velocity(-q[i][g], v[i][g], a0[g]);
+                direct[i][g] += damping * mass[i] * velocity;
+            }
+        }
+    }
+    for i in 0..count {
+        let a0 = a0(i);
+        for g in 0..G {
+            let (change, n1, start) = (-q[i][g], direct[i][g], [v[i][g], a0[g]]);
+            right[i][g] = -coefficients.residual(mass[i], change, start, n1, n0[i][g]);
+        }
+    }
+}
+
+/// Takes the unknowns' derivatives at the end, and writes those of the velocities.
+#[inline(always)]
+fn velocities<const G: usize>(
+    coefficients: &StepCoefficients<f64>,
+    end: &[[f64; G]],
+    [q, v]: [&mut [[f64; G]]; 2],
+) {
+    let (q, v) = (&mut q[..end.len()], &mut v[..end.len()]);
+    for i in 0..end.len() {
+        for g in 0..G {
+            v[i][g] = coefficients.velocity(end[i][g] - q[i][g], v[i][g], 0.0);
+            q[i][g] = end[i][g];
+        }
+    }
+}
+
+/// The same with the accelerations, of a scheme that goes on from them, at the first step too, where they are not known.
+#[inline(always)]
+fn accelerations<const G: usize>(
+    coefficients: &StepCoefficients<f64>,
+    end: &[[f64; G]],
+    [q, v, a]: [&mut [[f64; G]]; 3],
+) {
+    let (q, v, a) = (&mut q[..end.len()], &mut v[..end.len()], &mut a[..end.len()]);
+    for i in 0..end.len() {
+        for g in 0..G {
+            let (change, v0, a0) = (end[i][g] - q[i][g], v[i][g], a[i][g]);
+            v[i][g] = coefficients.velocity(change, v0, a0);
+            q[i][g] = end[i][g];
+            a[i][g] = coefficients.acceleration_at_end(change, [v0, v[i][g]], a0);
         }
     }
 }

@@ -484,17 +484,24 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let mass_damping = step.system.damping.mass;
 
         n1.copy_from_slice(&forces[free.clone()]);
-        if mass_damping.value() != 0.0 || D::ORDER > 0 {
-            for i in 0..free.len() {
-                let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
-                let velocity = coefficients.damped_velocity(q1[i] - q0[i], v0[i], a0);
-                n1[i] += mass_damping * mass[i] * velocity;
-            }
-        }
-        let lists = [q1, q0, v0, &*n1, n0];
+        let is_damped = mass_damping.value() != 0.0 || D::ORDER > 0;
+        // Asked once for all unknowns.
         match a0 {
-            None => coefficients.residuals(mass, lists, |_| D::from(0.0), correction),
-            Some(a0) => coefficients.residuals(mass, lists, |i| a0[i], correction),
+            None => {
+                let coefficients = coefficients.without_acceleration();
+                let none = |_| D::from(0.0);
+                if is_damped {
+                    coefficients.add_damping((mass, mass_damping), [q1, q0, v0], none, n1);
+                }
+                coefficients.residuals(mass, [q1, q0, v0, n1, n0], none, correction);
+            }
+            Some(a0) => {
+                let a0 = &a0[..correction.len()];
+                if is_damped {
+                    coefficients.add_damping((mass, mass_damping), [q1, q0, v0], |i| a0[i], n1);
+                }
+                coefficients.residuals(mass, [q1, q0, v0, n1, n0], |i| a0[i], correction);
+            }
         }
     }
 
@@ -511,17 +518,23 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let a0 = accelerations(&coefficients, &before.acceleration, free.clone());
         let (q1, v1) = (&state.q[free.clone()], &mut state.v[free.clone()]);
         let (q0, v0) = (&before.q[free.clone()], &before.v[free.clone()]);
-        let velocity = |i: usize, a0: D| coefficients.velocity(q1[i] - q0[i], v0[i], a0);
         match a0 {
-            None => (0..free.len()).for_each(|i| v1[i] = velocity(i, D::from(0.0))),
-            Some(a0) => (0..free.len()).for_each(|i| v1[i] = velocity(i, a0[i])),
+            None => {
+                let coefficients = coefficients.without_acceleration();
+                coefficients.velocities([q1, q0, v0], |_| D::from(0.0), v1);
+            }
+            Some(a0) => {
+                let a0 = &a0[..v1.len()];
+                coefficients.velocities([q1, q0, v0], |i| a0[i], v1);
+            }
         }
         if self.scheme == Scheme::GeneralisedAlpha {
             state.acceleration.resize(state.q.len(), D::from(0.0));
             let a1 = &mut state.acceleration[free.clone()];
-            for i in 0..free.len() {
-                let a0 = a0.map_or(D::from(0.0), |a0| a0[i]);
-                a1[i] = coefficients.acceleration_at_end(q1[i] - q0[i], [v0[i], v1[i]], a0);
+            let lists = [q1, q0, v0, &*v1];
+            match a0 {
+                None => coefficients.accelerations(lists, |_| D::from(0.0), a1),
+                Some(a0) => coefficients.accelerations(lists, |i| a0[i], a1),
             }
         }
         if self.viscous.is_some() {
