@@ -164,7 +164,7 @@ impl Recorded {
     /// How many nodes a recorded end of a rod of so many edges holds.
     pub(crate) fn held_nodes(&self, segments: usize) -> usize {
         let spans = self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1);
-        (self.held.max(1) - 1) * (segments / spans) + 1
+        (self.held.max(1) - 1).saturating_mul(segments / spans).saturating_add(1)
     }
 
     /// Refuses what makes no sense beside these supports.
@@ -184,7 +184,7 @@ impl Recorded {
     /// Refuses a rod that has no free node left.
     pub(crate) fn check_nodes(&self, ends: usize, segments: usize) -> Result<(), Error> {
         self.nodes(segments)?;
-        let held = ends * self.held_nodes(segments);
+        let held = ends.saturating_mul(self.held_nodes(segments));
         if held > segments {
             let found = format!("{} at {ends} ends, {held} of {} nodes", self.held, segments + 1);
             let allowed = "fewer, so that a node is free";
