@@ -74,6 +74,40 @@ pub fn run(folder: &Folder, out: &str, more: &[&str]) -> String {
     stdout(&output)
 }
 
+/// How often this thread has read and written.
+fn calls() -> [u64; 2] {
+    let text = std::fs::read_to_string("/proc/thread-self/io").unwrap();
+    ["syscr: ", "syscw: "].map(|key| {
+        let line = text.lines().find_map(|line| line.strip_prefix(key));
+        line.unwrap().parse().unwrap()
+    })
+}
+
+/// What a task costs beside its fit, by count: a few files are read, and one line is written, however many are done.
+#[test]
+fn a_task_costs_a_few_reads_and_a_line() {
+    let folder = planned(GRID);
+    let plan = Plan::open(&folder.path("out")).unwrap();
+    let store = Store::new(&plan.folder);
+    let costs: Vec<[u64; 2]> = plan
+        .tasks
+        .iter()
+        .map(|task| {
+            let before = calls();
+            let outcome = plan.solve(task, &store, Arc::new(AtomicBool::new(false))).unwrap();
+            assert_eq!(outcome.unwrap().code, 0);
+            let after = calls();
+            [0, 1].map(|k| after[k] - before[k])
+        })
+        .collect();
+    println!("reads and writes of each task: {costs:?}");
+    // Fit, scene and data, some of them twice, in a few pieces each; and the count itself.
+    // The first task finds out the platform besides.
+    let [reads, writes] = costs[1];
+    assert!(costs[1..].iter().all(|cost| *cost == [reads, writes]), "{costs:?}");
+    assert!(reads <= 40 && writes == 1, "{costs:?}");
+}
+
 /// Everything that is collected.
 #[track_caller]
 pub fn collected(folder: &Folder, out: &str) -> (String, String) {
