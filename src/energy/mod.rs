@@ -58,7 +58,8 @@ pub enum Derivatives {
     /// The hand-derived formulas: fast.
     #[default]
     Hand,
-    /// num-dual's derivatives of the energy: the definition, and the judge of the formulas.
+    /// num-dual's derivatives of the energy: the definition, and the judge of the formulas. Rods in dual numbers
+    /// go by the formulas all the same: they differentiate what was judged.
     Dual,
 }
 

@@ -60,6 +60,8 @@ pub trait Scalar:
 {
     /// How many orders of derivatives travel with the number.
     const ORDER: usize;
+    /// Whether none do. What is behind it is not even compiled for other numbers.
+    const PLAIN: bool = Self::ORDER == 0;
     /// The real part.
     fn value(&self) -> f64;
     /// 1/x.

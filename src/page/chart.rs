@@ -2,10 +2,13 @@
 
 use crate::page::number::raised;
 use kuva::prelude::{
-    Layout, LinePlot, Plot, ReferenceLine, ScatterPlot, ShadedRegion, SvgBackend, Theme,
-    TickFormat, render_multiple,
+    Layout, LinePlot, ReferenceLine, ScatterPlot, ShadedRegion, SvgBackend, Theme, TickFormat,
 };
+use kuva::render::annotations::{add_reference_lines, add_shaded_regions};
+use kuva::render::layout::ComputedLayout;
+use kuva::render::render::{Primitive, Scene, render_line, render_scatter};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Points of a series beyond this are thinned out.
 const MOST_POINTS: usize = 2000;
@@ -18,9 +21,15 @@ const DECADES: f64 = 12.0;
 
 type Points = Vec<(f64, f64)>;
 
+/// What is drawn in a chart.
+enum Mark {
+    Line(LinePlot),
+    Dots(ScatterPlot),
+}
+
 /// A chart in the making. What is not finite is left out.
 pub(super) struct Chart {
-    plots: Vec<Plot>,
+    marks: Vec<Mark>,
     lines: Vec<ReferenceLine>,
     regions: Vec<ShadedRegion>,
     labels: [String; 2],
@@ -35,7 +44,7 @@ pub(super) struct Chart {
 impl Chart {
     pub fn new(x: impl Into<String>, y: impl Into<String>) -> Self {
         Self {
-            plots: Vec::new(),
+            marks: Vec::new(),
             lines: Vec::new(),
             regions: Vec::new(),
             labels: [x.into(), y.into()],
@@ -73,8 +82,20 @@ impl Chart {
         let points = self.take(points);
         if !points.is_empty() {
             let line = LinePlot::new().with_data(points).with_color(color).with_stroke_width(1.6);
-            self.plots.push(Plot::Line(line));
+            self.marks.push(Mark::Line(line));
         }
+        self
+    }
+
+    /// A band around a line: places, and its lower and upper edge there.
+    pub fn around(mut self, edges: impl IntoIterator<Item = (f64, [f64; 2])>, color: &str) -> Self {
+        let (low, high): (Points, Points) =
+            edges.into_iter().map(|(x, [low, high])| ((x, low), (x, high))).unzip();
+        let (low, high) = (self.take(low), self.take(high));
+        let heights = |points: &Points| points.iter().map(|(_, y)| *y).collect::<Vec<f64>>();
+        let (below, above) = (heights(&low), heights(&high));
+        let line = LinePlot::new().with_data(low).with_color(color).with_stroke_width(0.0);
+        self.marks.push(Mark::Line(line.with_band(below, above)));
         self
     }
 
@@ -87,7 +108,7 @@ impl Chart {
         let points = self.take(points);
         if !points.is_empty() {
             let dots = ScatterPlot::new().with_data(points).with_color(color).with_size(size);
-            self.plots.push(Plot::Scatter(dots));
+            self.marks.push(Mark::Dots(dots));
         }
         self
     }
@@ -96,7 +117,7 @@ impl Chart {
     pub fn stems(mut self, points: impl IntoIterator<Item = (f64, f64)>, color: &str) -> Self {
         for (x, y) in self.take(points) {
             let stem = LinePlot::new().with_data([(x, 0.0), (x, y)]).with_color(color);
-            self.plots.push(Plot::Line(stem.with_stroke_width(2.0)));
+            self.marks.push(Mark::Line(stem.with_stroke_width(2.0)));
         }
         self.include(1, 0.0);
         self
@@ -132,13 +153,18 @@ impl Chart {
     }
 
     /// The drawing, or a word where there is nothing to draw.
-    pub fn svg(mut self) -> String {
-        if self.plots.is_empty() {
+    pub fn svg(self) -> String {
+        if self.marks.is_empty() {
             return "<p class=\"none\">nothing to show</p>".into();
         }
+        inline(&SvgBackend::default().render_scene(&self.drawn()))
+    }
+
+    /// The axes.
+    fn layout(&self) -> Layout {
         let range = [self.padded(0), self.padded(1)];
         let [[left, right], [low, high]] = range;
-        let mut layout = Layout::auto_from_plots(&self.plots)
+        let mut layout = Layout::new((left, right), (low, high))
             .with_width(self.size[0])
             .with_height(self.size[1])
             .with_theme(theme())
@@ -168,15 +194,27 @@ impl Chart {
         if self.whole {
             layout = layout.with_x_tick_step(((right - left) / 8.0).ceil().max(1.0));
         }
-        for line in self.lines {
-            layout = layout.with_reference_line(line);
+        layout
+    }
+
+    /// The drawing: axes, then what is clipped to them, bands, marks and lines. Kuva's function for several plots does the same,
+    /// and brings all its dozens of kinds of plots into the program.
+    fn drawn(&self) -> Scene {
+        let computed = ComputedLayout::from_layout(&self.layout());
+        let mut scene = render_line(&LinePlot::new(), self.layout());
+        let axes = scene.elements.len();
+        clip(&mut scene, &computed);
+        add_shaded_regions(&self.regions, &mut scene, &computed);
+        for mark in &self.marks {
+            let alone = match mark {
+                Mark::Line(line) => render_line(line, self.layout()),
+                Mark::Dots(dots) => render_scatter(dots, self.layout()),
+            };
+            scene.elements.extend(alone.elements.into_iter().skip(axes));
         }
-        for region in self.regions {
-            layout = layout.with_shaded_region(region);
-        }
-        let plots = std::mem::take(&mut self.plots);
-        let svg = SvgBackend::default().render_scene(&render_multiple(plots, layout));
-        inline(&svg)
+        add_reference_lines(&self.lines, &mut scene, &computed);
+        scene.elements.push(Primitive::ClipEnd);
+        scene
     }
 
     /// Keeps what can be drawn, and sees how far it reaches.
@@ -217,6 +255,20 @@ impl Chart {
         let room = if across && room > least { 0.4 * room } else { room };
         [low - room, high + room]
     }
+}
+
+/// Begins what is not drawn outside of the axes.
+fn clip(scene: &mut Scene, axes: &ComputedLayout) {
+    // Ids are of the whole page.
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let id = format!("clip-{}", COUNT.fetch_add(1, Ordering::Relaxed));
+    let (x, y, width, height) =
+        (axes.margin_left, axes.margin_top, axes.plot_width(), axes.plot_height());
+    let [left, top, wide, high] = [x, y, width, height].map(|v| (v * 100.0).round() / 100.0);
+    scene.defs.push(format!(
+        "<clipPath id=\"{id}\"><rect x=\"{left}\" y=\"{top}\" width=\"{wide}\" height=\"{high}\"/></clipPath>"
+    ));
+    scene.elements.push(Primitive::ClipStart { x, y, width, height, id });
 }
 
 fn dashed(line: ReferenceLine) -> ReferenceLine {

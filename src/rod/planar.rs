@@ -169,16 +169,15 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn gradient(&self, q: &[D], (): &(), derivatives: Derivatives, gradient: &mut [D]) {
-        match derivatives {
-            Derivatives::Hand => D::side_by_side(Forces { at: (self.elements(), q), gradient }),
-            Derivatives::Dual => {
-                self.set_loads(q, gradient);
-                add_gradients(&self.stretch, q, gradient, dual_gradient);
-                for i in 0..self.bend.len() {
-                    let local: [D; 6] = dual_gradient(&self.element(i, q), unknowns(q, i));
-                    scatter(&local, gradient, i);
-                }
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            self.set_loads(q, gradient);
+            add_gradients(&self.stretch, q, gradient, dual_gradient);
+            for i in 0..self.bend.len() {
+                let local: [D; 6] = dual_gradient(&self.element(i, q), unknowns(q, i));
+                scatter(&local, gradient, i);
             }
+        } else {
+            D::side_by_side(Forces { at: (self.elements(), q), gradient });
         }
         for (i, moment) in &self.moment {
             scatter(&moment.gradient(unknowns(q, *i)), gradient, *i);
@@ -194,21 +193,13 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
-        match derivatives {
-            Derivatives::Hand => {
-                let (gradient, tangent) = (&mut *gradient, &mut *tangent);
-                D::side_by_side(Tangent {
-                    at: (self.elements(), q),
-                    gradient,
-                    tangent,
-                    geometry: None,
-                });
-            }
-            Derivatives::Dual => {
-                let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
-                self.each_edge_in_duals(q, &mut nodes);
-                nodes.end();
-            }
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
+            self.each_edge_in_duals(q, &mut nodes);
+            nodes.end();
+        } else {
+            let (at, gradient, tangent) = ((self.elements(), q), &mut *gradient, &mut *tangent);
+            D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
         }
         self.add_to_tangent(q, derivatives, gradient, tangent);
     }
@@ -225,7 +216,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         (gradient, tangent): (&mut [D], &mut BandMatrix<D, HALF_BANDWIDTH>),
         geometry: &mut Geometry,
     ) {
-        if D::ORDER > 0 || derivatives == Derivatives::Dual {
+        if !D::PLAIN || derivatives == Derivatives::Dual {
             self.tangent(q, &(), derivatives, gradient, tangent);
             return self.measure(q, &(), geometry);
         }
@@ -248,11 +239,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     ) {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.bend.len() };
-        match derivatives {
-            Derivatives::Hand => {
-                D::side_by_side(EdgeTangent { at: (self.elements(), q), edges });
-            }
-            Derivatives::Dual => self.each_edge_in_duals(q, &mut edges),
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            self.each_edge_in_duals(q, &mut edges);
+        } else {
+            D::side_by_side(EdgeTangent { at: (self.elements(), q), edges });
         }
         for (i, moment) in &self.moment {
             // By its second node is by its edge.

@@ -192,27 +192,23 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     }
 
     fn gradient(&self, q: &[D], frames: &Frames<D>, derivatives: Derivatives, gradient: &mut [D]) {
-        match derivatives {
-            Derivatives::Hand => {
-                D::side_by_side(Gradient { at: (self.elements(), q, frames), gradient })
-            }
-            Derivatives::Dual => {
-                gradient.fill(D::from(0.0));
-                self.subtract_loads(gradient);
-                for (i, element) in self.stretch.iter().enumerate() {
-                    let local = dual_gradient(element, &ends(q, i));
-                    for r in 0..6 {
-                        gradient[STRIDE * i + ENDS[r]] += local[r];
-                    }
-                }
-                for i in 0..self.joint.len() {
-                    let local =
-                        bend_twist::dual_gradient(&self.element(i, q, frames), around(q, i));
-                    for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
-                        *to += *from;
-                    }
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            gradient.fill(D::from(0.0));
+            self.subtract_loads(gradient);
+            for (i, element) in self.stretch.iter().enumerate() {
+                let local = dual_gradient(element, &ends(q, i));
+                for r in 0..6 {
+                    gradient[STRIDE * i + ENDS[r]] += local[r];
                 }
             }
+            for i in 0..self.joint.len() {
+                let local = bend_twist::dual_gradient(&self.element(i, q, frames), around(q, i));
+                for (to, from) in gradient[STRIDE * i..].iter_mut().zip(&local) {
+                    *to += *from;
+                }
+            }
+        } else {
+            D::side_by_side(Gradient { at: (self.elements(), q, frames), gradient });
         }
         self.own.add_gradient(q, &frames.edges, derivatives, gradient);
     }
@@ -225,17 +221,14 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
-        match derivatives {
-            Derivatives::Hand => {
-                let (at, gradient, tangent) =
-                    ((self.elements(), q, frames), &mut *gradient, &mut *tangent);
-                D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
-            }
-            Derivatives::Dual => {
-                let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
-                self.each_edge_in_duals(q, frames, &mut nodes);
-                nodes.end();
-            }
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
+            self.each_edge_in_duals(q, frames, &mut nodes);
+            nodes.end();
+        } else {
+            let (at, gradient, tangent) =
+                ((self.elements(), q, frames), &mut *gradient, &mut *tangent);
+            D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
         }
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
     }
@@ -252,7 +245,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         (gradient, tangent): (&mut [D], &mut BandMatrix<D, HALF_BANDWIDTH>),
         geometry: &mut Geometry,
     ) {
-        if D::ORDER > 0 || derivatives == Derivatives::Dual {
+        if !D::PLAIN || derivatives == Derivatives::Dual {
             self.tangent(q, frames, derivatives, gradient, tangent);
             return self.measure(q, frames, geometry);
         }
@@ -271,11 +264,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     ) {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.joint.len() };
-        match derivatives {
-            Derivatives::Hand => {
-                D::side_by_side(EdgeTangent { at: (self.elements(), q, frames), edges })
-            }
-            Derivatives::Dual => self.each_edge_in_duals(q, frames, &mut edges),
+        if D::PLAIN && derivatives == Derivatives::Dual {
+            self.each_edge_in_duals(q, frames, &mut edges);
+        } else {
+            D::side_by_side(EdgeTangent { at: (self.elements(), q, frames), edges });
         }
     }
 
