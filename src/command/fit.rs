@@ -239,20 +239,24 @@ impl Run {
         Ok((conclude(code, written), report.in_a_line()))
     }
 
-    /// Solves a fit of numbers along the rod, of which there is no page.
+    /// Solves a fit of numbers along the rod.
     fn solve_along(self, fit: FieldFit) -> Result<(u8, String), Error> {
-        let Self { file, outputs, json, page, saves, extend, .. } = self;
-        if page.is_some() || extend {
-            let key = if extend { "--extend" } else { "--report" };
+        let Self { path, file, outputs, json, page, numbers, saves, extend, .. } = self;
+        if extend {
             return Err(Error::Invalid {
                 file: None,
-                key: key.into(),
+                key: "--extend".into(),
                 found: "beside [[field]]".into(),
-                allowed: "--json and --save with fits of numbers along the rod".into(),
+                allowed: "--json, --report and --save with fits of numbers along the rod".into(),
             });
         }
         let report = fit.solve()?;
-        let mut written = vec![outputs.write_json(json, &report)];
+        let title = path.display().to_string();
+        let mut written = vec![
+            outputs.write_json(json, &report),
+            outputs.write(page, || Ok(page::field_page(&report, &title).into_bytes())),
+            outputs.write_json(numbers, &report),
+        ];
         for (output, experiment) in saves.into_iter().zip(&file.experiments) {
             written.push(outputs.write(output, || {
                 let problem = &experiment.problem;

@@ -28,7 +28,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
         body += &section("Recordings", &recordings(errors, drawn));
     }
     if let Some(plots) = plots {
-        body += &section("Data and model", &data(report, plots));
+        body += &section("Data and model", &data(&plots.series, &report.residual_tests));
     }
     let budgets = budgets(report);
     if !budgets.is_empty() {
@@ -240,33 +240,32 @@ fn left_over(report: &FitReport) -> String {
 }
 
 /// Every observation with its coordinates.
-fn data(report: &FitReport, plots: &PlotData) -> String {
-    if plots.series.is_empty() {
+pub(super) fn data(series: &[Series], tests: &[ResidualTests]) -> String {
+    if series.is_empty() {
         return "<p class=\"none\">not compared over the whole record: the fit was interrupted</p>"
             .into();
     }
     let mut html = String::new();
     let mut before = None;
-    let shown = worst(&plots.series);
-    if shown.len() < plots.series.len() {
+    let shown = worst(series);
+    if shown.len() < series.len() {
         html += &format!(
             "<p class=\"note\">The {} of {} coordinates whose residuals are largest against \u{3c3}; all are in \
              the JSON.</p>\n",
             shown.len(),
-            plots.series.len()
+            series.len()
         );
     }
     for series in shown {
-        let this = (&series.experiment, &series.label);
         let parts = [series.experiment.as_str(), series.label.as_str()];
         let named: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-        if before != Some(this) {
-            html += &format!("<h3>{}</h3>\n", escaped(&named.join(": ")));
-        }
-        before = Some(this);
         let name = named.join(": ");
+        if before.as_ref() != Some(&name) {
+            html += &format!("<h3>{}</h3>\n", escaped(&name));
+        }
         let own = |t: &&ResidualTests| t.observation == name && t.axis == series.axis;
-        html += &figures::series(series, report.residual_tests.iter().find(own));
+        html += &figures::series(series, tests.iter().find(own));
+        before = Some(name);
     }
     html
 }

@@ -3,6 +3,7 @@
 mod budget;
 mod chart;
 mod coded;
+mod field;
 mod figures;
 mod fit;
 mod moments;
@@ -11,6 +12,7 @@ mod recordings;
 mod simulation;
 mod study;
 
+pub use field::field_page;
 pub use fit::fit_page;
 pub use simulation::simulation_page;
 pub use study::study_page;

@@ -2,10 +2,11 @@
 
 use rodfit::fit::{Analysis, Recording, Sample, SeenBy, Vertical};
 use rodfit::page::fit_page;
-use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Trajectory};
+use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Scene, Trajectory};
 use std::sync::LazyLock;
 
 use crate::common::coarse;
+use crate::folder::{Folder, change, replaced, succeeds};
 
 /// What is seen of a point at `count` times, off by up to `most`, m, and always alike.
 pub fn disturbed(run: &Trajectory, point: Point, count: u32, most: f64) -> Observation {
@@ -109,6 +110,54 @@ fn the_page_has_everything_in_order() {
     let mut warned = report.clone();
     warned.warnings = vec!["first <doubt>".into(), "second".into()];
     in_order(&fit_page(&warned, ""), &["first &lt;doubt&gt;", "second", "id=\"parameters\""]);
+}
+
+/// Numbers along the rod with their band, what was seen and what the rod does with them.
+#[test]
+fn numbers_along_the_rod_have_a_page() {
+    let along = |numbers: &str| {
+        let list = format!("segments = 8\nnatural_curvature = [{numbers}]");
+        let arc = "kind = \"arc\", length = 0.5, angle = 2.0";
+        let straight = "kind = \"straight\", length = 0.5, direction = [1, 0, 0]";
+        replaced(&change("segments = 20", &list), straight, arc)
+    };
+    let truth = Scene::from_toml(&along("1.3, 0.8, 1.1, 0.9"), ".").unwrap().problem().unwrap();
+    let seen = disturbed(&truth.simulate().unwrap(), Point::Tip, 60, 1e-4);
+    let row = |s: &Sample| {
+        let [x, y, _] = s.position.map(Option::unwrap_or_default);
+        format!("{},{x},{y}\n", s.time)
+    };
+    let folder = Folder::new();
+    let rows: String = seen.samples.iter().map(row).collect();
+    folder.write("tip.csv", &format!("t,x,y\n{rows}"));
+    folder.write("scene.toml", &along("1, 1, 1, 1"));
+    let field = "[[field]]\nname = \"natural_curvature\"\nsigma = 0.5\nlength = 0.1\n\
+                 [[parameter]]\nname = \"youngs_modulus\"\nprior = { mean = 1e8, sigma = 1e6 }\n";
+    let observed = "scene = \"scene.toml\"\n[[observation]]\nfile = \"tip.csv\"\nsigma = 1e-4\n";
+    folder.write("fit.toml", &format!("{observed}{field}"));
+    succeeds(&folder.run(&["fit", "fit.toml", "--report", "page"]));
+    let page = folder.read("page/fit.html");
+    is_whole(&page);
+    let parts = [
+        "id=\"verdict\"",
+        "4 numbers along the rod from 120 coordinates",
+        "Along the rod",
+        "natural_curvature over the arc length",
+        "the band holds each number with a probability of 95 %",
+        "id=\"parameters\"",
+        "youngs_modulus",
+        "Data and model",
+        "tip.csv, x: data and model",
+        "tip.csv, y: what is left",
+    ];
+    in_order(&page, &parts);
+    // The band is drawn: as many corners as the numbers have ends.
+    let chart = page.split("natural_curvature over the arc length").nth(1).unwrap();
+    let chart = chart.split("</svg>").next().unwrap();
+    assert!(chart.contains("var(--model)") && chart.matches("<path").count() >= 2, "{chart}");
+    let told: serde_json::Value = serde_json::from_str(&folder.read("page/fit.json")).unwrap();
+    assert_eq!(told["fields"][0]["values"].as_array().unwrap().len(), 4);
+    assert!(told.get("series").is_none());
 }
 
 #[test]

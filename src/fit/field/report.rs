@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
 use crate::fit::field::space::Space;
+use crate::fit::report::plot_data::Series;
 use crate::numerics::half_square;
 use crate::numerics::krylov::Ritz;
 use crate::scene::{Parameter, Scene};
@@ -69,6 +70,9 @@ pub struct FieldReport {
     pub wall_seconds: f64,
     /// What speaks against the numbers.
     pub warnings: Vec<String>,
+    /// What was measured and what the rod does with these numbers, for plots.
+    #[serde(skip)]
+    pub series: Vec<Series>,
 }
 
 /// What a report is made of.
@@ -77,6 +81,7 @@ pub(super) struct Found<'a> {
     pub space: &'a Space,
     pub z: &'a [f64],
     pub residuals: &'a [f64],
+    pub series: Vec<Series>,
     pub misfit: f64,
     pub ritz: Ritz,
     /// Whether all directions that the data see were found.
@@ -136,8 +141,10 @@ impl FieldReport {
             simulations: found.runs,
             wall_seconds: found.since.elapsed().as_secs_f64(),
             warnings: Vec::new(),
+            series: Vec::new(),
         };
         report.warnings = report.doubts(&found);
+        report.series = found.series;
         report
     }
 

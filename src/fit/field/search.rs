@@ -6,8 +6,11 @@ use crate::fit::field::plan::FieldFit;
 use crate::fit::field::report::{FieldReport, Found};
 use crate::fit::field::space::Space;
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::motion::Observation;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::seen::Seen;
+use crate::fit::report::plot_data::Series;
+use crate::fit::report::replay::compared;
 use crate::numerics::half_square;
 use crate::numerics::krylov::Lanczos;
 use crate::problem::Problem;
@@ -71,6 +74,19 @@ impl Search<'_> {
             Seen::of(&view, (observation.point, &observation.samples), weights)
         });
         all.collect()
+    }
+
+    /// What was measured and what the rod does, coordinate by coordinate.
+    fn series(&self, trial: &Trial) -> Vec<Series> {
+        let mut rest = &trial.residuals[..];
+        let of = |observation: &Observation| {
+            let measurement = Measurement::Motion(observation.clone());
+            let (own, others) = rest.split_at(measurement.values());
+            rest = others;
+            let sigma = observation.sigma.unwrap_or(1.0);
+            compared(("", trial.run.problem()), &measurement, own, [sigma; 2])
+        };
+        self.fit.observations.iter().flat_map(of).collect()
     }
 
     /// What the rod does with the numbers at `z`.
@@ -210,6 +226,7 @@ impl Search<'_> {
             space: self.space,
             z: &z,
             residuals: &trial.residuals,
+            series: self.series(&trial),
             misfit: trial.cost,
             ritz: lanczos.ritz(),
             complete: lanczos.count() < PRODUCTS[1],

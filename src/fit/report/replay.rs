@@ -2,8 +2,8 @@
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::{Coordinate, Measurement};
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::comparison::Run;
 use crate::fit::report::plot_data::{
@@ -12,6 +12,7 @@ use crate::fit::report::plot_data::{
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
+use crate::problem::Problem;
 use crate::scene::{Point, SchemeParameter};
 
 /// Shapes of a moving rod that are kept.
@@ -76,32 +77,45 @@ fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
     let mut all = Vec::new();
     for ((experiment, measurement, weight, residuals), sigma) in search.measured(optimum).zip(sigma)
     {
-        let mut copy = measurement.clone();
-        let seen: Vec<f64> = copy.seen_mut().into_iter().map(|x| *x).collect();
-        let units = measurement.sigmas(weight);
-        for coordinate in measurement.coordinates(&experiment.problem) {
-            let own = || coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
-            all.push(Series {
-                experiment: experiment.name.clone(),
-                label: measurement.label(),
-                axis: coordinate.axis.into(),
-                unit: measurement.unit().into(),
-                over: match measurement {
-                    Measurement::Motion(_) => Abscissa::Time,
-                    Measurement::RestShape(_) => Abscissa::ArcLength,
-                    Measurement::Frequencies(_) => Abscissa::Mode,
-                    Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Abscissa::Time,
-                    Measurement::Gauge(_) => Abscissa::Reading,
-                },
-                at: own().map(|(_, at)| *at).collect(),
-                observed: own().map(|(k, _)| seen[*k]).collect(),
-                simulated: own().map(|(k, _)| seen[*k] + residuals[*k] * units[*k]).collect(),
-                sigma: *sigma,
-                curve: Vec::new(),
-            });
-        }
+        let of = (&experiment.name[..], &experiment.problem);
+        all.extend(compared(of, measurement, residuals, [weight, *sigma]));
     }
     all
+}
+
+/// Data and model of a measurement, coordinate by coordinate; the model from its residuals, which are in units of the noise
+/// `weight`.
+pub(crate) fn compared(
+    (experiment, problem): (&str, &Problem),
+    measurement: &Measurement,
+    residuals: &[f64],
+    [weight, sigma]: [f64; 2],
+) -> Vec<Series> {
+    let mut copy = measurement.clone();
+    let seen: Vec<f64> = copy.seen_mut().into_iter().map(|x| *x).collect();
+    let units = measurement.sigmas(weight);
+    let series = |coordinate: Coordinate| {
+        let own = || coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
+        Series {
+            experiment: experiment.into(),
+            label: measurement.label(),
+            axis: coordinate.axis.into(),
+            unit: measurement.unit().into(),
+            over: match measurement {
+                Measurement::Motion(_) => Abscissa::Time,
+                Measurement::RestShape(_) => Abscissa::ArcLength,
+                Measurement::Frequencies(_) => Abscissa::Mode,
+                Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Abscissa::Time,
+                Measurement::Gauge(_) => Abscissa::Reading,
+            },
+            at: own().map(|(_, at)| *at).collect(),
+            observed: own().map(|(k, _)| seen[*k]).collect(),
+            simulated: own().map(|(k, _)| seen[*k] + residuals[*k] * units[*k]).collect(),
+            sigma,
+            curve: Vec::new(),
+        }
+    };
+    measurement.coordinates(problem).into_iter().map(series).collect()
 }
 
 /// Adds what one more simulation at `x` shows: the model's lines, and the rod's shapes at moments evenly
