@@ -107,6 +107,12 @@ class FitResult:
         return str(self._table["status"])
 
     @property
+    def resolution(self) -> list[dict[str, Any] | None]:
+        """Mesh, step and scheme that the program chose, as fine as the optimum needs them, for every experiment, none for
+        one that gives them all; empty where all do."""
+        return list(self._table.get("resolution", []))
+
+    @property
     def correlation(self) -> np.ndarray:
         """Correlations of the estimates; NaN where one is not identifiable."""
         import numpy as np

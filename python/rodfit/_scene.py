@@ -12,6 +12,11 @@ from ._errors import refused
 
 if TYPE_CHECKING:
     import numpy as np
+    import xarray
+    from numpy.typing import ArrayLike
+
+# Energies of a run, in the order of their columns.
+ENERGIES = ("kinetic", "stretch", "bend", "twist", "potential")
 
 
 class _Table:
@@ -67,13 +72,17 @@ class Run:
     """A simulated motion: ``t``, s; ``position``, m, and ``velocity``, m/s: (times, nodes, 3), views that cannot be
     written to."""
 
-    def __init__(self, native: _rodfit.Run):
+    def __init__(self, native: _rodfit.Run, resolution: dict[str, Any] | None):
+        self._native = native
+        #: Mesh, step and scheme that the program chose, as in ``Scene.resolution``.
+        self.resolution = resolution
         self.t = native.t
         self.t.flags.writeable = False
         self._motion = native.motion
         self._motion.flags.writeable = False
         self._derivatives = dict(zip(native.names, native.derivatives))
-        for array in self._derivatives.values():
+        self._energies = native.energies
+        for array in (self._energies, *self._derivatives.values()):
             array.flags.writeable = False
 
     @property
@@ -95,6 +104,63 @@ class Run:
     def tip(self) -> np.ndarray:
         """Places of the last node, m: (times, 3)."""
         return self.position[:, -1, :]
+
+    @property
+    def energy(self) -> dict[str, np.ndarray]:
+        """Energies at every time, J: ``kinetic``, ``stretch``, ``bend``, ``twist``, ``potential`` of the loads, and their
+        sum, ``total``."""
+        terms = dict(zip(ENERGIES, self._energies.T))
+        return terms | {"total": self._energies.sum(axis=1)}
+
+    @property
+    def arc_length(self) -> np.ndarray:
+        """Arc lengths of the nodes from the wall, m: (nodes,)."""
+        import numpy as np
+
+        return np.asarray(self._native.arc_length())
+
+    def at(self, point: str | int | Mapping[str, float] = "tip", t: ArrayLike | None = None) -> np.ndarray:
+        """Where a point of the rod is, m: "tip", a node, or {"arc_length": metres from the wall}. At a time ``t``, s: (3,);
+        at several: (times, 3); by default at all times of the run. Between steps it is the cubic that has their places and
+        velocities, as in a fit."""
+        import numpy as np
+
+        nodes, weights = self._native.stencil(json.dumps(point, default=plain))
+        motion: np.ndarray = np.einsum("tnmc,n->mtc", self._motion[:, nodes], weights)
+        if t is None:
+            return np.asarray(motion[0])
+        asked = np.asarray(t, dtype=float)
+        end = self.t[-1]
+        outside = asked[~((asked >= 0.0) & (asked <= end * (1 + 1e-9)))]
+        if outside.size:
+            raise refused("t", f"{outside[0]:g}", f"0 .. {end:g}, the times of the run")
+        after = np.clip(np.searchsorted(self.t, asked, side="right"), 1, len(self.t) - 1)
+        step = (self.t[after] - self.t[after - 1])[..., None]
+        u = np.clip((asked - self.t[after - 1])[..., None] / step, 0.0, 1.0)
+        (x0, v0), (x1, v1) = (motion[:, k] for k in (after - 1, after))
+        place = x0 + u * u * (3 - 2 * u) * (x1 - x0) + step * u * (1 - u) * ((1 - u) * v0 - u * v1)
+        return np.asarray(place)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The run as a Dataset of xarray: ``position``, ``velocity`` and a derivative for each parameter over ``time``,
+        ``node`` and ``axis``; energies over ``time`` and ``term``."""
+        import xarray
+
+        over = ("time", "node", "axis")
+        arrays = {
+            "position": (over, self.position, {"units": "m"}),
+            "velocity": (over, self.velocity, {"units": "m/s"}),
+            "energy": (("time", "term"), self._energies, {"units": "J"}),
+        }
+        for name, array in self.derivative.items():
+            arrays[f"d_position_d_{name}"] = (over, array, {"long_name": f"derivative of position by {name}"})
+        coordinates = {
+            "time": ("time", self.t, {"units": "s"}),
+            "arc_length": ("node", self.arc_length, {"units": "m"}),
+            "axis": list("xyz"),
+            "term": list(ENERGIES),
+        }
+        return xarray.Dataset(arrays, coordinates)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -163,6 +229,13 @@ class Scene:
         return self._native.model
 
     @property
+    def resolution(self) -> dict[str, Any] | None:
+        """Mesh, step and scheme that the program chose, and the error that they leave: ``resolution`` of the command's
+        JSON; none where the scene gives them all."""
+        text = self._native.resolution()
+        return None if text is None else dict(json.loads(text))
+
+    @property
     def length(self) -> float:
         """Length of the rod, m."""
         return self._native.length
@@ -172,7 +245,7 @@ class Scene:
         it."""
         if isinstance(derivatives, str):
             raise refused("derivatives", f'"{derivatives}"', "a list of names")
-        return Run(self._native.simulate(list(derivatives)))
+        return Run(self._native.simulate(list(derivatives)), self.resolution)
 
     def equilibrium(self) -> Equilibrium:
         """Where the rod rests under its loads."""

@@ -1,6 +1,7 @@
 //! Fits, what comes of them, and their residuals for other solvers.
 
-use crate::error::{failed, raised, refused};
+use crate::error::{raised, refused};
+use crate::json::{json, said};
 use crate::scene::{Scene, toml_of};
 use crate::work::{News, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
@@ -24,11 +25,6 @@ impl Fit {
     fn lock(&self) -> MutexGuard<'_, rodfit::Fit> {
         self.fit.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// What a JSON text says, as files do; `key` is what it is called.
-fn said<T: serde::de::DeserializeOwned>(py: Python<'_>, key: &str, text: &str) -> PyResult<T> {
-    serde_json::from_str(text).map_err(|error| refused(py, format!("{key}: found {text}: {error}")))
 }
 
 #[pymethods]
@@ -161,10 +157,6 @@ impl Fit {
 #[pyclass(frozen, module = "rodfit._rodfit")]
 pub struct FitResult {
     report: FitReport,
-}
-
-fn json(py: Python<'_>, value: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(value).map_err(|error| failed(py, error))
 }
 
 #[pymethods]

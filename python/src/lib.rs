@@ -7,6 +7,7 @@
 mod campaign;
 mod error;
 mod fit;
+mod json;
 mod run;
 mod scene;
 mod work;

@@ -1,22 +1,18 @@
 //! Scenes and what is computed of them.
 
 use crate::error::{raised, refused};
+use crate::json::json;
 use crate::run::Run;
 use crate::work::{Hooks, interruptible};
 use pyo3::prelude::*;
 use rodfit::problem::ParameterList;
 use rodfit::vibration::About;
-use rodfit::{Parameter, Problem};
+use rodfit::{Parameter, Problem, Trajectory};
 
 /// A scene, read and validated.
 #[pyclass(frozen, module = "rodfit._rodfit")]
 pub struct Scene {
     pub problem: Problem,
-}
-
-fn json(value: &impl serde::Serialize) -> PyResult<String> {
-    serde_json::to_string(value)
-        .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))
 }
 
 impl Scene {
@@ -62,8 +58,8 @@ impl Scene {
     }
 
     /// All physical numbers, as JSON: name, aliases, value, unit, limits, note.
-    fn parameters(&self) -> PyResult<String> {
-        json(&ParameterList::of(&self.problem))
+    fn parameters(&self, py: Python<'_>) -> PyResult<String> {
+        json(py, &ParameterList::of(&self.problem))
     }
 
     /// The scene with other values of its numbers.
@@ -94,24 +90,35 @@ impl Scene {
         self.problem.length()
     }
 
+    /// Mesh, step and scheme, who chose them and what error is left, as JSON; none where the scene gives them all.
+    fn resolution(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        self.problem.resolution().map(|resolution| json(py, resolution)).transpose()
+    }
+
     /// Simulates the scene; Ctrl-C ends it.
     fn simulate(&self, py: Python<'_>, derivatives: Vec<String>) -> PyResult<Run> {
         let by = parameters(py, &derivatives)?;
         let problem = self.problem.clone();
-        let run = move |hooks: Hooks| problem.stop_when(hooks.stop).simulate_with(&by);
+        let run = move |hooks: Hooks| {
+            let problem = problem.stop_when(hooks.stop);
+            let nodes: Vec<usize> = (0..problem.nodes()).collect();
+            let mut run = Trajectory::new(&problem, &nodes, &by)?.keep_energies();
+            run.run(&problem, problem.time()?.steps(), |_| {})?;
+            Ok(run)
+        };
         let trajectory = interruptible(py, None, run)?;
-        Ok(Run::new(trajectory, derivatives))
+        Ok(Run::new(self.problem.clone(), trajectory, derivatives))
     }
 
     /// The equilibrium, as JSON.
     fn equilibrium(&self, py: Python<'_>) -> PyResult<String> {
         let found = py.detach(|| self.problem.equilibrium());
-        json(&found.map_err(|error| raised(py, error))?)
+        json(py, &found.map_err(|error| raised(py, error))?)
     }
 
     /// The lowest modes, as JSON.
     fn modes(&self, py: Python<'_>, count: usize) -> PyResult<String> {
         let found = py.detach(|| self.problem.modes(count, About::Equilibrium));
-        json(&found.map_err(|error| raised(py, error))?)
+        json(py, &found.map_err(|error| raised(py, error))?)
     }
 }

@@ -65,6 +65,68 @@ def test_arrays_are_views_of_the_run(scene):
     assert np.abs(exact - difference).max() < 1e-6 * np.abs(exact).max()
 
 
+def test_where_a_point_is_at_any_time(scene):
+    run = scene.simulate()
+    assert np.array_equal(run.at("tip"), run.tip) and np.array_equal(run.at(3, run.t[7]), run.position[7, 3])
+    middle = {"arc_length": 0.4321 * scene.length}
+    assert np.abs(run.at(middle) - run.at(middle, run.t)).max() == 0.0
+    # What a fit takes off what was seen, with a noise of a metre, is what the point was seen at.
+    times = np.linspace(0.0, run.t[-1], 77)
+    for point in ("tip", middle):
+        r = rodfit.Fit(scene).observe(times, np.zeros((77, 3)), at=point, sigma=1.0)
+        r = r.add("youngs_modulus", scene.to_dict()["material"]["youngs_modulus"]).residuals()
+        assert np.abs(run.at(point, times).ravel() - r(r.x0)).max() < 1e-12
+    for wrong in ({"t": -0.1}, {"t": [0.1, 99.0]}, {"point": "tips"}, {"point": {"arc_length": 9.0}}):
+        with pytest.raises(rodfit.InputError):
+            run.at(**wrong)
+
+
+def test_energies_of_a_run(scene):
+    run = scene.simulate()
+    energy = run.energy
+    assert set(energy) == {"kinetic", "stretch", "bend", "twist", "potential", "total"}
+    assert all(term.shape == run.t.shape for term in energy.values()) and energy["bend"].max() > 0.0
+    # The nodes' masses, half of each edge beside them.
+    table = scene.to_dict()
+    per_length = table["material"]["density"] * np.pi * table["rod"]["section"]["radius"] ** 2
+    masses = per_length * np.gradient(run.arc_length) * np.r_[0.5, np.ones(len(run.arc_length) - 2), 0.5]
+    kinetic = 0.5 * np.einsum("n,tnc->t", masses, run.velocity**2)
+    assert energy["kinetic"] == pytest.approx(kinetic, rel=1e-9, abs=1e-12 * kinetic.max())
+    # The rod loses what is damped, and gains nothing.
+    assert energy["total"].max() - energy["total"][0] < 1e-6 * energy["kinetic"].max()
+
+
+def test_runs_in_xarray(scene):
+    pytest.importorskip("xarray")
+    run = scene.simulate(derivatives=["youngs_modulus"])
+    data = run.to_xarray()
+    assert data.position.dims == ("time", "node", "axis") and data.position.attrs["units"] == "m"
+    assert np.array_equal(data.position.sel(axis="y").values[:, -1], run.tip[:, 1])
+    assert np.shares_memory(data.position.values, run.position)
+    assert float(data.arc_length[-1]) == pytest.approx(scene.length)
+    assert np.array_equal(data.d_position_d_youngs_modulus, run.derivative["youngs_modulus"])
+    assert np.array_equal(data.energy.sum("term"), run.energy["total"])
+
+
+def test_what_the_program_chose(scene, result, tmp_path):
+    assert scene.resolution is None and scene.simulate().resolution is None and result.resolution == []
+    text = (DATA / "cantilever.toml").read_text()
+    given = ("segments =", "step =", "beta =")
+    text = "".join(line for line in text.splitlines(keepends=True) if not line.startswith(given))
+    chosen = rodfit.Scene.from_toml(text, DATA)
+    run = chosen.simulate()
+    assert run.resolution == chosen.resolution
+    assert run.resolution["chosen"] == {"segments": True, "step": True, "scheme": True}
+    assert run.resolution["segments"] == run.position.shape[1] - 1
+    assert 0.0 < run.resolution["error"] < run.resolution["accuracy"]
+    # As the command says it.
+    (tmp_path / "open.toml").write_text(text)
+    assert command("simulate", tmp_path / "open.toml", "--json", tmp_path / "run.json").returncode == 0
+    assert json.loads((tmp_path / "run.json").read_text())["resolution"] == run.resolution
+    fitted = rodfit.Fit(chosen).observe(*tip()).add("youngs_modulus").solve()
+    assert [own["chosen"]["segments"] for own in fitted.resolution] == [True]
+
+
 def test_scenes_go_to_tables_and_back(scene):
     table = scene.to_dict()
     again = rodfit.Scene.from_dict(table, DATA)
