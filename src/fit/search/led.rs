@@ -12,6 +12,7 @@
 use crate::error::Error;
 use crate::fit::search::Search;
 use crate::fit::search::coarse::Coarse;
+use crate::fit::search::journal::Stage;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
@@ -22,8 +23,12 @@ const RUNAWAY: f64 = 10.0;
 /// An unknown that changes all residuals together by less than this, in units of the noise, has no effect
 /// that could run away.
 const NO_EFFECT: f64 = 0.1;
-/// How often that is looked at again where the fit has gone.
-const ROUNDS: usize = 3;
+/// How often that is looked at: at the start, and where the fit has gone.
+const LOOKS: usize = 3;
+/// Before it is looked at again: part of a standard error by which the minimum may be missed, and iterations. What they end
+/// with is only where the next ones begin.
+const NEARLY: f64 = 0.1;
+const BETWEEN: u64 = 12;
 /// Descents from a scan: its best minimum, and others with up to so many times its misfit.
 const DESCENTS: usize = 2;
 const RIVAL: f64 = 1.5;
@@ -101,19 +106,23 @@ impl Search<'_> {
         self.trust.clear();
         let residuals = self.all_residuals()?;
         let rows = residuals.plain_jacobian(&start)?;
-        let there = (residuals.plain(&start)?, rows);
+        let (mut x, mut there) = (start.clone(), (residuals.plain(&start)?, rows));
+        let mut halved = residuals.halved();
         self.trust = trust(&there.1);
-        let from_start = self.polish_knowing(&start, there, residuals.halved())?;
-        let mut optimum = self.raised(from_start)?;
-        for _ in 1..ROUNDS {
-            let trust = trust(&optimum.jacobian);
-            if same(&trust, &self.trust) {
+        for _ in 1..LOOKS {
+            let known = self.all_residuals()?.knowing(&x, there, halved);
+            let near = self.optimize(known, &x, (1e-10, NEARLY, BETWEEN), Some(Stage::Full))?;
+            let trust = trust(&near.jacobian);
+            let settled = same(&trust, &self.trust);
+            if !settled {
+                self.trust = trust;
+            }
+            (x, there, halved) = (near.x, (near.residuals, near.jacobian), near.halved);
+            if settled {
                 break;
             }
-            self.trust = trust;
-            let Optimum { x, residuals, jacobian, halved, .. } = optimum;
-            optimum = self.raised(self.polish_knowing(&x, (residuals, jacobian), halved)?)?;
         }
+        let optimum = self.raised(self.polish_knowing(&x, there, halved)?)?;
         self.journal.reach((optimum.x.clone(), optimum.cost, optimum.converged));
         Ok(optimum)
     }
