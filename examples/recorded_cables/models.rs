@@ -1,6 +1,6 @@
 //! The models of a cable, and their fits.
 
-use crate::cable::Cable;
+use super::cable::Cable;
 use rodfit::fit::FitReport;
 use rodfit::scene::{Friction, Taper};
 use rodfit::{Parameter, Scene, Unknown};
@@ -100,14 +100,15 @@ pub fn fit(
     clips: &[usize],
     before: &Found,
 ) -> Result<(FitReport, Found), Box<dyn Error>> {
-    let scene = scene_of(cable, rung, before)?;
-    let mut fit = cable.fit(&scene, clips)?;
-    // A damping that came out at zero is not there.
-    for name in rung.numbers.iter().filter(|name| before.get(*name) != Some(&0.0)) {
+    // What a simpler model had no use for starts afresh: it may have stood for what that model lacks.
+    let from: Found =
+        before.iter().filter(|(_, x)| **x != 0.0).map(|(n, x)| (n.clone(), *x)).collect();
+    let mut fit = cable.fit(&scene_of(cable, rung, &from)?, clips)?;
+    for name in &rung.numbers {
         let unknown = Unknown::new(name.parse()?);
         // Of the modulus nothing is known before.
-        let scanned = name == "youngs_modulus" && !before.contains_key(name);
-        let value = before.get(name).copied().unwrap_or_else(|| start(name));
+        let scanned = name == "youngs_modulus" && !from.contains_key(name);
+        let value = from.get(name).copied().unwrap_or_else(|| start(name));
         fit = fit.identify(if scanned { unknown } else { unknown.start(value) });
     }
     let report = fit.solve()?;

@@ -11,7 +11,8 @@
 //! resolves](crate::dynamics::stepper::acceleration_within), since errors of places would else be taken for forces.
 //!
 //! Markers on the rod's line say nothing of its turn about itself. A curved rod is given the turn of least
-//! energy out of a dozen before it relaxes, and goes on from there in the second frame.
+//! energy out of a dozen before it relaxes, and goes on from there in the second frame. By how much more a hand holds it
+//! turned is a number of the scene, the twist of `supports.motion`.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -21,7 +22,7 @@ use crate::numerics::vector::sub;
 use crate::problem::{Discretized, Model, Placed, Setup, between_markers};
 use crate::rod::Rod;
 use crate::scene::supports::Moment;
-use crate::scene::{Recorded, Track};
+use crate::scene::{End, Recorded, Support, Track};
 use crate::statics::Descent;
 use std::f64::consts::TAU;
 
@@ -54,11 +55,37 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let track = self.track()?;
         let ((mut q, frames), next) = self.relaxed_over(setup, track)?;
         let change = q.iter().zip(&next).map(|(q0, q1)| *q1 - *q0).collect();
+        self.turn_ends(setup, &mut q);
         if let Some(boundary_motion) = self.boundary_motion(setup) {
             let moment = Moment::Time(0.0);
             boundary_motion.advance::<M::Rod<D>, W>(moment, moment, &mut q, &frames);
         }
         Ok(((q, frames), (change, track.times()[1] - track.times()[0])))
+    }
+
+    /// Turns recorded ends about the rod by what the scene says. The edges between are turned evenly from one end to the
+    /// other: their balance they find in the first step.
+    fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M, W>, q: &mut [D]) {
+        let supports = &setup.scene.supports;
+        let free = self.free();
+        let angles: Vec<usize> = (0..q.len()).filter(|i| M::Rod::<D>::is_angle(*i)).collect();
+        let [before, between] = [
+            angles.iter().filter(|i| **i < free.start).count() as f64,
+            angles.iter().filter(|i| free.contains(i)).count() as f64,
+        ];
+        for (end, turn) in supports.recorded_turns() {
+            let other = supports.at(if end == End::Start { End::End } else { End::Start });
+            let is_held = matches!(other, Support::Recorded | Support::Clamped);
+            for (edge, i) in angles.iter().enumerate() {
+                let along = ((edge as f64 + 1.0 - before) / (between + 1.0)).clamp(0.0, 1.0);
+                let part = match end {
+                    _ if !is_held => 1.0,
+                    End::Start => 1.0 - along,
+                    End::End => along,
+                };
+                q[*i] += *turn * part;
+            }
+        }
     }
 
     fn track(&self) -> Result<&Track, Error> {

@@ -8,7 +8,7 @@ use crate::problem::planar::PlanarModel;
 use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
-use crate::scene::{End, Parameter, Support};
+use crate::scene::{End, Motion, Parameter, Support};
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -93,6 +93,15 @@ impl Problem {
         if ends.iter().any(of_end) {
             let found = format!("{parameter}, where no wall is");
             return Err(Error::invalid("parameter", found, "the compliance of a clamped end"));
+        }
+        let of_motion = |(k, motion): (usize, &Motion)| {
+            let place = format!("supports.motion.{k}.");
+            self.scene().supports.at(motion.end) == Support::Recorded
+                && parameter.path().strip_prefix(&*place).is_some_and(|own| own != "twist")
+        };
+        if self.scene().supports.motion.iter().enumerate().any(of_motion) {
+            let found = format!("{parameter}, of an end that a recording moves");
+            return Err(Error::invalid("parameter", found, "its twist"));
         }
         let beside = |what: &str, allowed: &str| {
             Err(Error::invalid("parameter", format!("{parameter} beside {what}"), allowed))

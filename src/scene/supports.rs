@@ -125,7 +125,7 @@ impl Compliance {
     }
 }
 
-/// `[[supports.motion]]`: how a clamped or pinned end is moved. Several of one end add up.
+/// `[[supports.motion]]`: how a clamped or pinned end is moved, or a recorded one turned. Several of one end add up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
@@ -140,7 +140,8 @@ pub struct Motion<D = f64> {
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub rotation: [D; 3],
     /// How far a clamped end turns about the rod itself, rad, right-handed about the direction
-    /// from start to end; counted beyond whole turns.
+    /// from start to end; counted beyond whole turns. Of a recorded end: how it is held turned from the
+    /// beginning, beyond how the rod lies with the least energy between the first markers.
     #[serde(default)]
     pub twist: D,
     /// The motion takes so long, s, from rest to rest; without ramp and frequency the end is moved
@@ -324,10 +325,22 @@ impl Motion {
             Support::Pinned => {
                 invalid("rotation", &"a turn of a pinned end", "turns of clamped ends")
             }
-            Support::Free | Support::Roller | Support::Recorded => invalid(
+            // Markers say all but how it is turned about itself.
+            Support::Recorded => {
+                let only = Self { twist: 0.0, end: self.end, ..Self::default() };
+                match (Self { twist: 0.0, ..self.clone() }) == only {
+                    true => Ok(()),
+                    false => invalid(
+                        "end",
+                        &"a motion of a recorded end other than a twist that stays",
+                        "twist alone: the recording moves the end",
+                    ),
+                }
+            }
+            Support::Free | Support::Roller => invalid(
                 "end",
                 &"a motion of an end that no wall or hinge holds",
-                "clamped or pinned ends",
+                "clamped, pinned or recorded ends",
             ),
         }
     }
@@ -337,6 +350,12 @@ impl<D> Supports<D> {
     /// Whether an end moves, by a formula or as it was recorded.
     pub(crate) fn move_ends(&self) -> bool {
         !self.motion.is_empty() || self.path.is_some()
+    }
+
+    /// How far recorded ends are held turned about the rod, beyond how it lies.
+    pub(crate) fn recorded_turns(&self) -> impl Iterator<Item = (End, &D)> {
+        let turns = self.motion.iter().filter(|motion| self.at(motion.end) == Support::Recorded);
+        turns.map(|motion| (motion.end, &motion.twist))
     }
 
     /// How the clamp of an end gives way.
@@ -378,7 +397,8 @@ impl Supports {
 
     /// Refuses motions that a rod cannot start with, outside of equilibrium.
     pub(crate) fn check_start(&self) -> Result<(), Error> {
-        match self.motion.iter().position(Motion::is_offset) {
+        let away = |motion: &Motion| motion.is_offset() && self.at(motion.end) != Support::Recorded;
+        match self.motion.iter().position(away) {
             Some(i) => {
                 let found = "an end away from where the rod starts";
                 let allowed = "ramp or frequency, or initial.state = \"equilibrium\"";
@@ -462,6 +482,12 @@ impl Supports {
         for (i, motion) in self.motion.iter().enumerate() {
             let key = format!("supports.motion[{i}]");
             motion.check(&key, self.at(motion.end))?;
+            let held = self.path.as_ref().map_or(0, |path| path.held);
+            if self.at(motion.end) == Support::Recorded && held < 2 {
+                let found = "a twist of an end at which one marker is held";
+                let allowed = "supports.path.held = 2 or more: an edge that it turns";
+                return Err(Error::invalid(format!("{key}.twist"), found, allowed));
+            }
         }
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! Rods whose ends go as markers were seen to go: their starts and their motion by every number.
 
 use rodfit::scene::{
-    Damping, Drag, Friction, Initial, InitialState, Material, Maxwell, Recorded, Scene, Scheme,
-    Section, Shape, Support, Supports, Time, Tolerance, Track,
+    Damping, Drag, End, Friction, Initial, InitialState, Material, Maxwell, Motion, Recorded,
+    Scene, Scheme, Section, Shape, Support, Supports, Time, Tolerance, Track,
 };
 use rodfit::{Parameter, Problem};
 
@@ -97,6 +97,22 @@ fn recorded_ends_by_every_number() {
             // Averaged over a step, forces of what is far too fast for it have many roots.
             let smooth = planar || scheme != Scheme::AverageVectorField;
             assert!(check(&problem, smooth) >= 6);
+        }
+    }
+}
+
+/// Hands that hold the rod turned about itself, beyond how it lies between the first markers.
+#[test]
+fn turned_ends_by_every_number() {
+    for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
+        let mut scene = scene(false, scheme);
+        let motion = |end, twist| Motion { end, twist, ..Motion::default() };
+        scene.supports.motion = vec![motion(End::Start, 0.0), motion(End::End, 0.4)];
+        let problem = scene.problem().unwrap();
+        assert!(check(&problem, true) >= 8);
+        for k in 0..2 {
+            let turn = format!("supports.motion.{k}.twist").parse().unwrap();
+            assert!(largest(&in_duals(&problem, turn)) > 1e-4);
         }
     }
 }

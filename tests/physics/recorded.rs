@@ -1,8 +1,10 @@
 //! Rods whose ends go as markers were seen to go, where that is violent.
 
 use rodfit::Trajectory;
-use rodfit::scene::{InitialState, Material, Recorded, Scene, Scheme, Section, Shape, Support};
-use rodfit::scene::{Time, Track};
+use rodfit::scene::{
+    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
+    Support, Time, Track,
+};
 use std::f64::consts::TAU;
 
 const MARKERS: usize = 9;
@@ -111,4 +113,79 @@ fn a_recording_goes_on_from_two_of_its_frames() {
     let [begin, later] = most.map(|x| 1e3 * x);
     println!("{begin:.3} mm off at the start, {later:.3} mm later");
     assert!(begin < 0.2 && later < 1.5, "{begin} {later}");
+}
+
+/// How far from its line a rod goes between two hands that hold it straight, still and turned by so much of what
+/// makes it buckle: a torque of 8.987 EI/L (Greenhill's problem with clamped ends), which a turn of 8.987 EI/(GJ) makes
+/// whatever the length.
+fn off_the_line(part: f64) -> f64 {
+    let (markers, edges, apart) = (9, 5, 0.06);
+    let times: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
+    let place = |j: usize| {
+        let is_held = j < 2 || j + 2 >= markers;
+        let off = if is_held { 0.0 } else { 1e-4 * (2.0 * j as f64).sin() };
+        [apart * j as f64, off, 0.7 * off]
+    };
+    let seen = |j: usize| (j.to_string(), times.iter().map(|_| Some(place(j))).collect());
+    let track = Track::new(times.clone(), (0..markers).map(seen).collect()).unwrap();
+    let shape =
+        Shape::Straight { length: apart * (markers - 1) as f64, direction: [1.0, 0.0, 0.0] };
+    let (modulus, ratio) = (1e7, 0.8);
+    let shear_modulus = Some(0.5 * ratio * modulus);
+    let material = Material { shear_modulus, ..Material::new(1000.0, modulus) };
+    let section = Section::Circle { radius: 2e-3 };
+    let mut scene = Scene::new(edges * (markers - 1), shape, section, material);
+    scene.rod.dimension = Dimension::Spatial;
+    scene.loads.damping.mass = 0.5;
+    (scene.supports.start, scene.supports.end) = (Support::Recorded, Support::Recorded);
+    scene.supports.path = Some(Recorded::of(track));
+    let turn = part * 8.987 / ratio;
+    let motion = |end, twist| Motion { end, twist, ..Motion::default() };
+    scene.supports.motion = vec![motion(End::Start, -0.3 * turn), motion(End::End, 0.7 * turn)];
+    scene.initial.state = InitialState::Recorded;
+    let scheme = Scheme::GeneralisedAlpha;
+    scene.time = Some(Time { scheme, ..Time::new(3.9, 0.01) });
+    let run = scene.problem().unwrap().simulate().unwrap();
+    let last = run.times().len() - 1;
+    let off = |node| {
+        let [_, y, z] = run.node(node, last);
+        f64::hypot(y, z)
+    };
+    (0..=edges * (markers - 1)).map(off).fold(0.0, f64::max)
+}
+
+/// Hands that hold a rod turned twist it: below Greenhill's torque it goes back to its line from a tenth of a millimetre
+/// beside it, above it goes away from it.
+#[test]
+fn a_rod_held_turned_buckles_at_greenhills_torque() {
+    let [below, above] = [0.93, 1.07].map(off_the_line);
+    println!("off by {:.2} mm below, {:.2} mm above", 1e3 * below, 1e3 * above);
+    assert!(below < 3e-5 && above > 5e-4, "{below:e} {above:e}");
+}
+
+/// A recorded end is moved by its recording: beside that it can be turned, where it holds an edge, and nothing else.
+#[test]
+fn a_recorded_end_is_turned_and_not_moved() {
+    let error = |held: usize, motion: Motion| {
+        let shape = Shape::Straight { length: 0.56, direction: [1.0, 0.0, 0.0] };
+        let material = Material { poisson_ratio: Some(0.4), ..Material::new(1100.0, 1e7) };
+        let mut scene =
+            Scene::new(MARKERS - 1, shape, Section::Circle { radius: 1.5e-3 }, material);
+        scene.rod.dimension = Dimension::Spatial;
+        (scene.supports.start, scene.supports.end) = (Support::Recorded, Support::Recorded);
+        scene.supports.path = Some(Recorded { held, ..Recorded::of(whip()) });
+        scene.supports.motion = vec![Motion { end: End::End, ..motion }];
+        scene.initial.state = InitialState::Recorded;
+        scene.problem().err().map(|error| error.to_string())
+    };
+    let twist = || Motion { twist: 0.2, ..Motion::default() };
+    assert_eq!(error(2, twist()), None);
+    for (held, motion, words) in [
+        (1, twist(), "supports.motion[0].twist"),
+        (2, Motion { ramp: Some(0.1), ..twist() }, "the recording moves the end"),
+        (2, Motion { displacement: [0.0, 0.01, 0.0], ..twist() }, "the recording moves the end"),
+    ] {
+        let error = error(held, motion).unwrap_or_default();
+        assert!(error.contains(words), "{error:?}");
+    }
 }
