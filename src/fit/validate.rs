@@ -6,6 +6,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::Sample;
 use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::uncertainty::extensions::EXTENSIONS;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Support;
 use crate::scene::validate::positive;
@@ -53,6 +54,14 @@ pub(crate) fn check(
     if !(0.0..=LARGEST_TOLERANCE).contains(&analysis.tolerance) {
         let allowed = format!("0 to {LARGEST_TOLERANCE} of a standard error");
         return Err(Error::invalid("analysis.tolerance", analysis.tolerance, allowed));
+    }
+    for (place, size) in &analysis.plausible {
+        let key = format!("analysis.plausible.{place:?}");
+        if !EXTENSIONS.iter().any(|e| e.place == place) {
+            let places: Vec<&str> = EXTENSIONS.iter().map(|e| e.place).collect();
+            return Err(Error::invalid(key, "no term that is looked for", places.join(", ")));
+        }
+        positive(&key, *size)?;
     }
     let several = all(&fitted).count() > 1;
     for experiment in experiments {

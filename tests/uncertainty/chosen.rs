@@ -1,11 +1,12 @@
 //! Fits whose mesh, step and scheme the program chooses: data come from meshes and steps that are much finer.
 
-use rodfit::fit::Grade;
+use rodfit::fit::{Experiment, Grade};
 use rodfit::scene::{Scene, Time};
 use rodfit::{FitReport, Parameter};
 
 use crate::common::fits::{covers, fit, noisy, observe};
 use crate::intervals::small;
+use crate::noise::kinds::Noise;
 
 const UNKNOWNS: [Parameter; 2] = [Parameter::YoungsModulus, Parameter::DampingMass];
 
@@ -37,6 +38,57 @@ fn intervals_hold_without_any_numerics() {
         }
     }
     assert!(held + 2 >= all, "{held} of {all}");
+}
+
+/// Mesh and step that are fine enough for the parameters have the second mode out of phase by the end of eight swings: that is
+/// no fault of the model, and is not said to be one. A wrong one stays doubtful.
+#[test]
+fn what_numerics_leave_is_not_blamed_on_the_model() {
+    let trusted = |tilt: f64, seeds: std::ops::Range<u64>| {
+        let mut truth = fine(2.5);
+        truth.rod.segments = Some(96);
+        truth.supports.angle = tilt;
+        let clean = observe(&truth, 200);
+        let seeds = seeds.filter(|seed| {
+            let mut data = clean.clone();
+            Noise::Correlated(0.5).add(&mut data, 1.5e-4, 0, *seed);
+            let report = fit(&open(2.5), &data, &UNKNOWNS);
+            println!("{tilt}, {seed}: {report}");
+            asks_for_nothing(&report);
+            report.grade == Grade::Trustworthy
+        });
+        seeds.count()
+    };
+    assert_eq!([trusted(0.0, 0..2), trusted(0.01, 0..1)], [2, 0]);
+}
+
+/// Intervals from how experiments differ are about the corrected value too, and hold what is left open of it.
+#[test]
+fn intervals_across_experiments_hold_mesh_and_step() {
+    let record = |k: u64| {
+        let mut scene = fine(0.6);
+        scene.material.density *= 1.0 + 5e-3 * (k as f64 - 2.0);
+        noisy(&observe(&scene, 60), 2e-4, k).sigma(2e-4)
+    };
+    let problem = open(0.6).problem().unwrap();
+    let experiments = (0..5).map(|k| Experiment::new(format!("{k}"), &problem).observe(record(k)));
+    let report = rodfit::Fit::of(experiments)
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::DampingMass)
+        .solve()
+        .unwrap();
+    println!("{report}");
+    let (estimate, error) = (&report.parameters[0], &report.discretization_error[0]);
+    let across = estimate.across_experiments.as_ref().unwrap();
+    let (correction, open) = (error.correction.unwrap(), error.relative.unwrap());
+    assert!(across.reported && correction.abs() > 1e-6, "{report}");
+    // On the scale of its logarithm.
+    let [low, high] = across.interval95.map(f64::ln);
+    let value = estimate.value.unwrap();
+    assert!((0.5 * (low + high) - value.ln()).abs() < 0.01 * correction.abs(), "{report}");
+    // Student's t of four degrees of freedom.
+    let half = 2.776 * across.std_error / value;
+    assert!((0.5 * (high - low) / half.hypot(open) - 1.0).abs() < 1e-3, "{report}");
 }
 
 /// Of exact data a value is right to 1e-4, and its interval has it.

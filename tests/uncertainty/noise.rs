@@ -11,7 +11,7 @@ use crate::common::coarse;
 use crate::common::fits::{covers, fit_with, observe, same_mesh};
 
 #[path = "../../examples/coverage/noise.rs"]
-mod kinds;
+pub mod kinds;
 use kinds::Noise;
 
 const TRUTHS: [(Parameter, f64); 2] =

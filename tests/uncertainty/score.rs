@@ -1,11 +1,12 @@
 //! What a scene lacks is found by score tests, and what could hide is as large as it says.
 
 use rodfit::fit::{Analysis, FitFile};
-use rodfit::scene::{Along, Compliance, Drag, PointMass, Scene, Shape};
+use rodfit::scene::{Along, Compliance, Drag, Friction, PointMass, Scene, Shape};
 use rodfit::{FitReport, Parameter, Point};
 
 use crate::common::coarse;
 use crate::common::fits::{fit_with, noisy, observe, of_a_right_mesh, same_mesh};
+use crate::noise::kinds::Noise;
 
 const SIGMA: f64 = 5e-4;
 
@@ -39,6 +40,77 @@ fn false_alarms_are_as_rare_as_said() {
     println!("{alarms} of 60");
     // 3 expected at the most; three standard deviations more are 8.
     assert!(alarms <= 8, "{alarms}");
+}
+
+/// Where neighbours resemble each other as well: what is slow in such noise is no motion.
+#[test]
+fn noise_that_remembers_is_no_alarm() {
+    let clean = observe(&scene(), 300);
+    let alarms = (0..60).filter(|seed| {
+        let mut data = clean.clone();
+        Noise::Correlated(0.8).add(&mut data, SIGMA, 0, 900 + seed);
+        let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
+        let report = fit_with(&scene(), &data, &unknowns, of_a_right_mesh());
+        let alarm = report.score_tests.iter().any(|test| test.is_significant());
+        if alarm {
+            println!("{seed}: {}", report.score_tests[0]);
+        }
+        alarm
+    });
+    let alarms = alarms.count();
+    println!("{alarms} of 60");
+    // As above.
+    assert!(alarms <= 8, "{alarms}");
+}
+
+/// Friction that is missing is named, with the curvature at which it was looked for.
+#[test]
+fn friction_says_where_it_yields() {
+    let mut truth = scene();
+    truth.loads.damping.friction = Some(Friction { stiffness: 0.03, curvature: 0.15 });
+    let report = fit_of(&truth, &scene(), 1);
+    println!("{report}");
+    let test = report.score_tests.iter().find(|t| t.source == "loads.damping.friction.stiffness");
+    let test = test.unwrap_or_else(|| panic!("{report}"));
+    assert!(test.is_significant() && test.words.contains("yields at"), "{report}");
+}
+
+/// Sizes of what could hide are those of the fit file, and what is no term of it is refused by name.
+#[test]
+fn plausible_sizes_can_be_said() {
+    let mut scene = coarse(20, 2e-3, 0.25);
+    scene.material.youngs_modulus = 1e9;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("scene.toml"), scene.to_toml().unwrap()).unwrap();
+    let data = noisy(&observe(&scene, 30), 1e-3, 1);
+    let row = |s: &rodfit::fit::Sample| {
+        format!("{},{},{}\n", s.time, s.position[0].unwrap(), s.position[1].unwrap())
+    };
+    let rows: String = data.samples.iter().map(row).collect();
+    std::fs::write(folder.path().join("tip.csv"), format!("t,x,y\n{rows}")).unwrap();
+    let solved = |plausible: &str| {
+        let text = format!(
+            "scene = \"scene.toml\"\nobservation = [{{ file = \"tip.csv\", sigma = 1e-3 }}]\n\
+             parameter = [{{ name = \"youngs_modulus\" }}]\n\
+             [analysis]\ndiscretization_error = \"none\"\nwhat_if = true\n{plausible}"
+        );
+        FitFile::from_toml(&text, folder.path())?.fit().solve()
+    };
+    let mass = |report: FitReport| {
+        report.could_hide.into_iter().find(|h| h.source == "rod.mass.0.mass").unwrap()
+    };
+    let usual = mass(solved("").unwrap());
+    let words = format!("plausible = {{ \"rod.mass.0.mass\" = {:e} }}", 0.5 * usual.size);
+    let said = mass(solved(&words).unwrap());
+    assert!((said.size / usual.size - 0.5).abs() < 1e-12, "{usual:?} {said:?}");
+    assert!((said.change / usual.change - 0.5).abs() < 1e-6, "{usual:?} {said:?}");
+    for (words, told) in [
+        ("plausible = { \"rod.mass\" = 1.0 }", "rod.mass.0.mass"),
+        ("plausible = { \"supports.angle\" = -1.0 }", "-1"),
+    ] {
+        let error = solved(words).unwrap_err().to_string();
+        assert!(error.contains("analysis.plausible") && error.contains(told), "{error}");
+    }
 }
 
 type Change = fn(&mut Scene);

@@ -21,7 +21,7 @@ impl Search<'_> {
             let size = measurement.size(&experiment.problem);
             rms <= (UNEXPLAINED * size).max(3.0 * measurement.sigma().unwrap_or(0.0))
                 || size == 0.0
-                || is_noisy(experiment, measurement, rms, own)
+                || is_noisy(experiment, measurement, (rms, own), |_| 0.0)
         })
     }
 
@@ -80,15 +80,15 @@ pub(crate) fn residual_tests(
     tests.collect()
 }
 
-/// Whether the record is noisy enough, and long enough to tell, that what is left of it is
-/// noise. At a wrong minimum more than half is left.
+/// Whether the record is noisy enough, and long enough to tell, that what is left of it, of this root mean square, is
+/// noise whose neighbours correlate as said of each axis. At a wrong minimum more than half is left.
 pub(crate) fn is_noisy(
     experiment: &Experiment,
     measurement: &Measurement,
-    rms: f64,
-    residuals: &[f64],
+    (rms, residuals): (f64, &[f64]),
+    correlation: impl Fn(&str) -> f64,
 ) -> bool {
-    let tests = residual_tests(experiment, measurement, residuals, |_| 0.0);
+    let tests = residual_tests(experiment, measurement, residuals, correlation);
     rms <= 0.5 * measurement.size(&experiment.problem)
         && residuals.len() >= ENOUGH * tests.len().max(1)
         && tests.iter().all(ResidualTests::is_noise)

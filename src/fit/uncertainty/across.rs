@@ -18,6 +18,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::estimate::{AcrossExperiments, Estimate};
 use crate::fit::uncertainty::quantile::quantile95;
+use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::unknown::Unknown;
 use nalgebra::{DMatrix, DVector};
 
@@ -75,10 +76,12 @@ fn parts(search: &Search, optimum: &Optimum, known: &[usize]) -> Vec<Part> {
 }
 
 /// The estimates with what the differences between the experiments say of them, as their intervals where
-/// that is wider.
+/// that is wider. Differences say nothing of what mesh and step do to all experiments alike: `shifts` correct the values,
+/// and widen the intervals, as they do those of the residuals.
 pub(crate) fn across_experiments(
     estimates: Vec<Estimate>,
     (search, optimum): (&Search, &Optimum),
+    shifts: &Shifts,
 ) -> Vec<Estimate> {
     let n = estimates.len();
     // Of what may be zero there is no logarithm to speak of.
@@ -105,9 +108,11 @@ pub(crate) fn across_experiments(
         else {
             return estimate;
         };
-        let (x, [low, high]) = (optimum.x[j], unknown.parameter.limits());
-        let interval95 =
-            [x - reach * sd, x + reach * sd].map(|x| unknown.from_scale(x).clamp(low, high));
+        let [low, high] = unknown.scaled_bounds();
+        let x = (optimum.x[j] + shifts.correction(j)).clamp(low, high);
+        let [low, high] = unknown.parameter.limits();
+        let half = (reach * sd).hypot(shifts.open(j));
+        let interval95 = [x - half, x + half].map(|x| unknown.from_scale(x).clamp(low, high));
         let std_error = sd * unknown.slope(unknown.from_scale(x));
         let width = |[low, high]: [f64; 2]| high - low;
         let reported = width(interval95) > width(residual_interval95);

@@ -1,6 +1,7 @@
 //! What a fit does beyond finding the parameters.
 
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// Work on request, `[analysis]` in the fit file. By default only the discretisation error, which
 /// costs two coarser simulations, and what one per cent of the scene's other numbers would change, which
@@ -29,6 +30,9 @@ pub struct Analysis {
     /// error would change, what the scene may lack, and what could hide; by default where a coarse model
     /// makes that cheap.
     pub what_if: Option<bool>,
+    /// How large what could hide may well be, by the place of its number in the scene, in its unit; what is not named has
+    /// the size that laboratories usually have.
+    pub plausible: BTreeMap<String, f64>,
     /// The search ends where another step would move no parameter by more than this part of its standard error; 0 to
     /// 0.1. Smaller ones are for comparisons with other solvers: the data tell no more.
     pub tolerance: f64,
@@ -48,6 +52,7 @@ impl Default for Analysis {
             discretization_error: Refinement::default(),
             monte_carlo: 0,
             what_if: None,
+            plausible: BTreeMap::new(),
             tolerance: TOLERANCE,
         }
     }

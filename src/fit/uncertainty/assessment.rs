@@ -15,18 +15,19 @@ use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::discretization::{DiscretizationError, errors_of, shifts};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
+use crate::fit::uncertainty::finer::Finer;
 use crate::fit::uncertainty::known_errors::KnownErrors;
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
 use crate::fit::uncertainty::observed;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::uncertainty::score::{Unsaid, explained_by, unsaid};
+use crate::fit::uncertainty::score::{Found, Unsaid, explained_by, unsaid};
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::vanishing::{Vanishing, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
-    against_priors, bounds_reached, faulty_recordings, jumps, may_be_zero, runaways,
+    against_priors, bounds_reached, faulty_recordings, is_noise, jumps, may_be_zero, runaways,
     steps_too_large, test_residuals, unexplained,
 };
 use crate::numerics::half_square;
@@ -124,18 +125,39 @@ pub(crate) fn assess(
     let corrected = chosen.clone().unwrap_or_default();
     let fitted = optimum;
     let known = known_errors((search, fitted), &local, knowns, &mut warnings);
-    let explained = known
-        .as_ref()
-        .and_then(|known| known.explained((search, fitted), &local.noise, &mut warnings));
-    // From here on residuals are what known numbers do not explain.
-    let (optimum, local) = match &explained {
-        Some(explained) => (explained, self::local(search, explained)?),
-        None => (fitted, local),
+    let finer = Finer::new((search, fitted), (&local.covariance, &local.noise.weights), &corrected);
+    let apart_from_known = |optimum: &Optimum, warnings: &mut Warnings| {
+        let noise = Noise::at(search, optimum);
+        known.as_ref().and_then(|known| known.explained((search, optimum), &noise, warnings))
     };
+    let on_finer = |warnings: &mut Warnings| {
+        let residuals = finer.residuals()?;
+        let finest = Optimum { residuals, ..fitted.clone() };
+        Some(apart_from_known(&finest, warnings).unwrap_or(finest))
+    };
+    let before = warnings.clone();
+    // From here on residuals are what known numbers do not explain,
+    let mut explained = apart_from_known(fitted, &mut warnings);
+    let mut local = match &explained {
+        Some(explained) => self::local(search, explained)?,
+        None => local,
+    };
+    // and what numerics do not leave, where they are no noise.
+    let is_noise = is_noise((search, explained.as_ref().unwrap_or(fitted)), &local.correlations);
+    let mut warnings_there = before;
+    let finest = if is_noise { None } else { on_finer(&mut warnings_there) };
+    let is_finest = finest.is_some();
+    if let Some(finest) = finest {
+        warnings = warnings_there;
+        local = self::local(search, &finest)?;
+        explained = Some(finest);
+    }
+    let optimum = explained.as_ref().unwrap_or(fitted);
+    let finest = || (!is_finest).then(|| on_finer(&mut Warnings::default())).flatten();
     let Local { noise, correlations, covariance, vanishing } = &local;
     let reach = (&correlations.reach[..], &corrected);
     let estimates = estimates(unknowns, optimum, (covariance, vanishing), reach);
-    let estimates = across_experiments(estimates, (search, fitted));
+    let estimates = across_experiments(estimates, (search, fitted), &corrected);
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
         true => ("", ""),
@@ -144,7 +166,7 @@ pub(crate) fn assess(
 
     may_be_zero(&estimates, &mut warnings);
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
-    unexplained((search, optimum), sigma_narrow, &mut warnings);
+    unexplained((search, optimum), correlations, sigma_narrow, &mut warnings);
     runaways(search, optimum, &mut warnings);
     faulty_recordings(experiments, &mut warnings);
     against_priors(unknowns, optimum, &mut warnings);
@@ -191,8 +213,10 @@ pub(crate) fn assess(
         correlations,
     };
     let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
-    let asked = (analysis.what_if, knowns);
-    let unsaid = unsaid_of(&mut estimates, (search, optimum), noise, asked, &mut warnings);
+    let asked = (analysis, knowns);
+    let found: Found = (search, optimum, &finest);
+    let around = (noise, correlations);
+    let unsaid = unsaid_of(&mut estimates, found, around, asked, &mut warnings);
     explained_by(&unsaid.score_tests, &mut warnings);
     let about = (covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), about, &mut warnings);
@@ -247,7 +271,8 @@ pub(crate) fn expected(
     let estimates = estimates(search.unknowns, optimum, (covariance, vanishing), reach);
     may_be_zero(&estimates, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
-    let analysis = &Analysis { monte_carlo: 0, ..analysis.clone() };
+    let what_if = Some(analysis.what_if != Some(false));
+    let analysis = &Analysis { monte_carlo: 0, what_if, ..analysis.clone() };
     let given = Given {
         known: known.as_ref(),
         analysis,
@@ -256,8 +281,10 @@ pub(crate) fn expected(
         correlations,
     };
     let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
-    let asked = (Some(analysis.what_if != Some(false)), knowns);
-    let unsaid = unsaid_of(&mut estimates, (search, optimum), noise, asked, &mut warnings);
+    let asked = (analysis, knowns);
+    let found: Found = (search, optimum, &|| None);
+    let around = (noise, correlations);
+    let unsaid = unsaid_of(&mut estimates, found, around, asked, &mut warnings);
     let covariance = Some(covariance.clone());
     Ok(Assessment { estimates, covariance, unsaid, warnings, ..Assessment::default() })
 }
@@ -265,15 +292,15 @@ pub(crate) fn expected(
 /// What the scene may lack and what could hide; the estimates take what one per cent of other numbers would change.
 fn unsaid_of(
     estimates: &mut [Estimate],
-    found: (&Search, &Optimum),
-    noise: &Noise,
-    asked: (Option<bool>, &[Known]),
+    found: Found,
+    (noise, correlations): (&Noise, &Correlations),
+    asked: (&Analysis, &[Known]),
     warnings: &mut Warnings,
 ) -> Unsaid {
     if estimates.iter().all(|e| e.std_error.is_none()) {
         return Unsaid::default();
     }
-    let mut unsaid = unsaid(found, (estimates, noise), asked, warnings);
+    let mut unsaid = unsaid(found, (estimates, noise, correlations), asked, warnings);
     let per_cents = std::mem::take(&mut unsaid.per_cents).into_iter();
     estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
     unsaid

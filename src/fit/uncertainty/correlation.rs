@@ -247,6 +247,20 @@ impl Correlations {
         found
     }
 
+    /// The variance of what is left along a `direction` of the weighted residuals, where none of it is along the unknowns'
+    /// rows: each coordinate has its own noise, the others the common one.
+    pub fn variance_along(&self, direction: &[f64], noise: &Noise) -> f64 {
+        let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+        let mut variance = noise.variance * square(direction);
+        for series in self.series.iter().filter(|s| s.own) {
+            let own: Vec<f64> = series.rows.iter().map(|k| direction[*k]).collect();
+            let spread = series.memory().spread(&own);
+            let product: f64 = own.iter().zip(&spread).map(|(a, b)| a * b).sum();
+            variance += series.variance * product - noise.variance * square(&own);
+        }
+        variance
+    }
+
     /// The correlation of neighbours in a coordinate of a measurement, 0 where none is seen.
     pub fn correlation(&self, measurement: usize, axis: &str) -> f64 {
         let own = self.series.iter().find(|s| s.measurement == measurement && s.axis == axis);

@@ -7,7 +7,7 @@
 use crate::fit::measurement::experiment::Experiment;
 use crate::problem::Problem;
 use crate::scene::along::Along;
-use crate::scene::{Drag, Parameter, Point, PointMass, Scene, Section, Shape, Support};
+use crate::scene::{Drag, Friction, Parameter, Point, PointMass, Scene, Section, Shape, Support};
 
 /// A mass of no size, over the rod's: scenes have none of zero.
 const NOTHING: f64 = 1e-9;
@@ -22,6 +22,9 @@ const BY_EYE: f64 = 0.01;
 const SCALE: f64 = 5e-3;
 const SECTION: f64 = 0.01;
 const MARKER: f64 = 0.01;
+/// Internal friction: its springs over the rod's stiffness, and where they slip over the largest curvature that was seen.
+const STRANDS: f64 = 0.01;
+const SLIPS: f64 = 0.1;
 
 /// What plausible sizes are taken from.
 pub(crate) struct Sizes {
@@ -34,6 +37,8 @@ pub(crate) struct Sizes {
     /// Angular frequency of its first swing, rad/s, and time between two frames, s.
     swing: Option<f64>,
     frame: Option<f64>,
+    /// Curvature of a cantilever whose tip moves as far as what was recorded, 1/m.
+    bend: Option<f64>,
 }
 
 impl Sizes {
@@ -49,7 +54,9 @@ impl Sizes {
             let (first, last) = (o.samples.first()?.time, o.samples.last()?.time);
             (o.samples.len() > 1).then(|| (last - first) / (o.samples.len() - 1) as f64)
         });
+        let far = experiment.records().map(|o| o.spread()).reduce(f64::max);
         Self {
+            bend: far.filter(|far| *far > 0.0).map(|far| 3.0 * far / problem.length().powi(2)),
             length: problem.length(),
             mass: scene.material.density * moments.area * problem.length(),
             // A circle of radius a has I/A = a^2/4.
@@ -81,8 +88,10 @@ const NOT_ADDED: fn(&mut Scene, &Sizes) = |_, _| {};
 const ANOTHER_LENGTH: &str = "the same rod clamped at another free length";
 const A_LONGER_RECORD: &str = "a longer record, until little of the motion is left";
 
+const FRICTION: &str = "loads.damping.friction.stiffness";
+
 /// All that a fit looks for.
-pub(crate) const EXTENSIONS: [Extension; 15] = [
+pub(crate) const EXTENSIONS: [Extension; 16] = [
     Extension {
         place: "supports.start_compliance.rotation",
         words: "a clamp that turns with the rod's moment",
@@ -191,6 +200,21 @@ pub(crate) const EXTENSIONS: [Extension; 15] = [
         usual: Some(0.0),
     },
     Extension {
+        place: FRICTION,
+        words: "internal friction",
+        tell: "a record from another amplitude",
+        add: |scene, sizes| {
+            if let Some(bend) = sizes.bend
+                && scene.loads.damping.friction.is_none()
+            {
+                let friction = Friction { stiffness: NOTHING, curvature: SLIPS * bend };
+                scene.loads.damping.friction = Some(friction);
+            }
+        },
+        plausible: |s| s.swing.and(s.bend).map(|_| STRANDS),
+        usual: None,
+    },
+    Extension {
         place: "camera.time_offset",
         words: "a clock that is off",
         tell: "a record that begins before the release",
@@ -238,7 +262,14 @@ impl Extension {
 
     /// Whether it cannot be below what it is.
     pub fn is_one_sided(&self) -> bool {
-        self.parameter().quantity().may_vanish || self.place == "rod.mass.0.mass"
+        self.parameter().quantity().may_vanish
+            || ["rod.mass.0.mass", FRICTION].contains(&self.place)
+    }
+
+    /// What it is, where that takes a number of a scene that has it.
+    pub fn words_in(&self, scene: &Scene) -> Option<String> {
+        let friction = scene.loads.damping.friction.filter(|_| self.place == FRICTION)?;
+        Some(format!("{} that yields at {:.1e} 1/m", self.words, friction.curvature))
     }
 
     /// The problem with the term, if it can have it and says nothing of it.
@@ -251,7 +282,9 @@ impl Extension {
         {
             return None;
         }
-        if self.place == "rod.mass.0.mass" && !scene.rod.mass.is_empty() {
+        if self.place == "rod.mass.0.mass" && !scene.rod.mass.is_empty()
+            || self.place == FRICTION && scene.loads.damping.friction.is_some()
+        {
             return None;
         }
         let there = self.parameter().of(&scene);

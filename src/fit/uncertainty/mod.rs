@@ -10,6 +10,7 @@ pub(crate) mod covariance;
 pub(crate) mod discretization;
 pub(crate) mod estimate;
 pub(crate) mod extensions;
+pub(crate) mod finer;
 pub(crate) mod identifiability;
 pub(crate) mod inputs;
 pub(crate) mod known_errors;

@@ -6,10 +6,10 @@
 //! by more than chance:
 //!
 //! ```text
-//! z = -u.r/(s |u|)    k = z s/|u|
+//! z = -u.r/sqrt(u'Vu)    k = -u.r/|u|^2
 //! ```
 //!
-//! with the noise `s`. It needs a derivative, and no fit. Where `|u|` is small the data cannot tell; what a
+//! with the covariance `V` of the [noise](crate::fit::uncertainty::correlation), whose neighbours may resemble each other. It needs a derivative, and no fit. Where `|u|` is small the data cannot tell; what a
 //! plausible size then does to the parameters is what could hide. One run of a coarse model has all derivatives;
 //! where that finds something, one of the full model.
 
@@ -20,6 +20,8 @@ use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
 use crate::fit::uncertainty::inputs::{Change, Directions, effect, one_per_cent, per_cents};
@@ -56,16 +58,26 @@ pub(crate) struct Unsaid {
     pub could_hide: Vec<CouldHide>,
 }
 
-/// A term that a scene may lack, its plausible size, and how it is added.
-type Term = (&'static Extension, f64, Change);
+/// An optimum, and how to have it with the residuals of finer numerics, where it has not and they can tell.
+pub(crate) type Found<'a> = (&'a Search<'a>, &'a Optimum, &'a dyn Fn() -> Option<Optimum>);
+/// What is known about it.
+type Around<'a> = (&'a [Estimate], &'a Noise, &'a Correlations);
+
+/// A term that a scene may lack.
+struct Term {
+    extension: &'static Extension,
+    words: String,
+    /// Its plausible size.
+    size: f64,
+}
 
 /// The experiments with every term added that they can have, and the terms with their plausible sizes.
 fn extended(
     search: &Search,
     optimum: &Optimum,
-    knowns: &[Known],
+    (analysis, knowns): (&Analysis, &[Known]),
     mut experiments: Vec<Experiment>,
-) -> Result<(Vec<Experiment>, Vec<Term>), Error> {
+) -> Result<(Vec<Experiment>, Vec<(Term, Change)>), Error> {
     let mut found = Vec::new();
     let sizes = |experiment: &Experiment| {
         let own = search.unknowns.iter().zip(&optimum.x).filter(|(u, _)| u.is_of(experiment));
@@ -78,7 +90,9 @@ fn extended(
         let parameter = extension.parameter();
         let said = search.unknowns.iter().any(|u| u.parameter == parameter)
             || knowns.iter().any(|k| k.parameter == parameter);
-        let plausible = sizes.iter().find_map(|sizes| (extension.plausible)(sizes));
+        let stated = analysis.plausible.get(extension.place).copied();
+        let usual = |sizes: &Sizes| (extension.plausible)(sizes);
+        let plausible = sizes.iter().find_map(|sizes| Some(stated.unwrap_or(usual(sizes)?)));
         let Some(size) = plausible.filter(|size| !said && size.is_finite() && *size > 0.0) else {
             continue;
         };
@@ -90,12 +104,16 @@ fn extended(
             }
         }
         if !names.is_empty() {
+            let scenes = experiments.iter().map(|e| e.problem.scene());
+            let words = scenes.filter_map(|scene| extension.words_in(scene)).next();
+            let words = words.unwrap_or_else(|| extension.words.into());
             let number = Unknown { experiments: names, ..Unknown::new(parameter) };
-            found.push((extension, size, number));
+            found.push((Term { extension, words, size }, number));
         }
     }
-    let change = |(extension, size, number): (&'static Extension, f64, Unknown)| {
-        (extension, size, Change::by(&experiments, extension.place, &number, size))
+    let change = |(term, number): (Term, Unknown)| {
+        let change = Change::by(&experiments, term.extension.place, &number, term.size);
+        (term, change)
     };
     let found = found.into_iter().map(change).collect();
     Ok((experiments, found))
@@ -112,15 +130,15 @@ fn chance(sigmas: f64, one_sided: bool, freedom: Option<f64>) -> f64 {
 
 /// Looks for all of it.
 pub(crate) fn unsaid(
-    found: (&Search, &Optimum),
-    around: (&[Estimate], &Noise),
-    (asked, knowns): (Option<bool>, &[Known]),
+    found: Found,
+    around: Around,
+    (analysis, knowns): (&Analysis, &[Known]),
     warnings: &mut Warnings,
 ) -> Unsaid {
-    if found.0.is_stopped() || asked == Some(false) {
+    if found.0.is_stopped() || analysis.what_if == Some(false) {
         return Unsaid::default();
     }
-    looked_for(found, around, (asked, knowns)).unwrap_or_else(|error| {
+    looked_for(found, around, (analysis, knowns)).unwrap_or_else(|error| {
         let words = format!(
             "what other numbers would change, and what the scene may lack, is unknown: the run of a coarse \
              model failed ({error})"
@@ -133,7 +151,7 @@ pub(crate) fn unsaid(
 /// Warns of what is left where chance hardly explains it and a term does.
 pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
     let blames_the_mesh = warnings.first(Weight::Mesh).is_some();
-    if let Some(best) = tests.first().filter(|best| best.p_value < SURE && !blames_the_mesh) {
+    if let Some(best) = tests.iter().find(|best| best.p_value < SURE && !blames_the_mesh) {
         let words = format!("what is left looks like {best}");
         warnings.add(Weight::Misfit, Code::LooksLike, words);
     }
@@ -141,21 +159,22 @@ pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
 
 /// By a coarse model; where that finds that something may be missing, the full model decides.
 fn looked_for(
-    (search, optimum): (&Search, &Optimum),
-    around: (&[Estimate], &Noise),
-    (asked, knowns): (Option<bool>, &[Known]),
+    (search, optimum, finer): Found,
+    around: Around,
+    (analysis, knowns): (&Analysis, &[Known]),
 ) -> Result<Unsaid, Error> {
     let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
     let coarse = coarse.task(search).experiments.to_vec();
     // Rods between recorded ends keep their meshes.
     let cost = BY_DERIVATIVES * full_work(&coarse)? / search.full_work;
-    if asked.is_none() && cost > CHEAP * search.simulations() {
+    if analysis.what_if.is_none() && cost > CHEAP * search.simulations() {
         return Ok(Unsaid::default());
     }
-    let found = looked_for_by(coarse, (search, optimum), around, knowns)?;
+    let asked = (analysis, knowns);
+    let found = looked_for_by(coarse, (search, optimum, &|| None), around, asked)?;
     match found.score_tests.first() {
         Some(best) if best.p_value < SUSPICIOUS => {
-            looked_for_by(search.experiments.to_vec(), (search, optimum), around, knowns)
+            looked_for_by(search.experiments.to_vec(), (search, optimum, finer), around, asked)
         }
         _ => Ok(found),
     }
@@ -164,17 +183,18 @@ fn looked_for(
 /// By these experiments.
 fn looked_for_by(
     experiments: Vec<Experiment>,
-    (search, optimum): (&Search, &Optimum),
-    (estimates, noise): (&[Estimate], &Noise),
-    knowns: &[Known],
+    (search, optimum, finer): Found,
+    (estimates, noise, correlations): Around,
+    (analysis, knowns): (&Analysis, &[Known]),
 ) -> Result<Unsaid, Error> {
-    let (experiments, extensions) = extended(search, optimum, knowns, experiments)?;
+    let asked = (analysis, knowns);
+    let (experiments, extensions) = extended(search, optimum, asked, experiments)?;
     let mut changes = one_per_cent(search, knowns);
     let inputs = changes.len();
     let mut terms = Vec::new();
-    for (extension, size, change) in extensions {
+    for (term, change) in extensions {
         changes.push(change);
-        terms.push((extension, size));
+        terms.push(term);
     }
     let run = (search, optimum, &experiments[..]);
     let identified: Vec<bool> = estimates.iter().map(|e| e.identifiable).collect();
@@ -183,26 +203,57 @@ fn looked_for_by(
     let answers = directions.answers();
     let inputs_only = (&changes[..inputs], &answers[..inputs]);
     let [whole, unfollowed] = directions.unfollowed();
-    let (left, sigma) = (left(search, optimum, noise), noise.variance.sqrt());
-    let (mut score_tests, mut could_hide) = (Vec::new(), Vec::new());
-    for (k, (extension, size)) in terms.into_iter().enumerate() {
-        let along = unfollowed.column(inputs + k);
-        let norm = along.norm();
-        let unit = extension.parameter().unit().to_string();
-        let (source, words) = (extension.place.to_string(), extension.words.to_string());
-        // Rounding errors are no noise.
-        if !search.is_rounding(optimum) && norm > LEFT * whole.column(inputs + k).norm() {
-            let sigmas = -along.dot(&left) / (sigma * norm);
-            score_tests.push(ScoreTest {
-                source: source.clone(),
+    // As few as the noise of any unknown is known by.
+    let freedom = correlations.freedom.iter().flatten().copied().reduce(f64::min);
+    // Rounding errors are no noise.
+    let tested = !search.is_rounding(optimum);
+    let tests = |optimum: &Optimum| {
+        let left = left(search, optimum, noise);
+        let mut tests = Vec::new();
+        for (k, Term { extension, words, size }) in terms.iter().enumerate().filter(|_| tested) {
+            let along = unfollowed.column(inputs + k);
+            let norm = along.norm();
+            if norm <= LEFT * whole.column(inputs + k).norm() {
+                continue;
+            }
+            let deviation = correlations.variance_along(along.as_slice(), noise).sqrt();
+            let (product, one_sided) = (-along.dot(&left), extension.is_one_sided());
+            let takes = if one_sided { product.max(0.0) } else { product.abs() } / norm;
+            let test = ScoreTest {
+                source: extension.place.to_string(),
                 words: words.clone(),
-                estimate: sigmas * sigma / norm * size,
-                unit: unit.clone(),
-                sigmas,
-                p_value: chance(sigmas, extension.is_one_sided(), noise.freedom),
-            });
+                estimate: product / norm.powi(2) * size,
+                unit: extension.parameter().unit().to_string(),
+                sigmas: product / deviation,
+                p_value: chance(product / deviation, one_sided, freedom),
+            };
+            tests.push((takes, test));
         }
-        let visible = norm / sigma;
+        // By chance any of them would be as significant so many times as often.
+        let looked = tests.len() as f64;
+        tests.iter_mut().for_each(|(_, test)| test.p_value = (looked * test.p_value).min(1.0));
+        // Of what chance hardly explains the best takes most of what is left: motion that is left makes the noise look as if it
+        // remembered, along some directions more than along others.
+        tests.sort_by(|(a_takes, a), (b_takes, b)| {
+            match (a.is_significant(), b.is_significant()) {
+                (true, true) => b_takes.total_cmp(a_takes),
+                _ => a.p_value.total_cmp(&b.p_value),
+            }
+        });
+        tests.truncate(BEST);
+        tests.into_iter().map(|(_, test)| test).collect::<Vec<_>>()
+    };
+    let mut score_tests = tests(optimum);
+    if score_tests.first().is_some_and(ScoreTest::is_significant)
+        && let Some(finer) = finer()
+    {
+        score_tests = tests(&finer);
+    }
+    let mut could_hide = Vec::new();
+    for (k, Term { extension, words, size }) in terms.iter().enumerate() {
+        let along = unfollowed.column(inputs + k);
+        let deviation = correlations.variance_along(along.as_slice(), noise).sqrt();
+        let visible = if deviation > 0.0 { along.norm_squared() / deviation } else { 0.0 };
         for (j, estimate) in estimates.iter().enumerate().filter(|_| visible < SEEN) {
             let (Some(value), Some(std_error)) = (estimate.value, estimate.std_error) else {
                 continue;
@@ -213,10 +264,10 @@ fn looked_for_by(
                 continue;
             };
             could_hide.push(CouldHide {
-                source: source.clone(),
+                source: extension.place.to_string(),
                 words: words.clone(),
-                size,
-                unit: unit.clone(),
+                size: *size,
+                unit: extension.parameter().unit().to_string(),
                 parameter: estimate.label(),
                 change,
                 relative,
@@ -226,11 +277,6 @@ fn looked_for_by(
             });
         }
     }
-    // By chance any of them would be as significant so many times as often.
-    let looked = score_tests.len() as f64;
-    score_tests.iter_mut().for_each(|test| test.p_value = (looked * test.p_value).min(1.0));
-    score_tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
-    score_tests.truncate(BEST);
     could_hide.sort_by(|a: &CouldHide, b| b.std_errors.total_cmp(&a.std_errors));
     Ok(Unsaid { per_cents: per_cents(search, estimates, inputs_only), score_tests, could_hide })
 }

@@ -30,9 +30,10 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
     rms > by_chance.max(OFF)
 }
 
-/// What of the measurements is left, if it is too much; `narrow` is what that makes of the intervals.
+/// What of the measurements is left, if it is too much and no noise; `narrow` is what that makes of the intervals.
 pub(crate) fn unexplained(
     (search, optimum): (&Search, &Optimum),
+    correlations: &Correlations,
     narrow: &str,
     warnings: &mut Warnings,
 ) {
@@ -40,11 +41,15 @@ pub(crate) fn unexplained(
         return;
     }
     let spreads = search.spreads(optimum);
-    for ((experiment, measurement, _, own), rms) in search.measured(optimum).zip(spreads) {
+    let measured = search.measured(optimum).zip(spreads).enumerate();
+    for (place, ((experiment, measurement, _, own), rms)) in measured {
         let (label, unit) = (experiment.label(measurement), measurement.unit());
         let size = measurement.size(&experiment.problem);
         let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
-        if rms > (UNEXPLAINED * size).max(noise) && !is_noisy(experiment, measurement, rms, own) {
+        let correlation = |axis: &str| correlations.correlation(place, axis);
+        if rms > (UNEXPLAINED * size).max(noise)
+            && !is_noisy(experiment, measurement, (rms, own), correlation)
+        {
             let relative = rms / size.max(f64::MIN_POSITIVE);
             // Standing still at the mean of what was observed leaves no more.
             let weight = if relative >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
@@ -132,6 +137,17 @@ pub(crate) fn test_residuals(
     }
     remembering(&all, search.unknowns.len(), warnings);
     all
+}
+
+/// Whether what an optimum leaves of every measurement is noise, and no more of it than noise may be.
+pub(crate) fn is_noise(
+    (search, optimum): (&Search, &Optimum),
+    correlations: &Correlations,
+) -> bool {
+    let mut warnings = Warnings::default();
+    unexplained((search, optimum), correlations, "", &mut warnings);
+    test_residuals((search, optimum), correlations, "", &mut warnings);
+    !warnings.has_misfit()
 }
 
 /// Says how few independent values there are, where neighbours resemble each other.

@@ -1,0 +1,88 @@
+//! What is left of the data on a mesh and in steps far finer than the parameters need.
+//!
+//! Mesh and step are chosen as fine as the parameters need them, and those follow the motion that is large and slow. Small
+//! quick vibrations may be out of phase by the end of a record then: motion that is left, with nothing wrong about the
+//! model. So before residuals speak against it, the model runs once more, on finer numerics, and the unknowns follow
+//! what that changes.
+
+use crate::error::Error;
+use crate::fit::measurement::experiment::{Experiment, full_work};
+use crate::fit::search::optimum::Optimum;
+use crate::fit::search::{Search, Task};
+use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::shifts::Shifts;
+use std::cell::OnceCell;
+
+/// So many times more edges, and more steps.
+const MORE_EDGES: usize = 2;
+const MORE_STEPS: f64 = 4.0;
+/// Most work of the run, steps times edges: about ten seconds.
+const MOST_WORK: f64 = 4e7;
+/// What numerics leave of this size together, in standard deviations of the noise, may be seen by a test.
+const SEEN: f64 = 2.0;
+
+/// The run on finer numerics, if anybody asks.
+pub(crate) struct Finer<'a> {
+    search: &'a Search<'a>,
+    fitted: &'a Optimum,
+    shifts: &'a Shifts,
+    covariance: Covariance,
+    weights: Vec<f64>,
+    change: OnceCell<Option<Vec<f64>>>,
+}
+
+impl<'a> Finer<'a> {
+    /// Of an optimum whose unknowns are by `shifts` from those of the continuum.
+    pub fn new(
+        (search, fitted): (&'a Search<'a>, &'a Optimum),
+        (covariance, weights): (&Covariance, &[f64]),
+        shifts: &'a Shifts,
+    ) -> Self {
+        let (covariance, weights) = (covariance.clone(), weights.to_vec());
+        Self { search, fitted, shifts, covariance, weights, change: OnceCell::new() }
+    }
+
+    /// The optimum's residuals as they would be on finer numerics; none where numerics are given or leave too little to be seen, or where the run fails.
+    pub fn residuals(&self) -> Option<Vec<f64>> {
+        let residuals = &self.fitted.residuals;
+        let seen = self.shifts.left * (residuals.len() as f64).sqrt() > SEEN;
+        if !self.shifts.chosen.contains(&true) || !seen {
+            return None;
+        }
+        let change = self.change.get_or_init(|| self.run().ok().flatten()).as_ref()?;
+        Some(residuals.iter().zip(change).map(|(r, by)| r + by).collect())
+    }
+
+    /// By how much the residuals change, once the unknowns have followed.
+    fn run(&self) -> Result<Option<Vec<f64>>, Error> {
+        let Self { search, fitted, .. } = self;
+        let finer = |e: &Experiment| {
+            let scene = e.problem.scene();
+            let step = scene.time.as_ref().map_or(1.0, |time| time.step) / MORE_STEPS;
+            let other = scene.resolved(MORE_EDGES * e.problem.segments(), step);
+            Ok::<_, Error>(e.posed_as(e.problem.like_it(other)?))
+        };
+        let experiments: Vec<Experiment> =
+            search.experiments.iter().map(finer).collect::<Result<_, _>>()?;
+        if full_work(&experiments)? > MOST_WORK {
+            return Ok(None);
+        }
+        let there = Task { experiments: &experiments, ..search.task() }.search();
+        let corrected = fitted.x.iter().zip(search.unknowns).enumerate().map(|(i, (x, u))| {
+            let [low, high] = u.scaled_bounds();
+            (x + self.shifts.correction(i)).clamp(low, high)
+        });
+        let residuals = there.all_residuals()?.plain(&corrected.collect::<Vec<f64>>())?;
+        search.work.add(there.work.total());
+        search.report("finer numerics");
+        let change: Vec<f64> =
+            residuals.iter().zip(&fitted.residuals).map(|(a, b)| a - b).collect();
+        // Once for the change, once for the row it meets.
+        let weighted: Vec<f64> = change.iter().zip(&self.weights).map(|(c, w)| w * w * c).collect();
+        let moved = self.covariance.response(&fitted.jacobian, &weighted);
+        let followed = change.iter().zip(&fitted.jacobian).map(|(c, row)| {
+            c + row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum::<f64>()
+        });
+        Ok(Some(followed.collect()))
+    }
+}
