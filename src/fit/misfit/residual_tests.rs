@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// A finding by chance once in a thousand series is not worth a warning more often.
 const DOUBT: f64 = 1e-3;
 /// Noise whose neighbours resemble each other is told from motion that is left by what is new in each value. White noise
-/// looks worse than this in 0.5 of 100 coordinates (of the 600 of 300 laboratories), and what little a wrong model leaves beside
+/// looks worse than this in 0.5 of 100 coordinates (two of 366 with the laboratories' own noise), and what little a wrong model leaves beside
 /// noise shows.
 const NEW: f64 = 3e-3;
 /// Waves are looked for among so many, the longest ones.
