@@ -14,7 +14,8 @@
 //!
 //! A misfit may have corners, as where parts of a cable begin to slip on each other. There full steps promise
 //! what no step keeps: a shorter one that lowers the cost by less than a step of `last_step` standard errors would is
-//! the last, where the full one is no longer than half of one, or where the two before it were no better.
+//! the last, where the full one is no longer than half of one, or where [several](LevenbergMarquardt::patience) before it were no
+//! better.
 //!
 //! `cargo test --release --test fits nist:: -- --nocapture` shows what that is worth on the reference
 //! problems of NIST.
@@ -46,6 +47,8 @@ pub struct LevenbergMarquardt {
     last_change: f64,
     /// The last step that was taken, and what the linear model left out of the change it made.
     curvature: Option<(Vec<f64>, f64)>,
+    /// After how many such steps in a row the search ends.
+    patience: usize,
     /// How many of the last steps lowered the cost by next to nothing, after longer ones were refused.
     crawled: usize,
 }
@@ -72,8 +75,6 @@ const ALIKE: f64 = 0.8;
 const ON: f64 = 4.0;
 /// A minimum with a corner in it is not looked for more closely from within this part of a standard error.
 const NEAR: f64 = 0.5;
-/// Nor after so many steps in a row that lowered the cost by as little, after longer ones were refused.
-const CRAWLED: usize = 3;
 /// A step must leave every unknown this part of its effect.
 const LEAST_EFFECT: f64 = 1e-6;
 /// A change of the model below this part of the residuals is beyond what costs can judge.
@@ -122,6 +123,7 @@ impl LevenbergMarquardt {
             growth: 2.0,
             last_change: f64::INFINITY,
             curvature: None,
+            patience: usize::MAX,
             crawled: 0,
         }
     }
@@ -149,6 +151,13 @@ impl LevenbergMarquardt {
     /// standard errors, and are fitted to rounding as ever.
     pub fn last_step(self, last_step: f64) -> Self {
         Self { last_step, ..self }
+    }
+
+    /// Sets after how many steps in a row the search ends that lowered the cost by less than a step of `last_step` standard
+    /// errors would, each after longer ones were refused; default: never. A misfit with a corner at its
+    /// minimum lets none go further, but so does one that jumps for other reasons.
+    pub fn patience(self, patience: usize) -> Self {
+        Self { patience, ..self }
     }
 
     /// Whether a step that changes the linear model by `change` is the last, and need not be looked at.
@@ -312,7 +321,7 @@ where
                         let crawls =
                             refused.is_finite() && lowered <= (self.last_step * noise).powi(2);
                         self.crawled = if crawls { self.crawled + 1 } else { 0 };
-                        if crawls && (change <= NEAR * noise || self.crawled >= CRAWLED) {
+                        if crawls && (change <= NEAR * noise || self.crawled >= self.patience) {
                             state = state.terminate_with(TerminationReason::SolverConverged);
                         }
                         return Ok((state, Some(damping)));
@@ -480,7 +489,7 @@ mod tests {
     fn corner(beyond: f64, bend: f64) -> (usize, usize) {
         let solve = |last_step: f64| {
             let problem = Corner { beyond, bend, runs: Default::default() };
-            let solver = LevenbergMarquardt::new(WIDE.to_vec()).last_step(last_step);
+            let solver = LevenbergMarquardt::new(WIDE.to_vec()).last_step(last_step).patience(3);
             let result = Executor::new(&problem, solver)
                 .configure(|state| state.param(vec![0.2, 0.5]).max_iters(200))
                 .run()

@@ -67,7 +67,7 @@ fn bad_scenes_are_refused() {
         ),
         (
             change("[time]", "[[supports.motion]]\nend = \"end\"\nramp = 1.0\n[time]"),
-            &["supports.motion[0].end", "clamped or pinned"],
+            &["supports.motion[0].end", "clamped, pinned or recorded"],
         ),
         (
             change(

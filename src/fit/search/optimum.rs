@@ -21,6 +21,8 @@ use std::sync::Arc;
 const LONGEST_LOG_STEP: f64 = 4.6;
 /// Part of a standard error below which the last step is taken without another simulation.
 const LAST_STEP: f64 = 0.05;
+/// Steps in a row that gain next to nothing after which the fit of a cable ends whose parts slip on each other.
+const PATIENCE: usize = 3;
 
 /// Where an optimisation ended.
 #[derive(Clone, Debug)]
@@ -98,7 +100,8 @@ impl Search<'_> {
             .longest_steps(self.unknowns.iter().map(longest).collect())
             .step_tolerance(step_tolerance)
             .noise_tolerance(noise_tolerance)
-            .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0));
+            .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0))
+            .patience(if self.is_led() { PATIENCE } else { usize::MAX });
         let observer = Observer {
             progress: self.progress.clone(),
             work: self.work.clone(),
