@@ -71,13 +71,16 @@ struct Term {
     size: f64,
 }
 
+/// Terms, with what they change.
+type Terms = Vec<(Term, Change)>;
+
 /// The experiments with every term added that they can have, and the terms with their plausible sizes.
 fn extended(
     search: &Search,
     optimum: &Optimum,
     (analysis, knowns): (&Analysis, &[Known]),
     mut experiments: Vec<Experiment>,
-) -> Result<(Vec<Experiment>, Vec<(Term, Change)>), Error> {
+) -> Result<(Vec<Experiment>, Terms), Error> {
     let mut found = Vec::new();
     let sizes = |experiment: &Experiment| {
         let own = search.unknowns.iter().zip(&optimum.x).filter(|(u, _)| u.is_of(experiment));
