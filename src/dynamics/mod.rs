@@ -4,6 +4,7 @@
 pub mod adjoint;
 pub mod coefficients;
 mod film;
+mod follower;
 mod largest_step;
 mod linearization;
 mod output;

@@ -94,6 +94,18 @@ impl<D: Scalar> Record<D> {
         self.derivatives[k].extend(rates);
     }
 
+    /// Keeps the first so many times alone.
+    pub fn truncate(&mut self, times: usize) {
+        let motions = times * self.width();
+        self.times.truncate(times);
+        self.motion.truncate(motions);
+        self.derivatives.iter_mut().for_each(|list| list.truncate(motions));
+        self.energies.iter_mut().for_each(|list| list.truncate(times));
+        self.reactions.iter_mut().for_each(|list| list.truncate(times));
+        let last = self.times.last().copied().unwrap_or(0.0);
+        self.taken.retain(|end| *end <= last);
+    }
+
     /// What was recorded of a node after `k` steps; none where it was not.
     pub fn motion_of(&self, node: usize, k: usize) -> Option<&Motion<D>> {
         let column = self.tracked.binary_search(&node).ok()?;

@@ -1,5 +1,6 @@
 //! A run of a scene: from its start, step by step, each seen and recorded.
 
+use crate::dynamics::follower::{self, Leader};
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::sensitivity::Sensitivities;
 use crate::dynamics::simulation::Simulation;
@@ -62,45 +63,149 @@ pub(super) fn run<M: Model<W>, const W: usize>(
 where
     M::Rod<f64>: Sensitive<W>,
 {
-    let (time, model) = (problem.time()?, discretized.model);
     discretized.check_step()?;
     let mut simulation = discretized.simulation()?;
-    let mut sensitivities = discretized.sensitivities(parameters)?;
+    let sensitivities = discretized.sensitivities(parameters)?;
+    let markers = Markers::new(discretized, parameters, record);
+    let started = (problem, discretized, steps);
+    let running = follower::Running::begin();
+    let derived = !parameters.is_empty() && simulation.can_linearize_again();
+    if derived && running.has_room(steps * problem.nodes()) {
+        return run_followed(started, (simulation, sensitivities), markers, record, (after, taken));
+    }
     if !parameters.is_empty() {
         simulation.keep_tangent();
     }
-    let markers = Markers::new(discretized, parameters, record);
-    let mut control = StepControl::new(problem.scene(), &simulation);
-    keep(discretized, &simulation, (&sensitivities, markers.as_ref()), record);
-    after(&Running { model, simulation: &simulation });
-    taken(&simulation);
+    let carried = &mut Carried::Here(sensitivities);
+    make_steps(started, (&mut simulation, carried), markers.as_ref(), record, (after, taken))
+}
+
+/// The same where another thread takes the derivatives.
+fn run_followed<M: Model<W>, const W: usize>(
+    started: (&Problem, &Discretized<'_, M, W>, usize),
+    (mut simulation, sensitivities): (Simulation<f64, M::Rod<f64>, W>, Sensitivities<M::Rod<f64>, W>),
+    markers: Option<Markers>,
+    record: &mut Record,
+    seen: (&mut dyn FnMut(&dyn Snapshot), &mut Sees<'_, M, W>),
+) -> Result<(), Error>
+where
+    M::Rod<f64>: Sensitive<W>,
+{
+    let (_, discretized, _) = started;
+    let (tracked, markers) = (record.tracked(), markers.as_ref());
+    if record.keeps {
+        for k in 0..sensitivities.count() {
+            let state = simulation.state();
+            let rates = rates(discretized, (&sensitivities, k), (&tracked, markers), state);
+            record.push_derivative(k, rates);
+        }
+    }
+    let (leader, follower) = follower::ends(&simulation, sensitivities);
+    let (result, followed) = std::thread::scope(|scope| {
+        let follow = || {
+            follower.follow(|sensitivities, k, state, list| {
+                list.extend(rates(discretized, (sensitivities, k), (&tracked, markers), state));
+            })
+        };
+        let following = scope.spawn(follow);
+        let mut carried = Carried::Behind(leader);
+        let led = (&mut simulation, &mut carried);
+        let result = make_steps(started, led, markers, record, seen);
+        let since = std::time::Instant::now();
+        if let Carried::Behind(leader) = carried {
+            leader.end();
+        }
+        let followed = following.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        record.stepping += since.elapsed();
+        (result, followed)
+    });
+    for (k, rates) in followed.derivatives.into_iter().enumerate() {
+        record.push_derivative(k, rates.into_iter());
+    }
+    let result = match followed.failed {
+        Some((error, work)) => {
+            record.truncate(followed.recorded + 1);
+            record.work = work;
+            Err(error)
+        }
+        None => result,
+    };
+    record.work += followed.work;
+    result
+}
+
+/// What carries the derivatives of a run.
+enum Carried<R: Sensitive<W>, const W: usize> {
+    /// They go along.
+    Here(Sensitivities<R, W>),
+    /// They come behind.
+    Behind(Leader<R, W>),
+}
+
+impl<R: Sensitive<W>, const W: usize> Carried<R, W> {
+    /// As [`Sensitivities::step_to`].
+    fn step_to(&mut self, simulation: &mut Simulation<f64, R, W>, time: f64) -> Result<(), Error> {
+        match self {
+            Self::Here(sensitivities) => sensitivities.step_to(simulation, time),
+            Self::Behind(_) => simulation.step_to(time),
+        }
+    }
+
+    /// As [`Sensitivities::step_back`].
+    fn step_back(&mut self, simulation: &mut Simulation<f64, R, W>) {
+        match self {
+            Self::Here(sensitivities) => sensitivities.step_back(simulation),
+            Self::Behind(_) => simulation.step_back(),
+        }
+    }
+
+    /// As [`Sensitivities::advance`].
+    fn advance(&mut self, simulation: &Simulation<f64, R, W>) -> Result<(), Error> {
+        match self {
+            Self::Here(sensitivities) => sensitivities.advance(simulation),
+            Self::Behind(leader) => leader.push(simulation),
+        }
+    }
+}
+
+/// Makes the steps of a run, each seen and recorded.
+fn make_steps<M: Model<W>, const W: usize>(
+    (problem, discretized, steps): (&Problem, &Discretized<'_, M, W>, usize),
+    (simulation, carried): (&mut Simulation<f64, M::Rod<f64>, W>, &mut Carried<M::Rod<f64>, W>),
+    markers: Option<&Markers>,
+    record: &mut Record,
+    (after, taken): (&mut dyn FnMut(&dyn Snapshot), &mut Sees<'_, M, W>),
+) -> Result<(), Error>
+where
+    M::Rod<f64>: Sensitive<W>,
+{
+    let (time, model) = (problem.time()?, discretized.model);
+    let mut control = StepControl::new(problem.scene(), simulation);
+    keep(discretized, simulation, (carried, markers), record);
+    after(&Running { model, simulation });
+    taken(simulation);
     for k in 1..=steps {
         problem.check_stop()?;
         let start = std::time::Instant::now();
-        let result = advance(
-            &mut simulation,
-            &mut sensitivities,
-            &mut control,
-            (time.at(k), 0),
-            &mut |simulation| {
+        let result =
+            advance(simulation, carried, &mut control, (time.at(k), 0), &mut |simulation| {
                 record.taken.push(simulation.state().time);
                 taken(simulation);
-            },
-        );
+            });
         record.stepping += start.elapsed();
         record.work = simulation.work();
         result?;
-        keep(discretized, &simulation, (&sensitivities, markers.as_ref()), record);
-        after(&Running { model, simulation: &simulation });
+        keep(discretized, simulation, (carried, markers), record);
+        after(&Running { model, simulation });
     }
     Ok(())
 }
 
-/// Records the state of a simulation and of its sensitivities.
+/// Records the state of a simulation and, where they go along, of its sensitivities.
 fn keep<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
     simulation: &Simulation<f64, M::Rod<f64>, W>,
-    (sensitivities, markers): (&Sensitivities<M::Rod<f64>, W>, Option<&Markers>),
+    (carried, markers): (&mut Carried<M::Rod<f64>, W>, Option<&Markers>),
     record: &mut Record,
 ) where
     M::Rod<f64>: Sensitive<W>,
@@ -121,13 +226,31 @@ fn keep<M: Model<W>, const W: usize>(
     let motion = |i: &usize| [model.position(&state.q, *i), model.rate(&state.v, *i)];
     let axes = markers.into_iter().flat_map(|m| m.axes(discretized, state));
     record.push(state.time, tracked.iter().map(motion).chain(axes));
-    for k in 0..sensitivities.count() {
-        let of_node = |i: &usize| sensitivities.of_node(k, M::STRIDE * i, M::STRIDE.min(3));
-        let rates = |i: &usize| of_node(i).map(|own| model.rate(&own, 0));
-        let axes =
-            markers.into_iter().flat_map(|m| m.rates(discretized, (sensitivities, k), state));
-        record.push_derivative(k, tracked.iter().map(rates).chain(axes));
+    match carried {
+        Carried::Here(sensitivities) => {
+            for k in 0..sensitivities.count() {
+                let of = (&*sensitivities, k);
+                record.push_derivative(k, rates(discretized, of, (&tracked, markers), state));
+            }
+        }
+        Carried::Behind(leader) => leader.record(),
     }
+}
+
+/// What is recorded of a state's derivatives by parameter `k`.
+fn rates<'a, M: Model<W>, const W: usize>(
+    discretized: &'a Discretized<'_, M, W>,
+    (sensitivities, k): (&'a Sensitivities<M::Rod<f64>, W>, usize),
+    (tracked, markers): (&'a [usize], Option<&'a Markers>),
+    state: &'a State<f64, FramesOf<M, W>>,
+) -> impl Iterator<Item = Motion> + 'a
+where
+    M::Rod<f64>: Sensitive<W>,
+{
+    let of_node = move |i: &usize| sensitivities.of_node(k, M::STRIDE * i, M::STRIDE.min(3));
+    let rates = move |i: &usize| of_node(i).map(|own| discretized.model.rate(&own, 0));
+    let axes = markers.into_iter().flat_map(move |m| m.rates(discretized, (sensitivities, k), state));
+    tracked.iter().map(rates).chain(axes)
 }
 
 /// The axes that markers beside the centre line move with.
@@ -185,32 +308,32 @@ impl Markers {
     }
 }
 
-/// Advances a simulation and its sensitivities to `time`, in halves where the step fails. On an
+/// Advances a simulation and its derivatives to `time`, in halves where the step fails. On an
 /// error the state is the last valid one.
 fn advance<R: Sensitive<W>, const W: usize>(
     simulation: &mut Simulation<f64, R, W>,
-    sensitivities: &mut Sensitivities<R, W>,
+    carried: &mut Carried<R, W>,
     control: &mut StepControl,
     (time, halvings): (f64, u32),
     taken: &mut dyn FnMut(&Simulation<f64, R, W>),
 ) -> Result<(), Error> {
     let at_last = halvings == HALVINGS;
-    let stepped = sensitivities.step_to(simulation, time);
+    let stepped = carried.step_to(simulation, time);
     match stepped.and_then(|()| control.check(simulation, at_last)) {
         Ok(()) => {
             control.accept();
             taken(simulation);
-            sensitivities.advance(simulation)
+            carried.advance(simulation)
         }
         Err(error) => {
-            sensitivities.step_back(simulation);
+            carried.step_back(simulation);
             if at_last {
                 return Err(error);
             }
             let middle = 0.5 * (simulation.state().time + time);
             let halvings = halvings + 1;
-            advance(simulation, sensitivities, control, (middle, halvings), taken)?;
-            advance(simulation, sensitivities, control, (time, halvings), taken)
+            advance(simulation, carried, control, (middle, halvings), taken)?;
+            advance(simulation, carried, control, (time, halvings), taken)
         }
     }
 }

@@ -143,6 +143,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.newton()?.linearization(&self.system, &self.previous, &self.state)
     }
 
+    /// Whether its steps can be [linearized](Self::linearized) by the states before and after them.
+    pub(crate) fn can_linearize_again(&self) -> bool {
+        self.newton().is_some_and(|newton| !newton.averages())
+    }
+
     /// A step that it made before, from one state to another, [linearized](Self::linearization) again; none of schemes
     /// that solve no equations.
     ///
@@ -154,7 +159,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         after: &'a State<D, R::Frames>,
     ) -> Result<Option<Linearization<'a, D, R, W>>, Error> {
         let Stepper::Newton(newton) = &mut self.stepper else { return Ok(None) };
-        newton.linearize(&self.system, before, after)?;
+        newton.linearize(&self.system, before, after, &mut self.work)?;
         Ok(newton.linearization(&self.system, before, after))
     }
 

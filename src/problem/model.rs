@@ -116,13 +116,13 @@ impl Correction {
 /// What a [`Problem`](crate::Problem) asks of a model: which axes and rules it has chosen for a
 /// scene. Everything that has derivatives it makes of the scene's numbers, whatever their type. `W` is
 /// the half-bandwidth of its tangent.
-pub trait Model<const W: usize> {
+pub trait Model<const W: usize>: Sync {
     /// Unknowns from one node to the next.
     const STRIDE: usize;
     /// The rod over the scalar `D`.
     type Rod<D: Nestable>: Rod<D, W, Dual = Self::Rod<Dual64>>;
     /// The rest shape in the model's own terms.
-    type Rest<D: Nestable>: Clone + std::fmt::Debug;
+    type Rest<D: Nestable>: Clone + std::fmt::Debug + Send + Sync;
 
     /// The rest shape of a scene on its mesh.
     fn at_rest<D: Nestable>(&self, scene: &Scene<D>, mesh: &Mesh<D>) -> Self::Rest<D>;

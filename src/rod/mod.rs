@@ -60,15 +60,15 @@ impl Energies {
 }
 
 /// A discrete rod with unknowns `q` and a tangent of half-bandwidth `W`.
-pub trait Rod<D: Scalar, const W: usize>: Clone {
+pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
     /// The same rod over dual numbers: with a derivative along one parameter in every quantity.
     type Dual: Rod<Dual64, W>;
     /// What angles are measured from: [`crate::energy::frame::Frames`], or `()` where there are none.
-    type Frames: Clone + std::fmt::Debug;
+    type Frames: Clone + std::fmt::Debug + Send + Sync;
 
     /// Where the edges are and how they are strained, in plain numbers: what derivatives along all
     /// parameters have in common.
-    type Geometry: Clone + std::fmt::Debug + Default;
+    type Geometry: Clone + std::fmt::Debug + Default + Send + Sync;
 
     /// Whether there are frames at all.
     const HAS_FRAMES: bool;

@@ -30,7 +30,7 @@ pub struct Counted<const G: usize> {
 /// each parameter, say what the parameters change; each derivative is what it would be alone.
 pub trait Sensitive<const W: usize>: Rod<f64, W> {
     /// What parameters change: loads, and stresses as functions of the strains.
-    type Rates<const G: usize>: Clone + std::fmt::Debug + Default;
+    type Rates<const G: usize>: Clone + std::fmt::Debug + Default + Send;
 
     /// Writes what the parameters of dual rods change.
     fn set_rates<const G: usize>(duals: &[Self::Dual; G], rates: &mut Self::Rates<G>);

@@ -15,6 +15,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         system: &System<D, R>,
         before: &State<D, R::Frames>,
         after: &State<D, R::Frames>,
+        work: &mut Work,
     ) -> Result<(), Error> {
         let step = Step { system, time: after.time, h: after.time - before.time };
         let knows_acceleration = !before.acceleration.is_empty();
@@ -24,10 +25,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         if let (Some(drag), Some(dragging)) = (&system.drag, &mut self.dragging) {
             dragging.begin(drag, before, step.h);
         }
-        self.linearize_at(&step, before, after, &mut Work::default())?;
+        self.linearize_at(&step, before, after, work)?;
         let mut forces = std::mem::take(&mut self.correction);
         self.find_viscous(system, &after.internal, (&after.q, &before.frames), &mut forces);
         self.correction = forces;
+        work.tangents += usize::from(self.viscous.is_some());
         Ok(())
     }
 }

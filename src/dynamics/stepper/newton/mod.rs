@@ -153,6 +153,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             self.next = (vec![D::from(0.0); n], BandMatrix::zeros(n));
         }
     }
+    /// Whether the forces of a step are an average over it.
+    pub fn averages(&self) -> bool {
+        StepCoefficients::new(self.scheme, self.parameter, false, 1.0).averages()
+    }
+
     /// The scheme's parameter.
     pub fn parameter(&self) -> D {
         self.parameter
