@@ -63,35 +63,56 @@ pub(super) fn run<M: Model<W>, const W: usize>(
 where
     M::Rod<f64>: Sensitive<W>,
 {
+    let running = follower::Running::begin();
+    let followed = running.has_room(steps * problem.nodes());
+    run_so((problem, discretized, steps), (parameters, followed), record, (after, taken))
+}
+
+/// What is run, for so many steps.
+type Task<'a, M, const W: usize> = (&'a Problem, &'a Discretized<'a, M, W>, usize);
+/// Who sees it.
+type Seen<'a, 'b, M, const W: usize> = (&'a mut dyn FnMut(&dyn Snapshot), &'a mut Sees<'b, M, W>);
+
+/// The same; where the run may be `followed`, its derivatives come behind.
+fn run_so<M: Model<W>, const W: usize>(
+    task: Task<'_, M, W>,
+    (parameters, followed): (&[Parameter], bool),
+    record: &mut Record,
+    seen: Seen<'_, '_, M, W>,
+) -> Result<(), Error>
+where
+    M::Rod<f64>: Sensitive<W>,
+{
+    let (_, discretized, _) = task;
     discretized.check_step()?;
     let mut simulation = discretized.simulation()?;
     let sensitivities = discretized.sensitivities(parameters)?;
     let markers = Markers::new(discretized, parameters, record);
-    let started = (problem, discretized, steps);
-    let running = follower::Running::begin();
-    let derived = !parameters.is_empty() && simulation.can_linearize_again();
-    if derived && running.has_room(steps * problem.nodes()) {
-        return run_followed(started, (simulation, sensitivities), markers, record, (after, taken));
+    if followed && !parameters.is_empty() && simulation.can_linearize_again() {
+        return run_followed(task, (simulation, sensitivities), markers, record, seen);
     }
     if !parameters.is_empty() {
         simulation.keep_tangent();
     }
     let carried = &mut Carried::Here(sensitivities);
-    make_steps(started, (&mut simulation, carried), markers.as_ref(), record, (after, taken))
+    make_steps(task, (&mut simulation, carried), markers.as_ref(), record, seen)
 }
 
 /// The same where another thread takes the derivatives.
 fn run_followed<M: Model<W>, const W: usize>(
-    started: (&Problem, &Discretized<'_, M, W>, usize),
-    (mut simulation, sensitivities): (Simulation<f64, M::Rod<f64>, W>, Sensitivities<M::Rod<f64>, W>),
+    task: Task<'_, M, W>,
+    (mut simulation, sensitivities): (
+        Simulation<f64, M::Rod<f64>, W>,
+        Sensitivities<M::Rod<f64>, W>,
+    ),
     markers: Option<Markers>,
     record: &mut Record,
-    seen: (&mut dyn FnMut(&dyn Snapshot), &mut Sees<'_, M, W>),
+    seen: Seen<'_, '_, M, W>,
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive<W>,
 {
-    let (_, discretized, _) = started;
+    let (_, discretized, _) = task;
     let (tracked, markers) = (record.tracked(), markers.as_ref());
     if record.keeps {
         for k in 0..sensitivities.count() {
@@ -110,7 +131,7 @@ where
         let following = scope.spawn(follow);
         let mut carried = Carried::Behind(leader);
         let led = (&mut simulation, &mut carried);
-        let result = make_steps(started, led, markers, record, seen);
+        let result = make_steps(task, led, markers, record, seen);
         let since = std::time::Instant::now();
         if let Carried::Behind(leader) = carried {
             leader.end();
@@ -170,11 +191,11 @@ impl<R: Sensitive<W>, const W: usize> Carried<R, W> {
 
 /// Makes the steps of a run, each seen and recorded.
 fn make_steps<M: Model<W>, const W: usize>(
-    (problem, discretized, steps): (&Problem, &Discretized<'_, M, W>, usize),
+    (problem, discretized, steps): Task<'_, M, W>,
     (simulation, carried): (&mut Simulation<f64, M::Rod<f64>, W>, &mut Carried<M::Rod<f64>, W>),
     markers: Option<&Markers>,
     record: &mut Record,
-    (after, taken): (&mut dyn FnMut(&dyn Snapshot), &mut Sees<'_, M, W>),
+    (after, taken): Seen<'_, '_, M, W>,
 ) -> Result<(), Error>
 where
     M::Rod<f64>: Sensitive<W>,
@@ -249,7 +270,8 @@ where
 {
     let of_node = move |i: &usize| sensitivities.of_node(k, M::STRIDE * i, M::STRIDE.min(3));
     let rates = move |i: &usize| of_node(i).map(|own| discretized.model.rate(&own, 0));
-    let axes = markers.into_iter().flat_map(move |m| m.rates(discretized, (sensitivities, k), state));
+    let axes =
+        markers.into_iter().flat_map(move |m| m.rates(discretized, (sensitivities, k), state));
     tracked.iter().map(rates).chain(axes)
 }
 
@@ -369,4 +391,83 @@ pub(super) fn follow<D: Nestable, M: Model<W>, const W: usize>(
     record.taken = plain.taken.clone();
     record.work = simulation.work();
     Ok(record)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::AnyProblem;
+    use crate::scene::Scene;
+
+    /// A run with derivatives by some numbers that go along, or come behind: why it ended, and its record.
+    fn run_of(problem: &Problem, parameters: &[Parameter], followed: bool) -> (String, Record) {
+        let all: Vec<usize> = (0..problem.nodes()).collect();
+        let mut record = Record::new(all, parameters.len());
+        record.energies = Some(Vec::new());
+        let steps = problem.time().unwrap().steps();
+        let asked = (parameters, followed);
+        let result = match problem.discretized() {
+            AnyProblem::Planar(planar) => {
+                let task = (problem, &planar, steps);
+                run_so(task, asked, &mut record, (&mut |_| {}, &mut |_| {}))
+            }
+            AnyProblem::Spatial(spatial) => {
+                let task = (problem, &spatial, steps);
+                run_so(task, asked, &mut record, (&mut |_| {}, &mut |_| {}))
+            }
+        };
+        (format!("{result:?}"), record)
+    }
+
+    /// To the last bit, with the same work, whatever dissipates; also where steps are taken in halves, and where the
+    /// run ends early.
+    #[test]
+    fn derivatives_behind_are_those_that_go_along() {
+        let rods = [
+            "[rod]\nsegments = 12\nshape = { kind = \"straight\", length = 0.5, direction = [1, 0, 0] }",
+            "[rod]\nsegments = 12\nshape = { kind = \"helix\", length = 0.5, radius = 0.05, pitch = 0.1, axis = [0, 0, -1] }",
+        ];
+        let dissipation = [
+            "",
+            "[loads.damping]\nmass = 0.5\n",
+            "[loads.damping]\nkelvin_voigt = 2e-3\n",
+            "[loads.damping]\nmaxwell = { stiffness = 0.5, time = 0.1 }\n",
+            "[loads.damping]\nfriction = { stiffness = 0.8, curvature = 0.5 }\n",
+            "[loads.drag]\nlinear_normal = 0.02\nquadratic_normal = 0.3\n",
+        ];
+        // The last is too soft for its steps: it takes some in halves, and some runs end there.
+        let times = [
+            ("step = 2e-3", 1e7),
+            ("step = 2e-3\nscheme = \"generalised-alpha\"\nrho_inf = 0.5", 1e7),
+            ("step = 2e-2", 1e6),
+        ];
+        let (mut halved, mut ended, mut compared) = (0, 0, 0);
+        for rod in rods {
+            for dissipates in dissipation {
+                for (time, modulus) in times {
+                    let text = format!(
+                        "{rod}\nsection = {{ kind = \"circle\", radius = 0.005 }}\n[material]\ndensity = 1200\n\
+                         youngs_modulus = {modulus:e}\npoisson_ratio = 0.4\n[loads]\ngravity = [1, 0, -9.8]\n\
+                         {dissipates}[time]\nend = 0.4\n{time}\n"
+                    );
+                    let problem = Scene::from_toml(&text, ".").unwrap().problem().unwrap();
+                    let all = Parameter::all(problem.scene()).into_iter();
+                    let numbers: Vec<Parameter> =
+                        all.filter(|p| problem.check_parameter(*p).is_ok()).take(7).collect();
+                    let (why, along) = run_of(&problem, &numbers, false);
+                    let (why_behind, behind) = run_of(&problem, &numbers, true);
+                    assert_eq!(why, why_behind, "{text}");
+                    assert_eq!(along.work, behind.work, "{text}");
+                    assert_eq!(along.taken, behind.taken, "{text}");
+                    assert_eq!(along.energies, behind.energies, "{text}");
+                    halved += usize::from(along.taken.len() > along.times().len());
+                    ended += usize::from(why != "Ok(())");
+                    compared += along.times().len();
+                    assert_eq!(along.into_parts(), behind.into_parts(), "{text}");
+                }
+            }
+        }
+        println!("{compared} states, {halved} runs with halved steps, {ended} that ended early");
+        assert!(compared > 3000 && halved > 0 && ended > 0, "{compared}, {halved}, {ended}");
+    }
 }

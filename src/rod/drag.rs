@@ -13,6 +13,7 @@
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::{Vector, add, components, dot, scale, sub};
+use num_dual::Dual64;
 
 /// The square of a speed, m^2/s^2, below which quadratic drag is smooth.
 const STILL: f64 = 1e-12;
@@ -126,6 +127,13 @@ pub struct DragSlopes {
     pub fluid: Vector<f64>,
     /// Likewise.
     pub lengths: Vec<f64>,
+}
+
+impl NodalDrag<Dual64> {
+    /// Whether it is none, and has no derivative either.
+    pub fn is_none(&self) -> bool {
+        self.normal.iter().chain(&self.tangential).all(|x| x.re == 0.0 && x.eps == 0.0)
+    }
 }
 
 impl NodalDrag<f64> {

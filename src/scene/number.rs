@@ -8,7 +8,6 @@
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::f64::consts::PI;
-use std::fmt::Display;
 
 /// What the numbers of a scene that is read from a file or written to one can do.
 pub trait Written: Copy + Serialize + DeserializeOwned + Default + From<f64> + PartialEq {
@@ -99,6 +98,24 @@ impl Quantity {
     }
 }
 
+/// A key of a table, or a place in a list.
+pub trait Key {
+    /// Appends it to a path.
+    fn add_to(self, path: &mut String);
+}
+
+impl Key for &str {
+    fn add_to(self, path: &mut String) {
+        path.push_str(self);
+    }
+}
+
+impl Key for usize {
+    fn add_to(self, path: &mut String) {
+        path.push_str(&self.to_string());
+    }
+}
+
 /// A walk through the numbers of a scene, which makes a `D` of each.
 pub struct Numbers<'a, D> {
     path: String,
@@ -129,20 +146,15 @@ impl<'a, D> Numbers<'a, D> {
     }
 
     /// What stands in a table, or in a place of a list.
-    pub fn table<T>(&mut self, key: impl Display, inside: impl FnOnce(&mut Self) -> T) -> T {
-        let outside = self.enter(&key);
+    pub fn table<T>(&mut self, key: impl Key, inside: impl FnOnce(&mut Self) -> T) -> T {
+        let outside = self.path.len();
+        if outside > 0 {
+            self.path.push('.');
+        }
+        key.add_to(&mut self.path);
         let found = inside(self);
         self.path.truncate(outside);
         found
-    }
-
-    /// Adds a key to the path, and returns its length before.
-    fn enter(&mut self, key: &dyn Display) -> usize {
-        use std::fmt::Write;
-        let outside = self.path.len();
-        let dot = if outside == 0 { "" } else { "." };
-        write!(self.path, "{dot}{key}").expect("strings take what is written");
-        outside
     }
 
     /// Every entry of a list of tables.

@@ -6,7 +6,7 @@ use crate::dynamics::sensitivity::viscous::Viscous;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::numerics::lanes::{Lanes, all};
-use crate::numerics::vector::{components, each};
+use crate::numerics::vector::{Vector, components, each};
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
 use crate::rod::{DualFrames, FrameRate, Rod, Sensitive};
@@ -24,7 +24,9 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
     mass: Option<Vec<[f64; G]>>,
     viscous: Option<Viscous<G>>,
     damping: [Damping<Dual64>; G],
-    drag: Option<[NodalDrag<Dual64>; G]>,
+    /// Drag, of the parameters along which there is any.
+    drag: Vec<(usize, NodalDrag<Dual64>)>,
+    room: DragRoom,
     /// The scheme's parameter.
     parameter: [Dual64; G],
     /// The supports that move.
@@ -81,7 +83,13 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             rates,
             mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
             damping: simulations.map(Simulation::damping),
-            drag: all(simulations.map(|simulation| simulation.drag().cloned())),
+            drag: simulations
+                .iter()
+                .enumerate()
+                .filter_map(|(g, simulation)| Some((g, simulation.drag()?.clone())))
+                .filter(|(_, drag)| !drag.is_none())
+                .collect(),
+            room: DragRoom::default(),
             parameter: all(simulations.map(|simulation| Some(simulation.newton()?.parameter())))?,
             frames: R::frame_rates(states.map(|state| &state.frames)),
             dual_frames: states.map(|state| state.frames.clone()),
@@ -322,31 +330,44 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         coefficients: &[StepCoefficients<Dual64>; G],
         step: &Linearization<'_, f64, R, W>,
     ) {
-        let Some(drags) = &self.drag else { return };
         let (before, now) = (step.before, step.after);
-        for (g, (drag, coefficients)) in drags.iter().zip(coefficients).enumerate() {
-            let [q0, v0] = [(&before.q, &self.q), (&before.v, &self.v)].map(|x| carried(x, g));
-            let a0 = carried((&before.acceleration, &self.acceleration), g);
-            let there: Vec<Dual64> =
-                q0.iter().zip(&v0).map(|(q, v)| *q + *v * coefficients.h).collect();
-            let mut v: Vec<Dual64> = now.v.iter().map(|v| Dual64::from(*v)).collect();
+        for (g, drag) in &self.drag {
+            let (g, coefficients) = (*g, &coefficients[*g]);
+            let DragRoom { there, v, .. } = &mut self.room;
+            let at = |i: usize| {
+                let carried = |x: &[f64], rates: &[[f64; G]]| Dual64::new(x[i], rates[i][g]);
+                [carried(&before.q, &self.q), carried(&before.v, &self.v)]
+            };
+            there.clear();
+            there.extend((0..now.q.len()).map(|i| {
+                let [q0, v0] = at(i);
+                q0 + v0 * coefficients.h
+            }));
+            v.clear();
+            v.extend(now.v.iter().map(|v| Dual64::from(*v)));
             for (i, _, rate) in &self.held {
                 v[*i].eps = rate[g];
             }
             for i in step.free.clone() {
-                let a0 = a0.get(i).copied().unwrap_or(Dual64::from(0.0));
-                v[i] = coefficients.damped_velocity(-q0[i] + now.q[i], v0[i], a0);
+                let a0 = match before.acceleration.get(i) {
+                    Some(a0) => Dual64::new(*a0, self.acceleration[i][g]),
+                    None => Dual64::from(0.0),
+                };
+                let [q0, v0] = at(i);
+                v[i] = coefficients.damped_velocity(-q0 + now.q[i], v0, a0);
             }
-            add_rates(drag, [&there, &v], g, &mut self.direct);
+            self.room.add_rates(drag, g, &mut self.direct);
         }
     }
 
     /// The same at the end of a step, where the forces are found anew.
     fn add_drag(&mut self, step: &Linearization<'_, f64, R, W>) {
-        for (g, drag) in self.drag.iter().flatten().enumerate() {
+        for (g, drag) in &self.drag {
             let now = step.after;
-            let [q, v] = [(&now.q, &self.q), (&now.v, &self.v)].map(|x| carried(x, g));
-            add_rates(drag, [&q, &v], g, &mut self.unbalanced);
+            let DragRoom { there, v, .. } = &mut self.room;
+            carry((&now.q, &self.q), *g, there);
+            carry((&now.v, &self.v), *g, v);
+            self.room.add_rates(drag, *g, &mut self.unbalanced);
         }
     }
 
@@ -503,21 +524,33 @@ impl<'a> Began<'a> {
     }
 }
 
-/// Numbers with their derivatives along one parameter.
-fn carried<const G: usize>((x, rates): (&Vec<f64>, &Vec<[f64; G]>), g: usize) -> Vec<Dual64> {
-    x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])).collect()
+/// Writes numbers with their derivatives along one parameter.
+fn carry<const G: usize>((x, rates): (&[f64], &[[f64; G]]), g: usize, to: &mut Vec<Dual64>) {
+    to.clear();
+    to.extend(x.iter().zip(rates).map(|(x, rate)| Dual64::new(*x, rate[g])));
 }
 
-/// Adds the derivatives of the drag on a rod with these places and velocities.
-fn add_rates<const G: usize>(
-    drag: &NodalDrag<Dual64>,
-    [q, v]: [&[Dual64]; 2],
-    g: usize,
-    out: &mut [[f64; G]],
-) {
-    let mut tangents = Vec::new();
-    drag.tangents(q, &mut tangents);
-    let mut forces = vec![Dual64::from(0.0); v.len()];
-    drag.add_forces(&tangents, v, &mut forces);
-    out.iter_mut().zip(forces).for_each(|(out, force)| out[g] += force.eps);
+/// Where the derivatives of drag are found: places and velocities, and what follows from them.
+#[derive(Clone, Default)]
+struct DragRoom {
+    there: Vec<Dual64>,
+    v: Vec<Dual64>,
+    tangents: Vec<Vector<Dual64>>,
+    forces: Vec<Dual64>,
+}
+
+impl DragRoom {
+    /// Adds the derivatives of the drag there along one parameter.
+    fn add_rates<const G: usize>(
+        &mut self,
+        drag: &NodalDrag<Dual64>,
+        g: usize,
+        out: &mut [[f64; G]],
+    ) {
+        drag.tangents(&self.there, &mut self.tangents);
+        self.forces.clear();
+        self.forces.resize(self.v.len(), Dual64::from(0.0));
+        drag.add_forces(&self.tangents, &self.v, &mut self.forces);
+        out.iter_mut().zip(&self.forces).for_each(|(out, force)| out[g] += force.eps);
+    }
 }
