@@ -131,9 +131,7 @@ pub(super) fn ends<R: Sensitive<W>, const W: usize>(
     let (full, of_leader) = sync_channel(WAITING);
     let (empty, of_follower) = channel();
     let leader = Leader { batch: Vec::new(), filled: 0, full, empty: of_follower };
-    let mut simulation = simulation.clone();
-    simulation.keep_tangent();
-    (leader, Follower { simulation, sensitivities, full: of_leader, empty })
+    (leader, Follower { simulation: simulation.linear(), sensitivities, full: of_leader, empty })
 }
 
 impl<R: Sensitive<W>, const W: usize> Follower<R, W> {
@@ -144,7 +142,6 @@ impl<R: Sensitive<W>, const W: usize> Follower<R, W> {
     ) -> Followed {
         let Self { mut simulation, mut sensitivities, full, empty } = self;
         let mut before = simulation.state().clone();
-        let before_all = simulation.work();
         let mut followed = Followed {
             derivatives: vec![Vec::new(); sensitivities.count()],
             recorded: 0,
@@ -174,9 +171,6 @@ impl<R: Sensitive<W>, const W: usize> Follower<R, W> {
             let _ = empty.send(batch);
         }
         followed.work = simulation.work();
-        followed.work.tangents -= before_all.tangents;
-        followed.work.factorizations -= before_all.factorizations;
-        followed.work.gradients -= before_all.gradients;
         followed
     }
 }

@@ -148,6 +148,13 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.newton().is_some_and(|newton| !newton.averages())
     }
 
+    /// Another one of the same rod, by which its steps are [linearized](Self::linearized) and that counts the work of it.
+    pub(crate) fn linear(&self) -> Self {
+        let mut linear = Self { work: Work::default(), ..self.clone() };
+        linear.keep_tangent();
+        linear
+    }
+
     /// A step that it made before, from one state to another, [linearized](Self::linearization) again; none of schemes
     /// that solve no equations.
     ///

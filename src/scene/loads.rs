@@ -6,6 +6,7 @@ use crate::scene::drag::Drag;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::point::Point;
 use crate::scene::validate::{finite, not_negative, positive};
+use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
 /// `[loads]`
@@ -183,6 +184,17 @@ impl<D: Scalar> Damping<D> {
     pub(crate) fn is_viscous(&self) -> bool {
         let takes = |time: &D| time.value() > 0.0;
         takes(&self.stiffness) || self.own_times().iter().any(takes) || self.maxwell.is_some()
+    }
+}
+
+impl Damping<Dual64> {
+    /// Whether the stress depends on how the strains have changed, or its derivative does.
+    pub(crate) fn remembers(&self) -> bool {
+        let Self { stiffness, maxwell, friction, .. } = self;
+        let parts =
+            [maxwell.map(|branch| branch.stiffness), friction.map(|springs| springs.stiffness)];
+        let times = self.own_times().into_iter().chain([*stiffness]);
+        times.chain(parts.into_iter().flatten()).any(|x| x.re != 0.0 || x.eps != 0.0)
     }
 }
 

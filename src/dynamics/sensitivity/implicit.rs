@@ -51,6 +51,14 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
     solution: Vec<[f64; G]>,
 }
 
+/// Whether the stress depends on what the strains were, or its derivative does.
+pub fn remembers<R: Sensitive<W>, const W: usize>(
+    simulation: &Simulation<Dual64, R::Dual, W>,
+) -> bool {
+    // An average takes the viscous stress apart from the rest.
+    !simulation.can_linearize_again() || simulation.damping().remembers()
+}
+
 /// The lanes of `G` lists.
 fn lanes<T: Copy, const G: usize>(lists: [&[T]; G], of: impl Fn(T) -> f64) -> Vec<[f64; G]> {
     let count = lists.first().map_or(0, |list| list.len());
@@ -79,7 +87,10 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             boundary_motion: motion
                 .and_then(|_| all(simulations.map(|s| s.boundary_motion().cloned()))),
             held: Vec::new(),
-            viscous: Viscous::new::<R, W>(simulations),
+            viscous: match simulations.iter().any(|simulation| remembers::<R, W>(simulation)) {
+                true => Viscous::new::<R, W>(simulations),
+                false => None,
+            },
             rates,
             mass: mass.iter().any(|mass| *mass != [0.0; G]).then_some(mass),
             damping: simulations.map(Simulation::damping),

@@ -18,7 +18,7 @@ use crate::dynamics::linearization::Linearization;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::{DualFrames, Rod, Sensitive, State};
-use implicit::Implicit;
+use implicit::{Implicit, remembers};
 use num_dual::Dual64;
 
 /// A simulation whose numbers carry the derivative along one parameter.
@@ -30,8 +30,9 @@ pub struct Sensitivities<R: Sensitive<W>, const W: usize>(Kind<R, W>);
 
 #[derive(Clone)]
 enum Kind<R: Sensitive<W>, const W: usize> {
-    /// Of a scheme whose steps are equations: by the implicit function theorem.
-    Implicit(Vec<Group<R, W>>),
+    /// Of a scheme whose steps are equations: by the implicit function theorem. With the place of every parameter
+    /// among those of all groups.
+    Implicit(Vec<Group<R, W>>, Vec<usize>),
     /// Of any other scheme: the same steps in dual numbers, one simulation for each parameter. The
     /// first makes the steps of the simulation in plain numbers too.
     Direct(Vec<Along<R, W>>),
@@ -49,16 +50,21 @@ enum Group<R: Sensitive<W>, const W: usize> {
 }
 
 impl<R: Sensitive<W>, const W: usize> Group<R, W> {
-    /// The first of some simulations, at the start, and the rest of them.
-    fn of(simulations: &[Along<R, W>]) -> Option<(Self, &[Along<R, W>])> {
-        if let Some((four, rest)) = simulations.split_first_chunk::<4>() {
-            return Some((Self::Four(Box::new(Implicit::new(four.each_ref())?)), rest));
+    /// Simulations at the start, as many at once as go; none of a scheme that solves no equations.
+    fn all(mut simulations: &[&Along<R, W>]) -> Option<Vec<Self>> {
+        let mut groups = Vec::new();
+        while let Some((four, rest)) = simulations.split_first_chunk::<4>() {
+            groups.push(Self::Four(Box::new(Implicit::new(*four)?)));
+            simulations = rest;
         }
         if let Some((two, rest)) = simulations.split_first_chunk::<2>() {
-            return Some((Self::Two(Box::new(Implicit::new(two.each_ref())?)), rest));
+            groups.push(Self::Two(Box::new(Implicit::new(*two)?)));
+            simulations = rest;
         }
-        let (one, rest) = simulations.split_first_chunk::<1>()?;
-        Some((Self::One(Box::new(Implicit::new(one.each_ref())?)), rest))
+        if let Some((one, _)) = simulations.split_first_chunk::<1>() {
+            groups.push(Self::One(Box::new(Implicit::new(*one)?)));
+        }
+        Some(groups)
     }
 
     fn count(&self) -> usize {
@@ -102,12 +108,12 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
     }
 }
 
-/// The group of parameter `k`, and its place there.
+/// The group with a place, and where it is there.
 fn group_of<R: Sensitive<W>, const W: usize>(
     groups: &[Group<R, W>],
-    k: usize,
+    place: usize,
 ) -> (&Group<R, W>, usize) {
-    let mut lane = k;
+    let mut lane = place;
     let holds = |group: &&Group<R, W>| {
         let held = lane < group.count();
         lane -= if held { 0 } else { group.count() };
@@ -128,23 +134,29 @@ fn of_node(first: usize, axes: usize, rate: impl Fn(usize) -> [f64; 2]) -> [[f64
 }
 
 impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
-    /// At the start of simulations whose numbers all carry the derivative along one parameter each.
+    /// At the start of simulations whose numbers all carry the derivative along one parameter each. Those along which
+    /// the material remembers something go apart from the others, which need nothing of that.
     pub fn new(simulations: Vec<Along<R, W>>) -> Self {
-        let (mut groups, mut rest) = (Vec::new(), &simulations[..]);
-        while let Some((group, others)) = Group::of(rest) {
-            groups.push(group);
-            rest = others;
-        }
-        Self(match rest {
-            [] => Kind::Implicit(groups),
-            _ => Kind::Direct(simulations),
-        })
+        let (mut order, others): (Vec<usize>, Vec<usize>) =
+            (0..simulations.len()).partition(|k| remembers::<R, W>(&simulations[*k]));
+        let groups = [&order, &others].map(|part| {
+            let own: Vec<&Along<R, W>> = part.iter().map(|k| &simulations[*k]).collect();
+            Group::all(&own)
+        });
+        let [Some(mut groups), Some(mut rest)] = groups else {
+            return Self(Kind::Direct(simulations));
+        };
+        groups.append(&mut rest);
+        order.extend(others);
+        let mut places = vec![0; order.len()];
+        order.into_iter().enumerate().for_each(|(place, k)| places[k] = place);
+        Self(Kind::Implicit(groups, places))
     }
 
     /// How many parameters there are.
     pub fn count(&self) -> usize {
         match &self.0 {
-            Kind::Implicit(groups) => groups.iter().map(Group::count).sum(),
+            Kind::Implicit(_, places) => places.len(),
             Kind::Direct(simulations) => simulations.len(),
         }
     }
@@ -152,8 +164,8 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// dq/dp and dv/dp of parameter `k`, of the `axes` unknowns from `first` on; then zeros.
     pub fn of_node(&self, k: usize, first: usize, axes: usize) -> [[f64; 3]; 2] {
         match &self.0 {
-            Kind::Implicit(groups) => {
-                let (group, lane) = group_of(groups, k);
+            Kind::Implicit(groups, places) => {
+                let (group, lane) = group_of(groups, places[k]);
                 group.of_node(lane, first, axes)
             }
             Kind::Direct(simulations) => {
@@ -171,8 +183,8 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     ) -> (Vec<Dual64>, Vec<Dual64>, DualFrames<R, f64, W>) {
         let frames = match &self.0 {
             Kind::Direct(simulations) => simulations[k].state().frames.clone(),
-            Kind::Implicit(groups) => {
-                let (group, lane) = group_of(groups, k);
+            Kind::Implicit(groups, places) => {
+                let (group, lane) = group_of(groups, places[k]);
                 group.frames(lane, &plain.frames)
             }
         };
@@ -186,8 +198,8 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// dq/dp and dv/dp of parameter `k` and unknown `i`.
     fn rate(&self, k: usize, i: usize) -> [f64; 2] {
         match &self.0 {
-            Kind::Implicit(groups) => {
-                let (group, lane) = group_of(groups, k);
+            Kind::Implicit(groups, places) => {
+                let (group, lane) = group_of(groups, places[k]);
                 group.rate(lane, i)
             }
             Kind::Direct(simulations) => {
@@ -235,7 +247,9 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
         step: &Linearization<'_, f64, R, W>,
     ) -> Result<(), Error> {
         match &mut self.0 {
-            Kind::Implicit(groups) => groups.iter_mut().try_for_each(|group| group.advance(step)),
+            Kind::Implicit(groups, _) => {
+                groups.iter_mut().try_for_each(|group| group.advance(step))
+            }
             Kind::Direct(_) => Ok(()),
         }
     }
@@ -248,7 +262,7 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
     /// made again in dual numbers.
     pub fn advance(&mut self, simulation: &Simulation<f64, R, W>) -> Result<(), Error> {
         match &mut self.0 {
-            Kind::Implicit(_) => {
+            Kind::Implicit(..) => {
                 let Some(step) = simulation.linearization() else { return Ok(()) };
                 self.advance_over(&step)
             }
