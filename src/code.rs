@@ -14,7 +14,7 @@ macro_rules! codes {
     ($($code:ident $name:literal,)*) => {
         /// A short stable name of something that the program may say.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-        #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+        #[cfg_attr(test, derive(schemars::JsonSchema))]
         #[non_exhaustive]
         pub enum Code {
             $(

@@ -15,7 +15,8 @@ use toml::{Table, Value};
 /// Most tasks: beyond it is a slip of the pen.
 pub(crate) const MOST_TASKS: usize = 300_000;
 
-#[derive(Deserialize, schemars::JsonSchema)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Form {
     /// Fit files, by patterns.
@@ -25,14 +26,15 @@ pub(crate) struct Form {
     pub table: Option<PathBuf>,
     /// Values for each key, all of them with all others.
     #[serde(default)]
-    #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
+    #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, serde_json::Value>"))]
     pub grid: Table,
     pub bootstrap: Option<Bootstrap>,
     pub starts: Option<Starts>,
 }
 
 /// The replicates of a bootstrap, shared out.
-#[derive(Clone, Copy, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Bootstrap {
     pub replicates: usize,
@@ -48,7 +50,8 @@ fn sixteen() -> usize {
 }
 
 /// Fits from random starts.
-#[derive(Clone, Copy, Deserialize, schemars::JsonSchema)]
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Starts {
     pub count: usize,

@@ -28,7 +28,8 @@ pub(crate) fn solve(task: &Resolved, stop: Arc<AtomicBool>) -> Option<Outcome> {
         Ok(report) if report.interrupted => return None,
         Ok(report) => {
             let code = if report.is_success() { 0 } else { 3 };
-            match serde_json::to_value(&report) {
+            let json = serde_json::to_string(&report);
+            match json.and_then(|json| serde_json::from_str(&json)) {
                 Ok(report) => (code, "report", report),
                 Err(error) => (3, "error", error.to_string().into()),
             }

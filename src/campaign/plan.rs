@@ -71,6 +71,7 @@ struct About {
 }
 
 /// What a campaign file may say.
+#[cfg(test)]
 impl schemars::JsonSchema for Plan {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Campaign".into()
@@ -262,7 +263,7 @@ fn write<T: Serialize>(
     let written = tempfile::NamedTempFile::new_in(folder).and_then(|mut file| {
         let mut to = std::io::BufWriter::new(&mut file);
         for line in lines {
-            serde_json::to_writer(&mut to, &line)?;
+            to.write_all(&serde_json::to_vec(&line)?)?;
             to.write_all(b"\n")?;
         }
         to.flush()?;

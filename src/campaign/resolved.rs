@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::fit::FitFile;
 use crate::input::file::{at, data, text};
 use crate::input::missing_keys::parse;
+use crate::numerics::order;
 use crate::scene::Scene;
 use serde_json::{Value as Json, json};
 use std::collections::HashMap;
@@ -130,7 +131,7 @@ impl Resolved {
         each_file(&mut self.table.clone(), "", &mut |place, path| {
             names.push((path.clone(), place.into()))
         });
-        names.sort_by_key(|(path, _)| std::cmp::Reverse(path.len()));
+        order::sort_by_key(&mut names, |(path, _)| std::cmp::Reverse(path.len()));
         names
     }
 }

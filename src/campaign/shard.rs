@@ -3,15 +3,14 @@
 use crate::error::Error;
 use std::str::FromStr;
 
-/// One of so many parts: the tasks whose id leaves the same rest. `0/3`, `1/3` and `2/3` are all of them, and so are `1/3`,
-/// `2/3` and `3/3`.
+/// One of so many parts: the tasks whose id leaves the same rest. `0/3`, `1/3` and `2/3` are all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     index: u128,
     of: u128,
 }
 
-const ALLOWED: &str = "i/n with n of 1 or more, and i from 0 or 1 on";
+const ALLOWED: &str = "i/n with n of 1 or more, and i from 0 to n - 1";
 
 impl FromStr for Shard {
     type Err = Error;
@@ -27,7 +26,7 @@ impl FromStr for Shard {
 impl Shard {
     fn new(index: u64, of: u64) -> Option<Self> {
         let (index, of) = (u128::from(index), u128::from(of));
-        (of > 0 && index <= of).then(|| Self { index: index % of, of })
+        (index < of).then_some(Self { index, of })
     }
 
     /// Whether a task is in it.
@@ -57,8 +56,8 @@ impl Shard {
             let of = count.ok_or_else(|| unsaid("SLURM_ARRAY_TASK_ID", id))?;
             let index = id.saturating_sub(first) / step;
             return match Self::new(index, of) {
-                Some(shard) if index < of => Ok(Some(shard)),
-                _ => Err(Error::invalid(
+                Some(shard) => Ok(Some(shard)),
+                None => Err(Error::invalid(
                     "SLURM_ARRAY_TASK_ID",
                     format!("{id} in an array of {of} from {first} in steps of {step}"),
                     "an array without gaps; what is done already is skipped, so submit all of it, or say --shard i/n",
@@ -68,8 +67,10 @@ impl Shard {
         for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
             if let Some(index) = number(name)? {
                 let of = of.ok_or_else(|| unsaid(name, index))?;
-                let refused =
-                    || Error::invalid(name, index, format!("0 .. {of}, as there are {of} shards"));
+                let refused = || {
+                    let last = of.saturating_sub(1);
+                    Error::invalid(name, index, format!("0 to {last}, as there are {of} shards"))
+                };
                 return Self::new(index, of).map(Some).ok_or_else(refused);
             }
         }
@@ -104,16 +105,13 @@ mod tests {
         let ids = ["00000000000000000000000000000003", "ffffffffffffffffffffffffffffffff", "a1"];
         for n in [1, 3, 7, 40] {
             for id in ids {
-                let from_0 =
-                    (0..n).filter(|i| format!("{i}/{n}").parse::<Shard>().unwrap().has(id));
-                let from_1 =
-                    (1..=n).filter(|i| format!("{i}/{n}").parse::<Shard>().unwrap().has(id));
-                assert_eq!((from_0.count(), from_1.count()), (1, 1));
+                let in_it = |i: &u64| format!("{i}/{n}").parse::<Shard>().unwrap().has(id);
+                assert_eq!((0..n).filter(in_it).count(), 1);
             }
         }
-        for wrong in ["3", "4/3", "0/0", "-1/3", "a/b", "1/2/3", ""] {
+        for wrong in ["3", "3/3", "4/3", "0/0", "-1/3", "a/b", "1/2/3", ""] {
             let error = wrong.parse::<Shard>().unwrap_err().to_string();
-            assert!(error.contains("--shard") && error.contains("i/n"), "{error}");
+            assert!(error.contains("--shard") && error.contains("i from 0 to n - 1"), "{error}");
         }
     }
 
@@ -139,10 +137,11 @@ mod tests {
         );
         assert!(slurm("x", "0", "1", "7").is_err());
         for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
-            assert_eq!(scheduled(&[(name, "4")], Some(4)).unwrap(), Some(shard(0, 4)));
+            assert_eq!(scheduled(&[(name, "3")], Some(4)).unwrap(), Some(shard(3, 4)));
+            let beyond = scheduled(&[(name, "4")], Some(4)).unwrap_err().to_string();
+            assert!(beyond.contains(name) && beyond.contains("0 to 3"), "{beyond}");
             let unsaid = scheduled(&[(name, "4")], None).unwrap_err().to_string();
             assert!(unsaid.contains(name) && unsaid.contains("--shards N"), "{unsaid}");
-            assert!(scheduled(&[(name, "5")], Some(4)).is_err());
         }
         assert_eq!(scheduled(&[], Some(4)).unwrap(), None);
     }

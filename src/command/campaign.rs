@@ -71,7 +71,7 @@ pub enum Campaign {
 
 #[derive(clap::Args)]
 pub struct Part {
-    /// Do the fits of one shard of n, i/n with i from 0 or from 1 on. In a job array of Slurm it is the job's own unless told.
+    /// Do the fits of one shard of n, i/n with i from 0 to n - 1. In a job array of Slurm it is the job's own unless told.
     #[arg(long, value_name = "I/N", conflicts_with = "shards")]
     shard: Option<Shard>,
     /// There are so many shards; which is this one's says PBS_ARRAY_INDEX, HQ_TASK_ID or SLURM_ARRAY_TASK_ID.

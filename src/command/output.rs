@@ -216,8 +216,9 @@ impl Outputs {
     pub fn write_json(&self, output: Option<Output>, report: &impl Serialize) -> Result<(), Error> {
         let Some(output) = output else { return Ok(()) };
         let mut writing = self.begin(output)?;
-        let written = serde_json::to_writer(&mut writing, report).map_err(io::Error::from);
-        let written = written.and_then(|()| writing.write_all(b"\n"));
+        // By way of memory, as all that becomes JSON: every other writer would be all of it once more.
+        let written = serde_json::to_vec(report).map_err(io::Error::from);
+        let written = written.and_then(|json| writing.write_all(&[&json[..], b"\n"].concat()));
         self.end(writing, written, false)
     }
 

@@ -1,15 +1,11 @@
 //! `rodfit schema`
+//!
+//! The schemas are files, made from the types and their documentation by a test, which holds them to those: the program need
+//! not know how they are made.
 
 use crate::command::terminal;
 use clap::ValueEnum;
-use rodfit::campaign::Plan;
-use rodfit::dynamics::SimulationReport;
-use rodfit::fit::{FitFile, FitReport};
-use rodfit::{Error, Scene};
-use schemars::generate::SchemaSettings;
-use schemars::transform::{Transform, transform_subschemas};
-use schemars::{JsonSchema, Schema};
-use serde_json::Value;
+use rodfit::Error;
 
 #[derive(clap::Args)]
 pub struct Options {
@@ -32,93 +28,22 @@ enum Of {
 }
 
 pub fn run(options: &Options) -> Result<u8, Error> {
-    let schema = match options.of {
-        Of::Scene => of::<Scene>(false, "Scene of rodfit"),
-        Of::Fit => of::<FitFile>(false, "Fit of rodfit"),
-        Of::Campaign => of::<Plan>(false, "Campaign of rodfit"),
-        Of::Result => of::<FitReport>(true, "Result of a fit by rodfit"),
-        Of::Simulation => of::<SimulationReport>(true, "Result of a simulation by rodfit"),
-    };
-    terminal::print(&format_args!("{:#}", schema.as_value())).map(|()| 0)
+    terminal::print(&options.of.text().trim_end()).map(|()| 0)
 }
 
-/// Of what is read, or of what is written, in the draft that most editors know.
-fn of<T: JsonSchema>(written: bool, title: &str) -> Schema {
-    let settings = SchemaSettings::draft07();
-    let settings = if written { settings.for_serialize() } else { settings };
-    let mut schema = settings.into_generator().into_root_schema_for::<T>();
-    Plain { nulls: written }.transform(&mut schema);
-    schema.insert("title".into(), title.into());
-    schema
-}
-
-/// Says in plain words what the documentation of the code says with links, and leaves out nulls, which TOML does not
-/// have.
-struct Plain {
-    /// Whether they are kept.
-    nulls: bool,
-}
-
-impl Transform for Plain {
-    fn transform(&mut self, schema: &mut Schema) {
-        transform_subschemas(self, schema);
-        let Some(object) = schema.as_object_mut() else { return };
-        if let Some(Value::String(words)) = object.get_mut("description") {
-            *words = plain(words);
-        }
-        if self.nulls {
-            return;
-        }
-        if object.get("default").is_some_and(Value::is_null) {
-            object.remove("default");
-        }
-        if let Some(Value::Array(types)) = object.get_mut("type") {
-            types.retain(|name| name != "null");
-            if let [one] = &types[..] {
-                let one = one.clone();
-                object.insert("type".into(), one);
-            }
-        }
-        if let Some(Value::Array(any)) = object.get_mut("anyOf") {
-            any.retain(|one| one.get("type").is_none_or(|name| name != "null"));
+impl Of {
+    /// Its schema.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Scene => include_str!("schema/scene.json"),
+            Self::Fit => include_str!("schema/fit.json"),
+            Self::Campaign => include_str!("schema/campaign.json"),
+            Self::Result => include_str!("schema/result.json"),
+            Self::Simulation => include_str!("schema/simulation.json"),
         }
     }
-}
-
-/// The first words of a documentation: until an example, and without links.
-fn plain(words: &str) -> String {
-    let words = words.split("```").next().unwrap_or_default();
-    let words: Vec<&str> = words.split_whitespace().collect();
-    let (words, mut plain) = (words.join(" "), String::new());
-    let mut rest = &words[..];
-    while let Some((before, after)) = rest.split_once('[') {
-        plain += before;
-        match after.split_once(']') {
-            Some((text, target)) if target.starts_with('(') => {
-                plain += text;
-                rest = target.split_once(')').map_or("", |(_, rest)| rest);
-            }
-            Some((text, behind)) if text.starts_with('`') => {
-                plain += text;
-                rest = behind;
-            }
-            _ => {
-                plain.push('[');
-                rest = after;
-            }
-        }
-    }
-    plain + rest
 }
 
 #[cfg(test)]
-mod tests {
-    use super::plain;
-
-    #[test]
-    fn links_become_their_words() {
-        let words =
-            "The [motion](crate::resolution), by\n[`Scene::load`] in [0, 1]. [a\n\n```\nx\n```";
-        assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
-    }
-}
+#[path = "schema/made.rs"]
+mod made;

@@ -67,7 +67,7 @@ pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error>
 
 /// The JSON of `rodfit simulate`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SimulationReport {
     /// `planar` or `spatial`.

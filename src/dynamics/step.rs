@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// What the work of a simulation consists of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Work {
     /// Time steps that were taken.
     pub steps: usize,

@@ -10,6 +10,7 @@ use crate::energy::Derivatives;
 use crate::energy::frame::EdgeFrame;
 use crate::energy::own::{By, MOST_NODES, OwnEnergy};
 use crate::energy::place::{Directors, Place};
+use crate::numerics::called::Called;
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar};
 use crate::numerics::terms::Terms;
 use crate::numerics::vector::{Vector, add, components, cross, dot, each, scale, sub, unit};
@@ -245,8 +246,11 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
     }
 
     fn dual_gradient<B: Nestable, const Q: usize>(&self, site: &Site<B>, q: &[B; Q]) -> [B; Q] {
-        let energy =
-            |q: SVector<DualSVec<B, Q>, Q>| self.value(site, DualSVec::from_re, &q.data.0[0]);
+        let called = |b: B| Called(DualSVec::<B, Q>::from_re(b));
+        let energy = |q: SVector<DualSVec<B, Q>, Q>| match B::PLAIN {
+            true => self.value(site, DualSVec::from_re, &q.data.0[0]),
+            false => self.value(site, called, &q.data.0[0].map(Called)).0,
+        };
         num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
     }
 
@@ -255,8 +259,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         site: &Site<B>,
         q: &[B; Q],
     ) -> ([B; Q], [[B; Q]; Q]) {
+        let called = |b: B| Called(Dual2SVec::<B, Q>::from_re(b));
         let energy =
-            |q: SVector<Dual2SVec<B, Q>, Q>| self.value(site, Dual2SVec::from_re, &q.data.0[0]);
+            |q: SVector<Dual2SVec<B, Q>, Q>| self.value(site, called, &q.data.0[0].map(Called)).0;
         let (_, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
         (gradient.data.0[0], hessian.data.0)
     }
@@ -303,8 +308,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         // Rows of J for the directors; those of the nodes are constants.
         let mut of_edges = [[zero; Q]; OF_EDGES];
         if slopes.of_edges || curvatures.of_edges {
+            let called = |b: B| Called(Dual2SVec::<B, Q>::from_re(b));
             let pull = |q: SVector<Dual2SVec<B, Q>, Q>| {
-                self.pull(site, Dual2SVec::from_re, &q.data.0[0], |by| slopes.by(by))
+                self.pull(site, called, &q.data.0[0].map(Called), |by| slopes.by(by)).0
             };
             let (_, first, second) = num_dual::hessian(pull, &SVector::from(*q));
             for r in 0..Q {
@@ -316,10 +322,12 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         }
         let inputs = if curvatures.of_edges { By::all(N).count() } else { N };
         if curvatures.of_edges {
+            let called = |b: B| Called(DualSVec::<B, Q>::from_re(b));
             let flat = |q: SVector<DualSVec<B, Q>, Q>| {
                 let (_, edges) =
-                    site.chart.world::<_, N>(DualSVec::from_re, &q.data.0[0], site.frames);
-                SVector::<_, OF_EDGES>::from_iterator(edges.into_iter().flatten().flatten())
+                    site.chart.world::<_, N>(called, &q.data.0[0].map(Called), site.frames);
+                let edges = edges.into_iter().flatten().flatten().map(|x| x.0);
+                SVector::<_, OF_EDGES>::from_iterator(edges)
             };
             let (_, slope) = num_dual::jacobian(flat, &SVector::from(*q));
             for (r, row) in of_edges.iter_mut().enumerate() {

@@ -52,6 +52,7 @@ pub use crate::energy::joint::EdgeState;
 use crate::energy::joint::{Edge, Joint, Pull, Sum, Tangent, between};
 pub use crate::energy::stiffness::Stiffness;
 use crate::energy::{Analytic, AsEnergy, Element, Energy, Local};
+use crate::numerics::called::Called;
 use crate::numerics::scalar::{Nestable, Scalar, Wide};
 use crate::numerics::vector::{Vector, add, components, dot, each, sub};
 use nalgebra::SVector;
@@ -333,8 +334,9 @@ impl<D: Scalar> Element<D, UNKNOWNS> for BendTwist<D> {
 /// The gradient by num-dual, through the edges' unknowns.
 pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> [D; UNKNOWNS] {
     type Over<D> = DualSVec<D, EDGE_UNKNOWNS>;
-    let over = element.map(Over::<D>::from_re);
-    let energy = |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0]);
+    let over = element.map(|x| Called(Over::<D>::from_re(x)));
+    let energy =
+        |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0].map(Called)).0;
     let (_, gradient) = num_dual::gradient(energy, &SVector::from(to_edges(q)));
     to_nodes(&gradient.data.0[0])
 }
@@ -343,8 +345,9 @@ pub fn dual_gradient<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> 
 /// eleven.
 pub fn dual_tangent<D: Nestable>(element: &BendTwist<D>, q: &[D; UNKNOWNS]) -> Local<D, UNKNOWNS> {
     type Over<D> = Dual2SVec<D, EDGE_UNKNOWNS>;
-    let over = element.map(Over::<D>::from_re);
-    let energy = |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0]);
+    let over = element.map(|x| Called(Over::<D>::from_re(x)));
+    let energy =
+        |q: SVector<Over<D>, EDGE_UNKNOWNS>| over.energy_of_edges(&q.data.0[0].map(Called)).0;
     let (energy, gradient, hessian) = num_dual::hessian(energy, &SVector::from(to_edges(q)));
     spread(Local { energy, gradient: gradient.data.0[0], hessian: hessian.data.0 })
 }

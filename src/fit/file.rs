@@ -47,7 +47,7 @@ pub struct FitFile {
 }
 
 #[derive(Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct Form {
     scene: Option<SceneForm>,
@@ -70,7 +70,7 @@ struct Form {
 }
 
 #[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ExperimentForm {
     name: Option<String>,
@@ -99,7 +99,7 @@ enum SceneForm {
     Here(toml::Table),
 }
 
-#[cfg(feature = "cli")]
+#[cfg(test)]
 impl schemars::JsonSchema for SceneForm {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "SceneOfFit".into()
@@ -128,7 +128,7 @@ impl TryFrom<toml::Value> for SceneForm {
 
 /// An experiment that has a name, or a recording to be called after.
 #[derive(Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(try_from = "ExperimentForm")]
 struct NamedForm(ExperimentForm);
 
@@ -144,7 +144,7 @@ impl TryFrom<ExperimentForm> for NamedForm {
 }
 
 #[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct FrequenciesForm {
     hz: Option<Vec<f64>>,
@@ -162,7 +162,7 @@ struct FrequenciesForm {
 }
 
 #[derive(Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ParameterForm {
     name: Parameter,
@@ -177,7 +177,7 @@ struct ParameterForm {
 }
 
 #[derive(Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct KnownForm {
     name: Parameter,
@@ -189,7 +189,7 @@ struct KnownForm {
 }
 
 #[derive(Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CorrelationForm {
     with: Parameter,
@@ -199,7 +199,7 @@ struct CorrelationForm {
 
 /// One name or several.
 #[derive(Default, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "expected the name of an experiment, or a list of names")]
 enum Names {
     #[default]
@@ -339,7 +339,7 @@ fn measure(
 
 /// Tables of a fit file by themselves.
 #[derive(Default, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 struct Tables {
     observation: Vec<ObservationForm>,
@@ -375,7 +375,7 @@ impl Fit {
 }
 
 /// What a fit file may say.
-#[cfg(feature = "cli")]
+#[cfg(test)]
 impl schemars::JsonSchema for FitFile {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Fit".into()

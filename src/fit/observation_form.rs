@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// An observation that names a file or markers of the recording that leads the rod's ends, or one that is planned.
 #[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(try_from = "ObservationKeys")]
 pub(crate) struct ObservationForm(ObservationKeys);
 
@@ -35,7 +35,7 @@ impl TryFrom<ObservationKeys> for ObservationForm {
 
 /// Several markers at once.
 #[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected \"free\", or a table of markers of the file with their points"
@@ -49,7 +49,7 @@ enum Markers {
 
 /// Which markers of the recording that leads the rod's ends.
 #[derive(Clone, Copy, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 enum Led {
     /// All that no end holds.
@@ -58,7 +58,7 @@ enum Led {
 
 /// The noise of positions: a number for all of them, m, or columns of their file.
 #[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected a number, m, the name of a column of the file, or { x = \"..\", y = \"..\" } of the columns of \
@@ -80,7 +80,7 @@ impl Sigma {
 }
 
 #[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ObservationKeys {
     file: Option<PathBuf>,

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 /// A shape at rest that names a file, or one that is planned.
 #[derive(Clone, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ShapeForm {
     file: Option<PathBuf>,

@@ -9,7 +9,7 @@ use std::fmt;
 
 /// What is known of a parameter before the data: a normal distribution of its value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ mean = .., sigma = .. } in the parameter's unit")]
 pub struct Prior {
     /// Mean, in the parameter's unit.

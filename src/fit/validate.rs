@@ -8,6 +8,7 @@ use crate::fit::measurement::motion::Sample;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::extensions::EXTENSIONS;
 use crate::fit::unknown::{Prior, Unknown};
+use crate::numerics::order;
 use crate::scene::Support;
 use crate::scene::validate::positive;
 use crate::scene::{Parameter, Point};
@@ -282,7 +283,7 @@ impl Measurement {
             parts.fold(0.0, f64::max)
         };
         let mut distances: Vec<f64> = self.positions(problem).iter().map(distance).collect();
-        distances.sort_by(f64::total_cmp);
+        order::sort(&mut distances);
         // Single outliers are another matter.
         let Some(typical) = distances.get(distances.len() / 2) else { return Ok(()) };
         if *typical <= FARTHEST * problem.length() {

@@ -401,8 +401,7 @@ mod tests {
     }
 
     #[test]
-    fn solves_as_faer_does() {
-        use faer::linalg::solvers::Solve;
+    fn solves_as_a_dense_solver_does() {
         for shift in [0.0, -2.9, -20.0] {
             let a = matrix(40, shift);
             let mut ldlt = Ldlt::with_order(40);
@@ -410,10 +409,10 @@ mod tests {
             let b: Vec<f64> = (0..40).map(|i| 1.0 / (1.0 + i as f64)).collect();
             let mut x = b.clone();
             ldlt.solve(&mut x);
-            let dense = faer::Mat::from_fn(40, 40, |i, j| a.get(i, j));
-            let oracle = dense.partial_piv_lu().solve(faer::Mat::from_fn(40, 1, |i, _| b[i]));
+            let dense = nalgebra::DMatrix::from_fn(40, 40, |i, j| a.get(i, j));
+            let oracle = dense.lu().solve(&nalgebra::DVector::from_column_slice(&b)).unwrap();
             for i in 0..40 {
-                assert!((x[i] - oracle[(i, 0)]).abs() < 1e-12 * oracle.norm_max(), "{shift} {i}");
+                assert!((x[i] - oracle[i]).abs() < 1e-12 * oracle.amax(), "{shift} {i}");
             }
         }
     }

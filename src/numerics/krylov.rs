@@ -1,6 +1,7 @@
 //! Symmetric matrices that are known by what they make of vectors, after Lanczos (1950): the matrix in the few directions
 //! in which it is large, one product each.
 
+use crate::numerics::order::ascending;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Part of a vector below which what is left of it has no digits.
@@ -103,8 +104,8 @@ impl Lanczos {
     /// What is known of the matrix.
     pub fn ritz(&self) -> Ritz {
         let eigen = SymmetricEigen::new(self.matrix());
-        let mut order: Vec<usize> = (0..self.count()).collect();
-        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        let mut order = ascending(eigen.eigenvalues.as_slice());
+        order.reverse();
         let last = self.count().saturating_sub(1);
         let value =
             |i: &usize| (eigen.eigenvalues[*i], (self.left * eigen.eigenvectors[(last, *i)]).abs());

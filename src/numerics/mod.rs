@@ -3,12 +3,14 @@
 
 pub mod abreast;
 pub mod banded;
+pub mod called;
 pub(crate) mod decay;
 pub(crate) mod hermite;
 pub mod krylov;
 pub mod lanes;
 pub mod levenberg_marquardt;
 mod linearized;
+pub mod order;
 pub mod scalar;
 pub mod terms;
 mod trigonometry;

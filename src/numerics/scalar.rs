@@ -256,10 +256,7 @@ pub trait Nestable: Scalar + DualNum<Primitive = f64> {
 
     /// Sweeps with as many numbers side by side as there is a unit for.
     #[doc(hidden)]
-    #[inline]
-    fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output {
-        sweep.sweep::<Self>(())
-    }
+    fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output;
 }
 
 /// Something that has an instance for each scalar that rods run in.
@@ -270,22 +267,6 @@ pub trait ForEachScalar {
     fn dual(&self) -> &Self::Instance<Dual64>;
     fn hyper_dual(&self) -> &Self::Instance<HyperDual64>;
     fn pair(&self) -> &Self::Instance<DualSVec64<2>>;
-}
-
-macro_rules! nestable {
-    ($($scalar:ty: $instance:ident;)*) => {
-        $(impl Nestable for $scalar {
-            fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
-                all.$instance()
-            }
-        })*
-    };
-}
-
-nestable! {
-    Dual64: dual;
-    HyperDual64: hyper_dual;
-    DualSVec64<2>: pair;
 }
 
 /// Whether all numbers are finite, by four sums side by side.

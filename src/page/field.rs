@@ -3,7 +3,7 @@
 use crate::fit::{FieldEstimate, FieldReport};
 use crate::page::chart::Chart;
 use crate::page::fit::data;
-use crate::page::number::{Scale, quantity};
+use crate::page::number::Scale;
 use crate::page::{escaped, figures, page, section};
 
 /// Standard errors to either side that have 95 of 100.
@@ -17,7 +17,7 @@ pub fn field_page(report: &FieldReport, title: &str) -> String {
     if !report.parameters.is_empty() {
         body += &section("Parameters", &singles(report));
     }
-    body += &section("Data and model", &data(&report.series, &[]));
+    body += &section("Data and model", &data(&report.series, None));
     page("Fit", &escaped(title), &body)
 }
 
@@ -73,9 +73,9 @@ fn field(field: &FieldEstimate) -> String {
 /// Single numbers.
 fn singles(report: &FieldReport) -> String {
     let row = |single: &crate::fit::SingleEstimate| {
-        let (value, unit) = (quantity(single.value, single.name.unit()), single.name.unit());
-        let scale = Scale::of(single.value, unit);
-        let error = format!("{} {}", scale.show(single.standard_error, None), scale.unit);
+        let scale = Scale::of(single.value, single.name.unit());
+        let [value, error] = [single.value, single.standard_error]
+            .map(|x| format!("{} {}", scale.show(x, Some(single.standard_error)), scale.unit));
         format!(
             "<tr><th>{}</th><td>{value}</td><td>{error}</td></tr>\n",
             escaped(&single.name.to_string())

@@ -3,6 +3,7 @@
 use crate::fit::ResidualTests;
 use crate::fit::{Abscissa, Landscape, PlotData, Profile, RodShape, Series};
 use crate::fit::{Estimate, FitReport};
+use crate::numerics::order;
 use crate::page::chart::Chart;
 use crate::page::escaped;
 use crate::page::number::{Scale, short};
@@ -26,8 +27,9 @@ pub(super) fn figure(title: &str, name: &str, svg: &str, caption: &str) -> Strin
     )
 }
 
-/// Data, model, residuals and their correlation of one coordinate.
-pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
+/// Data, model, residuals and their correlation of one coordinate, and what the tests say, if any were made: none where the
+/// coordinate has too few values.
+pub(super) fn series(series: &Series, tests: Option<Option<&ResidualTests>>) -> String {
     let (place, per) = match series.over {
         Abscissa::Time => ("s", "time"),
         Abscissa::ArcLength => ("m", "arc length"),
@@ -111,10 +113,10 @@ pub(super) fn series(series: &Series, tests: Option<&ResidualTests>) -> String {
                 "white noise stays in the band, \u{b1}1.96/\u{221a}n, 95 % of the time",
             ),
         },
-        tests.map_or(
+        tests.map_or(String::new(), |tests| tests.map_or(
             "<p class=\"none\">too few values to test for noise</p>".to_string(),
-            |tests| { probabilities(tests) }
-        ),
+            probabilities,
+        )),
     )
 }
 
@@ -194,7 +196,9 @@ pub(super) fn history(plots: &PlotData) -> String {
     stages.sort_unstable();
     stages.dedup();
     let order = ["scan", "coarse model", "growing horizon", "full model"];
-    stages.sort_by_key(|stage| order.iter().position(|name| name == stage).unwrap_or(order.len()));
+    order::sort_by_key(&mut stages, |stage| {
+        order.iter().position(|name| name == stage).unwrap_or(order.len())
+    });
     let all = plots.history.iter().map(|i| (i.simulations, i.rms() / last));
     let mut chart = Chart::new("work, simulations", "rms residual / last")
         .log(false, true)
@@ -261,7 +265,8 @@ pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
     planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
     let smaller = |plane: &[usize; 2]| extents[plane[0]].min(extents[plane[1]]);
     let larger = |plane: &[usize; 2]| extents[plane[0]].max(extents[plane[1]]);
-    planes.sort_by(|a, b| larger(b).total_cmp(&larger(a)).then(smaller(b).total_cmp(&smaller(a))));
+    order::sort_down_by(&mut planes, smaller);
+    order::sort_down_by(&mut planes, larger);
     planes.truncate(2);
     // A rod that stays straight along an axis.
     if planes.is_empty() { vec![[0, 1]] } else { planes }

@@ -6,6 +6,7 @@ use crate::fit::ResidualTests;
 use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy, Series};
 use crate::fit::{Estimate, FitReport, ScoreTest};
 use crate::fit::{Recording, Vertical};
+use crate::numerics::order;
 use crate::page::budget::budgets;
 use crate::page::coded::with_its_code;
 use crate::page::number::{Scale, quantity, short};
@@ -28,7 +29,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
         body += &section("Recordings", &recordings(errors, drawn));
     }
     if let Some(plots) = plots {
-        body += &section("Data and model", &data(&plots.series, &report.residual_tests));
+        body += &section("Data and model", &data(&plots.series, Some(&report.residual_tests)));
     }
     let budgets = budgets(report);
     if !budgets.is_empty() {
@@ -239,8 +240,8 @@ fn left_over(report: &FitReport) -> String {
     lines.iter().map(|line| format!("<p class=\"note\">{}.</p>\n", escaped(line))).collect()
 }
 
-/// Every observation with its coordinates.
-pub(super) fn data(series: &[Series], tests: &[ResidualTests]) -> String {
+/// Every observation with its coordinates, and with the tests of what is left where those were made.
+pub(super) fn data(series: &[Series], tests: Option<&[ResidualTests]>) -> String {
     if series.is_empty() {
         return "<p class=\"none\">not compared over the whole record: the fit was interrupted</p>"
             .into();
@@ -264,7 +265,7 @@ pub(super) fn data(series: &[Series], tests: &[ResidualTests]) -> String {
             html += &format!("<h3>{}</h3>\n", escaped(&name));
         }
         let own = |t: &&ResidualTests| t.observation == name && t.axis == series.axis;
-        html += &figures::series(series, tests.iter().find(own));
+        html += &figures::series(series, tests.map(|tests| tests.iter().find(own)));
         before = Some(name);
     }
     html
@@ -278,9 +279,9 @@ fn worst(series: &[Series]) -> Vec<&Series> {
     };
     let mut ranked: Vec<(usize, f64)> = series.iter().map(off).enumerate().collect();
     if ranked.len() > MOST_SERIES {
-        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        order::sort_down_by(&mut ranked, |x| x.1);
         ranked.truncate(WORST_SERIES);
-        ranked.sort_by_key(|(i, _)| *i);
+        order::sort_by_key(&mut ranked, |(i, _)| *i);
     }
     ranked.into_iter().map(|(i, _)| &series[i]).collect()
 }

@@ -2,6 +2,7 @@
 //! own and by how fast its markers are, and the rod with its markers at a dozen moments.
 
 use crate::fit::{MeanError, RecordedMoment, RecordedMotion, RecordingErrors, RecordingPlots};
+use crate::numerics::order;
 use crate::page::chart::Chart;
 use crate::page::escaped;
 use crate::page::figures::{figure, labelled, planes};
@@ -26,7 +27,7 @@ pub(super) fn recordings(errors: &RecordingErrors, plots: Option<&RecordingPlots
     let held_out = plots.motions.iter().any(|m| m.held_out);
     let mut ranked: Vec<&RecordedMotion> =
         plots.motions.iter().filter(|m| m.held_out == held_out).collect();
-    ranked.sort_by(|a, b| a.mean_error.total_cmp(&b.mean_error));
+    order::sort_by(&mut ranked, |x| x.mean_error);
     let all = ranked.len();
     if all > DRAWN {
         let chosen = (0..DRAWN).map(|k| ranked[(all - 1) * k / (DRAWN - 1)]);
@@ -68,7 +69,7 @@ fn table(errors: &RecordingErrors) -> String {
             Some(format!("<tr><th>{what}</th>{}</tr>\n", cells.map(cell).concat()))
         })
         .collect();
-    let heads = ["", "recordings", "mean", "median", "worst"].map(|h| format!("<th>{h}</th>"));
+    let heads = ["of", "recordings", "mean", "median", "worst"].map(|h| format!("<th>{h}</th>"));
     let each = |e: &crate::fit::RecordingError| {
         let mean = e.mean_error.map_or("failed".into(), error);
         format!("<li>{}{}: {mean}</li>", escaped(&e.experiment), held_out(e.held_out))

@@ -1,5 +1,6 @@
 //! The page of a study.
 
+use crate::numerics::order;
 use crate::page::chart::Chart;
 use crate::page::figures::figure;
 use crate::page::{escaped, page, section};
@@ -74,7 +75,7 @@ fn work_precision(study: &Study) -> String {
         let own = study.rows.iter().filter(|row| study::name(row) == *name);
         let mut points: Vec<(f64, f64)> =
             own.filter_map(|row| Some((row.wall_seconds, row.error?))).collect();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order::sort_by(&mut points, |x| x.0);
         let mut best = f64::INFINITY;
         let front: Vec<(f64, f64)> = points
             .iter()

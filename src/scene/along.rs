@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// length, from the start, or a straight line from one end to the other. In code, `0.5.into()`,
 /// `vec![0.5, 0.8].into()` or `Along::linear(1.0, 0.5)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(
     untagged,
     bound = "D: Written",
@@ -27,8 +27,8 @@ pub enum Along<D = f64> {
 
 /// A straight line from one end of the rod to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Linear<D = f64> {
     /// At the start.

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 /// one), and at `time_offset` after it was there. The wall is the rod's first node at rest. Only
 /// fits look through the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Camera<D = f64> {
     /// What the recording's clock shows when the motion starts, s.

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 /// `[loads.drag]`: the force per length of a fluid on a rod that moves in it, `-(linear + quadratic |u|) u` for
 /// the velocities `u` across the rod and along it, and what the fluid weighs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Drag<D = f64> {
     /// Across the rod, kg/(m s).

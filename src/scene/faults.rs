@@ -1,6 +1,7 @@
 //! What goes wrong in recordings of markers: frames that are lost, labels that change places, and markers
 //! that jump for a frame. All of it is found and told, and mended only where that is asked for.
 
+use crate::numerics::order;
 use crate::numerics::vector::{Vector, dot, sub};
 use crate::scene::fault::{Fault, JUMP};
 use crate::scene::track::{Marker, Track};
@@ -20,7 +21,7 @@ const SPOILED: usize = 2;
 
 /// What is done about frames that a recording has lost while its clock went on as if it had not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum LostFrames {
     /// They are reported.
@@ -32,7 +33,7 @@ pub enum LostFrames {
 
 /// What is done about neighbouring markers that have each other's label.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SwappedLabels {
     /// They are reported.
@@ -97,7 +98,7 @@ impl Track {
     /// The usual time between two frames, s.
     fn between(&self) -> f64 {
         let mut between: Vec<f64> = self.times().windows(2).map(|t| t[1] - t[0]).collect();
-        between.sort_by(f64::total_cmp);
+        order::sort(&mut between);
         between.get(between.len() / 2).copied().unwrap_or(0.0)
     }
 
@@ -126,7 +127,7 @@ impl Track {
     fn distance(&self, a: usize, b: usize) -> Option<f64> {
         let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
         let mut all: Vec<f64> = pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))).collect();
-        all.sort_by(f64::total_cmp);
+        order::sort(&mut all);
         all.get(all.len() / 2).copied()
     }
 

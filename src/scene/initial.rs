@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 /// `[initial]`: in the rest shape, in a given shape, or in equilibrium under the loads and forces
 /// that let go at t = 0 (pluck and release); at rest or with a velocity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Initial<D = f64> {
     /// Where the rod starts.
@@ -42,7 +42,7 @@ pub struct Initial<D = f64> {
 
 /// Where the rod starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum InitialState {
     /// In its rest shape.

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 /// `[loads]`
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Loads<D = f64> {
     /// Acceleration, m/s^2.
@@ -31,8 +31,8 @@ pub struct Loads<D = f64> {
 
 /// `loads.damping`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Damping<D = f64> {
     /// Force -mass M v, 1/s.
@@ -61,8 +61,8 @@ pub struct Damping<D = f64> {
 /// `loads.damping.friction`: beside what is elastic in the rod, springs that slip, as strands of a cable
 /// do: see [`crate::energy::friction`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Friction<D = f64> {
     /// Stiffness of the springs, as a part of the rod's own in bending and twisting.
@@ -74,8 +74,8 @@ pub struct Friction<D = f64> {
 /// `loads.damping.maxwell`: beside the elastic rod, another one in series with a dashpot, which relaxes: with the
 /// elastic one a standard linear solid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Maxwell<D = f64> {
     /// Its stiffness, as a part of the rod's own.
@@ -86,8 +86,8 @@ pub struct Maxwell<D = f64> {
 
 /// `[[loads.point]]`
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct PointForce<D = f64> {
     /// Where: `"tip"`, a node by its index, or `{ arc_length = metres from the wall }`. Between nodes it

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 /// `[[rod.mass]]`
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct PointMass<D = f64> {
     /// Where: `"tip"`, a node by its index, or `{ arc_length = metres from the wall }`. Between nodes

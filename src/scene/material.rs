@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// `[material]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Material<D = f64> {
     /// Density, kg/m^3.

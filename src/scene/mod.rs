@@ -79,8 +79,8 @@ use std::path::{Path, PathBuf};
 /// # Ok::<(), rodfit::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Scene<D = f64> {
     /// The largest error of the [motion](crate::resolution) that is asked for, over the rod's length: where
@@ -108,7 +108,7 @@ pub struct Scene<D = f64> {
     /// [Energies of one's own](crate::energy::own).
     #[serde(rename = "energy", default, skip_serializing_if = "Vec::is_empty", with = "own")]
     // Nobody but a program gives them their code.
-    #[cfg_attr(feature = "cli", schemars(skip))]
+    #[cfg_attr(test, schemars(skip))]
     pub energies: Vec<Attached<D>>,
     /// The file the scene was read from; other paths are relative to it.
     #[serde(skip)]

@@ -2,6 +2,7 @@
 //! [numbers](crate::scene::number) of a scene, named by their place in the file.
 
 use crate::error::Error;
+use crate::numerics::order;
 use crate::scene::Scene;
 use crate::scene::along::Along;
 use crate::scene::drag::Drag;
@@ -346,7 +347,7 @@ impl<'de> Deserialize<'de> for Parameter {
     }
 }
 
-#[cfg(feature = "cli")]
+#[cfg(test)]
 impl schemars::JsonSchema for Parameter {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Parameter".into()
@@ -423,7 +424,7 @@ fn nearest(name: &str, names: &[&str]) -> String {
         return "none".into();
     }
     let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
-    names.sort_by(|a, b| b.0.total_cmp(&a.0));
+    order::sort_down_by(&mut names, |x| x.0);
     let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
     names.join(", ")
 }

@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// The markers stand in the order of the file's columns, from the start of the rod to its end, equally many
 /// edges apart: the first at the first node and the last at the last.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Recorded {
     /// A CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, or a file of another

@@ -16,7 +16,7 @@ const RHO_INF: f64 = 0.8;
 
 /// Which of the numerics the program chose, or is to choose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Chosen {
     /// `rod.segments`
@@ -36,7 +36,7 @@ impl Chosen {
 
 /// Mesh, step and scheme, who chose them, and what they are worth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Resolution {
     /// Number of edges.
@@ -65,7 +65,7 @@ pub struct Resolution {
 
 /// What kept the program from what was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Bound {

@@ -16,8 +16,8 @@ const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
 
 /// `[rod]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct RodSpec<D = f64> {
     /// Number of edges, 2 to 1e7; by default as many as a polyline has, and for other shapes the program's
@@ -70,7 +70,7 @@ fn is_zero<D: From<f64> + PartialEq>(along: &Along<D>) -> bool {
 
 /// Which model to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Dimension {
     /// The smallest model that can hold the scene.
@@ -84,7 +84,7 @@ pub enum Dimension {
 
 /// Which constants the elements get.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Discretization {
     /// The paper's: chords and plain stiffnesses. A curved rod comes out too stiff.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Time integrators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// The paper's, corrected: [`crate::dynamics::coefficients`].

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 
 /// The cross-section of the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
 pub enum Section<D = f64> {
     /// A full circle.

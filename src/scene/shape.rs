@@ -14,8 +14,8 @@ use std::sync::Arc;
 
 /// The rod's shape at rest. Length counts from the wall to the tip; arc length 0 is at the origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
 pub enum Shape<D = f64> {
     /// From the origin along `direction`.
@@ -98,7 +98,7 @@ fn is_one<D: Written>(value: &D) -> bool {
 
 /// Sense of a helix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Handedness {
     /// Turns clockwise as it comes toward the viewer.

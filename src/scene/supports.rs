@@ -22,8 +22,8 @@ const GOOD_STEPS: f64 = 20.0;
 
 /// `[supports]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Supports<D = f64> {
     /// At arc length zero.
@@ -87,8 +87,8 @@ impl<D: From<f64>> Default for Supports<D> {
 /// `start_compliance` and `end_compliance`: how a clamp gives way to what the rod does to it. Zero is a
 /// rigid wall.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Compliance<D = f64> {
     /// By how much it turns with a bending moment, rad/(N m).
@@ -127,8 +127,8 @@ impl Compliance {
 
 /// `[[supports.motion]]`: how a clamped or pinned end is moved, or a recorded one turned. Several of one end add up.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Motion<D = f64> {
     /// The end that moves.

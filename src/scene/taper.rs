@@ -1,6 +1,7 @@
 //! Sections and materials that change along the rod.
 
 use crate::error::Error;
+use crate::numerics::order;
 use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
 use crate::scene::material::Material;
@@ -15,8 +16,8 @@ macro_rules! factors {
         /// none. Each is a list with one factor for each of as many equal parts of the length, or goes
         /// in a straight line from the start to the end, `{ from = 1.0, to = 0.5 }`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-        #[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+        #[cfg_attr(test, derive(schemars::JsonSchema))]
+        #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
         #[serde(deny_unknown_fields, bound = "D: Written")]
         pub struct Taper<D = f64> {
             $($(#[$doc])*
@@ -96,7 +97,7 @@ impl<D> Taper<D> {
     pub(crate) fn breaks(&self) -> Vec<f64> {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.each().flat_map(|(_, factor)| factor.breaks()));
-        breaks.sort_by(f64::total_cmp);
+        order::sort(&mut breaks);
         breaks.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
         breaks
     }

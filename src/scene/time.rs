@@ -12,8 +12,8 @@ const MOST_STEPS: f64 = 1e9;
 
 /// `[time]`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(try_from = "TimeForm<D>", into = "TimeForm<D>", bound = "D: Written")]
 pub struct Time<D = f64> {
     /// Duration of the simulation, s; [as long](Self::TO_THE_END) as the recording that leads its ends.
@@ -39,8 +39,8 @@ const RHO_INF: f64 = 0.5;
 /// `[time]` as it is written: `beta`, `rho_inf` and `tolerance` stand beside the scheme they belong to
 /// only.
 #[derive(Clone, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "cli", schemars(bound = "D: Written + schemars::JsonSchema"))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 struct TimeForm<D> {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -88,7 +88,7 @@ impl<'de> Deserialize<'de> for Tolerance {
     }
 }
 
-#[cfg(feature = "cli")]
+#[cfg(test)]
 impl schemars::JsonSchema for Tolerance {
     fn schema_name() -> std::borrow::Cow<'static, str> {
         "Tolerance".into()

@@ -10,6 +10,7 @@
 //! or that turns in a hinge, have no number.
 
 use crate::error::Error;
+use crate::numerics::order;
 use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
 use crate::problem::{AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, SpatialProblem};
@@ -24,7 +25,7 @@ const UNSTABLE: usize = 200;
 
 /// The state vibrations are about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum About {
     /// Where the rod hangs under its loads.
@@ -36,7 +37,7 @@ pub enum About {
 
 /// Which way a mode of a planar scene goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
     /// It stays in the plane.
@@ -47,7 +48,7 @@ pub enum Plane {
 
 /// What resists a mode: where most of its elastic energy is, and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Kind {
@@ -76,7 +77,7 @@ impl Kind {
 
 /// A mode of vibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Mode {
     /// Angular frequency, rad/s; of an unstable direction minus its growth rate, 1/s. Zero where
@@ -97,7 +98,7 @@ pub struct Mode {
 
 /// The lowest modes about a state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Modes {
     /// The state that the rod vibrates about.
@@ -135,7 +136,7 @@ impl Problem {
                 unstable += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
             }
         }
-        modes.sort_by(|a, b| a.frequency_rad_s.total_cmp(&b.frequency_rad_s));
+        order::sort_by(&mut modes, |x| x.frequency_rad_s);
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
         let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();

@@ -141,8 +141,8 @@ fn any_number_of_shards_merges_to_the_same_bytes() {
     for n in [1, 3, 7] {
         let out = format!("out-{n}");
         plan(&folder, &out);
-        for i in 1..=n {
-            let threads = if i == 1 { "2" } else { "1" };
+        for i in 0..n {
+            let threads = if i == 0 { "2" } else { "1" };
             run(&folder, &out, &["--shard", &format!("{i}/{n}"), "--threads", threads]);
         }
         all.insert(collected(&folder, &out));
@@ -427,13 +427,18 @@ fn a_scheduler_says_which_shard() {
     assert_eq!((tasks, collected(&folder, "out")), (12, whole(GRID)));
     let with = |name: &str, more: &[&str]| {
         let mut command = folder.command(&[&["campaign", "run", "out"][..], more].concat());
-        command.env(name, "2").output().unwrap()
+        command.env(name, "1").output().unwrap()
     };
     for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
         succeeds(&with(name, &["--shards", "2"]));
-        refused(&with(name, &[]), &[name, "found 2, and not of how many", "--shards N"]);
+        refused(&with(name, &[]), &[name, "found 1, and not of how many", "--shards N"]);
         succeeds(&with(name, &["--shard", "1/2"]));
     }
+    // One counting: another would give two jobs the same part, and one to nobody.
+    let beyond = folder.run(&["campaign", "run", "out", "--shard", "2/2"]);
+    refused(&beyond, &["--shard", "2/2", "i from 0 to n - 1"]);
+    let mut beyond = folder.command(&["campaign", "run", "out", "--shards", "2"]);
+    refused(&beyond.env("HQ_TASK_ID", "2").output().unwrap(), &["HQ_TASK_ID", "found 2", "0 to 1"]);
     refused(
         &folder.run(&["campaign", "run", "out", "--shards", "2"]),
         &["--shards", "--shard I/N"],

@@ -151,6 +151,14 @@ fn numbers_along_the_rod_have_a_page() {
         "tip.csv, y: what is left",
     ];
     in_order(&page, &parts);
+    // No tests were made: nothing is said of them.
+    assert!(!page.contains("too few values"), "{page}");
+    // The value has the digits of its error.
+    let row = page.split("youngs_modulus</th><td>").nth(1).unwrap();
+    let [value, error] =
+        [0, 1].map(|k| row.split("<td>").nth(k).unwrap().split(' ').next().unwrap());
+    let decimals = |number: &str| number.split('.').nth(1).map_or(0, str::len);
+    assert!(decimals(value) > 1 && decimals(value) == decimals(error), "{value} {error}");
     // The band is drawn: as many corners as the numbers have ends.
     let chart = page.split("natural_curvature over the arc length").nth(1).unwrap();
     let chart = chart.split("</svg>").next().unwrap();

@@ -8,6 +8,7 @@ use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::memory::usual_spacing;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use crate::scene::Point;
 use std::ops::Range;
 
@@ -151,7 +152,7 @@ impl Choices {
                 continue;
             }
             places.push((experiment.problem.arc_length(observation.point)?, Kind::Own));
-            places.sort_by(|a, b| a.0.total_cmp(&b.0));
+            order::sort_by(&mut places, |x| x.0);
             let choice = |(s, kind): (f64, Kind)| {
                 let keep =
                     |b: &Block, _, _| if mine(b) { b.kind == kind } else { b.kind == Kind::Own };

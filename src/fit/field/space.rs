@@ -10,7 +10,7 @@ use crate::scene::validate::positive;
 
 /// A list of numbers along the rod to identify.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Field {
     /// A list of the scene: `natural_curvature`, `natural_twist`, `rod.natural_bending.d1` or `.d2`.

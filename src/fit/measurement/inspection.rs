@@ -5,6 +5,7 @@ use crate::input::track;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
 use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
+use crate::numerics::order;
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -211,7 +212,7 @@ fn quoted(text: &str) -> String {
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
+    order::sort(&mut values);
     values.get(values.len() / 2).copied()
 }
 

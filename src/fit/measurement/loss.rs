@@ -22,7 +22,7 @@ pub(crate) fn typical(sigmas: &[f64]) -> Option<(f64, Vec<f64>)> {
 
 /// How residuals count. Near zero all losses are the square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
     /// `r^2`: best for normal noise, at the mercy of outliers.

@@ -27,7 +27,7 @@ pub struct Sample {
 
 /// What is done about frames in which a marker jumps, and two on each side of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Glitches {
     /// They are compared as all others.
@@ -39,7 +39,7 @@ pub enum Glitches {
 
 /// Rows of a file that were left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Dropped {
     /// Number of rows from before the motion starts.
     pub before_time_zero: usize,

@@ -72,7 +72,7 @@ pub(crate) fn kept(correlation: f64, spacings: f64) -> f64 {
 /// The median distance of neighbours; none where there are not two places.
 pub(crate) fn usual_spacing(times: &[f64]) -> Option<f64> {
     let mut distances: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    distances.sort_by(f64::total_cmp);
+    crate::numerics::order::sort(&mut distances);
     distances.get(distances.len() / 2).copied().filter(|spacing| *spacing > 0.0)
 }
 

@@ -26,7 +26,7 @@ const LAGS: usize = 10;
 
 /// The tests of one coordinate of one observation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ResidualTests {
     /// The file, or the point.

@@ -34,7 +34,7 @@ const HIDDEN: usize = 3;
 
 /// Rows of a file that the fit does not use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DroppedRows {
     /// The file the rows are missing from.
@@ -46,7 +46,7 @@ pub struct DroppedRows {
 
 /// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FitReport {
     /// Whether a minimum of the misfit was reached.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 /// Data against model, how the optimum was found, and what the rod does there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PlotData {
     /// Where each parameter was looked for, in the order of the report's parameters.
@@ -41,7 +41,7 @@ pub struct PlotData {
 
 /// Where a parameter was looked for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SearchRange {
     /// The parameter.
@@ -54,7 +54,7 @@ pub struct SearchRange {
 
 /// What an observation is given over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Abscissa {
@@ -70,7 +70,7 @@ pub enum Abscissa {
 
 /// One coordinate of one observation, and what the model makes of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Series {
     /// The experiment; empty where there is only one.
@@ -105,7 +105,7 @@ impl Series {
 
 /// The rod at a moment, as it would have been recorded.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RodShape {
     /// The experiment; empty where there is only one.
@@ -118,7 +118,7 @@ pub struct RodShape {
 
 /// What an experiment was simulated with.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SimulationSettings {
     /// The experiment; empty where there is only one.
@@ -146,7 +146,7 @@ pub struct SimulationSettings {
 
 /// How much was measured, and how its file was read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Measured {
     /// The measurement, as warnings name it.

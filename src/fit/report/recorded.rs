@@ -6,6 +6,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::uncertainty::recordings::{Followed, STARTING, at_optimum, led};
+use crate::numerics::order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
 use rayon::prelude::*;
@@ -28,7 +29,7 @@ const SLOWER: f64 = 0.99;
 
 /// How rods go along with the recordings that lead their ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingPlots {
     /// Mean error by how long rods go on their own, over all markers as in
@@ -42,7 +43,7 @@ pub struct RecordingPlots {
 
 /// A mean error, and of how many.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MeanError {
     /// Mean distance per coordinate between simulation and recording, m.
@@ -54,7 +55,7 @@ pub struct MeanError {
 /// How far rods are off that go on their own for so long, each time from two frames of the recording: in
 /// windows that do not overlap, eight in a recording at most, spread evenly over it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WindowError {
     /// Length of the windows, s.
@@ -69,7 +70,7 @@ pub struct WindowError {
 
 /// How far markers are off whose speed lies in a range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SpeedError {
     /// Smallest and largest speed, m/s.
@@ -82,7 +83,7 @@ pub struct SpeedError {
 
 /// A recording at a dozen moments, evenly spread.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordedMotion {
     /// The experiment; empty where there is only one.
@@ -97,7 +98,7 @@ pub struct RecordedMotion {
 
 /// The rod and its markers at a moment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordedMoment {
     /// When, s.
@@ -254,7 +255,7 @@ fn windows(all: &[One]) -> Vec<WindowError> {
 
 fn speeds(all: &[One]) -> Vec<SpeedError> {
     let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|(v, _)| *v).collect();
-    sorted.sort_by(f64::total_cmp);
+    order::sort(&mut sorted);
     let Some(fastest) = sorted.last().copied().filter(|v| *v > 0.0) else { return Vec::new() };
     let fast = sorted[((sorted.len() - 1) as f64 * SLOWER) as usize];
     let step = round_step(if fast > 0.0 { fast } else { fastest } / SPEEDS);

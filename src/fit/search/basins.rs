@@ -3,6 +3,7 @@
 
 use crate::fit::search::grid::Grid;
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 
 /// Minima of the scan that are listed; all are counted.
@@ -12,7 +13,7 @@ const SAME: f64 = 1e-2;
 
 /// The minima of the misfit that the search came across.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Basins {
     /// How many minima were seen.
@@ -26,7 +27,7 @@ pub struct Basins {
 
 /// A minimum of the misfit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Basin {
     /// How the minimum was seen.
@@ -46,7 +47,7 @@ pub struct Basin {
 
 /// How a minimum was seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SeenBy {
@@ -68,7 +69,7 @@ pub(crate) fn basins(
 ) -> Basins {
     let mut reached: Vec<Reached> = Vec::new();
     let mut all = all.to_vec();
-    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    order::sort_by(&mut all, |x| x.1);
     for (x, cost, converged) in all {
         if reached.iter().all(|(y, ..)| distance(&x, y) > SAME) {
             reached.push((x, cost, converged));

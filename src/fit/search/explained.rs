@@ -7,6 +7,7 @@ use crate::fit::misfit::noise::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
+use crate::numerics::order;
 
 /// Residuals below this part of the rod's length are rounding errors, not noise.
 const ROUNDING: f64 = 1e-8;
@@ -72,7 +73,7 @@ pub(crate) fn residual_tests(
     let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
         let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
         let mut places: Vec<(f64, f64)> = seen.map(|(k, t)| (*t, residuals[*k])).collect();
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order::sort_by(&mut places, |x| x.0);
         let (times, values): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
         let (label, axis) = (experiment.label(measurement), coordinate.axis);
         ResidualTests::new(label, axis, &times, &values, measurement.loss(), correlation(axis))

@@ -15,6 +15,7 @@ use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use crate::numerics::vector::{Vector, dot, scale, sub};
 use crate::scene::Parameter;
 use crate::scene::Point;
@@ -143,7 +144,7 @@ impl Observation {
             })
         });
         let mut off: Vec<f64> = off.collect();
-        off.sort_by(f64::total_cmp);
+        order::sort(&mut off);
         self.sigma.unwrap_or_else(|| off.get(off.len() / 2).map_or(0.0, |median| 1.5 * median))
     }
 }

@@ -1,12 +1,13 @@
 //! The misfit over a grid of starts: its minima are where fits may end.
 
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
 /// The misfit of the coarse model over the first period, against one unknown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Landscape {
     /// The unknown.
@@ -122,7 +123,7 @@ impl Grid {
             .filter(|index| self.points[*index].1.is_finite() && is_minimum(*index))
             .map(|index| (self.points[index].0.clone(), self.points[index].1, spacing(index)))
             .collect();
-        minima.sort_by(|a, b| a.1.total_cmp(&b.1));
+        order::sort_by(&mut minima, |x| x.1);
         minima
     }
 }

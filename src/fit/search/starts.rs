@@ -14,6 +14,7 @@ use crate::fit::search::coarse::Coarse;
 use crate::fit::search::journal::{Stage, Visit};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
+use crate::numerics::order;
 use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
@@ -168,7 +169,7 @@ impl Search<'_> {
         let durations = self.durations();
         let mut horizons = first.clone();
         loop {
-            candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+            order::sort_by(&mut candidates, |x| x.cost);
             let best = candidates[0].cost;
             candidates.retain(|c| c.cost <= 4.0 * best);
             candidates.dedup_by(|a, b| is_near(&a.x, &b.x));
@@ -241,7 +242,7 @@ impl Search<'_> {
 
 /// The best of the points scanned that are not near a better one.
 fn apart(mut scanned: Vec<Candidate>, effort: &Effort) -> Vec<Candidate> {
-    scanned.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    order::sort_by(&mut scanned, |x| x.cost);
     let mut candidates: Vec<Candidate> = Vec::new();
     for candidate in scanned {
         let far = |other: &Candidate| distance(&candidate.x, &other.x) > 0.9;

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// costs two coarser simulations, and what one per cent of the scene's other numbers would change, which
 /// costs a run of a coarse model.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Analysis {
     /// Whether 95 % intervals are computed from the profile of the likelihood too, which are right
@@ -60,7 +60,7 @@ impl Default for Analysis {
 
 /// How the error of mesh and step is found in the parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Refinement {
     /// From the change of the simulated motion, carried over to the parameters linearly.

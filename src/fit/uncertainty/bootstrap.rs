@@ -12,6 +12,7 @@ use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::correlation::{Correlations, Series};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -25,7 +26,7 @@ const BATCH: usize = 16;
 
 /// The spread of an estimate over the replicates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Bootstrap {
     /// Standard deviation of the estimates, in the parameter's unit.
@@ -242,7 +243,7 @@ fn spread_of(unknown: &Unknown, value: f64, mut x: Vec<f64>) -> Option<Bootstrap
     if x.len() < 2 {
         return None;
     }
-    x.sort_by(f64::total_cmp);
+    order::sort(&mut x);
     let n = x.len() as f64;
     let mean = x.iter().sum::<f64>() / n;
     let sd = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();

@@ -17,6 +17,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::quantile::{one_sided95, quantile95};
+use crate::numerics::order;
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -329,7 +330,7 @@ fn all_series(
         for coordinate in measurement.coordinates(&experiment.problem) {
             let seen = coordinate.places.iter().filter(|(k, _)| *k < own.len());
             let mut places: Vec<(usize, f64)> = seen.copied().collect();
-            places.sort_by(|a, b| a.1.total_cmp(&b.1));
+            order::sort_by(&mut places, |x| x.1);
             let times: Vec<f64> = places.iter().map(|(_, t)| *t).collect();
             let Some(spacing) = usual_spacing(&times).filter(|_| times.len() >= FEWEST) else {
                 continue;

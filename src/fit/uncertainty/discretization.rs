@@ -40,7 +40,7 @@ const FEWEST_CHOSEN_STEPS: f64 = 40.0;
 
 /// The discretisation error of an identified parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DiscretizationError {
     /// The parameter.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the differences between experiments say of a parameter, and what the residuals do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct AcrossExperiments {
     /// How many experiments were compared.
@@ -32,7 +32,7 @@ pub struct AcrossExperiments {
 
 /// An identified parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Estimate {
     /// The parameter, under the name that it was asked for by.

@@ -19,7 +19,7 @@ pub(crate) const SUSPICIOUS: f64 = 0.1;
 
 /// Whether better data would help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum NonIdentifiability {
@@ -41,7 +41,7 @@ impl NonIdentifiability {
 
 /// A combination of parameters that the data do not determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Finding {
     /// Whether better data would help.

@@ -14,6 +14,7 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::weighted;
 use crate::fit::uncertainty::sources::PerCent;
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use crate::scene::Parameter;
 use nalgebra::{DMatrix, Dyn, QR};
 
@@ -217,7 +218,7 @@ pub(crate) fn per_cents(
             };
             all.push(PerCent { source: change.source.clone(), change: by, relative });
         }
-        all.sort_by(|a, b| b.change.abs().total_cmp(&a.change.abs()));
+        order::sort_down_by(&mut all, |x| x.change.abs());
         all
     };
     estimates.iter().enumerate().map(of).collect()

@@ -109,7 +109,7 @@ pub(crate) fn residual_rms(search: &Search, optimum: &Optimum) -> f64 {
 
 /// What a robust loss did with a measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LossEffect {
     /// The file, or what was measured.

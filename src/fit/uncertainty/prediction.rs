@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 /// How well a measurement that was held out is predicted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Prediction {
     /// The file, or what was measured.

@@ -13,6 +13,7 @@ use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +26,7 @@ const FARTHEST: f64 = 46.0;
 
 /// The profile of the likelihood over one unknown.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Profile {
     /// The unknown.
@@ -204,7 +205,7 @@ impl Interval {
     /// The curve, and where its 95 % interval ends.
     pub fn profile(&self, unknown: &Unknown, reach: f64) -> Profile {
         let mut points = self.points.clone();
-        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order::sort_by(&mut points, |x| x.0);
         Profile {
             name: unknown.parameter,
             label: unknown.to_string(),

@@ -6,6 +6,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
+use crate::numerics::order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
 use rayon::prelude::*;
@@ -18,7 +19,7 @@ pub(crate) const STARTING: usize = 2;
 
 /// How far the rod of an experiment goes from its recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingError {
     /// The experiment; empty where there is only one.
@@ -33,7 +34,7 @@ pub struct RecordingError {
 
 /// The same of several experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ErrorSummary {
     /// How many experiments were simulated.
@@ -50,7 +51,7 @@ pub struct ErrorSummary {
 
 /// How far rods go from the recordings that lead their ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingErrors {
     /// Of the experiments that were fitted.
@@ -163,7 +164,7 @@ fn summary(list: &[RecordingError], held_out: bool) -> Option<ErrorSummary> {
     let own = list.iter().filter(|e| e.held_out == held_out);
     let mut own: Vec<(f64, &String)> =
         own.filter_map(|e| Some((e.mean_error?, &e.experiment))).collect();
-    own.sort_by(|a, b| a.0.total_cmp(&b.0));
+    order::sort_by(&mut own, |x| x.0);
     let (worst, name) = *own.last()?;
     let n = own.len();
     Some(ErrorSummary {

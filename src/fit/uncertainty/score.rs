@@ -29,6 +29,7 @@ use crate::fit::uncertainty::noise::{Noise, left};
 use crate::fit::uncertainty::sources::{CouldHide, PerCent, ScoreTest};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Steps of the coarse model in the first period.
@@ -237,12 +238,9 @@ fn looked_for_by(
         tests.iter_mut().for_each(|(_, test)| test.p_value = (looked * test.p_value).min(1.0));
         // Of what chance hardly explains the best takes most of what is left: motion that is left makes the noise look as if it
         // remembered, along some directions more than along others.
-        tests.sort_by(|(a_takes, a), (b_takes, b)| {
-            match (a.is_significant(), b.is_significant()) {
-                (true, true) => b_takes.total_cmp(a_takes),
-                _ => a.p_value.total_cmp(&b.p_value),
-            }
-        });
+        order::sort_by(&mut tests, |(_, test)| test.p_value);
+        let significant = tests.iter().take_while(|(_, test)| test.is_significant()).count();
+        order::sort_down_by(&mut tests[..significant], |(takes, _)| *takes);
         tests.truncate(BEST);
         tests.into_iter().map(|(_, test)| test).collect::<Vec<_>>()
     };
@@ -280,6 +278,6 @@ fn looked_for_by(
             });
         }
     }
-    could_hide.sort_by(|a: &CouldHide, b| b.std_errors.total_cmp(&a.std_errors));
+    order::sort_down_by(&mut could_hide, |x| x.std_errors);
     Ok(Unsaid { per_cents: per_cents(search, estimates, inputs_only), score_tests, could_hide })
 }

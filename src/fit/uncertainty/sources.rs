@@ -6,7 +6,7 @@ use std::fmt;
 
 /// A source of uncertainty, and what it does to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BudgetLine {
     /// A known number of the scenes, `noise`, `mesh`, `step` or `experiments`.
@@ -36,7 +36,7 @@ pub struct BudgetLine {
 
 /// What many fits say of a parameter, each with other known numbers and other noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MonteCarlo {
     /// How many fits.
@@ -51,7 +51,7 @@ pub struct MonteCarlo {
 
 /// What one per cent more of a number does to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PerCent {
     /// The number, by its place in the scene; a vector by that of its components.
@@ -65,7 +65,7 @@ pub struct PerCent {
 
 /// What a term that the scene lacks would explain of what is left, or a number that is off.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ScoreTest {
     /// The number, by its place in the scene that has the term.
@@ -99,7 +99,7 @@ impl fmt::Display for ScoreTest {
 
 /// What could be off without a trace in the residuals, and what it would do to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CouldHide {
     /// The number, by its place in the scene that has the term.

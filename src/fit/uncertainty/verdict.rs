@@ -2,12 +2,13 @@
 
 use crate::code::Code;
 use crate::fit::uncertainty::identifiability::Finding;
+use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// How far a result can be believed. In JSON in kebab case, as in `refine-numerics`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Grade {
@@ -144,7 +145,7 @@ impl Warnings {
 
     /// The words with their codes, the heaviest first; of many alike some, and of which experiments the others are.
     pub fn into_words(mut self) -> (Vec<String>, Vec<Code>) {
-        self.0.sort_by_key(|w| w.weight);
+        order::sort_by_key(&mut self.0, |w| w.weight);
         let kind = |w: &Warning| Some((w.weight, w.alike.as_ref()?.0));
         let (mut words, mut codes) = (Vec::new(), Vec::new());
         let mut say = |code: Code, said: &dyn fmt::Display| {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the world's x, y and z are in the file's axes: `["x", "z", "-y"]`; `"none"` of one that was not seen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(try_from = "Vec<String>", into = "Vec<String>")]
 pub struct Axes([Option<(usize, f64)>; 3]);
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The columns with the standard deviations of a file's places, row by row; in the unit of their headers, or that of
 /// the places.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "expected the name of a column, or { x = \"..\", y = \"..\" } of those of the axes"
@@ -21,7 +21,7 @@ pub enum SigmaColumns {
 
 /// Names of columns for the file's axes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "cli", derive(schemars::JsonSchema))]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct AxisColumnNames {
     /// Of x.

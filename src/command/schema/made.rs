@@ -1,0 +1,115 @@
+//! Schemas made from the types and their documentation, and held against the files that the program prints.
+
+use super::Of;
+use clap::ValueEnum;
+use rodfit::Scene;
+use rodfit::campaign::Plan;
+use rodfit::dynamics::SimulationReport;
+use rodfit::fit::{FitFile, FitReport};
+use schemars::generate::SchemaSettings;
+use schemars::transform::{Transform, transform_subschemas};
+use schemars::{JsonSchema, Schema};
+use serde_json::Value;
+
+/// With this variable set, files that differ are written anew.
+const WRITE: &str = "RODFIT_WRITE_SCHEMAS";
+
+fn made(of: Of) -> Schema {
+    match of {
+        Of::Scene => schema::<Scene>(false, "Scene of rodfit"),
+        Of::Fit => schema::<FitFile>(false, "Fit of rodfit"),
+        Of::Campaign => schema::<Plan>(false, "Campaign of rodfit"),
+        Of::Result => schema::<FitReport>(true, "Result of a fit by rodfit"),
+        Of::Simulation => schema::<SimulationReport>(true, "Result of a simulation by rodfit"),
+    }
+}
+
+#[test]
+fn the_files_say_what_the_types_say() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/command/schema");
+    for of in Of::value_variants() {
+        let (name, made) =
+            (of.to_possible_value().unwrap(), format!("{:#}\n", made(*of).as_value()));
+        if std::env::var_os(WRITE).is_some() {
+            std::fs::write(format!("{folder}/{}.json", name.get_name()), &made).unwrap();
+        } else {
+            let command = format!("{WRITE}=1 cargo test --release --lib the_files_say");
+            assert!(of.text() == made, "the schema of a {} is another: {command}", name.get_name());
+        }
+    }
+}
+
+/// Of what is read, or of what is written, in the draft that most editors know.
+fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
+    let settings = SchemaSettings::draft07();
+    let settings = if written { settings.for_serialize() } else { settings };
+    let mut schema = settings.into_generator().into_root_schema_for::<T>();
+    Plain { nulls: written }.transform(&mut schema);
+    schema.insert("title".into(), title.into());
+    schema
+}
+
+/// Says in plain words what the documentation of the code says with links, and leaves out nulls, which TOML does not
+/// have.
+struct Plain {
+    /// Whether they are kept.
+    nulls: bool,
+}
+
+impl Transform for Plain {
+    fn transform(&mut self, schema: &mut Schema) {
+        transform_subschemas(self, schema);
+        let Some(object) = schema.as_object_mut() else { return };
+        if let Some(Value::String(words)) = object.get_mut("description") {
+            *words = plain(words);
+        }
+        if self.nulls {
+            return;
+        }
+        if object.get("default").is_some_and(Value::is_null) {
+            object.remove("default");
+        }
+        if let Some(Value::Array(types)) = object.get_mut("type") {
+            types.retain(|name| name != "null");
+            if let [one] = &types[..] {
+                let one = one.clone();
+                object.insert("type".into(), one);
+            }
+        }
+        if let Some(Value::Array(any)) = object.get_mut("anyOf") {
+            any.retain(|one| one.get("type").is_none_or(|name| name != "null"));
+        }
+    }
+}
+
+/// The first words of a documentation: until an example, and without links.
+fn plain(words: &str) -> String {
+    let words = words.split("```").next().unwrap_or_default();
+    let words: Vec<&str> = words.split_whitespace().collect();
+    let (words, mut plain) = (words.join(" "), String::new());
+    let mut rest = &words[..];
+    while let Some((before, after)) = rest.split_once('[') {
+        plain += before;
+        match after.split_once(']') {
+            Some((text, target)) if target.starts_with('(') => {
+                plain += text;
+                rest = target.split_once(')').map_or("", |(_, rest)| rest);
+            }
+            Some((text, behind)) if text.starts_with('`') => {
+                plain += text;
+                rest = behind;
+            }
+            _ => {
+                plain.push('[');
+                rest = after;
+            }
+        }
+    }
+    plain + rest
+}
+
+#[test]
+fn links_become_their_words() {
+    let words = "The [motion](crate::resolution), by\n[`Scene::load`] in [0, 1]. [a\n\n```\nx\n```";
+    assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
+}
