@@ -10,7 +10,7 @@ use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::resolution::Bound;
-use crate::scene::{Chosen, End, Point, Scene, Support};
+use crate::scene::{Chosen, End, Point, Scene, Support, Tolerance};
 use crate::vibration::About;
 use std::cell::{Cell, RefCell};
 
@@ -50,6 +50,12 @@ const FAR: f64 = 2.0;
 const FAR_BY_TWO: f64 = 1.3;
 /// Step errors may be so many times the accuracy's part where meshes are compared: they are alike on both.
 const ALIKE: f64 = 30.0;
+/// Newton's tolerance in a step over the accuracy, of the run and of those on the way, and the most that a scene may have. What a
+/// step leaves is foreseen as too much rather than as too little, and errors of many steps do not add up: a run stays what it is
+/// to three digits of its error.
+const OF_ACCURACY: f64 = 1e-7;
+const OF_TRIAL: f64 = 1e-6;
+const MOST_LEFT: f64 = 1e-6;
 /// Most work of a run that is looked at on the way, steps times edges, in a plane and in space: some seconds.
 const MOST_WORK: [f64; 2] = [2e6, 5e5];
 /// Most edges of a rod at rest.
@@ -98,7 +104,18 @@ impl Scene {
         if let Some(resolution) = &mut scene.resolution {
             (resolution.error, resolution.bound, resolution.work) = (error, bound, work);
         }
+        if aim == Aim::Motion {
+            solved_for(&mut scene, OF_ACCURACY);
+        }
         scene.posed()
+    }
+}
+
+/// The scene with Newton's tolerance at a part of the accuracy that is asked for, where the program chooses the scheme.
+fn solved_for(scene: &mut Scene, part: f64) {
+    let (asked, chosen) = (scene.asked(), scene.chosen().scheme);
+    if let Some(time) = scene.time.as_mut().filter(|_| chosen) {
+        time.tolerance = Tolerance::Predicted((part * asked).min(MOST_LEFT));
     }
 }
 
@@ -246,6 +263,7 @@ impl<'a> Search<'a> {
         if let Some(time) = &mut scene.time {
             time.step = step;
         }
+        solved_for(&mut scene, OF_TRIAL);
         let mut problem = scene.posed()?;
         if let Some(largest) = largest_step(&problem)?
             && step > largest

@@ -2,7 +2,7 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::scene::{Scene, Scheme, Shape, Time};
+use crate::scene::{Scene, Scheme, Shape, Time, Tolerance};
 use serde::{Deserialize, Serialize};
 
 /// The accuracy of a scene that asks for none, over the length.
@@ -168,9 +168,10 @@ impl Scene {
         }
         if let Some(time) = scene.time.as_mut().filter(|_| chosen.step) {
             time.step = step;
-            if open.scheme {
+            if chosen.scheme {
+                // Whoever simulates may solve a step less exactly than who takes derivatives.
                 (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, RHO_INF);
-                time.scheme_left_open = false;
+                (time.tolerance, time.scheme_left_open) = (Tolerance::default(), false);
             }
         }
         let time = scene.time.as_ref();

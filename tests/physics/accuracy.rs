@@ -1,6 +1,7 @@
 //! Mesh, step and scheme that the program chooses.
 
-use rodfit::scene::Scheme;
+use rodfit::resolution::Aim;
+use rodfit::scene::{Resolution, Scheme, Tolerance};
 use rodfit::{Error, Point, Problem, Scene};
 
 /// A scene with these lines in the place of its numerics, and at its beginning.
@@ -114,6 +115,27 @@ fn more_is_asked() {
         assert!(error <= 1e-3, "{k}: {error:e}");
         let default = problem(scene, ["", "", ""]).unwrap();
         assert_eq!(default.scene().time, chosen.scene().time);
+    }
+}
+
+/// Steps are solved as exactly as the accuracy needs, with fewer iterations, and the motion stays what it is; derivatives
+/// are taken of steps that are solved.
+#[test]
+fn steps_are_solved_as_exactly_as_it_takes() {
+    for k in [0, 4, 9] {
+        let scene = &dozen()[k];
+        let chosen = open(scene, 1e-2);
+        let Resolution { segments, step, .. } = *chosen.resolution().unwrap();
+        let time =
+            format!("step = {}\nscheme = \"generalised-alpha\"\nrho_inf = 0.8", step.unwrap());
+        let exact = problem(scene, ["", &format!("segments = {segments}"), &time]).unwrap();
+        let iterations = |p: &Problem| p.simulate().unwrap().work().newton_iterations;
+        let [few, many] = [&chosen, &exact].map(iterations);
+        let off = apart(&seen(&chosen, Point::Tip), &seen(&exact, Point::Tip));
+        println!("{k}: {few} iterations instead of {many}, {off:.1e} off");
+        assert!(few < many && off < 1e-5, "{k}: {few} {many} {off:e}");
+        let finer = chosen.scene().reopened().problem_for(Aim::Guess).unwrap();
+        assert_eq!(finer.scene().tolerance(), Tolerance::default());
     }
 }
 

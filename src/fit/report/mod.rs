@@ -21,7 +21,7 @@ use crate::fit::uncertainty::identifiability::Finding;
 use crate::fit::uncertainty::noise::LossEffect;
 use crate::fit::uncertainty::prediction::Prediction;
 use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::uncertainty::sources::{BudgetLine, CouldHide, ScoreTest};
+use crate::fit::uncertainty::sources::{BudgetLine, CouldHide, ScoreTest, looks_like};
 use crate::fit::uncertainty::verdict::Grade;
 use crate::numerics::abreast::level;
 use crate::scene::{Parameter, Resolution};
@@ -86,7 +86,8 @@ pub struct FitReport {
     /// How well what was held out is predicted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub predictions: Vec<Prediction>,
-    /// The three terms that the scene lacks, or numbers that may be off, which explain best what is left.
+    /// The terms that the scene lacks, or numbers that may be off, in the first three places of what explains best what is
+    /// left.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub score_tests: Vec<ScoreTest>,
     /// What could be off without a trace in the residuals, and what it would do to each parameter: the
@@ -184,6 +185,11 @@ impl FitReport {
             false => e.experiments.contains(&experiment.name),
         });
         own.filter_map(|e| Some((e.name, e.value?))).collect()
+    }
+
+    /// In words, place by place, what explains what is left of the data, where noise hardly does.
+    pub fn looks_like(&self) -> Vec<String> {
+        looks_like(&self.score_tests)
     }
 
     /// In words the three things that could hide with the largest effects above a standard error, but for
@@ -350,8 +356,8 @@ impl fmt::Display for FitReport {
             }
             budget::write(f, e)?;
         }
-        for test in self.score_tests.iter().filter(|test| test.is_significant()) {
-            writeln!(f, "  what is left looks like {}", Code::LooksLike.behind(test))?;
+        for words in looks_like(&self.score_tests) {
+            writeln!(f, "  what is left looks like {}", Code::LooksLike.behind(words))?;
         }
         for hidden in self.hidden() {
             writeln!(f, "  could hide: {}", Code::CouldHide.behind(hidden))?;

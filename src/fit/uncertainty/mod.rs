@@ -19,6 +19,7 @@ pub(crate) mod observed;
 pub(crate) mod prediction;
 pub(crate) mod profile;
 pub(crate) mod quantile;
+pub(crate) mod ranking;
 pub(crate) mod recordings;
 pub(crate) mod score;
 pub(crate) mod shifts;

@@ -9,9 +9,10 @@
 //! z = -u.r/sqrt(u'Vu)    k = -u.r/|u|^2
 //! ```
 //!
-//! with the covariance `V` of the [noise](crate::fit::uncertainty::correlation), whose neighbours may resemble each other. It needs a derivative, and no fit. Where `|u|` is small the data cannot tell; what a
-//! plausible size then does to the parameters is what could hide. One run of a coarse model has all derivatives;
-//! where that finds something, one of the full model.
+//! with the covariance `V` of the [noise](crate::fit::uncertainty::correlation), whose neighbours may resemble each other. It
+//! needs a derivative, and no fit. Where `|u|` is small the data cannot tell; what a plausible size then does to the
+//! parameters is what could hide, and where a plausible size would be seen, the largest that would not. One run of a coarse
+//! model has all derivatives; where that finds something, one of the full model.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -26,7 +27,8 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
 use crate::fit::uncertainty::inputs::{Change, Directions, effect, one_per_cent, per_cents};
 use crate::fit::uncertainty::noise::{Noise, left};
-use crate::fit::uncertainty::sources::{CouldHide, PerCent, ScoreTest};
+use crate::fit::uncertainty::ranking::{Scored, ranked};
+use crate::fit::uncertainty::sources::{CouldHide, PerCent, ScoreTest, looks_like};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
@@ -36,7 +38,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 const COARSE_STEPS: f64 = 48.0;
 /// Part of a direction that the unknowns must leave, to be looked for in the residuals.
 const LEFT: f64 = 1e-3;
-/// What would be seen at so many sigma cannot hide.
+/// What would be seen at so many sigma cannot hide; what is so much smaller that it is not, can.
 const SEEN: f64 = 3.0;
 /// A run with derivatives by some thirty numbers costs so many without, and may cost this part of a fit.
 const BY_DERIVATIVES: f64 = 6.0;
@@ -45,15 +47,13 @@ const CHEAP: f64 = 0.3;
 const SURE: f64 = 1e-3;
 /// What chance makes less often than this by a coarse model is looked at by the full one.
 const SUSPICIOUS: f64 = 0.2;
-/// So many tests are reported.
-const BEST: usize = 3;
 
 /// What a coarse model says of numbers that the fit leaves alone.
 #[derive(Default)]
 pub(crate) struct Unsaid {
     /// Of every estimate.
     pub per_cents: Vec<Vec<PerCent>>,
-    /// The best three, the best first.
+    /// Those of the first three places, the best first.
     pub score_tests: Vec<ScoreTest>,
     /// The largest effect over its standard error first.
     pub could_hide: Vec<CouldHide>,
@@ -155,7 +155,8 @@ pub(crate) fn unsaid(
 /// Warns of what is left where chance hardly explains it and a term does.
 pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
     let blames_the_mesh = warnings.first(Weight::Mesh).is_some();
-    if let Some(best) = tests.iter().find(|best| best.p_value < SURE && !blames_the_mesh) {
+    let sure = tests.first().is_some_and(|best| best.p_value < SURE);
+    if let Some(best) = looks_like(tests).first().filter(|_| sure && !blames_the_mesh) {
         let words = format!("what is left looks like {best}");
         warnings.add(Weight::Misfit, Code::LooksLike, words);
     }
@@ -213,9 +214,9 @@ fn looked_for_by(
     let tested = !search.is_rounding(optimum);
     let tests = |optimum: &Optimum| {
         let left = left(search, optimum, noise);
-        let mut tests = Vec::new();
+        let mut scored = Vec::new();
         for (k, Term { extension, words, size }) in terms.iter().enumerate().filter(|_| tested) {
-            let along = unfollowed.column(inputs + k);
+            let along = unfollowed.column(inputs + k).into_owned();
             let norm = along.norm();
             if norm <= LEFT * whole.column(inputs + k).norm() {
                 continue;
@@ -226,23 +227,18 @@ fn looked_for_by(
             let test = ScoreTest {
                 source: extension.place.to_string(),
                 words: words.clone(),
+                place: 0,
                 estimate: product / norm.powi(2) * size,
                 unit: extension.parameter().unit().to_string(),
                 sigmas: product / deviation,
                 p_value: chance(product / deviation, one_sided, freedom),
             };
-            tests.push((takes, test));
+            scored.push(Scored { test, takes, along });
         }
         // By chance any of them would be as significant so many times as often.
-        let looked = tests.len() as f64;
-        tests.iter_mut().for_each(|(_, test)| test.p_value = (looked * test.p_value).min(1.0));
-        // Of what chance hardly explains the best takes most of what is left: motion that is left makes the noise look as if it
-        // remembered, along some directions more than along others.
-        order::sort_by(&mut tests, |(_, test)| test.p_value);
-        let significant = tests.iter().take_while(|(_, test)| test.is_significant()).count();
-        order::sort_down_by(&mut tests[..significant], |(takes, _)| *takes);
-        tests.truncate(BEST);
-        tests.into_iter().map(|(_, test)| test).collect::<Vec<_>>()
+        let looked = scored.len() as f64;
+        scored.iter_mut().for_each(|s| s.test.p_value = (looked * s.test.p_value).min(1.0));
+        ranked(scored, &left, |along| correlations.variance_along(along.as_slice(), noise))
     };
     let mut score_tests = tests(optimum);
     if score_tests.first().is_some_and(ScoreTest::is_significant)
@@ -255,7 +251,11 @@ fn looked_for_by(
         let along = unfollowed.column(inputs + k);
         let deviation = correlations.variance_along(along.as_slice(), noise).sqrt();
         let visible = if deviation > 0.0 { along.norm_squared() / deviation } else { 0.0 };
-        for (j, estimate) in estimates.iter().enumerate().filter(|_| visible < SEEN) {
+        let part = if visible > SEEN { SEEN / visible } else { 1.0 };
+        if part < 1.0 && !tested {
+            continue;
+        }
+        for (j, estimate) in estimates.iter().enumerate() {
             let (Some(value), Some(std_error)) = (estimate.value, estimate.std_error) else {
                 continue;
             };
@@ -267,13 +267,13 @@ fn looked_for_by(
             could_hide.push(CouldHide {
                 source: extension.place.to_string(),
                 words: words.clone(),
-                size: *size,
+                size: part * size,
                 unit: extension.parameter().unit().to_string(),
                 parameter: estimate.label(),
-                change,
-                relative,
-                std_errors: change.abs() / std_error,
-                visible,
+                change: part * change,
+                relative: relative.map(|relative| part * relative),
+                std_errors: part * change.abs() / std_error,
+                visible: part * visible,
                 tell: extension.tell.into(),
             });
         }

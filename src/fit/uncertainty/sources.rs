@@ -4,6 +4,9 @@ use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+/// So many that could be it as well are named.
+const NAMED: usize = 3;
+
 /// A source of uncertainty, and what it does to a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -72,6 +75,9 @@ pub struct ScoreTest {
     pub source: String,
     /// What it is.
     pub words: String,
+    /// Its place in the order of what explains what is left best, from 1. What the data cannot tell apart has the same.
+    #[serde(default)]
+    pub place: usize,
     /// How large it would be, beside what the scene has, by the linear model.
     pub estimate: f64,
     /// Unit of the estimate.
@@ -91,10 +97,23 @@ impl ScoreTest {
 
 impl fmt::Display for ScoreTest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { source, words, estimate, unit, sigmas, p_value } = self;
+        let Self { source, words, estimate, unit, sigmas, p_value, .. } = self;
         let size = format!("{source}: {estimate:+.1e} {unit}");
         write!(f, "{words} ({}, {:.1} sigma, p = {p_value:.0e})", size.trim_end(), sigmas.abs())
     }
+}
+
+/// In words, place by place, what explains what noise hardly does; the best of a place, and what could be it as well.
+pub(crate) fn looks_like(tests: &[ScoreTest]) -> Vec<String> {
+    let places = tests.chunk_by(|a, b| a.place == b.place);
+    let found = places.filter(|place| place[0].is_significant());
+    let words = |place: &[ScoreTest]| {
+        let others = place[1..].iter().take(NAMED).map(|test| format!(", or {}", test.words));
+        let more = place.len().saturating_sub(1 + NAMED);
+        let more = if more > 0 { format!(", or one of {more} more") } else { String::new() };
+        format!("{}{}{more}", place[0], others.collect::<String>())
+    };
+    found.map(words).collect()
 }
 
 /// What could be off without a trace in the residuals, and what it would do to a parameter.
@@ -106,7 +125,7 @@ pub struct CouldHide {
     pub source: String,
     /// What it is.
     pub words: String,
-    /// A size it may well have, beside what the scene has.
+    /// A size it may well have, beside what the scene has; the largest that leaves three sigma at most, where that is less.
     pub size: f64,
     /// Unit of the size.
     pub unit: String,
