@@ -36,13 +36,13 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
         cable.lengths.iter().sum::<f64>()
     );
     let mut found = Found::new();
-    // Rivals go on from the same rung.
+    // Rivals go on from the same rung; curvatures of every marker from those at the hands.
     let mut t7 = None;
     for rung in ladder(markers) {
         if rung.name == "K" && !with_curvatures {
             continue;
         }
-        if matches!(rung.name, "T10e" | "K") {
+        if rung.name == "T10e" {
             found = t7.clone().unwrap_or(found);
         }
         let since = Instant::now();

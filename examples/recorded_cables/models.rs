@@ -32,7 +32,7 @@ pub fn ladder(markers: usize) -> Vec<Rung> {
     // Hands do not hold the cable along its line: the turns at their edges, instead of the drag.
     let turns = [1, markers - 2].into_iter().flat_map(bending).collect();
     let t10e = [without(&t7, &["damping.mass"]), turns].concat();
-    // A curvature for every marker has the table's in it.
+    // A curvature for every marker has the factor on the table's in it.
     let curvatures = (1..markers - 1).flat_map(bending).collect();
     let k = [without(&t7, &["rod.natural_curvature"]), listed(&along[2..]), curvatures].concat();
     vec![
@@ -45,6 +45,12 @@ pub fn ladder(markers: usize) -> Vec<Rung> {
     ]
 }
 
+/// A number below this, in its unit, came out at zero.
+const NOTHING: f64 = 1e-9;
+/// Curvatures beside the table's, and how large they are expected to be, 1/m.
+const BENDING: &str = "rod.natural_bending";
+const SHARPEST: f64 = 2.0;
+
 /// Where a number starts that no simpler model had.
 pub fn start(name: &str) -> f64 {
     match name {
@@ -55,7 +61,7 @@ pub fn start(name: &str) -> f64 {
         "rod.natural_curvature" => 0.6,
         "loads.damping.friction.stiffness" => 1.0,
         "loads.damping.friction.curvature" => 1.5,
-        _ if name.starts_with("rod.natural_bending") => 0.0,
+        _ if name.starts_with(BENDING) => 0.0,
         _ => 1.0,
     }
 }
@@ -81,7 +87,7 @@ pub fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<
         scene.loads.damping.mass = 0.0;
     }
     if has("natural_bending") && !has("rod.natural_curvature") {
-        // Curvatures of its own go on from the table's as T7 found them.
+        // Curvatures of its own go on from the table's as the model before found them.
         if let Some(value) = found.get("rod.natural_curvature") {
             "rod.natural_curvature".parse::<Parameter>()?.set(&mut scene, *value)?;
         }
@@ -102,23 +108,30 @@ pub fn fit(
 ) -> Result<(FitReport, Found), Box<dyn Error>> {
     // What a simpler model had no use for starts afresh: it may have stood for what that model lacks.
     let from: Found =
-        before.iter().filter(|(_, x)| **x != 0.0).map(|(n, x)| (n.clone(), *x)).collect();
+        before.iter().filter(|(_, x)| x.abs() > NOTHING).map(|(n, x)| (n.clone(), *x)).collect();
     let mut fit = cable.fit(&scene_of(cable, rung, &from)?, clips)?;
     for name in &rung.numbers {
         let unknown = Unknown::new(name.parse()?);
         // Of the modulus nothing is known before.
         let scanned = name == "youngs_modulus" && !from.contains_key(name);
         let value = from.get(name).copied().unwrap_or_else(|| start(name));
+        // Turned about the cable all together, curvatures are the same cable: they stay near the table's.
+        let unknown = match rung.name == "K" && name.starts_with(BENDING) {
+            true => unknown.prior(0.0, SHARPEST),
+            false => unknown,
+        };
         fit = fit.identify(if scanned { unknown } else { unknown.start(value) });
     }
     let report = fit.solve()?;
+    // What these recordings do not show, as which way all curvatures are turned about the cable, is where the fit has left it:
+    // the others belong to that.
+    let left = report.basins.list.iter().find(|basin| basin.chosen);
     let mut found = before.clone();
-    for (name, estimate) in rung.numbers.iter().filter_map(|name| {
-        let parameter: Parameter = name.parse().ok()?;
-        Some((name, report.parameters.iter().find(|e| e.name == parameter)?))
-    }) {
-        // What these recordings do not show stays where it was.
-        if let Some(value) = estimate.value {
+    for name in &rung.numbers {
+        let parameter: Parameter = name.parse()?;
+        let Some(k) = report.parameters.iter().position(|e| e.name == parameter) else { continue };
+        let left = left.and_then(|basin| basin.values.get(k).copied());
+        if let Some(value) = report.parameters[k].value.or(left) {
             found.insert(name.clone(), value);
         }
     }

@@ -2,6 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+/// Factor on the damping of a step that changes more than it could.
+const MORE: f64 = 100.0;
+
 /// Half the sum of squares.
 pub(crate) fn half_square(residuals: &[f64]) -> f64 {
     0.5 * residuals.iter().map(|r| r * r).sum::<f64>()
@@ -43,6 +46,11 @@ impl Linearized {
     /// The step from `x` that minimises `|r + J step|^2 + damping |scale step|^2`, and the norm of
     /// the change it makes in the linear model. None when that is not finite. Unknowns that would
     /// leave their bounds go to the bound, and the others make the best of it.
+    ///
+    /// What the data say nothing about, such as a turn of all natural curvatures about the rod, rounding errors lead
+    /// as far as they like: several unknowns at once to bounds, from where the others cannot make up
+    /// for them. No step within bounds that include `x` changes more than the one without; one that does is
+    /// looked for again with more damping.
     pub fn step(
         &self,
         x: &[f64],
@@ -50,14 +58,34 @@ impl Linearized {
         scale: &[f64],
         damping: f64,
     ) -> Option<(Vec<f64>, f64)> {
+        let mut damping = damping;
+        loop {
+            let (step, [first, change]) = self.bounded(x, bounds, scale, damping)?;
+            if change <= first * (1.0 + 1e-6) || damping > 1.0 {
+                return Some((step, change));
+            }
+            damping *= MORE;
+        }
+    }
+
+    /// The same with this damping, whatever it changes, and what it would change without bounds.
+    fn bounded(
+        &self,
+        x: &[f64],
+        bounds: &[[f64; 2]],
+        scale: &[f64],
+        damping: f64,
+    ) -> Option<(Vec<f64>, [f64; 2])> {
         let n = self.free.len();
         let mut step = DVector::zeros(n);
         let mut moving: Vec<usize> = (0..n).collect();
+        let mut first = None;
         while !moving.is_empty() {
             let solution = self.solve(&moving, &step, scale, damping)?;
             for (k, s) in moving.iter().zip(solution.iter()) {
                 step[*k] = *s;
             }
+            first.get_or_insert_with(|| (&self.r * &step).norm());
             let stays = |k: &usize| {
                 let j = self.free[*k];
                 let to = x[j] + step[*k];
@@ -77,7 +105,8 @@ impl Linearized {
         for (j, s) in self.free.iter().zip(step.iter()) {
             all[*j] = *s;
         }
-        Some((all, (&self.r * step).norm()))
+        let change = (&self.r * step).norm();
+        Some((all, [first.unwrap_or(change), change]))
     }
 
     /// The best steps of the unknowns `moving` while the others make theirs.
@@ -129,4 +158,29 @@ impl Linearized {
 
 fn column_norms(rows: &[Vec<f64>], n: usize) -> Vec<f64> {
     (0..n).map(|j| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three unknowns of which the data tell two sums, but for rounding: the step promises no more than there
+    /// is to gain.
+    #[test]
+    fn what_the_data_say_nothing_about_promises_nothing() {
+        let row = |k: usize| {
+            let (a, b) = (1.0 + 0.1 * k as f64, 1.0 - 0.2 * k as f64);
+            vec![a, a + b, b + 1e-13 * (7.0 * k as f64).sin()]
+        };
+        let rows: Vec<Vec<f64>> = (0..20).map(row).collect();
+        let residuals: Vec<f64> = (0..20).map(|k| 1.0 + (3.0 * k as f64).cos()).collect();
+        let bounds = [[-1e6, 1e6], [-1e4, 1e4], [-1e6, 1e6]];
+        let linear = Linearized::new(&rows, &residuals, &[0.0; 3], &bounds);
+        let (_, [first, blind]) = linear.bounded(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
+        assert!(blind > 1e3 * first, "{blind:e} {first:e}: the case shows nothing");
+        let (step, change) = linear.step(&[0.0; 3], &bounds, &linear.norms, 1e-30).unwrap();
+        let all = (2.0 * half_square(&residuals)).sqrt();
+        assert!(change <= all, "{change:e} {all:e} {step:?}");
+        assert!(linear.predicted(&step) > 0.0);
+    }
 }

@@ -7,7 +7,9 @@
 //!
 //! Where such a rod whips about, the least change of a parameter sends it elsewhere, and so does whatever
 //! the model lacks: values there have derivatives far beyond all others, would decide the fit, and say
-//! nothing. Their noise is taken for as many times larger as their derivative is beyond ten medians.
+//! nothing. Their noise is taken for as many times larger as their derivatives are beyond ten medians. All
+//! unknowns count together, each by its part of what it does to all values: a curvature of the rod at one place
+//! moves the markers there far more than the others, which is no whip.
 
 use crate::error::Error;
 use crate::fit::search::Search;
@@ -131,18 +133,22 @@ impl Search<'_> {
 
 /// Factors on the residuals, from their derivatives; empty where none runs away.
 fn trust(rows: &[Vec<f64>]) -> Vec<f64> {
-    let mut trust = vec![1.0_f64; rows.len()];
+    let mut squares = vec![0.0; rows.len()];
     for j in 0..rows.first().map_or(0, Vec::len) {
-        let sizes: Vec<f64> = rows.iter().map(|row| row[j].abs()).filter(|d| *d > 0.0).collect();
-        let effect = sizes.iter().map(|d| d * d).sum::<f64>().sqrt();
-        if effect < NO_EFFECT {
+        let effect = rows.iter().map(|row| row[j] * row[j]).sum::<f64>();
+        if effect < NO_EFFECT * NO_EFFECT {
             continue;
         }
-        let most = RUNAWAY * Data::new(sizes).median();
-        for (trust, row) in trust.iter_mut().zip(rows) {
-            *trust = trust.min(most / row[j].abs().max(most));
+        for (square, row) in squares.iter_mut().zip(rows) {
+            *square += row[j] * row[j] / effect;
         }
     }
+    let seen: Vec<f64> = squares.iter().map(|s| s.sqrt()).filter(|size| *size > 0.0).collect();
+    if seen.is_empty() {
+        return Vec::new();
+    }
+    let most = RUNAWAY * Data::new(seen).median();
+    let trust: Vec<f64> = squares.iter().map(|square| most / square.sqrt().max(most)).collect();
     if trust.iter().all(|t| *t == 1.0) { Vec::new() } else { trust }
 }
 
@@ -150,4 +156,36 @@ fn trust(rows: &[Vec<f64>]) -> Vec<f64> {
 fn same(a: &[f64], b: &[f64]) -> bool {
     let at = |t: &[f64], i: usize| t.get(i).copied().unwrap_or(1.0);
     (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < 0.2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    /// Derivatives by four unknowns, each of which moves the values of its own place by 1 and the others by `far`.
+    fn local(far: f64) -> Vec<Vec<f64>> {
+        (0..400).map(|i| (0..4).map(|j| if i % 4 == j { 1.0 } else { far }).collect()).collect()
+    }
+
+    /// What an unknown does to its own place is no whip, however little it does elsewhere.
+    #[test]
+    fn what_acts_on_one_place_does_not_run_away() {
+        assert!(trust(&local(1e-3)).is_empty());
+    }
+
+    /// Of values that change 50 times as much as usual a fifth of counts; unknowns without effect have no say.
+    #[test]
+    fn a_whip_counts_for_less() {
+        let mut rows = local(0.1);
+        for row in &mut rows[..8] {
+            row.iter_mut().for_each(|d| *d *= 50.0);
+        }
+        rows.iter_mut().enumerate().for_each(|(i, row)| row.push(1e-6 * i as f64));
+        let found = trust(&rows);
+        for (i, trust) in found.iter().enumerate() {
+            assert_relative_eq!(*trust, if i < 8 { 0.2 } else { 1.0 }, max_relative = 1e-12);
+        }
+        assert_eq!(found.len(), 400);
+    }
 }

@@ -12,7 +12,17 @@
 //!
 //! and the variance of `x` is `(n - 1)/n` times the sum of `(x_c - x)(x_c - x)'` over all `n` experiments:
 //! the jackknife, which is the cluster-robust sandwich that minds how much each experiment weighs. For
-//! experiments that tell alike it is exact, with Student's t of `n - 1`. No simulation is needed.
+//! experiments that tell alike it is exact, with Student's t of `n - 1`. Where a few tell most of an unknown, only those
+//! few are compared, and their steps are longer than what they leave uncertain. If every experiment's gradient varied as
+//! its Hessian says, the steps would have the covariances
+//!
+//! ```text
+//! M_cd = u_c' (H_c delta_cd - H_c (2/H - S/H^2) H_d) u_d,    S = sum H_c,
+//! ```
+//!
+//! with `u_c` the unknown's row of `(H - H_c)^-1`. The variance is scaled so that it would then be the right one in the
+//! mean, and has `(tr M)^2 / tr(M^2)` degrees of freedom (Bell and McCaffrey 2002), both exact for experiments that tell alike.
+//! No simulation is needed.
 
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
@@ -31,21 +41,43 @@ struct Part {
     hessian: DMatrix<f64>,
 }
 
-/// Standard deviations of the unknowns `known` on their scales; none where an experiment alone tells one
-/// of them.
-fn deviations(parts: &[Part], prior: DMatrix<f64>) -> Option<Vec<f64>> {
+/// Standard deviations of the unknowns on their scales, each with its degrees of freedom; none where an experiment alone
+/// tells one of them.
+fn deviations(parts: &[Part], prior: DMatrix<f64>) -> Option<Vec<[f64; 2]>> {
     let k = prior.nrows();
     let whole = parts.iter().fold(prior, |sum, part| sum + &part.hessian);
     // The optimiser leaves a little of the gradient.
     let n = parts.len() as f64;
     let left = parts.iter().fold(DVector::zeros(k), |sum, part| sum + &part.gradient) / n;
     let mut variance = vec![0.0; k];
+    // Of every part the inverse without it, and what its Hessian makes of that.
+    let mut rows = Vec::with_capacity(parts.len());
     for part in parts {
-        let rest = (&whole - &part.hessian).cholesky()?;
-        let step = rest.solve(&(&part.gradient - &left));
+        let inverse = (&whole - &part.hessian).cholesky()?.inverse();
+        let step = &inverse * (&part.gradient - &left);
         variance.iter_mut().zip(step.iter()).for_each(|(v, s)| *v += s * s * (n - 1.0) / n);
+        rows.push((&part.hessian * &inverse, inverse));
     }
-    Some(variance.into_iter().map(f64::sqrt).collect())
+    let told = parts.iter().fold(DMatrix::zeros(k, k), |sum, part| sum + &part.hessian);
+    let inverse = whole.cholesky()?.inverse();
+    let spread = &inverse * told * &inverse;
+    let common = &inverse * 2.0 - &spread;
+    let scaled = |(j, variance): (usize, f64)| {
+        let (mut trace, mut square) = (0.0, 0.0);
+        for (c, (told, inverse)) in rows.iter().enumerate() {
+            let shared = &common * told.column(j);
+            for (d, (other, _)) in rows.iter().enumerate() {
+                let own = if c == d { inverse.column(j).dot(&told.column(j)) } else { 0.0 };
+                let m = own - shared.dot(&other.column(j));
+                trace += if c == d { m } else { 0.0 };
+                square += m * m;
+            }
+        }
+        let right = spread[(j, j)] * n / ((n - 1.0) * trace);
+        // Rounding errors must not make more of them than there are differences.
+        [(variance * right).sqrt(), (trace * trace / square).min(n - 1.0)]
+    };
+    Some(variance.into_iter().enumerate().map(scaled).collect())
 }
 
 /// What every experiment adds, of the unknowns `known`.
@@ -100,10 +132,9 @@ pub(crate) fn across_experiments(
         prior += &by * by.transpose();
     }
     let Some(found) = deviations(&parts, prior) else { return estimates };
-    let reach = quantile95(Some(parts.len() as f64 - 1.0));
     let deviation = |j: usize| known.iter().position(|k| *k == j).map(|place| found[place]);
     let with = |(j, (estimate, unknown)): (usize, (Estimate, &Unknown))| {
-        let (Some(sd), Some(residual_std_error), Some(residual_interval95)) =
+        let (Some([sd, freedom]), Some(residual_std_error), Some(residual_interval95)) =
             (deviation(j), estimate.std_error, estimate.interval95)
         else {
             return estimate;
@@ -111,7 +142,7 @@ pub(crate) fn across_experiments(
         let [low, high] = unknown.scaled_bounds();
         let x = (optimum.x[j] + shifts.correction(j)).clamp(low, high);
         let [low, high] = unknown.parameter.limits();
-        let half = (reach * sd).hypot(shifts.open(j));
+        let half = (quantile95(Some(freedom)) * sd).hypot(shifts.open(j));
         let interval95 = [x - half, x + half].map(|x| unknown.from_scale(x).clamp(low, high));
         let std_error = sd * unknown.slope(unknown.from_scale(x));
         let width = |[low, high]: [f64; 2]| high - low;
@@ -144,6 +175,9 @@ pub(crate) fn are_across(estimates: &[Estimate]) -> bool {
 mod tests {
     use super::*;
     use approx::assert_relative_eq;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
 
     /// Of experiments that tell alike it is the standard error of the mean of what each says alone.
     #[test]
@@ -155,9 +189,40 @@ mod tests {
             hessian: DMatrix::from_element(1, 1, 7.0),
         };
         let parts: Vec<Part> = alone.iter().map(part).collect();
-        let found = deviations(&parts, DMatrix::zeros(1, 1)).unwrap()[0];
+        let [found, freedom] = deviations(&parts, DMatrix::zeros(1, 1)).unwrap()[0];
         let square = alone.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
         assert_relative_eq!(found, (square / 30.0).sqrt(), max_relative = 1e-12);
+        assert_relative_eq!(freedom, 5.0, max_relative = 1e-12);
+    }
+
+    /// Whatever the experiments' shares, the interval holds what it says or more, also where what differs is the
+    /// unknown itself; with `n - 1` degrees of freedom it holds too little.
+    #[test]
+    fn intervals_of_unequal_experiments_hold() {
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        for shares in [[1.0; 8], [10.0, 10.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]] {
+            for power in [0.5, 1.0] {
+                let (mut inside, mut naive) = (0, 0);
+                for _ in 0..4000 {
+                    let pushes = shares.map(|share: f64| {
+                        let normal: f64 = StandardNormal.sample(&mut random);
+                        normal * share.powf(power)
+                    });
+                    let x = pushes.iter().sum::<f64>() / shares.iter().sum::<f64>();
+                    let part = |(share, push): (&f64, &f64)| Part {
+                        gradient: DVector::from_element(1, push - share * x),
+                        hessian: DMatrix::from_element(1, 1, *share),
+                    };
+                    let parts: Vec<Part> = shares.iter().zip(&pushes).map(part).collect();
+                    let [sd, freedom] = deviations(&parts, DMatrix::zeros(1, 1)).unwrap()[0];
+                    inside += usize::from(x.abs() <= quantile95(Some(freedom)) * sd);
+                    naive += usize::from(x.abs() <= quantile95(Some(7.0)) * sd);
+                }
+                println!("{shares:?} {power}: {inside} {naive}");
+                assert!((3750..=3960).contains(&inside), "{shares:?} {power}: {inside}");
+                assert!(shares[0] == 1.0 || naive < 3700, "{naive}");
+            }
+        }
     }
 
     /// One that alone tells an unknown leaves nothing to compare.
