@@ -47,8 +47,15 @@ impl<M: Model<W>, const W: usize> Snapshot for Running<'_, M, W> {
     }
 }
 
-/// Sees a simulation of a model.
-type Sees<'a, M, const W: usize> = dyn FnMut(&Simulation<f64, <M as Model<W>>::Rod<f64>, W>) + 'a;
+/// A simulation of a model.
+type Simulated<M, const W: usize> = Simulation<f64, <M as Model<W>>::Rod<f64>, W>;
+/// At its start, with its derivatives.
+type Started<M, const W: usize> = (Simulated<M, W>, Sensitivities<<M as Model<W>>::Rod<f64>, W>);
+/// On its way, with what carries them.
+type Led<'a, M, const W: usize> =
+    (&'a mut Simulated<M, W>, &'a mut Carried<<M as Model<W>>::Rod<f64>, W>);
+/// Sees it.
+type Sees<'a, M, const W: usize> = dyn FnMut(&Simulated<M, W>) + 'a;
 
 /// Simulates `steps` steps and records them with their derivatives by `parameters`; `after` sees the
 /// simulation at the start and after every step, and `taken` each time that a step is taken, whole or in halves.
@@ -107,10 +114,7 @@ where
 /// The same where another thread takes the derivatives.
 fn run_followed<M: Model<W>, const W: usize>(
     task: Task<'_, M, W>,
-    (mut simulation, sensitivities): (
-        Simulation<f64, M::Rod<f64>, W>,
-        Sensitivities<M::Rod<f64>, W>,
-    ),
+    (mut simulation, sensitivities): Started<M, W>,
     markers: Option<Markers>,
     record: &mut Record,
     seen: Seen<'_, '_, M, W>,
@@ -202,7 +206,7 @@ impl<R: Sensitive<W>, const W: usize> Carried<R, W> {
 /// Makes the steps of a run, each seen and recorded.
 fn make_steps<M: Model<W>, const W: usize>(
     (problem, discretized, steps): Task<'_, M, W>,
-    (simulation, carried): (&mut Simulation<f64, M::Rod<f64>, W>, &mut Carried<M::Rod<f64>, W>),
+    (simulation, carried): Led<'_, M, W>,
     markers: Option<&Markers>,
     record: &mut Record,
     (after, taken): Seen<'_, '_, M, W>,

@@ -10,7 +10,6 @@
 
 use crate::error::Error;
 use crate::numerics::banded::Ldlt;
-use crate::numerics::order;
 use crate::statics::Pencil;
 use faer::{Mat, Side};
 use rand::{RngExt, SeedableRng};
@@ -239,7 +238,7 @@ mod tests {
         let mut all: Vec<f64> = (0..60).map(|k| f64::from((k * 37) % 60).powi(2)).collect();
         all.extend([-7e5, -7e5, -3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 4.0]);
         let pencil = diagonal(&all);
-        order::sort(&mut all);
+        all.sort_by(f64::total_cmp);
         for count in [1, 2, 3, 6, 12, 20, 50, 71, 100] {
             let found = pencil.lowest(count, 1.0).unwrap();
             assert_eq!(found.len(), count.min(71));
