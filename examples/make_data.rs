@@ -34,9 +34,7 @@ fn record(
         }
         writeln!(text)?;
     }
-    std::fs::write(file, text)?;
-    println!("{file}");
-    Ok(())
+    put(file, &text)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -99,9 +97,7 @@ fn droop(
         let [x, y] = [x, y].map(|x| 1e3 * (x + noise.sample(&mut random)));
         writeln!(text, "{},{x:.2},{y:.2}", 1e3 * s)?;
     }
-    std::fs::write(file, text)?;
-    println!("{file}");
-    Ok(())
+    put(file, &text)
 }
 
 /// A recording with its clock 30 ms late, a fifth of its frames missing and a twentieth of its
@@ -124,7 +120,14 @@ fn spoil(from: &str, seed: u64, file: &str) -> Result<(), Box<dyn std::error::Er
         }
         writeln!(text)?;
     }
-    std::fs::write(file, text)?;
+    put(file, &text)
+}
+
+/// Writes a file, unless it says that already: what is made of it need not be made again.
+fn put(file: &str, text: &str) -> Result<(), Box<dyn std::error::Error>> {
+    if !std::fs::read_to_string(file).is_ok_and(|there| there == text) {
+        std::fs::write(file, text)?;
+    }
     println!("{file}");
     Ok(())
 }
