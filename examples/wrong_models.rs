@@ -1,5 +1,5 @@
 //! Are wrong models found and named? Ten things that a fitted scene lacks, each as strong as moves Young's modulus by two
-//! standard errors, with ten noises each, in laboratories that record more or less of the motion.
+//! standard errors, with a few noises each, in laboratories that record more or less of the motion.
 //!
 //! What the data cannot tell is decided before any noise is drawn: where the term leaves less than three standard
 //! deviations in the residuals, by the Jacobian of the right model. There it must stand under what could hide, with its
@@ -7,7 +7,7 @@
 //! the data cannot tell apart share a place, so both are counted: first two terms, and first two places, with how many
 //! terms these hold; then how many stand under what could hide, and how many are as they must be.
 //!
-//! `cargo run --release --example wrong_models -- [NOISES] [FIRST SEED] [LABORATORY]`, of 10 noises from seed 0 in all
+//! `cargo run --release --example wrong_models -- [NOISES] [FIRST SEED] [LABORATORY]`, of one noise from seed 0 in all
 //! laboratories if nothing is said.
 
 use rand::SeedableRng;
@@ -293,7 +293,7 @@ fn strength(laboratory: &Laboratory, wrong: &Wrong, yields: f64) -> Result<(f64,
 fn main() -> Result<(), Error> {
     let mut numbers = std::env::args().skip(1).map(|n| n.parse::<u64>().ok());
     let mut number = |usual: u64| numbers.next().flatten().unwrap_or(usual);
-    let (noises, first) = (number(10), number(0));
+    let (noises, first) = (number(1), number(0));
     let only = numbers.next().flatten().map(|n| n as usize);
     for (k, laboratory) in
         LABORATORIES.iter().enumerate().filter(|(k, _)| only.is_none_or(|o| o == *k))

@@ -305,7 +305,7 @@ impl ExperimentForm {
         };
         let scene = match &self.scene {
             SceneForm::File(scene) => Scene::load_with(folder.join(scene), follow)?,
-            SceneForm::Here(scene) => Scene::read(&scene.to_string(), file, follow)?,
+            SceneForm::Here(scene) => Scene::read_with(&scene.to_string(), file, follow)?,
         };
         admit(&scene)?;
         let mut experiment =
@@ -359,6 +359,10 @@ impl Fit {
     ///
     /// Those of [`FitFile::load`] that concern these tables.
     pub fn add_toml(&self, text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
+        self.add_tables(text, folder.as_ref())
+    }
+
+    fn add_tables(&self, text: &str, folder: &Path) -> Result<Self, Error> {
         let Fit { experiments, unknowns, knowns, analysis, progress, keep_plot_data } =
             self.clone();
         let tables: Tables = parse(text, &REQUIRED[1..])?;
@@ -367,7 +371,7 @@ impl Fit {
         let mut file = FitFile { experiments, unknowns, knowns, fields, analysis };
         if let Some(last) = file.experiments.last_mut() {
             let measured = (tables.observation, tables.shape, tables.frequencies);
-            measure(last, measured, folder.as_ref())?;
+            measure(last, measured, folder)?;
         }
         file.add(tables.parameter, tables.known)?;
         Ok(Self { progress, keep_plot_data, ..file.fit() })
@@ -406,8 +410,11 @@ impl FitFile {
         path: impl AsRef<Path>,
         admit: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let file = Self::load_plan_if(path, admit)?;
+        Self::load_file(path.as_ref(), &admit)
+    }
+
+    fn load_file(path: &Path, admit: &Admit) -> Result<Self, Error> {
+        let file = Self::load_plan(path, admit)?;
         recorded(&file.experiments).map_err(|error| error.in_file(Some(path)))?;
         Ok(file)
     }
@@ -421,8 +428,11 @@ impl FitFile {
         path: impl AsRef<Path>,
         admit: impl Fn(&Scene) -> Result<(), Error>,
     ) -> Result<Self, Error> {
-        let path = path.as_ref();
-        Self::read(&crate::input::file::text(path)?, path, &admit)
+        Self::load_plan(path.as_ref(), &admit)
+    }
+
+    fn load_plan(path: &Path, admit: &Admit) -> Result<Self, Error> {
+        Self::read(&crate::input::file::text(path)?, path, admit)
     }
 
     /// Reads and validates the text of a fit file. Paths in it are relative to `folder`; messages name the

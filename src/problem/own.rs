@@ -1,6 +1,6 @@
 //! A scene's energies of one's own on the rod of a model.
 
-use crate::energy::adapter::{Adapter, Chart};
+use crate::energy::adapter::{Adapter, AnyEnergy, Chart};
 use crate::energy::attach;
 use crate::energy::frame::EdgeFrame;
 use crate::energy::own::{By, Curvatures, OwnEnergy, Slopes};
@@ -92,11 +92,16 @@ impl OwnEnergy<1, 1> for Tie {
     }
 }
 
+/// As a rod has it. Not generic: what is would bring the code of every derivative into each program that makes models.
+fn tie_to(place: [f64; 3]) -> Arc<dyn AnyEnergy> {
+    Arc::new(Adapter(Tie(place)))
+}
+
 /// Springs that tie nodes to places in the world, m, each with its stiffness, N/m.
 pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[(usize, [f64; 3], D)]) -> Extra<D> {
     let tie = |(node, place, stiffness): &(usize, [f64; 3], D)| Placed {
         name: "tie".into(),
-        energy: Arc::new(Adapter(Tie(*place))),
+        energy: tie_to(*place),
         chart: chart.clone(),
         values: vec![*stiffness],
         spots: vec![Spot {

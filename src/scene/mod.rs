@@ -232,7 +232,12 @@ impl Scene {
     ///
     /// A file that cannot be read or is no scene, or a value that is not allowed.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::load_with(path, |_| Ok(()))
+        Self::load_file(path.as_ref())
+    }
+
+    /// What is generic over a path does nothing else: programs that use it would compile the reading of scenes again.
+    fn load_file(path: &Path) -> Result<Self, Error> {
+        Self::read(&crate::input::file::text(path)?, path)
     }
 
     /// Reads and validates a scene file with [energies of one's own](crate::energy::own), which
@@ -242,7 +247,7 @@ impl Scene {
         give: impl FnOnce(&mut Self) -> Result<(), Error>,
     ) -> Result<Self, Error> {
         let path = path.as_ref();
-        Self::read(&crate::input::file::text(path)?, path, give)
+        Self::read_with(&crate::input::file::text(path)?, path, give)
     }
 
     /// Reads and validates the text of a scene file. Paths in it are relative to `folder`; messages name
@@ -261,21 +266,37 @@ impl Scene {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn from_toml(text: &str, folder: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::read(text, &folder.as_ref().join("scene"), |_| Ok(()))
+        Self::read(text, &folder.as_ref().join("scene"))
     }
 
-    /// The scene that stands in a file of this path, with the code that `give` gives its energies.
-    pub(crate) fn read(
+    /// The scene that stands in a file of this path.
+    pub(crate) fn read(text: &str, path: &Path) -> Result<Self, Error> {
+        Self::written(text, path)?.complete(path)
+    }
+
+    /// The same, with what `give` gives it before it is validated.
+    pub(crate) fn read_with(
         text: &str,
         path: &Path,
         give: impl FnOnce(&mut Self) -> Result<(), Error>,
     ) -> Result<Self, Error> {
+        let mut scene = Self::written(text, path)?;
+        give(&mut scene).map_err(|error| error.in_file(Some(path)))?;
+        scene.complete(path)
+    }
+
+    /// The same as it is written, not validated yet.
+    fn written(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
-        give(&mut scene).map_err(|error| error.in_file(Some(path)))?;
-        scene.validate()?;
-        scene.read_shapes().map_err(|error| error.in_file(Some(path)))?;
         Ok(scene)
+    }
+
+    /// Validates a scene that is written in a file of this path, and reads what it names.
+    fn complete(mut self, path: &Path) -> Result<Self, Error> {
+        self.validate()?;
+        self.read_shapes().map_err(|error| error.in_file(Some(path)))?;
+        Ok(self)
     }
 
     /// Lets the recorded ends go as in another recording than the scene's, `file`, relative to where the
@@ -285,7 +306,10 @@ impl Scene {
     ///
     /// A scene without recorded ends.
     pub fn follow(&mut self, file: impl AsRef<Path>) -> Result<(), Error> {
-        let file = file.as_ref();
+        self.follow_file(file.as_ref())
+    }
+
+    fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
         let Some(path) = &mut self.supports.path else {
             let (found, allowed) = ("no such table", "one, whose file another recording replaces");
             return Err(Error::invalid("supports.path", found, allowed));

@@ -62,6 +62,15 @@ impl Problem {
         modes: &[N],
         parameters: &[Parameter],
     ) -> Result<Vec<NaturalFrequency>, Error> {
+        let modes: Vec<ModeName> = modes.iter().map(|name| (*name).into()).collect();
+        self.named_frequencies(&modes, parameters)
+    }
+
+    fn named_frequencies(
+        &self,
+        modes: &[ModeName],
+        parameters: &[Parameter],
+    ) -> Result<Vec<NaturalFrequency>, Error> {
         let vibrations = Vibrations::of(self, modes, !parameters.is_empty())?;
         let natural_frequency = |(_, pair): &(Option<Plane>, Eigenpair)| NaturalFrequency {
             frequency_rad_s: pair.frequency(),
@@ -88,7 +97,8 @@ impl Problem {
         modes: &[N],
         seed: impl Fn(Parameter, f64) -> D,
     ) -> Result<Vec<D>, Error> {
-        Vibrations::of(self, modes, D::ORDER > 0)?.over(seed)
+        let modes: Vec<ModeName> = modes.iter().map(|name| (*name).into()).collect();
+        Vibrations::of(self, &modes, D::ORDER > 0)?.over(seed)
     }
 }
 
@@ -108,13 +118,8 @@ struct Vibrations<'a> {
 
 impl<'a> Vibrations<'a> {
     /// The named modes; `apart` if derivatives are asked for.
-    fn of<N: Into<ModeName> + Copy>(
-        problem: &'a Problem,
-        names: &[N],
-        apart: bool,
-    ) -> Result<Self, Error> {
-        let names: Vec<ModeName> = names.iter().map(|name| (*name).into()).collect();
-        for name in &names {
+    fn of(problem: &'a Problem, names: &[ModeName], apart: bool) -> Result<Self, Error> {
+        for name in names {
             name.among.check(problem, "modes")?;
         }
         let planes: Vec<Option<Plane>> = names.iter().map(|n| n.among.plane_of(problem)).collect();
@@ -144,7 +149,7 @@ impl<'a> Vibrations<'a> {
             AnyProblem::Spatial(discretized) => {
                 let settled = discretized.settled()?;
                 let vibrating = Vibrating::of(&discretized, &settled.rest.q, &settled.rest.frames)?;
-                (vec![(None, named(&vibrating, &names, apart)?)], AnySettled::Spatial(settled))
+                (vec![(None, named(&vibrating, names, apart)?)], AnySettled::Spatial(settled))
             }
         };
         // Back in the order of the names.

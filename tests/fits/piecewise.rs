@@ -126,7 +126,7 @@ fn scenes_say_a_number_or_a_list() {
     scene.rod.natural_curvature = vec![1.0, 0.8].into();
     let text = scene.to_toml().unwrap();
     assert!(text.contains("natural_curvature = [\n    1.0,\n    0.8,\n]"), "{text}");
-    let read: Scene = toml::from_str(&text).unwrap();
+    let read = Scene::from_toml(&text, ".").unwrap();
     assert_eq!(read.rod.natural_curvature, scene.rod.natural_curvature);
     assert_eq!(Parameter::NaturalCurvature.of(&scene), None);
     assert_eq!(curvature_of(2).of(&scene), Some(0.8));
@@ -142,7 +142,8 @@ fn scenes_say_a_number_or_a_list() {
             "{error}"
         );
     }
-    let error = toml::from_str::<Scene>(&text.replace("    0.8,\n", "    \"0.8\",\n")).unwrap_err();
+    let wrong = text.replace("    0.8,\n", "    \"0.8\",\n");
+    let error = Scene::from_toml(&wrong, ".").unwrap_err();
     assert!(error.to_string().contains("a list of numbers"), "{error}");
 }
 

@@ -23,7 +23,7 @@ fn scene() -> Scene {
 /// A folder with a scene and a table of its tip, mm, with these columns behind the places.
 fn folder(columns: &str, of: impl Fn(usize) -> Vec<f64>) -> TempDir {
     let folder = TempDir::new().unwrap();
-    std::fs::write(folder.path().join("scene.toml"), toml::to_string(&scene()).unwrap()).unwrap();
+    std::fs::write(folder.path().join("scene.toml"), scene().to_toml().unwrap()).unwrap();
     let (clean, noise) = (observe(&scene(), ROWS), noisy(&observe(&scene(), ROWS), 1e-3, 5));
     let mut table = format!("t,x[mm],y[mm]{columns}\n");
     for (k, (clean, noise)) in clean.samples.iter().zip(&noise.samples).enumerate() {

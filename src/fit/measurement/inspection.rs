@@ -83,7 +83,10 @@ impl Inspection {
     ///
     /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn of(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
-        let path = path.as_ref();
+        Self::of_file(path.as_ref(), recording)
+    }
+
+    fn of_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
         let (format, bytes) = track::open(path, recording.format)?;
         let sheet = track::parse(path, format, &bytes)?;
         let clocks: Vec<f64> = sheet.rows.iter().map(|row| row.clock).collect();

@@ -195,7 +195,10 @@ impl Observation {
     ///
     /// A file that cannot be read, or a line of it that makes no sense, with its number.
     pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
-        let path = path.as_ref();
+        Self::read_file(path.as_ref(), recording)
+    }
+
+    fn read_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
         let (format, bytes) = track::open(path, recording.format)?;
         if format != Format::Csv || recording.marker.is_some() {
             return Self::of_sheet(&track::parse(path, format, &bytes)?, recording);
@@ -230,7 +233,14 @@ impl Observation {
         recording: &Recording,
         markers: &BTreeMap<String, Point>,
     ) -> Result<Vec<Self>, Error> {
-        let path = path.as_ref();
+        Self::read_sheet(path.as_ref(), recording, markers)
+    }
+
+    fn read_sheet(
+        path: &Path,
+        recording: &Recording,
+        markers: &BTreeMap<String, Point>,
+    ) -> Result<Vec<Self>, Error> {
         let (format, bytes) = track::open(path, recording.format)?;
         let sheet = track::parse(path, format, &bytes)?;
         let one = |(name, point): (&String, &Point)| {

@@ -80,7 +80,10 @@ impl RestShape {
     ///
     /// Those of [`read`](Self::read).
     pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
-        let path = path.as_ref();
+        Self::read_file(path.as_ref(), recording)
+    }
+
+    fn read_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
         let table = Table::read(path)?;
         let known = ["s", "node", "x", "y", "z"];
         recording.check_columns(&table, &known)?;

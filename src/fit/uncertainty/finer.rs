@@ -13,9 +13,10 @@ use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::shifts::Shifts;
 use std::cell::OnceCell;
 
-/// So many times more edges, and more steps.
-const MORE_EDGES: usize = 2;
-const MORE_STEPS: f64 = 4.0;
+/// So many times more edges, and more steps; and what that changes is carried on to edges and steps of no length, as
+/// errors of second order are.
+const MORE: usize = 2;
+const TO_LIMIT: f64 = 4.0 / 3.0;
 /// Most work of the run, steps times edges: about ten seconds.
 const MOST_WORK: f64 = 4e7;
 /// What numerics leave of this size together, in standard deviations of the noise, may be seen by a test.
@@ -58,8 +59,8 @@ impl<'a> Finer<'a> {
         let Self { search, fitted, .. } = self;
         let finer = |e: &Experiment| {
             let scene = e.problem.scene();
-            let step = scene.time.as_ref().map_or(1.0, |time| time.step) / MORE_STEPS;
-            let other = scene.resolved(MORE_EDGES * e.problem.segments(), step);
+            let step = scene.time.as_ref().map_or(1.0, |time| time.step) / MORE as f64;
+            let other = scene.resolved(MORE * e.problem.segments(), step);
             Ok::<_, Error>(e.posed_as(e.problem.like_it(other)?))
         };
         let experiments: Vec<Experiment> =
@@ -76,7 +77,7 @@ impl<'a> Finer<'a> {
         search.work.add(there.work.total());
         search.report("finer numerics");
         let change: Vec<f64> =
-            residuals.iter().zip(&fitted.residuals).map(|(a, b)| a - b).collect();
+            residuals.iter().zip(&fitted.residuals).map(|(a, b)| TO_LIMIT * (a - b)).collect();
         // Once for the change, once for the row it meets.
         let weighted: Vec<f64> = change.iter().zip(&self.weights).map(|(c, w)| w * w * c).collect();
         let moved = self.covariance.response(&fitted.jacobian, &weighted);
