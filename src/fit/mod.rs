@@ -82,6 +82,7 @@ use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
 use crate::fit::resolution::{begun, refined};
 use crate::fit::search::Search;
+use crate::fit::search::basins::{SAME, distance};
 use crate::fit::search::first_look::FirstLook;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::{assess, local, shifts_of};
@@ -129,6 +130,14 @@ pub struct Fit {
     analysis: Analysis,
     progress: Option<Progress>,
     keep_plot_data: bool,
+}
+
+/// Where a search [hurried](Search::hurried) to the first optimum that explains the motion.
+struct Coarse<'a> {
+    search: &'a Search<'a>,
+    experiments: &'a [Experiment],
+    /// The optimum, on the unknowns' scales.
+    x: Vec<f64>,
 }
 
 impl Fit {
@@ -263,8 +272,12 @@ impl Fit {
         experiments: &[Experiment],
         about: (&FirstLook, Instant),
     ) -> Result<FitReport, Error> {
+        let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
+        search.hurried = open && !search.is_led();
         let optimum = search.best()?;
-        self.settled((search, optimum), experiments, about, 0)
+        let coarse = Coarse { search, experiments, x: optimum.x.clone() };
+        let hurried = (search.hurried && !search.is_noise(&optimum)).then_some(&coarse);
+        self.settled((search, optimum), experiments, (about, hurried), 0)
     }
 
     /// What an optimum is worth, on a mesh and in steps that are fine enough for it.
@@ -272,7 +285,7 @@ impl Fit {
         &self,
         (search, optimum): (&Search, Optimum),
         experiments: &[Experiment],
-        (look, since): (&FirstLook, Instant),
+        (about, hurried): ((&FirstLook, Instant), Option<&Coarse>),
         round: usize,
     ) -> Result<FitReport, Error> {
         let local = local(search, &optimum)?;
@@ -282,13 +295,22 @@ impl Fit {
             true => shifts_of((search, &optimum), &local, &self.analysis, &mut warnings)?,
             false => None,
         };
-        let about = (&local, shifts.as_ref());
-        if let Some((finer, start)) = refined(experiments, (search, &optimum), about, round)? {
+        let there = (&local, shifts.as_ref());
+        if let Some((finer, start)) = refined(experiments, (search, &optimum), there, round)? {
             let measured = fitted(&finer);
             let next = search.on(&measured)?;
             let optimum = next.polish(&start)?;
-            return self.settled((&next, optimum), &finer, (look, since), round + 1);
+            return self.settled((&next, optimum), &finer, (about, hurried), round + 1);
         }
+        if let Some(coarse) = hurried.filter(|_| !search.is_noise(&optimum)) {
+            // It was not for mesh and step that more than noise is left.
+            let mut patient = coarse.search.on(coarse.search.experiments)?;
+            let other = patient.best()?;
+            if distance(&other.x, &coarse.x) > SAME {
+                return self.settled((&patient, other), coarse.experiments, (about, None), 0);
+            }
+        }
+        let (look, since) = about;
         let found = (search, &optimum);
         let given = (&self.analysis, &self.knowns[..]);
         let about = (local, shifts, warnings);

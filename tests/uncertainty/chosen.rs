@@ -1,10 +1,11 @@
 //! Fits whose mesh, step and scheme the program chooses: data come from meshes and steps that are much finer.
 
 use rodfit::fit::{Experiment, Grade};
-use rodfit::scene::{Scene, Time};
+use rodfit::scene::{Clamp, Scene, Time};
 use rodfit::{FitReport, Parameter};
 
 use crate::common::fits::{covers, fit, noisy, observe};
+use crate::common::helix_with;
 use crate::intervals::small;
 use crate::noise::kinds::Noise;
 
@@ -60,6 +61,28 @@ fn what_numerics_leave_is_not_blamed_on_the_model() {
         seeds.count()
     };
     assert_eq!([trusted(0.0, 0..2), trusted(0.01, 0..1)], [2, 0]);
+}
+
+/// A first mesh leaves more than noise, which is no reason to look for other minima on it: such a fit does at most twice
+/// the work of one on the mesh and in the steps that it ends with.
+#[test]
+fn choosing_costs_at_most_as_much_again() {
+    let mut truth = helix_with(0.5, 1e-3, 1.0, Clamp::MidEdge);
+    truth.rod.segments = Some(150);
+    let data = noisy(&observe(&truth, 100), 5e-4, 1);
+    let mut scene = truth.clone();
+    scene.material.youngs_modulus = 5e6;
+    (scene.rod.segments, scene.time) = (None, Some(Time::lasting(1.0)));
+    let unknowns = [Parameter::YoungsModulus];
+    let chosen = fit(&scene, &data, &unknowns);
+    let resolution = chosen.resolution[0].unwrap();
+    let scheme = resolution.scheme.unwrap();
+    scene.rod.segments = Some(resolution.segments);
+    scene.time = Some(Time { scheme, rho_inf: 0.8, ..Time::new(1.0, resolution.step.unwrap()) });
+    let given = fit(&scene, &data, &unknowns);
+    println!("{chosen}\n{given}");
+    assert!(covers(&chosen, unknowns[0], 1e7) && resolution.segments > 30);
+    assert!(chosen.simulations <= 2.0 * given.simulations);
 }
 
 /// Intervals from how experiments differ are about the corrected value too, and hold what is left open of it.

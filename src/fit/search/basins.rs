@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// Minima of the scan that are listed; all are counted.
 const LISTED: usize = 20;
 /// Optima nearer than this on the unknowns' scales are one.
-const SAME: f64 = 1e-2;
+pub(crate) const SAME: f64 = 1e-2;
 
 /// The minima of the misfit that the search came across.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -11,6 +11,8 @@ use crate::numerics::order;
 
 /// Residuals below this part of the rod's length are rounding errors, not noise.
 const ROUNDING: f64 = 1e-8;
+/// At a wrong minimum more than this part of the motion is left.
+const LEFT_IF_WRONG: f64 = 0.5;
 /// Values per coordinate from which on tests are trusted to find what is not noise.
 const ENOUGH: usize = 30;
 
@@ -23,6 +25,15 @@ impl Search<'_> {
             rms <= (UNEXPLAINED * size).max(3.0 * measurement.sigma().unwrap_or(0.0))
                 || size == 0.0
                 || is_noisy(experiment, measurement, (rms, own), |_| 0.0)
+        })
+    }
+
+    /// Whether at most half of every measurement is left: not a wrong minimum, but mesh and step may leave as much.
+    pub fn mostly_explained(&self, optimum: &Optimum) -> bool {
+        let spreads = self.spreads(optimum);
+        self.measured(optimum).zip(spreads).all(|((experiment, measurement, ..), rms)| {
+            let size = measurement.size(&experiment.problem);
+            rms <= LEFT_IF_WRONG * size || size == 0.0
         })
     }
 
@@ -82,7 +93,7 @@ pub(crate) fn residual_tests(
 }
 
 /// Whether the record is noisy enough, and long enough to tell, that what is left of it, of this root mean square, is
-/// noise whose neighbours correlate as said of each axis. At a wrong minimum more than half is left.
+/// noise whose neighbours correlate as said of each axis.
 pub(crate) fn is_noisy(
     experiment: &Experiment,
     measurement: &Measurement,
@@ -90,7 +101,7 @@ pub(crate) fn is_noisy(
     correlation: impl Fn(&str) -> f64,
 ) -> bool {
     let tests = residual_tests(experiment, measurement, residuals, correlation);
-    rms <= 0.5 * measurement.size(&experiment.problem)
+    rms <= LEFT_IF_WRONG * measurement.size(&experiment.problem)
         && residuals.len() >= ENOUGH * tests.len().max(1)
         && tests.iter().all(ResidualTests::is_noise)
 }

@@ -44,6 +44,9 @@ pub(crate) struct Search<'a> {
     pub journal: Arc<Journal>,
     /// Whether the set-up looks wrong: where nothing fits at first, nothing else will.
     pub suspicious: bool,
+    /// Whether an optimum that mostly explains the motion ends the search though it leaves more than noise, as mesh and
+    /// step are too coarse yet to tell.
+    pub hurried: bool,
     /// Part of a standard error by which the minimum may be missed.
     pub tolerance: f64,
 }
@@ -72,6 +75,7 @@ impl<'a> Task<'a> {
             progress: None,
             journal: Arc::default(),
             suspicious: false,
+            hurried: false,
             tolerance: self.tolerance,
         }
     }
@@ -96,6 +100,7 @@ impl<'a> Search<'a> {
             progress,
             journal: Arc::default(),
             suspicious: false,
+            hurried: false,
             tolerance,
         })
     }
@@ -115,6 +120,7 @@ impl<'a> Search<'a> {
             progress: self.progress.clone(),
             journal: self.journal.clone(),
             suspicious: self.suspicious,
+            hurried: false,
             tolerance: self.tolerance,
         })
     }

@@ -82,6 +82,9 @@ impl Search<'_> {
     /// The best of all starts; searches again, more finely, when much of what was measured is left
     /// unexplained, or the way to the minimum was barred: where steps are halved the misfit jumps.
     pub fn globally(&self) -> Result<Optimum, Error> {
+        let enough = |b: &Optimum| {
+            b.converged && if self.hurried { self.mostly_explained(b) } else { self.explained(b) }
+        };
         let mut best: Option<Optimum> = None;
         let mut failure = None;
         let mut scanned: Option<(&Effort, Field)> = None;
@@ -111,7 +114,7 @@ impl Search<'_> {
                     }
                     // The first start is nearly always it; others are for when it was not, or left
                     // more than noise, as a wrong minimum of many unknowns may.
-                    let done = |b: &Optimum| b.converged && self.explained(b) && self.is_noise(b);
+                    let done = |b: &Optimum| enough(b) && (self.hurried || self.is_noise(b));
                     if best.as_ref().is_some_and(done) {
                         break 'efforts;
                     }
@@ -120,7 +123,6 @@ impl Search<'_> {
             }
             scanned = Some((effort, field));
             let hopeless = self.suspicious || self.simulations() > MOST_WORK;
-            let enough = |b: &Optimum| b.converged && self.explained(b);
             if best.as_ref().is_some_and(|b| enough(b) || hopeless) {
                 break;
             }
