@@ -7,6 +7,7 @@
 //! directors, and the second derivatives of `g.y` at a `g` that is held, are found in dual numbers.
 
 use crate::energy::Derivatives;
+use crate::energy::by_unknowns::{self, Function};
 use crate::energy::frame::EdgeFrame;
 use crate::energy::own::{By, MOST_NODES, OwnEnergy};
 use crate::energy::place::{Directors, Place};
@@ -15,8 +16,7 @@ use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar};
 use crate::numerics::terms::Terms;
 use crate::numerics::vector::{Vector, add, components, cross, dot, each, scale, sub, unit};
 use crate::scene::number::Quantity;
-use nalgebra::SVector;
-use num_dual::{Dual2SVec, Dual64, DualSVec, DualSVec64, HyperDual64};
+use num_dual::{Dual, Dual64, DualSVec64, HyperDual64};
 
 /// Most unknowns of an element.
 pub const MOST: usize = 11;
@@ -245,27 +245,6 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         of(&Place::new(N, &|i| over(site.place[i])), &parameters)
     }
 
-    fn dual_gradient<B: Nestable, const Q: usize>(&self, site: &Site<B>, q: &[B; Q]) -> [B; Q] {
-        let called = |b: B| Called(DualSVec::<B, Q>::from_re(b));
-        let energy = |q: SVector<DualSVec<B, Q>, Q>| match B::PLAIN {
-            true => self.value(site, DualSVec::from_re, &q.data.0[0]),
-            false => self.value(site, called, &q.data.0[0].map(Called)).0,
-        };
-        num_dual::gradient(energy, &SVector::from(*q)).1.data.0[0]
-    }
-
-    fn dual_tangent<B: Nestable, const Q: usize>(
-        &self,
-        site: &Site<B>,
-        q: &[B; Q],
-    ) -> ([B; Q], [[B; Q]; Q]) {
-        let called = |b: B| Called(Dual2SVec::<B, Q>::from_re(b));
-        let energy =
-            |q: SVector<Dual2SVec<B, Q>, Q>| self.value(site, called, &q.data.0[0].map(Called)).0;
-        let (_, gradient, hessian) = num_dual::hessian(energy, &SVector::from(*q));
-        (gradient.data.0[0], hessian.data.0)
-    }
-
     /// By hand, where there are derivatives by hand.
     fn hand_gradient<B: Nestable, const Q: usize>(
         &self,
@@ -278,12 +257,9 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         let mut gradient = [B::from(0.0); Q];
         self.add_by_nodes(site.chart, |i| slopes.by(By::Node(i)), &mut gradient);
         if slopes.of_edges {
-            let pull = |q: SVector<DualSVec<B, Q>, Q>| {
-                self.pull(site, DualSVec::from_re, &q.data.0[0], |by| slopes.by(by))
-            };
-            let (_, of_edges) = num_dual::gradient(pull, &SVector::from(*q));
-            for (sum, slope) in gradient.iter_mut().zip(&of_edges.data.0[0]) {
-                *sum += *slope;
+            let pull = Pull::<_, _, N> { site, slope: |by| slopes.by(by) };
+            for (sum, slope) in gradient.iter_mut().zip(by_unknowns::gradient(&pull, q)) {
+                *sum += slope;
             }
         }
         if let Some(weight) = site.weight {
@@ -308,31 +284,22 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         // Rows of J for the directors; those of the nodes are constants.
         let mut of_edges = [[zero; Q]; OF_EDGES];
         if slopes.of_edges || curvatures.of_edges {
-            let called = |b: B| Called(Dual2SVec::<B, Q>::from_re(b));
-            let pull = |q: SVector<Dual2SVec<B, Q>, Q>| {
-                self.pull(site, called, &q.data.0[0].map(Called), |by| slopes.by(by)).0
-            };
-            let (_, first, second) = num_dual::hessian(pull, &SVector::from(*q));
+            let pull = Pull::<_, _, N> { site, slope: |by| slopes.by(by) };
+            let (first, second) = by_unknowns::hessian(&pull, q);
             for r in 0..Q {
-                gradient[r] += first.data.0[0][r];
+                gradient[r] += first[r];
                 for c in 0..=r {
-                    hessian[r][c] += second.data.0[c][r];
+                    hessian[r][c] += second[r][c];
                 }
             }
         }
         let inputs = if curvatures.of_edges { By::all(N).count() } else { N };
         if curvatures.of_edges {
-            let called = |b: B| Called(DualSVec::<B, Q>::from_re(b));
-            let flat = |q: SVector<DualSVec<B, Q>, Q>| {
-                let (_, edges) =
-                    site.chart.world::<_, N>(called, &q.data.0[0].map(Called), site.frames);
-                let edges = edges.into_iter().flatten().flatten().map(|x| x.0);
-                SVector::<_, OF_EDGES>::from_iterator(edges)
+            let flat = |over: fn(B) -> Called<Dual<B>>, q: &[Called<Dual<B>>]| {
+                let (_, edges) = site.chart.world::<_, N>(over, q, site.frames);
+                components(|k| edges[k / 9][k / 3 % 3][k % 3])
             };
-            let (_, slope) = num_dual::jacobian(flat, &SVector::from(*q));
-            for (r, row) in of_edges.iter_mut().enumerate() {
-                *row = components(|c| slope[(r, c)]);
-            }
+            of_edges = by_unknowns::jacobian(flat, q);
         }
         let row = |input: usize, component: usize| -> [B; Q] {
             if input < N {
@@ -394,21 +361,38 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
         }
     }
 
-    /// The sum of all directors times their slopes, which are held.
-    fn pull<B: Scalar, D: Scalar>(
-        &self,
-        site: &Site<B>,
-        over: impl Fn(B) -> D + Copy,
-        q: &[D],
-        slope: impl Fn(By) -> Vector<B>,
-    ) -> D {
-        let (_, edges) = site.chart.world::<D, N>(over, q, site.frames);
+}
+
+/// An energy of one's own as a function of the unknowns.
+struct Energy<'a, B, E, const N: usize, const P: usize> {
+    energy: &'a Adapter<E, N, P>,
+    site: &'a Site<'a, B>,
+}
+
+impl<B: Scalar, E: OwnEnergy<N, P>, const N: usize, const P: usize> Function<B>
+    for Energy<'_, B, E, N, P>
+{
+    #[inline]
+    fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
+        self.energy.value(self.site, over, q)
+    }
+}
+
+/// The sum of all directors of an element over `N` nodes times their slopes, which are held.
+struct Pull<'a, B, S, const N: usize> {
+    site: &'a Site<'a, B>,
+    slope: S,
+}
+
+impl<B: Scalar, S: Fn(By) -> Vector<B>, const N: usize> Function<B> for Pull<'_, B, S, N> {
+    fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D {
+        let (_, edges) = self.site.chart.world::<D, N>(over, q, self.site.frames);
         let mut sum = D::from(0.0);
         for (j, [tangent, first, second]) in edges[..N - 1].iter().enumerate() {
             for (by, director) in
                 [(By::Tangent(j), tangent), (By::First(j), first), (By::Second(j), second)]
             {
-                sum += dot(each(&slope(by), over), *director);
+                sum += dot(each(&(self.slope)(by), over), *director);
             }
         }
         sum
@@ -426,7 +410,8 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
                 Derivatives::Hand => self.hand_gradient(site, q),
                 Derivatives::Dual => None,
             };
-            let gradient = by_hand.unwrap_or_else(|| self.dual_gradient(site, q));
+            let energy = Energy { energy: self, site };
+            let gradient = by_hand.unwrap_or_else(|| by_unknowns::gradient(&energy, q));
             to[..gradient.len()].copy_from_slice(&gradient);
         })
     }
@@ -437,7 +422,9 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
                 Derivatives::Hand => self.hand_tangent(site, q),
                 Derivatives::Dual => None,
             };
-            let (gradient, hessian) = by_hand.unwrap_or_else(|| self.dual_tangent(site, q));
+            let energy = Energy { energy: self, site };
+            let (gradient, hessian) =
+                by_hand.unwrap_or_else(|| by_unknowns::hessian(&energy, q));
             to.0[..gradient.len()].copy_from_slice(&gradient);
             for (to, row) in to.1.iter_mut().zip(&hessian) {
                 to[..row.len()].copy_from_slice(row);

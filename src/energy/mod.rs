@@ -10,6 +10,7 @@
 pub(crate) mod adapter;
 pub(crate) mod attach;
 pub mod bend_twist;
+pub(crate) mod by_unknowns;
 pub mod dead_load;
 pub mod dead_moment;
 pub mod frame;

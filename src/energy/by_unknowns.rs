@@ -1,0 +1,89 @@
+//! Derivatives of a function by all its unknowns, in dual numbers.
+//!
+//! Where rods run in plain numbers all derivatives travel together. Where they run in numbers that have derivatives
+//! already, those by one unknown, or two, are found at a time: the function is compiled for two more types of number then,
+//! and not for two with every number of unknowns.
+
+use crate::numerics::called::Called;
+use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::vector::components;
+use nalgebra::SVector;
+use num_dual::{Dual, Dual2SVec, DualSVec, HyperDual};
+
+/// A function of unknowns in any scalar. What else it depends on is in a rod's, `B`.
+pub trait Function<B> {
+    /// The value; `over` makes the scalar of the unknowns of a rod's.
+    fn at<D: Scalar>(&self, over: impl Fn(B) -> D + Copy, q: &[D]) -> D;
+}
+
+/// First derivatives.
+pub fn gradient<B: Nestable, const Q: usize>(f: &impl Function<B>, q: &[B; Q]) -> [B; Q] {
+    if B::PLAIN {
+        let at = |q: SVector<DualSVec<B, Q>, Q>| f.at(DualSVec::from_re, &q.data.0[0]);
+        return num_dual::gradient(at, &SVector::from(*q)).1.data.0[0];
+    }
+    let over = |b: B| Called(Dual::from_re(b));
+    components(|i| {
+        let seeded: [_; Q] = components(|k| seed(over(q[k]), k == i));
+        f.at(over, &seeded).0.eps
+    })
+}
+
+/// The first derivatives, and the lower triangle of the second ones.
+pub fn hessian<B: Nestable, const Q: usize>(
+    f: &impl Function<B>,
+    q: &[B; Q],
+) -> ([B; Q], [[B; Q]; Q]) {
+    if B::PLAIN {
+        let over = |b: B| Called(Dual2SVec::<B, Q>::from_re(b));
+        let at = |q: SVector<Dual2SVec<B, Q>, Q>| f.at(over, &q.data.0[0].map(Called)).0;
+        let (_, gradient, hessian) = num_dual::hessian(at, &SVector::from(*q));
+        // Columns, but it is symmetric.
+        return (gradient.data.0[0], hessian.data.0);
+    }
+    let over = |b: B| Called(HyperDual::from_re(b));
+    let one = B::from(1.0);
+    let (mut gradient, mut hessian) = ([B::from(0.0); Q], [[B::from(0.0); Q]; Q]);
+    for r in 0..Q {
+        for c in 0..=r {
+            let seeded: [_; Q] = components(|k| {
+                let mut q = over(q[k]);
+                if k == r {
+                    q.0.eps1 = one;
+                }
+                if k == c {
+                    q.0.eps2 = one;
+                }
+                q
+            });
+            let value = f.at(over, &seeded).0;
+            (gradient[r], hessian[r][c]) = (value.eps1, value.eps1eps2);
+        }
+    }
+    (gradient, hessian)
+}
+
+/// The derivatives of some numbers by an unknown each: the rows are those of the numbers.
+pub fn jacobian<B: Nestable, const Q: usize, const R: usize>(
+    of: impl Fn(fn(B) -> Called<Dual<B>>, &[Called<Dual<B>>]) -> [Called<Dual<B>>; R],
+    q: &[B; Q],
+) -> [[B; Q]; R] {
+    let over: fn(B) -> Called<Dual<B>> = |b| Called(Dual::from_re(b));
+    let mut rows = [[B::from(0.0); Q]; R];
+    for i in 0..Q {
+        let seeded: [_; Q] = components(|k| seed(over(q[k]), k == i));
+        let values = of(over, &seeded);
+        for r in 0..R {
+            rows[r][i] = values[r].0.eps;
+        }
+    }
+    rows
+}
+
+/// The number, or the unknown that derivatives are by.
+fn seed<B: Nestable>(mut q: Called<Dual<B>>, is_unknown: bool) -> Called<Dual<B>> {
+    if is_unknown {
+        q.0.eps = B::from(1.0);
+    }
+    q
+}
