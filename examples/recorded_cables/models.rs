@@ -99,6 +99,21 @@ pub fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<
     Ok(scene)
 }
 
+/// What a model goes on from. What a simpler one had no use for starts afresh: it may have stood for what that model
+/// lacks.
+pub fn kept(before: &Found) -> Found {
+    before.iter().filter(|(_, x)| x.abs() > NOTHING).map(|(n, x)| (n.clone(), *x)).collect()
+}
+
+/// Where a number of a model that goes on `from` others starts; none where it is scanned.
+pub fn begin(name: &str, from: &Found) -> Option<f64> {
+    match from.get(name) {
+        Some(value) => Some(*value),
+        // Of the modulus nothing is known before.
+        None => (name != "youngs_modulus").then(|| start(name)),
+    }
+}
+
 /// Fits a model to some clips, from what simpler ones found.
 pub fn fit(
     cable: &Cable,
@@ -106,21 +121,19 @@ pub fn fit(
     clips: &[usize],
     before: &Found,
 ) -> Result<(FitReport, Found), Box<dyn Error>> {
-    // What a simpler model had no use for starts afresh: it may have stood for what that model lacks.
-    let from: Found =
-        before.iter().filter(|(_, x)| x.abs() > NOTHING).map(|(n, x)| (n.clone(), *x)).collect();
+    let from = kept(before);
     let mut fit = cable.fit(&scene_of(cable, rung, &from)?, clips)?;
     for name in &rung.numbers {
         let unknown = Unknown::new(name.parse()?);
-        // Of the modulus nothing is known before.
-        let scanned = name == "youngs_modulus" && !from.contains_key(name);
-        let value = from.get(name).copied().unwrap_or_else(|| start(name));
         // Turned about the cable all together, curvatures are the same cable: they stay near the table's.
         let unknown = match rung.name == "K" && name.starts_with(BENDING) {
             true => unknown.prior(0.0, SHARPEST),
             false => unknown,
         };
-        fit = fit.identify(if scanned { unknown } else { unknown.start(value) });
+        fit = fit.identify(match begin(name, &from) {
+            Some(value) => unknown.start(value),
+            None => unknown,
+        });
     }
     let report = fit.solve()?;
     // What these recordings do not show, as which way all curvatures are turned about the cable, is where the fit has left it:

@@ -4,6 +4,7 @@ use crate::dynamics::coefficients::StepCoefficients;
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::numerics::led::Led;
 use crate::numerics::scalar::Scalar;
 use crate::rod::{Rod, State};
 use crate::scene::Scheme;
@@ -32,6 +33,9 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
     pub derivatives: Derivatives,
     /// The unknowns that move.
     pub free: Range<usize>,
+    /// Those among them that a recording leads: they have no derivatives, and rows and columns of the identity in
+    /// [`tangent`](Self::tangent) and [`matrix`](Self::matrix).
+    pub led: &'a Led,
     /// The scheme whose equations were solved.
     pub scheme: Scheme,
     /// The state at the start of the step.

@@ -74,8 +74,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             angles.iter().filter(|i| free.contains(i)).count() as f64,
         ];
         for (end, turn) in supports.recorded_turns() {
-            let other = supports.at(if end == End::Start { End::End } else { End::Start });
-            let is_held = matches!(other, Support::Recorded | Support::Clamped);
+            let other = if end == End::Start { End::End } else { End::Start };
+            let is_held = matches!(supports.at(other), Support::Recorded | Support::Clamped)
+                && !supports.turns_freely(other);
             for (edge, i) in angles.iter().enumerate() {
                 let along = ((edge as f64 + 1.0 - before) / (between + 1.0)).clamp(0.0, 1.0);
                 let part = match end {
@@ -106,8 +107,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let path = setup.scene.supports.path.as_ref();
         let segments = self.nodes() - 1;
         let nodes = path.map_or(Ok(Vec::new()), |path| path.nodes(segments))?;
-        let free = self.free();
-        let is_held = |node: usize| nodes.contains(&node) && !free.contains(&(M::STRIDE * node));
+        let led = self.led();
+        let is_held = |node: usize| nodes.contains(&node) && self.is_held(node, &led);
         let time = track.times()[frame];
         // Between the two, however much stiffer the edges are.
         let stiffness = spring(setup, segments) * STIFFER.sqrt();

@@ -6,6 +6,7 @@ use crate::dynamics::stepper::{self, Newton, Stepper};
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::BandMatrix;
+use crate::numerics::led::Led;
 use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::{Energies, NodalDrag, Rod, State};
@@ -37,7 +38,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         derivatives: Derivatives,
     ) -> Self {
         let mut state = State::at_rest(q, frames);
-        let system = System { rod, derivatives, free, damping, drag: None, boundary_motion: None };
+        let (led, drag, boundary_motion) = (Led::default(), None, None);
+        let system = System { rod, derivatives, free, led, damping, drag, boundary_motion };
         let mut stepper = Stepper::new((scheme, beta), &system, tolerance, &mut state);
         stepper.find_forces(&system, &mut state);
         stepper.find_acceleration(&system, &mut state);
@@ -55,10 +57,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         self.find_forces();
     }
 
-    /// Moves supports.
-    pub(crate) fn move_supports(&mut self, boundary_motion: BoundaryMotion<D>) {
+    /// Moves supports, which lead some of the free unknowns too.
+    pub(crate) fn move_supports(&mut self, boundary_motion: BoundaryMotion<D>, led: Led) {
         boundary_motion.velocities(self.state.time, &mut self.state.v);
         self.system.boundary_motion = Some(boundary_motion);
+        self.system.led = led;
         self.find_forces();
     }
 
@@ -68,6 +71,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         for i in self.system.free.clone() {
             self.state.v[i] = v[i];
         }
+        self.system.lead(self.state.time, &mut self.state.v);
         self.find_forces();
     }
 
@@ -85,6 +89,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
         for i in self.system.free.clone() {
             self.state.v[i] -= a[i] * half;
         }
+        self.system.lead(self.state.time, &mut self.state.v);
         self.find_forces();
         self.stepper.know_acceleration(a, &self.system, &mut self.state);
         Ok(())
@@ -116,7 +121,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Simulation<D, R, W> {
     pub fn previous(&self) -> &State<D, R::Frames> {
         &self.previous
     }
-    /// The unknowns that move.
+    /// The unknowns that move, with those among them that a recording leads.
     pub fn free(&self) -> Range<usize> {
         self.system.free.clone()
     }

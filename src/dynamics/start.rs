@@ -80,7 +80,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             simulation.immerse(drag);
         }
         if let Some(boundary_motion) = boundary_motion {
-            simulation.move_supports(boundary_motion);
+            simulation.move_supports(boundary_motion, self.led());
         }
         if let Some(velocity) = velocity {
             simulation.set_velocity(&velocity);

@@ -1,6 +1,8 @@
 //! What a step is told, and what it cost.
 
 use crate::energy::Derivatives;
+use crate::numerics::led::Led;
+use crate::numerics::scalar::Nestable;
 use crate::problem::boundary::BoundaryMotion;
 use crate::rod::NodalDrag;
 use crate::scene::Damping;
@@ -42,6 +44,8 @@ pub(crate) struct System<D, R> {
     pub derivatives: Derivatives,
     /// The unknowns that move.
     pub free: Range<usize>,
+    /// Those among them that a recording leads.
+    pub led: Led,
     /// Mass damping, 1/s, and Kelvin-Voigt damping, s.
     pub damping: Damping<D>,
     /// The drag of a fluid, if there is one.
@@ -59,4 +63,13 @@ pub(crate) struct Step<'a, D, R> {
     pub time: f64,
     /// The length of the step, s.
     pub h: f64,
+}
+
+impl<D: Nestable, R> System<D, R> {
+    /// Gives unknowns that are led among free ones the velocities that they have at a time, s.
+    pub fn lead(&self, time: f64, v: &mut [D]) {
+        if let (false, Some(boundary_motion)) = (self.led.is_empty(), &self.boundary_motion) {
+            boundary_motion.velocities(time, v);
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! What resists the bending and twisting of a joint.
 
 use crate::numerics::scalar::{Scalar, Wide};
+use crate::numerics::vector::{components, each};
 
 /// Stiffnesses of an inner node, all over the Voronoi length, N m.
 #[derive(Clone, Copy, Debug)]
@@ -48,20 +49,22 @@ impl<D: Scalar> Stiffness<D> {
     }
 
     /// The sum of two.
+    #[inline]
     pub(crate) fn plus(&self, other: &Self) -> Self {
         Self {
-            bend: [0, 1, 2].map(|k| self.bend[k] + other.bend[k]),
+            bend: components(|k| self.bend[k] + other.bend[k]),
             twist: self.twist + other.twist,
-            coupling: [0, 1].map(|k| self.coupling[k] + other.coupling[k]),
+            coupling: components(|k| self.coupling[k] + other.coupling[k]),
         }
     }
 
     /// With factors of what couples bending and twisting, of bending and of twisting.
+    #[inline]
     pub(crate) fn by_kind(&self, coupling: D, [bend, twist]: [D; 2]) -> Self {
         Self {
-            bend: self.bend.map(|k| k * bend),
+            bend: each(&self.bend, |k| k * bend),
             twist: self.twist * twist,
-            coupling: self.coupling.map(|k| k * coupling),
+            coupling: each(&self.coupling, |k| k * coupling),
         }
     }
 
@@ -80,11 +83,13 @@ impl<D: Scalar> Stiffness<D> {
     }
 
     /// Converts every number.
+    #[inline]
     pub fn map<E>(&self, mut convert: impl FnMut(D) -> E) -> Stiffness<E> {
+        let ([b11, b12, b22], [c1, c2]) = (self.bend, self.coupling);
         Stiffness {
-            bend: self.bend.map(&mut convert),
+            bend: [convert(b11), convert(b12), convert(b22)],
             twist: convert(self.twist),
-            coupling: self.coupling.map(&mut convert),
+            coupling: [convert(c1), convert(c2)],
         }
     }
 }

@@ -133,6 +133,15 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
         (self.diagonal.as_chunks_mut().0, self.below.as_chunks_mut().0)
     }
 
+    /// Makes row and column `i` those of the identity.
+    pub fn uncouple(&mut self, i: usize) {
+        self.diagonal[i] = D::from(1.0);
+        self.below[i] = [D::from(0.0); W];
+        for (p, j) in (i.saturating_sub(W)..i).rev().enumerate() {
+            self.below[j][p] = D::from(0.0);
+        }
+    }
+
     /// Sets every entry to zero.
     pub fn clear(&mut self) {
         self.diagonal.fill(D::from(0.0));

@@ -8,6 +8,7 @@ pub(crate) mod decay;
 pub(crate) mod hermite;
 pub mod krylov;
 pub mod lanes;
+pub mod led;
 pub mod levenberg_marquardt;
 mod linearized;
 pub mod order;

@@ -8,7 +8,8 @@
 //!
 //! and a wall turns its edge about itself by the twist besides. Displacements, rotation vectors and
 //! twists of several motions of one end are added. A recorded end has its nodes where markers were seen;
-//! its angles stay what they are, against references that go along by parallel transport. The masses of held and of free unknowns are
+//! its angles stay what they are, against references that go along by parallel transport, or are free. Nodes between the
+//! ends may be led likewise. The masses of held and of free unknowns are
 //! apart, so that a step needs to know no more than where the supports are at its end. All vectors
 //! are in the model's axes; in the plane the third component is zero.
 
@@ -25,7 +26,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub struct BoundaryMotion<D = f64> {
     ends: Vec<MovedEnd<D>>,
-    recorded: Vec<RecordedEnd>,
+    recorded: Vec<RecordedPart>,
     /// Unknowns from one node to the next.
     stride: usize,
 }
@@ -47,9 +48,9 @@ pub struct MovedEnd<D = f64> {
     pub edge: Option<(usize, [Vector<D>; 2])>,
 }
 
-/// An end that goes as markers were seen to go.
+/// A part of the rod, an end or nodes between the ends, that goes as markers were seen to go.
 #[derive(Clone, Debug)]
-pub struct RecordedEnd {
+pub struct RecordedPart {
     /// The recording.
     pub track: Arc<Track>,
     /// Held nodes, each with the two markers it stands between and its part of the way from one to the
@@ -59,7 +60,7 @@ pub struct RecordedEnd {
     pub axes: [[f64; 3]; 3],
 }
 
-impl RecordedEnd {
+impl RecordedPart {
     /// The held nodes and where they are at a time, s, in the model's axes, m.
     fn places<D: Scalar>(&self, time: D) -> impl Iterator<Item = (usize, Vector<D>)> {
         self.nodes.iter().map(move |(node, [from, to], part)| {
@@ -139,7 +140,7 @@ impl<D: Nestable> BoundaryMotion<D> {
     /// The motion of these ends, for a model's unknowns.
     pub fn new<M: Model<W>, const W: usize>(
         ends: Vec<MovedEnd<D>>,
-        recorded: Vec<RecordedEnd>,
+        recorded: Vec<RecordedPart>,
     ) -> Self {
         Self { ends, recorded, stride: M::STRIDE }
     }

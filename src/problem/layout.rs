@@ -92,7 +92,6 @@ pub(crate) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
     }
     if let Some(path) = &scene.supports.path {
         let ends = [scene.supports.start, scene.supports.end];
-        let ends = ends.into_iter().filter(|support| *support == Support::Recorded).count();
         path.check_nodes(ends, mesh.nodes.len() - 1)?;
     }
     let start = setup::start_shape(scene, mesh)?;

@@ -31,6 +31,7 @@ use crate::code::Code;
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
+use crate::numerics::led::Led;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, scale};
 use crate::problem::layout::{BESIDE_STRAIGHT, check_edges, checked, choose, correction};
@@ -41,7 +42,7 @@ use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
 use crate::scene::marker::Marker;
 use crate::scene::mesh::Mesh;
-use crate::scene::{InitialState, Resolution, Scene, Support, Time};
+use crate::scene::{End, InitialState, Resolution, Scene, Support, Time};
 use crate::scene::{Point, Stencil};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -500,18 +501,28 @@ impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
         self.model.frames(&self.setup.rest)
     }
 
-    /// The unknowns that the supports leave free.
+    /// The unknowns that the supports leave free, with those among them that a recording leads.
     pub fn free(&self) -> Range<usize> {
         let (supports, dof) = (&self.problem.scene.supports, self.model.dof());
-        let held = |support| match (support, &supports.path) {
+        let held = |end| match (supports.at(end), &supports.path) {
+            // The outermost node's place: the angle of its edge is free.
+            (Support::Recorded, _) if M::STRIDE > 3 && supports.turns_freely(end) => 3,
             // All unknowns up to the innermost held node's place.
             (Support::Recorded, Some(path)) => {
                 M::STRIDE * path.held_nodes(self.nodes() - 1) - M::STRIDE.saturating_sub(3)
             }
             (support, _) => self.model.held(support),
         };
-        let start = held(supports.start).min(dof);
-        start..dof.saturating_sub(held(supports.end)).max(start)
+        let start = held(End::Start).min(dof);
+        start..dof.saturating_sub(held(End::End)).max(start)
+    }
+
+    /// Those of the [free](Self::free) unknowns that a recording leads.
+    pub(crate) fn led(&self) -> Led {
+        let free = self.free();
+        let nodes = self.recorded().into_iter().flat_map(|part| part.nodes);
+        let places = nodes.flat_map(|(i, ..)| M::STRIDE * i..M::STRIDE * i + M::STRIDE.min(3));
+        Led::new(places.filter(|i| free.contains(i)).collect())
     }
 
     /// Number of nodes.

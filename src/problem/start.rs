@@ -2,9 +2,10 @@
 //! equilibria that `rodfit static` looks for from there.
 
 use crate::energy::frame::Frames;
+use crate::numerics::led::Led;
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{add, scale, sub, unit};
-use crate::problem::boundary::{BoundaryMotion, MovedEnd, RecordedEnd};
+use crate::problem::boundary::{BoundaryMotion, MovedEnd, RecordedPart};
 use crate::problem::model::Model;
 use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
@@ -115,7 +116,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 ),
             }
         });
-        BoundaryMotion::new::<M, W>(ends.collect(), self.recorded_ends())
+        BoundaryMotion::new::<M, W>(ends.collect(), self.recorded())
     }
 
     /// The model's axes in the world.
@@ -126,20 +127,22 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| columns[c][r]))
     }
 
-    /// The ends that a recording leads.
-    fn recorded_ends(&self) -> Vec<RecordedEnd> {
+    /// What a recording leads: ends, and nodes between them.
+    pub(super) fn recorded(&self) -> Vec<RecordedPart> {
         let supports = &self.scene().supports;
-        let Some(Recorded { track: Some(track), .. }) = &supports.path else { return Vec::new() };
-        let path = supports.path.as_ref().expect("there is a recording");
-        let axes = self.model_axes();
+        let Some(path) = &supports.path else { return Vec::new() };
+        let Recorded { track: Some(track), .. } = path else { return Vec::new() };
+        let (axes, segments) = (self.model_axes(), self.nodes() - 1);
         let led =
             [End::Start, End::End].into_iter().filter(|e| supports.at(*e) == Support::Recorded);
-        let of = |end| RecordedEnd {
-            track: track.clone(),
-            nodes: path.held_at(end, self.nodes() - 1),
-            axes,
-        };
-        led.map(of).collect()
+        let nodes = led.map(|end| path.held_at(end, segments)).chain([path.held_inside(segments)]);
+        nodes.map(|nodes| RecordedPart { track: track.clone(), nodes, axes }).collect()
+    }
+
+    /// Whether a node goes where a recording or another support has it.
+    pub(crate) fn is_held(&self, node: usize, led: &Led) -> bool {
+        let place = M::STRIDE * node;
+        !self.free().contains(&place) || led.contains(place)
     }
 
     /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.

@@ -2,7 +2,7 @@
 //! that jump for a frame. All of it is found and told, and mended only where that is asked for.
 
 use crate::numerics::order;
-use crate::numerics::vector::{Vector, dot, sub};
+use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};
 use crate::scene::track::{Marker, Track};
 use serde::{Deserialize, Serialize};
@@ -136,27 +136,23 @@ impl Track {
     fn gaps(&self, held: &[&Marker]) -> Vec<(usize, usize)> {
         let (between, frames) = (self.between(), self.times().len());
         let mut gaps: Vec<(usize, usize, f64)> = Vec::new();
+        let mut ways: Vec<Frames> = Vec::new();
         for before in BESIDE - 1..frames.saturating_sub(BESIDE) {
-            let window = before + 1 - BESIDE..before + 1 + BESIDE;
-            let seen =
-                |m: &&Marker| m.seen[window.clone()].iter().copied().collect::<Option<Vec<_>>>();
-            let Some(seen) = held.iter().map(seen).collect::<Option<Vec<_>>>() else { continue };
+            let first = before + 1 - BESIDE;
+            ways.clear();
+            ways.extend(held.iter().filter_map(|m| ways_of(&m.seen[first..])).flatten());
+            if ways.len() < 3 * held.len() {
+                continue;
+            }
             let roughness = |steps: usize| {
                 let extra = (steps - 1) as f64 * between;
-                let times = window.clone().map(|k| {
+                let time = |k: usize| {
                     let t = (self.times()[k] - self.times()[before]) / between;
                     if k > before { t + extra / between } else { t }
-                });
-                let times: Vec<f64> = times.collect();
-                let basis = cubics(&times);
-                let (mut sum, mut count) = (0.0, 0.0);
-                for x in
-                    seen.iter().flat_map(|seen| (0..3).map(move |c| seen.iter().map(move |x| x[c])))
-                {
-                    sum += left(&basis, x.collect());
-                    count += times.len() as f64;
-                }
-                (sum / f64::max(count, 1.0)).sqrt()
+                };
+                let basis = cubics(&components(|k| time(first + k)));
+                let sum = ways.iter().map(|way| left(&basis, way)).sum::<f64>();
+                (sum / f64::max((WINDOW * ways.len()) as f64, 1.0)).sqrt()
             };
             let here = roughness(1);
             if here <= SEEN {
@@ -213,33 +209,62 @@ fn norm(a: Vector<f64>) -> f64 {
     dot(a, a).sqrt()
 }
 
+/// The frames around a gap.
+const WINDOW: usize = 2 * BESIDE;
+/// A number of each of them.
+type Frames = [f64; WINDOW];
+
+/// The ways of a marker along the three axes in the first of some frames, if it was seen in all of them.
+fn ways_of(seen: &[Option<Vector<f64>>]) -> Option<[Frames; 3]> {
+    let mut ways = [[0.0; WINDOW]; 3];
+    for (k, seen) in seen.iter().take(WINDOW).enumerate() {
+        let place = (*seen)?;
+        (0..3).for_each(|c| ways[c][k] = place[c]);
+    }
+    Some(ways)
+}
+
+#[inline]
+fn product(a: &Frames, b: &Frames) -> f64 {
+    let mut sum = 0.0;
+    for k in 0..WINDOW {
+        sum += a[k] * b[k];
+    }
+    sum
+}
+
+/// Takes from a list what it has of another, of length 1.
+#[inline]
+fn take_off(from: &mut Frames, other: &Frames) {
+    let along = product(other, from);
+    for k in 0..WINDOW {
+        from[k] -= along * other[k];
+    }
+}
+
 /// An orthonormal basis of the cubics at these times.
-fn cubics(times: &[f64]) -> Vec<Vec<f64>> {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    let middle = times.iter().sum::<f64>() / times.len() as f64;
+fn cubics(times: &Frames) -> [Frames; 4] {
+    let middle = times.iter().sum::<f64>() / WINDOW as f64;
     let size = times.iter().map(|t| (t - middle).abs()).fold(f64::MIN_POSITIVE, f64::max);
+    let mut basis = [[1.0; WINDOW]; 4];
+    for power in 1..4 {
+        basis[power] = components(|k| basis[power - 1][k] * ((times[k] - middle) / size));
+    }
     for power in 0..4 {
-        let mut new: Vec<f64> = times.iter().map(|t| ((t - middle) / size).powi(power)).collect();
-        for old in &basis {
-            let along: f64 = old.iter().zip(&new).map(|(a, b)| a * b).sum();
-            new.iter_mut().zip(old).for_each(|(x, o)| *x -= along * o);
-        }
-        let length = new.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (done, rest) = basis.split_at_mut(power);
+        let new = &mut rest[0];
+        done.iter().for_each(|old| take_off(new, old));
+        let length = product(new, new).sqrt();
         new.iter_mut().for_each(|x| *x /= length);
-        basis.push(new);
     }
     basis
 }
 
 /// The sum of squares that a basis leaves of values.
-fn left(basis: &[Vec<f64>], mut values: Vec<f64>) -> f64 {
-    let first = values[0];
-    values.iter_mut().for_each(|x| *x -= first);
-    for old in basis {
-        let along: f64 = old.iter().zip(&values).map(|(a, b)| a * b).sum();
-        values.iter_mut().zip(old).for_each(|(x, o)| *x -= along * o);
-    }
-    values.iter().map(|x| x * x).sum()
+fn left(basis: &[Frames; 4], values: &Frames) -> f64 {
+    let mut rest = components(|k| values[k] - values[0]);
+    basis.iter().for_each(|old| take_off(&mut rest, old));
+    product(&rest, &rest)
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// A recording of markers on the rod, of which the outermost lead `"recorded"` ends.
 ///
 /// A recorded end turns about itself as little as its direction allows, by parallel transport in time:
-/// markers on the rod's line do not show its turn.
+/// markers on the rod's line do not show its turn. Or nothing holds its turn, and the rod turns there as it will.
 ///
 /// The markers stand in the order of the file's columns, from the start of the rod to its end, equally many
 /// edges apart: the first at the first node and the last at the last.
@@ -55,6 +55,12 @@ pub struct Recorded {
     /// on the chords.
     #[serde(default = "two")]
     pub held: usize,
+    /// Markers between the ends that lead the rod as well, by their names.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inner: Vec<String>,
+    /// The recorded ends that turn freely about themselves: nothing holds their twist.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub free_twist: Vec<End>,
     /// What is done about frames that the recording has lost.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lost_frames: LostFrames,
@@ -88,6 +94,8 @@ impl Recorded {
             y: None,
             time_zero: None,
             held: two(),
+            inner: Vec::new(),
+            free_twist: Vec::new(),
             lost_frames: LostFrames::Keep,
             swapped_labels: SwappedLabels::Keep,
             track: None,
@@ -110,8 +118,9 @@ impl Recorded {
         };
         self.track = Some(track.clone());
         if !track.is_examined() {
-            let (markers, free) = (track.markers().len(), self.free_markers(ends));
-            let held: Vec<usize> = (0..markers).filter(|j| !free.contains(j)).collect();
+            let free = self.free_markers(ends);
+            let held: Vec<usize> =
+                (0..track.markers().len()).filter(|j| !free.contains(j)).collect();
             self.track = Some(track.examined(&held, self.lost_frames, self.swapped_labels).into());
         }
         Ok(())
@@ -154,11 +163,24 @@ impl Recorded {
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
     }
 
+    /// The markers that do not lead the rod.
+    pub(crate) fn free_markers(&self, supports: [Support; 2]) -> Vec<usize> {
+        let inner = self.inner_markers();
+        self.between_ends(supports).filter(|j| !inner.contains(j)).collect()
+    }
+
     /// The markers that neither end holds.
-    pub(crate) fn free_markers(&self, [start, end]: [Support; 2]) -> Range<usize> {
+    fn between_ends(&self, [start, end]: [Support; 2]) -> Range<usize> {
         let markers = self.track.as_ref().map_or(0, |track| track.markers().len());
         let held = |end| if end == Support::Recorded { self.held.min(markers) } else { 0 };
         held(start)..markers.saturating_sub(held(end))
+    }
+
+    /// The markers between the ends that lead the rod.
+    fn inner_markers(&self) -> Vec<usize> {
+        let markers = self.track.as_ref().map_or(&[][..], |track| track.markers());
+        let is_inner = |j: &usize| self.inner.contains(&markers[*j].name);
+        (0..markers.len()).filter(is_inner).collect()
     }
 
     /// How many nodes a recorded end of a rod of so many edges holds.
@@ -170,10 +192,18 @@ impl Recorded {
     /// Refuses what makes no sense beside these supports.
     pub(super) fn check(&self, [start, end]: [Support; 2]) -> Result<(), Error> {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
-        if recorded == 0 {
+        if recorded == 0 && self.inner.is_empty() {
             let found = "a recording without an end that it moves";
-            let allowed = "beside start or end = \"recorded\" only";
+            let allowed =
+                "beside start or end = \"recorded\" only, or with inner markers that lead the rod";
             return Err(Error::invalid("supports.path", found, allowed));
+        }
+        for (end, name, support) in [(End::Start, "start", start), (End::End, "end", end)] {
+            if self.free_twist.contains(&end) && support != Support::Recorded {
+                let found = format!("{name:?}, which no recording leads");
+                let allowed = "ends that are \"recorded\"";
+                return Err(Error::invalid("supports.path.free_twist", found, allowed));
+            }
         }
         if self.held == 0 {
             return Err(Error::invalid("supports.path.held", 0, "1 or more markers"));
@@ -181,16 +211,48 @@ impl Recorded {
         Ok(())
     }
 
-    /// Refuses a rod that has no free node left.
-    pub(crate) fn check_nodes(&self, ends: usize, segments: usize) -> Result<(), Error> {
-        self.nodes(segments)?;
+    /// Refuses a rod that has no free node left, and inner markers that are not there or are held anyway.
+    pub(crate) fn check_nodes(&self, supports: [Support; 2], segments: usize) -> Result<(), Error> {
+        let nodes = self.nodes(segments)?;
+        let ends = supports.into_iter().filter(|support| *support == Support::Recorded).count();
         let held = ends.saturating_mul(self.held_nodes(segments));
         if held > segments {
             let found = format!("{} at {ends} ends, {held} of {} nodes", self.held, segments + 1);
             let allowed = "fewer, so that a node is free";
             return Err(Error::invalid("supports.path.held", found, allowed));
         }
+        if self.inner.is_empty() {
+            return Ok(());
+        }
+        // Other supports hold up to two nodes.
+        let [first, last] = supports.map(|support| match support {
+            Support::Recorded => self.held_nodes(segments),
+            Support::Clamped => 2,
+            Support::Pinned | Support::Roller => 1,
+            Support::Free => 0,
+        });
+        let markers = self.track()?.markers();
+        let between: Vec<&str> = (nodes.iter().zip(markers))
+            .filter(|(node, _)| **node >= first && **node + last <= segments)
+            .map(|(_, marker)| &*marker.name)
+            .collect();
+        if let Some(name) = self.inner.iter().find(|name| !between.contains(&name.as_str())) {
+            let found = format!("{name:?}, which is no marker between what the supports hold");
+            let allowed = format!("some of {between:?}");
+            return Err(Error::invalid("supports.path.inner", found, allowed));
+        }
+        if first + last + self.inner_markers().len() > segments {
+            let found = format!("{:?}, which leaves no node free", self.inner);
+            return Err(Error::invalid("supports.path.inner", found, "fewer, or a finer mesh"));
+        }
         Ok(())
+    }
+
+    /// The inner nodes that are led, as [`held_at`](Self::held_at) has those of ends.
+    pub(crate) fn held_inside(&self, segments: usize) -> Vec<(usize, [usize; 2], f64)> {
+        let nodes = self.nodes(segments).unwrap_or_default();
+        let inner = self.inner_markers().into_iter();
+        inner.filter_map(|j| Some((*nodes.get(j)?, [j, j], 0.0))).collect()
     }
 
     /// The held nodes of an end, each with the two markers it stands between and its part of the way from

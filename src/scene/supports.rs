@@ -358,6 +358,11 @@ impl<D> Supports<D> {
         turns.map(|motion| (motion.end, &motion.twist))
     }
 
+    /// Whether a recorded end turns freely about itself.
+    pub(crate) fn turns_freely(&self, end: End) -> bool {
+        self.path.as_ref().is_some_and(|path| path.free_twist.contains(&end))
+    }
+
     /// How the clamp of an end gives way.
     pub fn compliance(&self, end: End) -> &Compliance<D> {
         match end {
@@ -483,6 +488,11 @@ impl Supports {
             let key = format!("supports.motion[{i}]");
             motion.check(&key, self.at(motion.end))?;
             let held = self.path.as_ref().map_or(0, |path| path.held);
+            if self.turns_freely(motion.end) {
+                let found = "a twist of an end that turns freely";
+                let allowed = "ends that are not in supports.path.free_twist";
+                return Err(Error::invalid(format!("{key}.twist"), found, allowed));
+            }
             if self.at(motion.end) == Support::Recorded && held < 2 {
                 let found = "a twist of an end at which one marker is held";
                 let allowed = "supports.path.held = 2 or more: an edge that it turns";

@@ -19,6 +19,7 @@
 use crate::energy::Derivatives;
 use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt};
+use crate::numerics::led::Led;
 use crate::rod::Rod;
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use std::ops::Range;
@@ -62,6 +63,8 @@ pub struct Rest<F> {
 pub(crate) struct Descent<'a, R, const W: usize> {
     rod: &'a R,
     free: Range<usize>,
+    /// Those among them that stay where they are.
+    led: Led,
     length: f64,
     derivatives: Derivatives,
     /// Stiffnesses that count as none, N/m (N m for angles).
@@ -108,6 +111,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
         Self {
             rod,
             free,
+            led: Led::default(),
             length,
             derivatives,
             negligible,
@@ -133,6 +137,11 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
         self
     }
 
+    /// Leaves unknowns among the free ones where they are.
+    pub fn leading(self, led: Led) -> Self {
+        Self { led, ..self }
+    }
+
     fn assemble(&mut self, frames: &R::Frames) {
         let (q, derivatives, tangent) = (&self.q, self.derivatives, &mut self.tangent);
         if self.edges.is_some() {
@@ -144,6 +153,8 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
         for (i, spring) in self.springs.iter().enumerate() {
             self.gradient[i] += spring * (self.q[i] - self.begun[i]);
         }
+        self.led.fill(&mut self.gradient, 0.0);
+        self.led.uncouple(&mut self.tangent);
     }
 
     /// The largest force out of balance, N.

@@ -9,7 +9,8 @@ use crate::problem::{Discretized, FramesOf};
 use crate::rod::{Rod, planar, spatial};
 use std::ops::Range;
 
-/// `K x = omega^2 M x` over the unknowns `free`; of half-bandwidth `W`.
+/// `K x = omega^2 M x` over the unknowns `free`; of half-bandwidth `W`. Those among them that a recording leads are
+/// coupled to no other and weigh nothing: they have no eigenvalues.
 pub(crate) struct Pencil<D, const W: usize> {
     /// `K`, N/m (N m for angles).
     pub tangent: BandMatrix<D, W>,
@@ -33,7 +34,10 @@ impl<D: Nestable, const W: usize> Pencil<D, W> {
         let mut tangent = BandMatrix::zeros(q.len());
         let mut gradient = vec![D::from(0.0); q.len()];
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
-        Self { tangent, mass: rod.mass().to_vec(), free: discretized.free() }
+        let (mut mass, led) = (rod.mass().to_vec(), discretized.led());
+        led.uncouple(&mut tangent);
+        led.fill(&mut mass, D::from(0.0));
+        Self { tangent, mass, free: discretized.free() }
     }
 }
 
@@ -53,7 +57,11 @@ impl<const W: usize> Pencil<f64, W> {
                 rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
                 Self { tangent, mass, free: discretized.free() }
             }
-            None => Self { mass, ..Self::at(discretized, &rod, q, frames) },
+            None => {
+                let mut mass = mass;
+                discretized.led().fill(&mut mass, 0.0);
+                Self { mass, ..Self::at(discretized, &rod, q, frames) }
+            }
         }
     }
 
@@ -64,6 +72,11 @@ impl<const W: usize> Pencil<f64, W> {
             .factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())
             .map(|()| factors)
             .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })
+    }
+
+    /// How many eigenvalues there are.
+    pub fn order(&self) -> usize {
+        self.free.clone().filter(|i| self.mass[*i] != 0.0).count()
     }
 
     /// How many eigenvalues lie below `squared`, by Sylvester's law of inertia.

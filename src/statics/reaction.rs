@@ -8,7 +8,7 @@
 //! M = sum_i (x_i - c) x (the same)  +  dE/dtheta t
 //! ```
 //!
-//! over the held nodes `i`, with the tangent `t` of a held edge and the point `c` of the support:
+//! over the nodes `i` that the support holds, with the tangent `t` of a held edge and the point `c` of the support:
 //! the middle of the outermost edge where a wall cuts it, its inner node where the clamp is soft, and the end of the rod otherwise. What a
 //! cut edge has inside of the wall, half of its mass, weighs on the wall and not on the rod: it is
 //! left out, so that force and moment at rest balance the rod from the wall on. Kelvin-Voigt stress
@@ -20,7 +20,7 @@ use crate::problem::Model;
 use crate::problem::behind_walls;
 use crate::problem::{Discretized, FramesOf};
 use crate::rod::{NodalDrag, Rod, State, Viscosity};
-use crate::scene::Damping;
+use crate::scene::{Damping, End, Support};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -79,32 +79,39 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 *force += rod.mass()[i] * (acceleration[i] + damping.mass * v[i]);
             }
         }
-        force[self.free()].fill(0.0);
+        let (free, led, last) = (self.free(), self.led(), self.nodes() - 1);
+        for i in free.clone().filter(|i| !led.contains(*i)) {
+            force[i] = 0.0;
+        }
+        let held = |end| match (&self.scene().supports.path, self.scene().supports.at(end)) {
+            (Some(path), Support::Recorded) => path.held_nodes(last),
+            (_, Support::Clamped) => 2,
+            _ => 1,
+        };
+        let start: Vec<usize> = (0..held(End::Start)).collect();
+        let end: Vec<usize> = (0..held(End::End)).map(|k| last - k).collect();
         Reactions {
-            start: self.reaction(0..self.free().start, [0, 1], (rod, q, &force)),
-            end: {
-                let last = self.nodes() - 1;
-                self.reaction(self.free().end..q.len(), [last, last - 1], (rod, q, &force))
-            },
+            start: self.reaction(0..free.start, (&start, 1), (rod, q, &force)),
+            end: self.reaction(free.end..q.len(), (&end, last - 1), (rod, q, &force)),
         }
     }
 
-    /// Of the end whose `[outermost, next]` nodes these are, from the forces on the unknowns it holds.
+    /// Of the end that holds these nodes, the outermost first, from the forces on the unknowns it holds; `next` is the
+    /// second node from there.
     fn reaction(
         &self,
         held: Range<usize>,
-        [outermost, next]: [usize; 2],
+        (nodes, next): (&[usize], usize),
         (rod, q, force): (&M::Rod<f64>, &[f64], &[f64]),
     ) -> Reaction {
         let mut reaction = Reaction::default();
-        if held.is_empty() {
-            return reaction;
-        }
+        let (false, [outermost, ..]) = (held.is_empty(), nodes) else { return reaction };
+        let outermost = *outermost;
         let position = |i: usize| self.model.position(q, i);
         let behind = self.behind(outermost);
         let edge = sub(position(next), position(outermost));
         let point = add(position(outermost), scale(edge, behind));
-        for node in [outermost, next] {
+        for node in nodes.iter().copied() {
             let mut on_node = self.model.rate(force, node);
             if node == outermost && behind > 0.0 {
                 on_node = add(on_node, self.load(node, rod.mass()[M::STRIDE * node]));

@@ -83,8 +83,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             let edges = self.edge_coordinates();
             let scales = (self.problem.length(), self.negligible(edges));
             let derivatives = self.problem.derivatives();
-            let rest =
-                Descent::new(rod, self.free(), scales, edges, derivatives, q).descend(frames)?;
+            let descent = Descent::new(rod, self.free(), scales, edges, derivatives, q);
+            let rest = descent.leading(self.led()).descend(frames)?;
             iterations += rest.newton_iterations;
             if k == stages {
                 return Ok(Rest { newton_iterations: iterations, ..rest });
@@ -110,6 +110,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     pub(crate) fn edge_coordinates(&self) -> Option<EdgeCoordinates> {
         // Energies of one's own may depend on where nodes are.
         let alone = self.scene().energies.is_empty();
+        let alone = alone && self.led().is_empty();
         EdgeCoordinates::of(M::STRIDE, &self.free(), self.model.dof()).filter(|_| alone)
     }
 
@@ -123,7 +124,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let supports = &self.scene().supports;
         let held = [supports.start, supports.end]
             .iter()
-            .any(|s| matches!(s, Support::Clamped | Support::Pinned | Support::Recorded));
+            .any(|s| matches!(s, Support::Clamped | Support::Pinned | Support::Recorded))
+            || supports.path.is_some();
         let nodes = self.nodes() as f64;
         let noise = f64::EPSILON * if held { nodes.powf(1.5) } else { 10.0 * nodes.powi(2) };
         self.bending_frequency_squared() * 1e-9
@@ -180,7 +182,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let n = q.len();
         let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
         let mut factors = Ldlt::with_order(n);
-        let (free, edges) = (self.free(), self.edge_coordinates());
+        let (free, led, edges) = (self.free(), self.led(), self.edge_coordinates());
         let one = D::from(1.0);
         let added: Vec<D> = match indifferent {
             true => self.negligible(edges).into_iter().map(D::from).collect(),
@@ -195,6 +197,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 }
                 None => rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent),
             }
+            led.fill(&mut gradient, D::from(0.0));
+            led.uncouple(&mut tangent);
             factors.factor_sum(&added, one, &tangent, one, free.clone())?;
             factors.solve(&mut gradient);
             if let Some(edges) = edges {
@@ -222,6 +226,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let (mut gradient, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
         let (mut factors, added) = (Ldlt::with_order(n), vec![0.0; n]);
         rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        let led = self.led();
+        led.fill(x, 0.0);
+        led.uncouple(&mut tangent);
         factors.factor_sum(&added, 1.0, &tangent, 1.0, self.free()).ok()?;
         factors.solve(x);
         Some(())

@@ -41,7 +41,7 @@ impl<const W: usize> Pencil<f64, W> {
     /// The `count` lowest eigenvalues in ascending order, or all there are, with their vectors.
     /// `scale`, 1/s^2, is a small eigenvalue.
     pub fn lowest(&self, count: usize, scale: f64) -> Result<Vec<(f64, Vec<f64>)>, Error> {
-        let available = self.free.len();
+        let available = self.order();
         let count = count.min(available);
         let (mut factors, mut shift) = self.below_all(scale)?;
         let mut random = ChaCha8Rng::seed_from_u64(1);

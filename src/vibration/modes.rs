@@ -15,7 +15,7 @@ use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
 use crate::problem::{AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, SpatialProblem};
 use crate::rod::Rod;
-use crate::scene::Support;
+use crate::scene::{End, Support};
 use crate::statics::{ACROSS, Pencil, in_space};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -239,15 +239,16 @@ impl<'a>
 impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
     /// How many modes there are.
     pub fn available(&self) -> usize {
-        self.pencil.free.len()
+        self.pencil.order()
     }
 
     /// In how many ways at most it moves freely.
     pub fn most_free(&self) -> usize {
         let supports = &self.discretized.scene().supports;
-        let clamped = [Support::Clamped, Support::Recorded]
-            .iter()
-            .any(|held| [supports.start, supports.end].contains(held));
+        let clamped = [End::Start, End::End].into_iter().any(|end| match supports.at(end) {
+            Support::Recorded => !supports.turns_freely(end),
+            support => support == Support::Clamped,
+        });
         match (clamped, self.plane) {
             (true, _) => 0,
             (false, Some(_)) => 3,

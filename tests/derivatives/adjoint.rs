@@ -199,6 +199,32 @@ fn back_by_natural_shapes() {
     }
 }
 
+/// Of a cable between two hands, one of which lets it turn, with a marker between them that leads it too; with all that
+/// makes forces.
+#[test]
+fn back_over_inner_nodes_and_free_twists() {
+    for (planar, seed) in [(true, 1), (false, 2), (false, 3)] {
+        let free_twist = if planar { &[][..] } else { &[End::Start] };
+        let mut scene = crate::led::scene(planar, Scheme::GeneralisedAlpha, &["3"], free_twist);
+        scene.supports.end = Support::Recorded;
+        if seed == 3 {
+            scene.supports.motion = vec![Motion { end: End::End, twist: 0.4, ..Motion::default() }];
+            scene.loads.damping = Damping { mass: 0.4, ..Damping::default() };
+        }
+        scene.loads.damping.maxwell = (seed == 2).then_some(Maxwell { stiffness: 0.3, time: 4e-3 });
+        scene.loads.drag = (seed != 1).then_some(Drag {
+            linear_normal: 0.02,
+            quadratic_normal: 0.3,
+            fluid_velocity: [6.0, -5.0, 3.0],
+            ..Drag::default()
+        });
+        let problem = scene.problem().unwrap();
+        let (worst, parameters) = worst(&problem, seed);
+        println!("planar: {planar}, {} numbers, off by {worst:.1e}", parameters.len());
+        assert!(worst < EXACT && parameters.len() > 8, "{planar}, {seed}: {worst:e}");
+    }
+}
+
 /// What does not go back says so.
 #[test]
 fn what_does_not_go_back_is_refused() {

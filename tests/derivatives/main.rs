@@ -7,6 +7,7 @@ mod common;
 mod adjoint;
 mod hessian;
 mod lanes;
+mod led;
 mod motion;
 mod parameters;
 mod planar_elements;

@@ -9,6 +9,7 @@ mod experiments;
 mod field;
 mod formats;
 mod helix;
+mod ladder;
 mod layout;
 mod markers;
 mod nist;

@@ -67,6 +67,31 @@ fn a_cable_is_found_between_two_hands() {
     }
 }
 
+/// A ring leads the cable by a marker between the hands: the two that it leaves free are compared, and the modulus is found.
+#[test]
+fn a_cable_is_found_between_two_hands_and_a_ring() {
+    let ring = |scene: &mut Scene| {
+        let path = scene.supports.path.as_mut().unwrap();
+        path.inner = vec!["4".into()];
+    };
+    let experiments = (0..6).map(|seed| {
+        let mut scene = cable(recorded(seed, 120, SIGMA, ring));
+        ring(&mut scene);
+        let problem = scene.problem().unwrap();
+        let free = Observation::of_free_markers(&problem, 5, Glitches::Keep).unwrap();
+        assert_eq!(free.len(), 2);
+        experiment(&format!("clip {seed}"), &problem)
+    });
+    let fit = Fit::of(experiments.collect::<Vec<_>>()).analyse(same_mesh());
+    let start = |k: usize| Unknown::new(BOTH[k]).start([3e8, 0.05][k]);
+    let report = fit.identify(start(0)).identify(start(1)).solve().unwrap();
+    println!("{report}");
+    assert!(report.is_success(), "{report}");
+    for (parameter, truth) in BOTH.into_iter().zip([MODULUS, 0.02]) {
+        assert!(covers(&report, parameter, truth), "{parameter}: {report}");
+    }
+}
+
 /// However many threads there are, the numbers are the same to the last bit.
 #[test]
 fn threads_do_not_change_numbers() {

@@ -12,6 +12,7 @@ mod energy;
 mod generalised_alpha;
 mod hard_cases;
 mod helix;
+mod led;
 mod paper;
 mod recorded;
 mod spatial;

@@ -106,7 +106,12 @@ impl<R: Transposed<W>, const W: usize> Backward<R, W> {
         let (coefficients, slopes) = (dual.map(|x| x.re), dual.map(|x| x.eps));
         let numbers = Numbers { dual, coefficients, slopes };
         R::rebase_back(step.end, &mut self.frames, &mut self.q);
+        // What is led has no derivatives, and the forces on it move nothing.
+        step.led.fill(&mut self.unbalanced, 0.0);
         self.next_forces(constants, &numbers, step);
+        for by in [&mut self.q, &mut self.v, &mut self.acceleration] {
+            step.led.fill(by, 0.0);
+        }
         self.ends(&numbers, step)?;
         self.residual(constants, &numbers, step);
         self.forces(constants, &numbers, step);

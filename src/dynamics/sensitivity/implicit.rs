@@ -383,6 +383,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
     }
 
     fn solve(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
+        step.led.fill(&mut self.right, [0.0; G]);
         self.solution.copy_from_slice(&self.right);
         step.factors.solve_many(&mut self.solution);
         if step.factors.negative_pivots() == 0 {
@@ -439,6 +440,11 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         }
         for (i, q, v) in &self.held {
             (self.q[*i], self.v[*i]) = (*q, *v);
+        }
+        // What is led goes as fast as it was seen to go, whatever the scheme's numbers are.
+        step.led.fill(&mut self.v, [0.0; G]);
+        if !self.acceleration.is_empty() {
+            step.led.fill(&mut self.acceleration, [0.0; G]);
         }
     }
 }

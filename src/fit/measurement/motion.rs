@@ -132,13 +132,13 @@ impl Observation {
         Ok(Self { planned: true, ..Self::new(samples) })
     }
 
-    /// The markers that no end holds, of the recording that leads the ends of `problem`: each at its node,
+    /// The markers that do not lead the rod, of the recording of `problem`: each at its node,
     /// at every `every`-th frame after the first two, which a recorded start begins with, up to the end
     /// of the simulation.
     ///
     /// # Errors
     ///
-    /// A scene without a recording, or whose ends hold all markers, and `every` = 0.
+    /// A scene without a recording, or whose markers all lead the rod, and `every` = 0.
     pub fn of_free_markers(
         problem: &Problem,
         every: usize,
@@ -155,7 +155,7 @@ impl Observation {
         let nodes = path.nodes(problem.segments())?;
         let supports = &problem.scene().supports;
         let markers = path.free_markers([supports.start, supports.end]);
-        let free = markers.map(|j| (nodes[j], &track.markers()[j]));
+        let free = markers.into_iter().map(|j| (nodes[j], &track.markers()[j]));
         let of = |(node, marker): (usize, &Marker)| {
             let frames = (2..track.times().len()).step_by(every);
             let kept = frames.filter(|k| {

@@ -60,6 +60,7 @@ impl<D: Nestable> Guess<D> {
             return false;
         }
         let (h, free) = (step.h, step.system.free.clone());
+        let led: Vec<D> = step.system.led.iter().map(|i| state.q[i]).collect();
         let (q, v0) = (&mut state.q[free.clone()], &before.v[free.clone()]);
         let part = coefficients.rate.recip();
         match &self.earlier[..] {
@@ -87,6 +88,7 @@ impl<D: Nestable> Guess<D> {
                 *q -= *a0 * part;
             }
         }
+        step.system.led.iter().zip(led).for_each(|(i, q)| state.q[i] = q);
         true
     }
 

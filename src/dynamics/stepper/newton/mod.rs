@@ -174,6 +174,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             rod: &system.rod,
             derivatives: system.derivatives,
             free: system.free.clone(),
+            led: &system.led,
             scheme: self.scheme,
             before,
             after,
@@ -250,6 +251,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         for i in system.free.clone() {
             state.acceleration[i] = -state.unbalanced[i] / system.rod.mass()[i];
         }
+        system.led.fill(&mut state.acceleration, D::from(0.0));
     }
 
     /// Makes `state` what follows `before`.
@@ -322,7 +324,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work.gradients += usize::from(!with_tangent);
     }
 
-    /// Adds the drag, if there is a fluid, to what was evaluated.
+    /// Adds the drag, if there is a fluid, to what was evaluated, and uncouples what is led.
     fn drag(
         &mut self,
         step: &Step<'_, D, R>,
@@ -334,7 +336,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             if with_tangent {
                 let slope = self.coefficients.damped_velocity_slope();
                 dragging.set_matrix(drag, slope, &self.tangent);
+                step.system.led.uncouple(&mut dragging.matrix);
             }
+        }
+        if with_tangent {
+            step.system.led.uncouple(&mut self.tangent);
         }
     }
 
@@ -508,6 +514,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 coefficients.residuals(mass, [q1, q0, v0, n1, n0], |i| a0[i], correction);
             }
         }
+        step.system.led.fill(&mut self.correction, D::from(0.0));
     }
 
     /// Velocities, strain rates and frames at the solution.
@@ -541,7 +548,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 None => coefficients.accelerations(lists, |_| D::from(0.0), a1),
                 Some(a0) => coefficients.accelerations(lists, |i| a0[i], a1),
             }
+            step.system.led.fill(&mut state.acceleration, D::from(0.0));
         }
+        step.system.lead(step.time, &mut state.v);
         if self.viscous.is_some() {
             let State { q, frames, internal, .. } = state;
             let rod = &step.system.rod;

@@ -1,0 +1,188 @@
+//! Rods whose recording leads nodes between the ends, or lets ends turn about themselves.
+
+use rodfit::Trajectory;
+use rodfit::scene::{
+    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
+    Support, Time, Tolerance, Track,
+};
+use std::f64::consts::PI;
+
+use crate::common::recordings::{MARKERS, cable, recorded};
+
+/// A hand that leads a marker as it went anyway changes nothing: the cable between two hands moves on as it did, with
+/// one marker led, with all that are free but one, and by every scheme.
+#[test]
+fn what_is_led_as_it_goes_anyway_goes_on() {
+    for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta, Scheme::AverageVectorField] {
+        for dimension in [Dimension::Auto, Dimension::Spatial] {
+            let run = |track: Track, inner: &[&str]| {
+                let mut scene = cable(track.clone());
+                scene.rod.dimension = dimension;
+                scene.material.poisson_ratio = Some(0.4);
+                scene.initial.state = InitialState::Equilibrium;
+                // Steps without ringing of the edges.
+                let time = Time::new(track.end(), 0.01);
+                let tolerance = match scheme {
+                    Scheme::AverageVectorField => Tolerance::default(),
+                    _ => Tolerance::Rounding,
+                };
+                scene.time = Some(Time { scheme, beta: 1.0, tolerance, ..time });
+                let inner = inner.iter().map(|name| (*name).into()).collect();
+                scene.supports.path = Some(Recorded { inner, ..Recorded::of(track) });
+                scene.problem().unwrap().simulate().unwrap()
+            };
+            let hands = recorded(3, 60, 0.0, |_| {});
+            let free = run(hands.clone(), &[]);
+            let seen = |j: usize| (0..60).map(|k| Some(free.node(j, k))).collect();
+            let markers = (0..MARKERS).map(|j| (j.to_string(), seen(j))).collect();
+            let track = Track::new(hands.times().to_vec(), markers).unwrap();
+            for inner in [&["3"][..], &["2", "4"]] {
+                let led = run(track.clone(), inner);
+                let off = |j: usize, k: usize| {
+                    let (a, b) = (free.node(j, k), led.node(j, k));
+                    (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max)
+                };
+                let all = (0..60).flat_map(|k| (0..MARKERS).map(move |j| (j, k)));
+                let most = all.map(|(j, k)| off(j, k)).fold(0.0, f64::max);
+                println!("{scheme:?}, {dimension:?}, {inner:?}: {most:.1e} m apart");
+                assert!(most < 1e-9, "{scheme:?}, {dimension:?}, {inner:?}: {most:e}");
+            }
+        }
+    }
+}
+
+const LENGTH: f64 = 0.4;
+const RADIUS: f64 = 2e-3;
+const MODULUS: f64 = 1e7;
+const DENSITY: f64 = 1000.0;
+/// rad/s about the rod.
+const SPIN: f64 = 0.5;
+/// s.
+const STEP: f64 = 1e-4;
+
+/// Of a straight rod that spins about itself between two hands, which let it turn at some ends: its kinetic energy and
+/// the torques of both hands, at the start and after every step.
+fn spinning(free_twist: &[End]) -> Vec<(f64, [f64; 2])> {
+    let (markers, times) = (5, vec![0.0, 1.0]);
+    let place = |j: usize| Some([LENGTH * j as f64 / (markers - 1) as f64, 0.0, 0.0]);
+    let seen = |j: usize| (j.to_string(), times.iter().map(|_| place(j)).collect());
+    let track = Track::new(times.clone(), (0..markers).map(seen).collect()).unwrap();
+    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
+    let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
+    let mut scene = Scene::new(80, shape, Section::Circle { radius: RADIUS }, material);
+    scene.rod.dimension = Dimension::Spatial;
+    scene.initial.state = InitialState::Equilibrium;
+    scene.initial.angular_velocity = [SPIN, 0.0, 0.0];
+    (scene.supports.start, scene.supports.end) = (Support::Recorded, Support::Recorded);
+    scene.supports.path = Some(Recorded { free_twist: free_twist.to_vec(), ..Recorded::of(track) });
+    let scheme = Scheme::GeneralisedAlpha;
+    scene.time = Some(Time { scheme, ..Time::new(150.0 * STEP, STEP) });
+    let problem = scene.problem().unwrap();
+    let mut run = Trajectory::new(&problem, &[], &[]).unwrap().keep_reactions().keep_energies();
+    run.run(&problem, 150, |_| {}).unwrap();
+    let torques = run.reactions().iter().map(|r| [r.start.moment[0], r.end.moment[0]]);
+    run.energies().iter().map(|e| e.kinetic).zip(torques).collect()
+}
+
+/// An end that turns freely bears no torque. Between two of them a rod spins on. A hand that holds an end stops it with
+/// the torque of a wave, `GJ w/c`, until the wave is back from the end that turns, or meets that of the other hand.
+#[test]
+fn a_rod_between_hands_that_let_it_turn_spins_on() {
+    let polar = PI * RADIUS.powi(4) / 2.0;
+    let (inertia, rigidity) = (DENSITY * polar, MODULUS / 3.0 * polar);
+    let speed = (rigidity / inertia).sqrt();
+    for free_twist in [&[][..], &[End::Start], &[End::End], &[End::Start, End::End]] {
+        let steps = spinning(free_twist);
+        // Hands hold twenty edges each.
+        let free = free_twist.len();
+        let spins = LENGTH * [0.5, 0.75, 1.0][free];
+        let begun = steps[0].0 / (0.5 * inertia * SPIN * SPIN * spins);
+        println!("{free_twist:?}: {begun:.6} of the energy of what spins");
+        assert!((begun - 1.0).abs() < 1e-9, "{begun}");
+        for (k, (kinetic, torques)) in steps.iter().enumerate() {
+            if free == 2 {
+                assert!((kinetic / steps[0].0 - 1.0).abs() < 1e-9, "{k}: {kinetic:e}");
+            }
+            for (end, torque) in [End::Start, End::End].into_iter().zip(torques) {
+                let lets = free_twist.contains(&end);
+                assert!(!lets || torque.abs() < 1e-12 * rigidity * SPIN, "{end:?} {torque:e}");
+            }
+        }
+        for (side, end) in [End::Start, End::End].into_iter().enumerate() {
+            if free_twist.contains(&end) {
+                continue;
+            }
+            let lasts = spins / speed * [1.0, 2.0][free];
+            let seen = &steps[1..(0.9 * lasts / STEP) as usize];
+            let mean = seen.iter().map(|(_, torques)| torques[side].abs()).sum::<f64>();
+            let part = mean / seen.len() as f64 / (rigidity * SPIN / speed);
+            println!("{end:?} stops it with {part:.3} of the wave's torque");
+            assert!((part - 1.0).abs() < 0.03, "{end:?}: {part}");
+        }
+    }
+}
+
+/// What leads the rod must be there, and between what is held anyway.
+#[test]
+fn what_cannot_be_led_is_refused() {
+    let error = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = cable(recorded(1, 10, 0.0, |_| {}));
+        scene.rod.dimension = Dimension::Spatial;
+        scene.material.poisson_ratio = Some(0.4);
+        change(&mut scene);
+        scene.problem().err().map(|error| error.to_string())
+    };
+    fn inner(scene: &mut Scene, names: &[&str]) {
+        let path = scene.supports.path.as_mut().unwrap();
+        path.inner = names.iter().map(|name| (*name).into()).collect();
+    }
+    fn free_twist(scene: &mut Scene, ends: &[End]) {
+        scene.supports.path.as_mut().unwrap().free_twist = ends.to_vec();
+    }
+    assert_eq!(error(&|scene| inner(scene, &["3", "2"])), None);
+    assert_eq!(error(&|scene| free_twist(scene, &[End::End])), None);
+    let only_inner = |scene: &mut Scene| {
+        (scene.supports.start, scene.supports.end) = (Support::Clamped, Support::Free);
+        scene.supports.clamp = rodfit::scene::Clamp::Nodes;
+    };
+    assert_eq!(error(&|scene| (only_inner(scene), inner(scene, &["3"])).1), None);
+    for (change, words) in [
+        (
+            &(|scene: &mut Scene| inner(scene, &["ring"])) as &dyn Fn(&mut Scene),
+            r#"supports.path.inner: found "ring", which is no marker between what the supports hold, allowed: some of ["2", "3", "4"]"#,
+        ),
+        (&|scene| inner(scene, &["1"]), "supports.path.inner: found \"1\""),
+        (&|scene| inner(scene, &["4", "3", "2"]), "leaves no node free"),
+        (
+            &|scene| (only_inner(scene), inner(scene, &["1"])).1,
+            r#"allowed: some of ["2", "3", "4", "5", "6"]"#,
+        ),
+        (&|scene| only_inner(scene), "supports.path: found a recording without"),
+        (
+            &|scene| {
+                scene.supports.start = Support::Clamped;
+                free_twist(scene, &[End::Start]);
+            },
+            "supports.path.free_twist: found \"start\", which no recording leads",
+        ),
+        (
+            &|scene| {
+                free_twist(scene, &[End::Start]);
+                scene.supports.motion =
+                    vec![Motion { end: End::Start, twist: 0.1, ..Motion::default() }];
+            },
+            "supports.motion[0].twist: found a twist of an end that turns freely",
+        ),
+        (
+            &|scene| {
+                inner(scene, &["3"]);
+                scene.time = Some(Time { scheme: Scheme::Verlet, ..Time::new(0.05, 1e-5) });
+                scene.loads.damping.stiffness = 0.0;
+            },
+            "beside the scheme verlet",
+        ),
+    ] {
+        let error = error(change).unwrap_or_default();
+        assert!(error.contains(words), "{error:?} for {words}");
+    }
+}

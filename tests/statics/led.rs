@@ -1,0 +1,175 @@
+//! Rods at rest that a recording holds between their ends, or whose ends it lets turn about themselves.
+
+use rodfit::Problem;
+use rodfit::scene::{
+    Dimension, End, InitialState, Material, Recorded, Scene, Section, Shape, Support, Track,
+};
+use rodfit::vibration::{About, Kind};
+use std::f64::consts::PI;
+
+const LENGTH: f64 = 0.5;
+const MODULUS: f64 = 1e8;
+const DENSITY: f64 = 1000.0;
+const RADIUS: f64 = 5e-3;
+
+/// Markers that stand still, evenly along the rod, that in the middle beside its line by so much.
+fn still(markers: usize, beside: f64) -> Track {
+    let times = vec![0.0, 0.1, 0.2];
+    let place = |j: usize| {
+        let y = if 2 * j + 1 == markers { beside } else { 0.0 };
+        [LENGTH * j as f64 / (markers - 1) as f64, y, 0.0]
+    };
+    let seen = |j: usize| (j.to_string(), times.iter().map(|_| Some(place(j))).collect());
+    Track::new(times.clone(), (0..markers).map(seen).collect()).unwrap()
+}
+
+/// A straight rod with G = E/3.
+fn rod(segments: usize, dimension: Dimension) -> Scene {
+    let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
+    let material = Material { poisson_ratio: Some(0.5), ..Material::new(DENSITY, MODULUS) };
+    let mut scene = Scene::new(segments, shape, Section::Circle { radius: RADIUS }, material);
+    scene.rod.dimension = dimension;
+    scene.initial.state = InitialState::Equilibrium;
+    scene
+}
+
+/// A rod on hinges at its ends, and held in the middle, beside its line by so much.
+fn two_spans(segments: usize, dimension: Dimension, beside: f64, gravity: f64) -> Problem {
+    let mut scene = rod(segments, dimension);
+    (scene.supports.start, scene.supports.end) = (Support::Pinned, Support::Pinned);
+    scene.supports.path =
+        Some(Recorded { inner: vec!["1".into()], ..Recorded::of(still(3, beside)) });
+    scene.loads.gravity = [0.0, -gravity, 0.0];
+    scene.problem().unwrap()
+}
+
+fn bending_stiffness() -> f64 {
+    MODULUS * PI * RADIUS.powi(4) / 4.0
+}
+
+/// Two equal spans vibrate as one span on two hinges where they go against each other, and as one between a wall and a
+/// hinge where they go alike.
+#[test]
+fn a_rod_held_in_its_middle_vibrates_as_two_spans() {
+    let unit = (MODULUS * RADIUS * RADIUS / (4.0 * DENSITY)).sqrt() / (0.5 * LENGTH).powi(2);
+    let roots = [PI, 3.92660231, 2.0 * PI, 7.06858275];
+    for dimension in [Dimension::Planar, Dimension::Spatial] {
+        let errors = [60, 120].map(|segments| {
+            let problem = two_spans(segments, dimension, 0.0, 0.0);
+            // And a spin about itself.
+            let modes = problem.modes(9, About::Equilibrium);
+            let mut found: Vec<f64> = (modes.unwrap().modes.iter())
+                .filter(|mode| mode.kind == Kind::Bending)
+                .map(|mode| mode.frequency_rad_s)
+                .collect();
+            found.sort_by(f64::total_cmp);
+            // In the plane and out of it alike.
+            (0..4).for_each(|k| assert!((found[2 * k + 1] / found[2 * k] - 1.0).abs() < 1e-6));
+            [0, 1, 2, 3].map(|k| found[2 * k] / (roots[k] * roots[k] * unit) - 1.0)
+        });
+        println!("{dimension:?}: {errors:?}");
+        for k in 0..4 {
+            // The slender rod of the theory has no axial and no rotational inertia.
+            assert!(errors[1][k].abs() < 4e-3, "{errors:?}");
+            assert!((errors[0][k] / errors[1][k]).log2() > 1.7 || errors[1][k].abs() < 2e-4);
+        }
+    }
+}
+
+/// Each outer hinge carries 3/8 of the weight of its span, which sags by `w l^4/(192 EI)` halfway; and a beam whose
+/// middle is `d` beside its line presses on each of them with `24 EI d/L^3`.
+#[test]
+fn a_rod_held_in_its_middle_hangs_as_two_spans() {
+    let (gravity, d, span) = (0.5, 1e-4, 0.5 * LENGTH);
+    let weight = DENSITY * PI * RADIUS * RADIUS * gravity;
+    for dimension in [Dimension::Planar, Dimension::Spatial] {
+        let hanging = two_spans(120, dimension, 0.0, gravity).equilibrium().unwrap();
+        let carried = 0.375 * weight * span;
+        let sag = weight * span.powi(4) / (192.0 * bending_stiffness());
+        let [start, end] = [hanging.reactions.start, hanging.reactions.end].map(|r| r.force[1]);
+        println!("{dimension:?}: {start:.6} {end:.6} for {carried:.6} N");
+        assert!((start / carried - 1.0).abs() < 1e-3 && (start / end - 1.0).abs() < 1e-6);
+        assert!((-hanging.nodes[30][1] / sag - 1.0).abs() < 5e-3, "{:e}", hanging.nodes[30][1]);
+        assert_eq!((hanging.nodes[60], hanging.stable), ([span, 0.0, 0.0], Some(true)));
+        let bent = two_spans(120, dimension, d, 0.0).equilibrium().unwrap();
+        let pressed = -24.0 * bending_stiffness() * d / LENGTH.powi(3);
+        let [start, end] = [bent.reactions.start, bent.reactions.end].map(|r| r.force[1]);
+        println!("{dimension:?}: {start:.6} {end:.6} for {pressed:.6} N");
+        assert!((start / pressed - 1.0).abs() < 2e-3 && (start / end - 1.0).abs() < 1e-6);
+        assert_eq!(bent.nodes[60], [span, d, 0.0]);
+    }
+}
+
+/// A rod between two hands that hold two markers each, ten edges apart, and let it turn at some ends.
+fn between_hands(free_twist: &[End]) -> Scene {
+    let mut scene = rod(50, Dimension::Spatial);
+    (scene.supports.start, scene.supports.end) = (Support::Recorded, Support::Recorded);
+    scene.supports.path =
+        Some(Recorded { free_twist: free_twist.to_vec(), ..Recorded::of(still(6, 0.0)) });
+    scene
+}
+
+/// What hands that hold eleven nodes each exert carries the whole rod, whatever its turn.
+#[test]
+fn hands_carry_the_whole_weight() {
+    for free_twist in [&[][..], &[End::Start], &[End::Start, End::End]] {
+        let mut scene = between_hands(free_twist);
+        scene.loads.gravity = [0.0, -0.5, 0.2];
+        let weight = DENSITY * PI * RADIUS * RADIUS * LENGTH;
+        let reactions = scene.problem().unwrap().equilibrium().unwrap().reactions;
+        for (c, pull) in [0.0, -0.5, 0.2].into_iter().enumerate() {
+            let carried = reactions.start.force[c] + reactions.end.force[c];
+            println!("{free_twist:?}: {carried:.9} N against {:.9} N", weight * pull);
+            assert!((carried + weight * pull).abs() < 1e-9 * weight, "{carried:e}");
+        }
+    }
+}
+
+/// Torsional waves go as far as the edge that a hand holds, and to the end of the rod where it lets go: half waves
+/// between two hands, odd quarter waves with one, half waves of the whole rod with none.
+#[test]
+fn torsional_frequencies_between_hands_that_let_go() {
+    let (speed, edge) = ((MODULUS / 3.0 / DENSITY).sqrt(), LENGTH / 50.0);
+    for (free_twist, wave, zeros) in [
+        (&[][..], PI / (31.0 * edge), 0),
+        (&[End::Start], 0.5 * PI / (40.5 * edge), 0),
+        (&[End::End], 0.5 * PI / (40.5 * edge), 0),
+        (&[End::Start, End::End], PI / LENGTH, 1),
+    ] {
+        let problem = between_hands(free_twist).problem().unwrap();
+        let modes = problem.modes(40, About::Equilibrium).unwrap().modes;
+        let still = modes.iter().filter(|mode| mode.frequency_rad_s == 0.0).count();
+        let torsion = modes.iter().find(|mode| mode.kind == Kind::Torsion).unwrap();
+        let off = torsion.frequency_rad_s / (speed * wave) - 1.0;
+        println!("{free_twist:?}: {still} free, torsion off by {off:.1e}");
+        assert!(off.abs() < 5e-4 && still == zeros, "{free_twist:?}: {off:e} {still}");
+    }
+}
+
+/// Natural twist winds a rod between two hands up, and not where one of them lets it turn. What holds it bears no moment
+/// about the rod then.
+#[test]
+fn an_end_that_turns_freely_bears_no_torque() {
+    let twist = 3.0;
+    let rigidity = MODULUS / 3.0 * PI * RADIUS.powi(4) / 2.0;
+    for free_twist in [&[][..], &[End::Start], &[End::End], &[End::Start, End::End]] {
+        let mut scene = between_hands(free_twist);
+        scene.rod.natural_twist = twist.into();
+        let rest = scene.problem().unwrap().equilibrium().unwrap();
+        let torques = [rest.reactions.start, rest.reactions.end].map(|r| r.moment[0]);
+        println!("{free_twist:?}: twist {:.3e} J, torques {torques:?}", rest.energies.twist);
+        // Along all joints: those between held edges are wound up, too, unless they are let go.
+        let wound = match free_twist {
+            [] => 0.5 * rigidity * twist * twist * LENGTH * 49.0 / 50.0,
+            [_] => 0.5 * rigidity * twist * twist * LENGTH * 9.0 / 50.0,
+            _ => 0.0,
+        };
+        let size = rigidity * twist;
+        assert!((rest.energies.twist - wound).abs() < 1e-9 * size, "{:e}", rest.energies.twist);
+        for (end, torque) in [End::Start, End::End].into_iter().zip(torques) {
+            // What the held edges bear among each other adds up to nothing.
+            let held = if free_twist.is_empty() { size } else { 0.0 };
+            assert!((torque.abs() - held).abs() < 1e-9 * size, "{end:?} {torque:e}");
+        }
+    }
+}
