@@ -17,12 +17,14 @@ const SMOOTH: f64 = 0.5;
 #[derive(Clone, Debug)]
 pub struct Guess<D> {
     earlier: Vec<(f64, Vec<D>)>,
+    /// Where what is led stands at the end of the step.
+    led: Vec<D>,
 }
 
 impl<D: Nestable> Guess<D> {
     /// Before the first step.
     pub fn new() -> Self {
-        Self { earlier: Vec::new() }
+        Self { earlier: Vec::new(), led: Vec::new() }
     }
 
     /// Keeps the velocities of `before`, from where a step was taken.
@@ -60,7 +62,8 @@ impl<D: Nestable> Guess<D> {
             return false;
         }
         let (h, free) = (step.h, step.system.free.clone());
-        let led: Vec<D> = step.system.led.iter().map(|i| state.q[i]).collect();
+        self.led.clear();
+        self.led.extend(step.system.led.iter().map(|i| state.q[i]));
         let (q, v0) = (&mut state.q[free.clone()], &before.v[free.clone()]);
         let part = coefficients.rate.recip();
         match &self.earlier[..] {
@@ -88,7 +91,7 @@ impl<D: Nestable> Guess<D> {
                 *q -= *a0 * part;
             }
         }
-        step.system.led.iter().zip(led).for_each(|(i, q)| state.q[i] = q);
+        step.system.led.iter().zip(&self.led).for_each(|(i, q)| state.q[i] = *q);
         true
     }
 
