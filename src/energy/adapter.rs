@@ -360,7 +360,6 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> Adapter<E, N, P> {
             }
         }
     }
-
 }
 
 /// An energy of one's own as a function of the unknowns.
@@ -423,8 +422,7 @@ impl<E: OwnEnergy<N, P>, D: Nestable, const N: usize, const P: usize> Over<D> fo
                 Derivatives::Dual => None,
             };
             let energy = Energy { energy: self, site };
-            let (gradient, hessian) =
-                by_hand.unwrap_or_else(|| by_unknowns::hessian(&energy, q));
+            let (gradient, hessian) = by_hand.unwrap_or_else(|| by_unknowns::hessian(&energy, q));
             to.0[..gradient.len()].copy_from_slice(&gradient);
             for (to, row) in to.1.iter_mut().zip(&hessian) {
                 to[..row.len()].copy_from_slice(row);
