@@ -305,9 +305,13 @@ impl Fit {
         if let Some(coarse) = hurried.filter(|_| !search.is_noise(&optimum)) {
             // It was not for mesh and step that more than noise is left.
             let mut patient = coarse.search.on(coarse.search.experiments)?;
-            let other = patient.best()?;
-            if distance(&other.x, &coarse.x) > SAME {
-                return self.settled((&patient, other), coarse.experiments, (about, None), 0);
+            match patient.best() {
+                Ok(other) if distance(&other.x, &coarse.x) > SAME => {
+                    return self.settled((&patient, other), coarse.experiments, (about, None), 0);
+                }
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                // What was found stays.
+                _ => {}
             }
         }
         let (look, since) = about;
