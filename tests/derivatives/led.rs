@@ -1,11 +1,11 @@
 //! Rods whose recording leads nodes between the ends, or lets ends turn about themselves: their motion by every number.
 
 use rodfit::scene::{
-    Damping, Drag, End, Friction, Initial, InitialState, Maxwell, Motion, Point, PointForce,
-    Recorded, Scene, Scheme, Support, Track,
+    Damping, End, Friction, Initial, InitialState, Maxwell, Motion, Point, PointForce, Recorded,
+    Scene, Scheme, Support, Track,
 };
 
-use crate::recorded::check;
+use crate::recorded::{check, stream};
 
 /// Markers as far apart as they are on the cable, on an arc between two hands that move; in the plane z stays 0.
 fn track(planar: bool) -> Track {
@@ -55,15 +55,6 @@ fn free_twists_and_inner_nodes_by_every_number() {
 #[test]
 fn inner_nodes_beside_all_forces_by_every_number() {
     for scheme in [Scheme::GeneralisedAlpha, Scheme::NewmarkBeta] {
-        let drag = |planar| Drag {
-            linear_normal: 0.02,
-            linear_tangential: 0.01,
-            quadratic_normal: 0.03,
-            quadratic_tangential: 0.01,
-            fluid_velocity: [6.0, -5.0, if planar { 0.0 } else { 3.0 }],
-            fluid_density: 300.0,
-            added_mass: 0.003,
-        };
         for planar in [true, false] {
             for k in 0..4 {
                 let free_twist = if planar { &[][..] } else { &[End::Start] };
@@ -77,7 +68,7 @@ fn inner_nodes_beside_all_forces_by_every_number() {
                     0 => *damping = Damping { mass: 0.4, bending: 2e-3, ..Damping::default() },
                     1 => damping.maxwell = Some(Maxwell { stiffness: 0.7, time: 0.02 }),
                     2 => damping.friction = Some(Friction { stiffness: 1.6, curvature: 50.0 }),
-                    _ => scene.loads.drag = Some(drag(planar)),
+                    _ => scene.loads.drag = Some(stream(planar)),
                 }
                 println!("{scheme:?}, planar: {planar}, {k}");
                 assert!(check(&scene.problem().unwrap(), true) >= 6);

@@ -58,6 +58,19 @@ pub fn scene(planar: bool, scheme: Scheme) -> Scene {
 /// What rounding errors leave of a place on half a metre of rod, m.
 const ROUNDING: f64 = 2e-14;
 
+/// A fluid so fast that no node changes its direction in it, where second derivatives jump.
+pub fn stream(planar: bool) -> Drag {
+    Drag {
+        linear_normal: 0.02,
+        linear_tangential: 0.01,
+        quadratic_normal: 0.03,
+        quadratic_tangential: 0.01,
+        fluid_velocity: [6.0, -5.0, if planar { 0.0 } else { 3.0 }],
+        fluid_density: 300.0,
+        added_mass: 0.003,
+    }
+}
+
 /// `smooth`: whether a step of a parameter keeps the solution of a step in time that was found.
 pub fn check(problem: &Problem, smooth: bool) -> usize {
     let mut checked = 0;
@@ -179,16 +192,7 @@ fn drag_by_every_number() {
                     scene.supports = Supports::default();
                     scene.initial = Initial { velocity: [0.0, 0.6, 0.0], ..Initial::default() };
                 }
-                scene.loads.drag = Some(Drag {
-                    linear_normal: 0.02,
-                    linear_tangential: 0.01,
-                    quadratic_normal: 0.03,
-                    quadratic_tangential: 0.01,
-                    // So fast that no node changes its direction in it, where second derivatives jump.
-                    fluid_velocity: [6.0, -5.0, if planar { 0.0 } else { 3.0 }],
-                    fluid_density: 300.0,
-                    added_mass: 0.003,
-                });
+                scene.loads.drag = Some(stream(planar));
                 println!("{scheme:?}, planar: {planar}, viscous: {viscous}");
                 assert!(check(&scene.problem().unwrap(), true) >= 12);
             }
