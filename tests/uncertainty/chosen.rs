@@ -63,8 +63,7 @@ fn what_numerics_leave_is_not_blamed_on_the_model() {
     assert_eq!([trusted(0.0, 0..2), trusted(0.01, 0..1)], [2, 0]);
 }
 
-/// A first mesh leaves more than noise, which is no reason to look for other minima on it: such a fit does at most twice
-/// the work of one on the mesh and in the steps that it ends with.
+/// A fit that chooses mesh and step does at most twice the work of one on the mesh and in the steps that it ends with.
 #[test]
 fn choosing_costs_at_most_as_much_again() {
     let mut truth = helix_with(0.5, 1e-3, 1.0, Clamp::MidEdge);
