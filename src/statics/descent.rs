@@ -12,7 +12,8 @@
 //! `lambda` falls by a factor from step to step until it is zero: the last steps are Newton's own,
 //! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
 //! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
-//! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. A
+//! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. One that creeps
+//! towards such a place, since nothing leads it out of a plane, and would go down from all around it, is given one. A
 //! long rod that hangs from one end takes these steps in [edge
 //! coordinates](crate::statics::edge_coordinates), with another `M`.
 
@@ -43,6 +44,9 @@ const FALL: f64 = 0.1;
 const RISE: f64 = 4.0;
 /// The first step goes about this part of the rod's length.
 const FIRST_STEP: f64 = 0.05;
+/// After so many steps refused where the energy also falls to a side, the rod is moved by this part of its length.
+const SADDLE: usize = 20;
+const ASIDE: f64 = 1e-4;
 /// Below this part of the first `lambda` the descent is Newton's method.
 const SMALLEST: f64 = 1e-9;
 
@@ -93,6 +97,8 @@ enum Step {
     Still,
     /// Newton did not converge, or not to a minimum.
     Failed,
+    /// The energy falls to a side of where it began.
+    Saddle,
 }
 
 impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
@@ -178,6 +184,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
         let first = acceleration / (FIRST_STEP * self.length);
         let mut lambda = first;
         let mut fall = FALL;
+        let mut saddles = 0;
         for _ in 0..STEPS {
             self.start.copy_from_slice(&self.q);
             let step = match self.step(&frames, lambda) {
@@ -207,8 +214,12 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
                         lambda = 0.0;
                     }
                 }
-                Step::Failed => {
+                Step::Failed | Step::Saddle => {
                     self.q.copy_from_slice(&self.start);
+                    saddles += usize::from(matches!(step, Step::Saddle));
+                    if saddles == SADDLE {
+                        self.move_aside();
+                    }
                     lambda = (lambda * RISE).max(SMALLEST * first);
                     fall = 0.5;
                 }
@@ -239,7 +250,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
                 return Step::Still;
             }
             if !factored || iteration == 0 && !downhill {
-                return Step::Failed;
+                return if factored { Step::Saddle } else { Step::Failed };
             }
             self.correction.copy_from_slice(&self.gradient);
             if let Some(edges) = self.edges {
@@ -282,6 +293,27 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
             before = largest;
         }
         Step::Failed
+    }
+
+    /// Moves the rod a little along what gives way most, of what was factored last, without regard to any symmetry.
+    fn move_aside(&mut self) {
+        // As much of everything as of anything else: no multiple of the golden ratio is near a whole number.
+        for (i, x) in self.correction.iter_mut().enumerate() {
+            *x = (1.618_033_988_749_895 * i as f64).fract() - 0.5;
+        }
+        for _ in 0..2 {
+            self.led.fill(&mut self.correction, 0.0);
+            self.factors.solve(&mut self.correction);
+        }
+        if let Some(edges) = self.edges {
+            edges.spread::<f64, R, W>(&mut self.correction);
+        }
+        let unit = |i: usize| if R::is_angle(i) { self.length } else { 1.0 };
+        let sizes = self.correction.iter().enumerate().map(|(i, x)| x.abs() * unit(i));
+        let scale = ASIDE * self.length / sizes.fold(0.0, f64::max);
+        if scale.is_finite() {
+            self.free.clone().for_each(|i| self.q[i] += scale * self.correction[i]);
+        }
     }
 
     /// Whether all forces are rounding errors of the terms that make them.
