@@ -31,7 +31,7 @@ pub enum Aim {
 /// Times at which runs are compared.
 const SAMPLES: usize = 200;
 /// Part of the accuracy that mesh and step may take each: errors of errors take the rest.
-const PART: f64 = 0.4;
+const PART: f64 = 0.36;
 /// Fewest edges of a first mesh, at an accuracy of 1 %; the number goes with the fourth root of the accuracy, as a
 /// better one needs higher modes in the coarse runs too.
 const FIRST_EDGES: f64 = 6.0;

@@ -13,6 +13,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::Local;
 use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::fit::unknown::Unknown;
+use crate::resolution::Aim;
 
 /// Part of a standard error that mesh and step may leave open together, and of a value, where data are exact.
 const OF_ERROR: f64 = 0.25;
@@ -24,7 +25,7 @@ const FIRST_STEPS: f64 = 60.0;
 /// Refinements at most; each by so many times at most; and by how much more than is expected to do.
 const ROUNDS: usize = 4;
 const MOST_FINER: f64 = 4.0;
-const SPARE: f64 = 1.1;
+const SPARE: f64 = 1.25;
 /// Most work of a simulation of all experiments, steps times edges.
 const MOST_WORK: f64 = 4e6;
 
@@ -40,7 +41,9 @@ fn begin(experiment: Experiment) -> Result<Experiment, Error> {
         return Ok(experiment);
     }
     let modes = FIRST_PER_MODE * experiment.highest_mode();
-    let segments = problem.segments().max(FIRST_EDGES).max(modes);
+    // A mesh that was chosen for a motion that was not recorded is finer, and says nothing.
+    let guess = problem.scene().reopened().problem_for(Aim::Guess)?.segments();
+    let segments = guess.max(FIRST_EDGES).max(modes);
     let swing = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
     let own = problem.scene().time.as_ref().map_or(1.0, |time| time.step);
     let step = swing / FIRST_STEPS;
