@@ -13,7 +13,7 @@
 //! on the equilibrium itself, until the corrections are rounding errors. A step that Newton cannot
 //! solve, or that ends where `K + lambda M` is not positive definite, is repeated with a larger
 //! `lambda`. A rod that stands exactly upright stays there; the least asymmetry lets it fall. One that creeps
-//! towards such a place, since nothing leads it out of a plane, and would go down from all around it, is given one. A
+//! towards such a place, as a rod does that nothing leads out of a plane, is moved a little aside. A
 //! long rod that hangs from one end takes these steps in [edge
 //! coordinates](crate::statics::edge_coordinates), with another `M`.
 
@@ -297,7 +297,7 @@ impl<'a, R: Rod<f64, W>, const W: usize> Descent<'a, R, W> {
 
     /// Moves the rod a little along what gives way most, of what was factored last, without regard to any symmetry.
     fn move_aside(&mut self) {
-        // As much of everything as of anything else: no multiple of the golden ratio is near a whole number.
+        // Numbers without a pattern: multiples of the golden ratio, without their whole parts.
         for (i, x) in self.correction.iter_mut().enumerate() {
             *x = (1.618_033_988_749_895 * i as f64).fract() - 0.5;
         }
