@@ -190,57 +190,57 @@ impl CheckReport {
         element: &str,
         dof: impl Fn(usize) -> String,
     ) {
+        let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
+        let terms = energy.energy(&Terms::unknowns(q));
         let routes = Routes {
-            energy: &|q| energy.energy(q),
-            gradient: &|q| energy.gradient(q),
-            hand: (energy.gradient(q), energy.hessian(q)),
-            dual: (dual_gradient(energy, q), dual_hessian(energy, q)),
-            terms: energy.energy(&Terms::unknowns(q)),
+            energy: &|q| energy.energy(&array(q)),
+            gradient: &|q| energy.gradient(&array(q)).to_vec(),
+            hand: both(&energy.gradient(q), &energy.hessian(q)),
+            dual: both(&dual_gradient(energy, q), &dual_hessian(energy, q)),
+            terms: both(&terms.first, &terms.second),
         };
         self.compare_routes(routes, q, element, &dof);
     }
 
     /// The same of what is known of an energy at `q`.
-    fn compare_routes<const N: usize>(
+    fn compare_routes(
         &mut self,
-        routes: Routes<'_, N>,
-        q: &[f64; N],
+        routes: Routes<'_>,
+        q: &[f64],
         element: &str,
         dof: &dyn Fn(usize) -> String,
     ) {
         let Routes { energy, gradient: by_hand, hand, dual, terms } = routes;
         let ((hand_gradient, hand_hessian), (gradient, hessian)) = (hand, dual);
-        for i in 0..N {
+        let (first_terms, second_terms) = terms;
+        for i in 0..q.len() {
             let name = || dof(i);
             let pair = [hand_gradient[i], gradient[i]];
-            self.entry("gradient", pair, terms.first[i], element, &name);
-            for j in 0..N {
+            self.entry("gradient", pair, first_terms[i], element, &name);
+            for j in 0..q.len() {
                 let name = || format!("{} {}", dof(i), dof(j));
                 let pair = [hand_hessian[i][j], hessian[i][j]];
-                self.entry("hessian", pair, terms.second[i][j], element, &name);
+                self.entry("hessian", pair, second_terms[i][j], element, &name);
             }
         }
         // A difference sees the values around the state too, so where a derivative vanishes its
         // error is measured by what it grows to within a step.
-        let stiffest = (0..N).map(|i| terms.second[i][i]).fold(0.0, f64::max);
+        let stiffest = (0..q.len()).map(|i| second_terms[i][i]).fold(0.0, f64::max);
         let scale = scale(q, by_hand, stiffest);
-        let (by_energy, gradients) = difference(
-            q,
-            scale,
-            |q| [energy(q)],
-            |[j, _], h| (hand_gradient[j], terms.first[j] + h * stiffest),
-        );
-        let (by_gradient, hessians) = difference(q, scale, by_hand, |[j, i], h| {
-            (hand_hessian[i][j], terms.second[i][j] + h / scale * stiffest)
+        let (by_energy, gradients) = difference(q, scale, &|q| vec![energy(q)], &|[j, _], h| {
+            (hand_gradient[j], first_terms[j] + h * stiffest)
+        });
+        let (by_gradient, hessians) = difference(q, scale, by_hand, &|[j, i], h| {
+            (hand_hessian[i][j], second_terms[i][j] + h / scale * stiffest)
         });
         for (k, point) in self.valley.iter_mut().enumerate() {
             point.gradient = point.gradient.max(by_energy[k]);
             point.hessian = point.hessian.max(by_gradient[k]);
         }
-        for d in gradients.into_iter().flatten() {
+        for d in gradients {
             self.third_opinion("gradient", d, element, &|| dof(d.place[0]));
         }
-        for d in hessians.into_iter().flatten() {
+        for d in hessians {
             let [j, i] = d.place;
             self.third_opinion("hessian", d, element, &|| format!("{} {}", dof(i), dof(j)));
         }
@@ -326,16 +326,20 @@ impl CheckReport {
     }
 }
 
-/// Gradient and Hessian.
-type Both<const N: usize> = ([f64; N], [[f64; N]; N]);
+/// Gradient and Hessian, or their terms. Of any size: nobody waits for a check, but for its compilation.
+type Both = (Vec<f64>, Vec<Vec<f64>>);
+
+fn both<const N: usize>(gradient: &[f64; N], hessian: &[[f64; N]; N]) -> Both {
+    (gradient.to_vec(), hessian.iter().map(|row| row.to_vec()).collect())
+}
 
 /// An energy by all routes at a state.
-struct Routes<'a, const N: usize> {
-    energy: &'a dyn Fn(&[f64; N]) -> f64,
-    gradient: &'a dyn Fn(&[f64; N]) -> [f64; N],
-    hand: Both<N>,
-    dual: Both<N>,
-    terms: Terms<N>,
+struct Routes<'a> {
+    energy: &'a dyn Fn(&[f64]) -> f64,
+    gradient: &'a dyn Fn(&[f64]) -> Vec<f64>,
+    hand: Both,
+    dual: Both,
+    terms: Both,
 }
 
 /// The gradient by num-dual, by one unknown at a time: what numbers of a size for each number of

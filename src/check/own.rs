@@ -1,12 +1,11 @@
 //! Checks of [energies of one's own](crate::energy::own).
 
 use crate::check::{CheckReport, Routes, Tolerance};
-use crate::energy::adapter::{AnyEnergy, MOST, Over, Site};
+use crate::energy::adapter::{AnyEnergy, Local, MOST, Over, Site};
 use crate::energy::own::{By, OwnEnergy};
 use crate::energy::place::{Directors, Place, numbers};
 use crate::energy::{Analytic, Derivatives, Energy};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::terms::Terms;
 use crate::numerics::vector::{Vector, dot};
 
 /// Where an energy over `N` nodes is looked at, and where it is at rest; all in the world, m. Of the
@@ -165,14 +164,37 @@ pub(super) fn compare(
     (name, first): (&str, usize),
     length: f64,
 ) {
-    match q.len() {
-        2 => compare_sized::<2>(report, (energy, site), q, (name, first), length),
-        3 => compare_sized::<3>(report, (energy, site), q, (name, first), length),
-        4 => compare_sized::<4>(report, (energy, site), q, (name, first), length),
-        6 => compare_sized::<6>(report, (energy, site), q, (name, first), length),
-        7 => compare_sized::<7>(report, (energy, site), q, (name, first), length),
-        _ => compare_sized::<11>(report, (energy, site), q, (name, first), length),
-    }
+    let stride = site.chart.stride();
+    let unit = |i: usize| if i % stride < 3 { length } else { 1.0 };
+    let over: &dyn Over<f64> = energy;
+    let unscaled = |x: &[f64]| -> Vec<f64> { (0..x.len()).map(|i| x[i] * unit(i)).collect() };
+    let scaled = |(first, second): Local<f64>| {
+        let row = |r: usize| {
+            let entry = |c: usize| second[r.max(c)][r.min(c)] * unit(r) * unit(c);
+            (0..q.len()).map(entry).collect()
+        };
+        ((0..q.len()).map(|r| first[r] * unit(r)).collect(), (0..q.len()).map(row).collect())
+    };
+    let by = |derivatives: Derivatives| {
+        let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
+        over.tangent(site, q, derivatives, &mut local);
+        scaled(local)
+    };
+    let x: Vec<f64> = (0..q.len()).map(|i| q[i] / unit(i)).collect();
+    let routes = Routes {
+        energy: &|x| over.energy(site, &unscaled(x)),
+        gradient: &|x| {
+            let mut gradient = [0.0; MOST];
+            over.gradient(site, &unscaled(x), Derivatives::Hand, &mut gradient);
+            (0..x.len()).map(|i| gradient[i] * unit(i)).collect()
+        },
+        hand: by(Derivatives::Hand),
+        dual: by(Derivatives::Dual),
+        terms: scaled(energy.terms(site, q)),
+    };
+    report.compare_routes(routes, &x, name, &|k| {
+        format!("{}{}", ["x", "y", "z", "theta"][k % stride], first + k / stride)
+    });
 }
 
 /// Looks for a force along the normal, given in the rod's axes, or a moment about the tangents, of an
@@ -200,45 +222,4 @@ pub(super) fn compare_across(
             report.stays("moment about the tangent", *moment, size, name);
         }
     }
-}
-
-fn compare_sized<const N: usize>(
-    report: &mut CheckReport,
-    (energy, site): (&dyn AnyEnergy, &Site<f64>),
-    q: &[f64],
-    (name, first): (&str, usize),
-    length: f64,
-) {
-    let stride = site.chart.stride();
-    let unit = |i: usize| if i % stride < 3 { length } else { 1.0 };
-    let energy: (&dyn AnyEnergy, &dyn Over<f64>) = (energy, energy);
-    let unscaled = |x: &[f64; N]| -> [f64; N] { std::array::from_fn(|i| x[i] * unit(i)) };
-    let scaled = |(first, second): ([f64; MOST], [[f64; MOST]; MOST])| {
-        let first: [f64; N] = std::array::from_fn(|r| first[r] * unit(r));
-        let second: [[f64; N]; N] = std::array::from_fn(|r| {
-            std::array::from_fn(|c| second[r.max(c)][r.min(c)] * unit(r) * unit(c))
-        });
-        (first, second)
-    };
-    let by = |derivatives: Derivatives, q: &[f64]| {
-        let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
-        energy.1.tangent(site, q, derivatives, &mut local);
-        scaled(local)
-    };
-    let (first_terms, second_terms) = scaled(energy.0.terms(site, q));
-    let x: [f64; N] = std::array::from_fn(|i| q[i] / unit(i));
-    let routes = Routes {
-        energy: &|x| energy.1.energy(site, &unscaled(x)),
-        gradient: &|x| {
-            let mut gradient = [0.0; MOST];
-            energy.1.gradient(site, &unscaled(x), Derivatives::Hand, &mut gradient);
-            std::array::from_fn(|i| gradient[i] * unit(i))
-        },
-        hand: by(Derivatives::Hand, q),
-        dual: by(Derivatives::Dual, q),
-        terms: Terms { value: 0.0, first: first_terms, second: second_terms },
-    };
-    report.compare_routes(routes, &x, name, &|k| {
-        format!("{}{}", ["x", "y", "z", "theta"][k % stride], first + k / stride)
-    });
 }

@@ -81,7 +81,7 @@ impl<B: Scalar> Chart<B> {
     }
 
     /// What a component of a node's place does in the world.
-    fn axis(&self, component: usize) -> [f64; 3] {
+    pub fn axis(&self, component: usize) -> [f64; 3] {
         match self {
             Self::Plane { axes, .. } => axes[component],
             Self::Space { axes: Some(axes) } => axes[component],

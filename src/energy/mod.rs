@@ -21,6 +21,7 @@ pub mod place;
 pub mod planar_bend;
 mod stiffness;
 pub mod stretch;
+pub(crate) mod tie;
 
 pub use crate::scene::At;
 pub use bend_twist::BendTwist;

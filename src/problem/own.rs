@@ -1,15 +1,13 @@
 //! A scene's energies of one's own on the rod of a model.
 
-use crate::energy::adapter::{Adapter, AnyEnergy, Chart};
+use crate::energy::adapter::Chart;
 use crate::energy::attach;
 use crate::energy::frame::EdgeFrame;
-use crate::energy::own::{By, Curvatures, OwnEnergy, Slopes};
-use crate::energy::place::{Directors, Place, Spot, numbers, spots};
-use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, components, dot, scale};
+use crate::energy::place::{Spot, numbers, spots};
+use crate::energy::tie::Tie;
+use crate::numerics::scalar::Nestable;
 use crate::rod::{Extra, Placed};
 use crate::scene::mesh::Mesh;
-use crate::scene::number::Quantity;
 use crate::scene::{Attached, Scene};
 use nalgebra::Vector3;
 use num_dual::Dual64;
@@ -25,20 +23,14 @@ pub(crate) fn extra<D: Nestable>(
     let placed = |attached: &Attached<D>| {
         let energy = attach::energy(attached)?.clone();
         let nodes = energy.nodes();
+        // Node by node and edge by edge.
         let rest = |i: usize| {
-            let own = &q[chart.stride() * i..];
-            let frames = frames.get(i..i + nodes - 1).unwrap_or(&[]);
-            macro_rules! of {
-                ($n:literal) => {{
-                    let (nodes, edges) = chart.world::<D, $n>(|x| x, own, frames);
-                    (nodes.to_vec(), edges[..$n - 1].to_vec())
-                }};
-            }
-            match nodes {
-                1 => of!(1),
-                2 => of!(2),
-                _ => of!(3),
-            }
+            let node = |i: usize| chart.world::<D, 1>(|x| x, &q[chart.stride() * i..], &[]).0[0];
+            let edge = |i: usize| {
+                let frames = frames.get(i..=i).unwrap_or(&[]);
+                chart.world::<D, 2>(|x| x, &q[chart.stride() * i..], frames).1[0]
+            };
+            ((i..i + nodes).map(node).collect(), (i..i + nodes - 1).map(edge).collect())
         };
         Some(Placed {
             name: attached.shared_name(),
@@ -51,57 +43,11 @@ pub(crate) fn extra<D: Nestable>(
     Extra::new(scene.energies.iter().filter_map(placed).collect())
 }
 
-/// A spring between a node and a place in the world, m, which acts at the node alone.
-struct Tie([f64; 3]);
-
-impl OwnEnergy<1, 1> for Tie {
-    const PARAMETERS: [(&'static str, Quantity); 1] = [("stiffness", Quantity::positive("N/m"))];
-
-    fn energy<D: Scalar>(
-        &self,
-        _: &Place<D>,
-        [stiffness]: &[D; 1],
-        [x]: &[Vector<D>; 1],
-        _: &[Directors<D>],
-    ) -> D {
-        let way: Vector<D> = components(|c| x[c] - self.0[c]);
-        *stiffness * dot(way, way) * 0.5
-    }
-
-    fn gradient<D: Scalar>(
-        &self,
-        _: &Place<D>,
-        [stiffness]: &[D; 1],
-        [x]: &[Vector<D>; 1],
-        _: &[Directors<D>],
-    ) -> Option<Slopes<D, 1>> {
-        let way = components(|c| x[c] - self.0[c]);
-        Some(Slopes::default().with(By::Node(0), scale(way, *stiffness)))
-    }
-
-    fn hessian<D: Scalar>(
-        &self,
-        _: &Place<D>,
-        [stiffness]: &[D; 1],
-        _: &[Vector<D>; 1],
-        _: &[Directors<D>],
-    ) -> Option<Curvatures<D, 1>> {
-        let row = |r: usize| components(|c| *stiffness * f64::from(r == c));
-        let block = [row(0), row(1), row(2)];
-        Some(Curvatures::default().with(By::Node(0), By::Node(0), block))
-    }
-}
-
-/// As a rod has it. Not generic: what is would bring the code of every derivative into each program that makes models.
-fn tie_to(place: [f64; 3]) -> Arc<dyn AnyEnergy> {
-    Arc::new(Adapter(Tie(place)))
-}
-
 /// Springs that tie nodes to places in the world, m, each with its stiffness, N/m.
 pub(crate) fn ties<D: Nestable>(chart: &Chart<D>, ties: &[(usize, [f64; 3], D)]) -> Extra<D> {
     let tie = |(node, place, stiffness): &(usize, [f64; 3], D)| Placed {
         name: "tie".into(),
-        energy: tie_to(*place),
+        energy: Arc::new(Tie(*place)),
         chart: chart.clone(),
         values: vec![*stiffness],
         spots: vec![Spot {

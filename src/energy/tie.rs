@@ -1,0 +1,110 @@
+//! A spring between a node and a place in the world, which acts at the node alone.
+//!
+//! What its unknowns do to a node is a constant, so that its derivatives are two lines, for any scalar; an
+//! [adapter](super::adapter) of an energy of one's own would have them found in dual numbers too.
+
+use crate::energy::Derivatives;
+use crate::energy::adapter::{AnyEnergy, Local, MOST, Over, Site};
+use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{Vector, components, dot, each};
+use crate::scene::number::Quantity;
+
+/// Where the spring is fixed, m. Its stiffness, N/m, is its parameter.
+pub(crate) struct Tie(pub [f64; 3]);
+
+impl Tie {
+    /// How far the node is away, m.
+    fn way<D: Scalar>(&self, site: &Site<D>, q: &[D]) -> Vector<D> {
+        let ([x], _) = site.chart.world::<D, 1>(|x| x, q, &[]);
+        components(|c| x[c] - self.0[c])
+    }
+}
+
+impl<D: Scalar> Over<D> for Tie {
+    fn energy(&self, site: &Site<D>, q: &[D]) -> D {
+        let way = self.way(site, q);
+        site.values[0] * dot(way, way) * 0.5
+    }
+
+    fn gradient(&self, site: &Site<D>, q: &[D], _: Derivatives, gradient: &mut [D; MOST]) {
+        let way = self.way(site, q);
+        for k in 0..q.len() {
+            gradient[k] = site.values[0] * dot(each(&site.chart.axis(k), D::from), way);
+        }
+    }
+
+    /// The axes are orthonormal: nothing beside the diagonal.
+    fn tangent(&self, site: &Site<D>, q: &[D], derivatives: Derivatives, local: &mut Local<D>) {
+        self.gradient(site, q, derivatives, &mut local.0);
+        for k in 0..q.len() {
+            local.1[k][..k].fill(D::from(0.0));
+            local.1[k][k] = site.values[0];
+        }
+    }
+}
+
+impl AnyEnergy for Tie {
+    fn nodes(&self) -> usize {
+        1
+    }
+
+    fn parameters(&self) -> &'static [(&'static str, Quantity)] {
+        const { &[("stiffness", Quantity::positive("N/m"))] }
+    }
+
+    fn keeps_plane(&self, _: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool {
+        dot(normal, components(|c| self.0[c] - point[c])) == 0.0
+    }
+
+    fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64> {
+        let ([x], _) = site.chart.world::<f64, 1>(|x| x, q, &[]);
+        let large = components(|c| x[c].abs() + self.0[c].abs());
+        let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
+        for k in 0..q.len() {
+            local.0[k] = site.values[0] * dot(site.chart.axis(k).map(f64::abs), large);
+            local.1[k][k] = site.values[0];
+        }
+        local
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::energy::adapter::Chart;
+    use num_dual::Dual64;
+
+    /// Slopes of the energy, and of the gradient, by each unknown.
+    #[test]
+    fn derivatives_are_those_of_dual_numbers() {
+        let axes = [[0.6, 0.8, 0.0], [-0.48, 0.36, 0.8], [0.64, -0.48, 0.6]];
+        let plane = Chart::Plane {
+            origin: [0.1, -0.2, 0.3],
+            axes: [axes[0], axes[1]],
+            across: [Dual64::from(1.0), Dual64::from(0.0)],
+        };
+        for (chart, q) in [
+            (plane, [0.3, -0.7].as_slice()),
+            (Chart::Space { axes: Some(axes) }, &[0.3, -0.7, 0.2]),
+            (Chart::Space { axes: None }, &[0.3, -0.7, 0.2]),
+        ] {
+            let values = [Dual64::from(250.0)];
+            let site =
+                Site { chart: &chart, frames: &[], values: &values, place: &[], weight: None };
+            let tie = Tie([0.4, 0.5, -0.6]);
+            for i in 0..q.len() {
+                let along: Vec<Dual64> =
+                    (0..q.len()).map(|j| Dual64::new(q[j], f64::from(i == j))).collect();
+                let zero = Dual64::from(f64::NAN);
+                let mut local = ([zero; MOST], [[zero; MOST]; MOST]);
+                tie.tangent(&site, &along, Derivatives::Hand, &mut local);
+                let slope = tie.energy(&site, &along).eps;
+                assert!((slope - local.0[i].re).abs() < 1e-13 * 250.0, "{slope} {}", local.0[i].re);
+                for j in 0..q.len() {
+                    let curvature = local.1[i.max(j)][i.min(j)].re;
+                    assert!((local.0[j].eps - curvature).abs() < 1e-13 * 250.0, "{i} {j}");
+                }
+            }
+        }
+    }
+}
