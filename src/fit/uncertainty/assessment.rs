@@ -177,15 +177,29 @@ pub(crate) fn assess(
     let (mut residual_tests, mut discretization) = (Vec::new(), Vec::new());
     // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
     // nothing else.
-    if optimum.residuals.len() == unknowns.len() || !search.is_rounding(optimum) {
+    let is_tested = optimum.residuals.len() == unknowns.len() || !search.is_rounding(optimum);
+    let shifts = || {
+        let mut said = Warnings::default();
+        let shifts = match chosen {
+            _ if !is_tested => None,
+            Some(chosen) => Some(chosen),
+            None if search.experiments.iter().any(|e| e.problem.scene().chosen().any()) => None,
+            None => shifts_of((search, optimum), &local, analysis, &mut said)?,
+        };
+        Ok::<_, Error>((shifts, said))
+    };
+    let (asked, spent) = ((analysis, knowns), search.simulations());
+    let found: Found = (search, optimum, &finest);
+    let around = (&estimates[..], noise, correlations);
+    // Runs on other meshes, and one of a coarse model: neither waits for the other.
+    let (shifts, (mut unsaid, not_looked)) =
+        rayon::join(shifts, || unsaid_of(found, around, asked, spent));
+    let (shifts, not_known) = shifts?;
+    if is_tested {
         residual_tests =
             test_residuals((search, optimum), correlations, test_narrow, &mut warnings);
         jumps(search, optimum, &mut warnings);
-        let shifts = match chosen {
-            Some(chosen) => Some(chosen),
-            None if search.experiments.iter().any(|e| e.problem.scene().chosen().any()) => None,
-            None => shifts_of((search, optimum), &local, analysis, &mut warnings)?,
-        };
+        warnings.append(not_known);
         if let Some(shifts) = &shifts {
             let about = (search, optimum);
             discretization = errors_of(&estimates, about, shifts, noise, &mut warnings);
@@ -213,10 +227,8 @@ pub(crate) fn assess(
         correlations,
     };
     let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
-    let asked = (analysis, knowns);
-    let found: Found = (search, optimum, &finest);
-    let around = (noise, correlations);
-    let unsaid = unsaid_of(&mut estimates, found, around, asked, &mut warnings);
+    unsaid.give_per_cents(&mut estimates);
+    warnings.append(not_looked);
     explained_by(&unsaid.score_tests, &mut warnings);
     let about = (covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), about, &mut warnings);
@@ -283,27 +295,27 @@ pub(crate) fn expected(
     let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
     let asked = (analysis, knowns);
     let found: Found = (search, optimum, &|| None);
-    let around = (noise, correlations);
-    let unsaid = unsaid_of(&mut estimates, found, around, asked, &mut warnings);
+    let around = (&estimates[..], noise, correlations);
+    let (mut unsaid, not_looked) = unsaid_of(found, around, asked, search.simulations());
+    unsaid.give_per_cents(&mut estimates);
+    warnings.append(not_looked);
     let covariance = Some(covariance.clone());
     Ok(Assessment { estimates, covariance, unsaid, warnings, ..Assessment::default() })
 }
 
-/// What the scene may lack and what could hide; the estimates take what one per cent of other numbers would change.
+/// What the scene may lack and what could hide, after a search of so many simulations.
 fn unsaid_of(
-    estimates: &mut [Estimate],
     found: Found,
-    (noise, correlations): (&Noise, &Correlations),
+    around: (&[Estimate], &Noise, &Correlations),
     asked: (&Analysis, &[Known]),
-    warnings: &mut Warnings,
-) -> Unsaid {
-    if estimates.iter().all(|e| e.std_error.is_none()) {
-        return Unsaid::default();
-    }
-    let mut unsaid = unsaid(found, (estimates, noise, correlations), asked, warnings);
-    let per_cents = std::mem::take(&mut unsaid.per_cents).into_iter();
-    estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
-    unsaid
+    spent: f64,
+) -> (Unsaid, Warnings) {
+    let mut warnings = Warnings::default();
+    let unsaid = match around.0.iter().all(|e| e.std_error.is_none()) {
+        true => Unsaid::default(),
+        false => unsaid(found, around, (asked, spent), &mut warnings),
+    };
+    (unsaid, warnings)
 }
 
 /// The size of what was measured, in units of the noise.

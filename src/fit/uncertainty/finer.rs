@@ -11,7 +11,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::shifts::Shifts;
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 /// So many times more edges, and more steps; and what that changes is carried on to edges and steps of no length, as
 /// errors of second order are.
@@ -29,7 +29,7 @@ pub(crate) struct Finer<'a> {
     shifts: &'a Shifts,
     covariance: Covariance,
     weights: Vec<f64>,
-    change: OnceCell<Option<Vec<f64>>>,
+    change: OnceLock<Option<Vec<f64>>>,
 }
 
 impl<'a> Finer<'a> {
@@ -40,7 +40,7 @@ impl<'a> Finer<'a> {
         shifts: &'a Shifts,
     ) -> Self {
         let (covariance, weights) = (covariance.clone(), weights.to_vec());
-        Self { search, fitted, shifts, covariance, weights, change: OnceCell::new() }
+        Self { search, fitted, shifts, covariance, weights, change: OnceLock::new() }
     }
 
     /// The optimum's residuals as they would be on finer numerics; none where numerics are given or leave too little to be seen, or where the run fails.

@@ -59,8 +59,16 @@ pub(crate) struct Unsaid {
     pub could_hide: Vec<CouldHide>,
 }
 
+impl Unsaid {
+    /// Every estimate takes what one per cent of other numbers would change.
+    pub fn give_per_cents(&mut self, estimates: &mut [Estimate]) {
+        let per_cents = std::mem::take(&mut self.per_cents).into_iter();
+        estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
+    }
+}
+
 /// An optimum, and how to have it with the residuals of finer numerics, where it has not and they can tell.
-pub(crate) type Found<'a> = (&'a Search<'a>, &'a Optimum, &'a dyn Fn() -> Option<Optimum>);
+pub(crate) type Found<'a> = (&'a Search<'a>, &'a Optimum, &'a (dyn Fn() -> Option<Optimum> + Sync));
 /// What is known about it.
 type Around<'a> = (&'a [Estimate], &'a Noise, &'a Correlations);
 
@@ -132,17 +140,18 @@ fn chance(sigmas: f64, one_sided: bool, freedom: Option<f64>) -> f64 {
     if one_sided { above(sigmas) } else { 2.0 * above(sigmas.abs()) }
 }
 
-/// Looks for all of it.
+/// Looks for all of it, after a search that `spent` so many simulations.
 pub(crate) fn unsaid(
     found: Found,
     around: Around,
-    (analysis, knowns): (&Analysis, &[Known]),
+    (asked, spent): ((&Analysis, &[Known]), f64),
     warnings: &mut Warnings,
 ) -> Unsaid {
+    let (analysis, _) = asked;
     if found.0.is_stopped() || analysis.what_if == Some(false) {
         return Unsaid::default();
     }
-    looked_for(found, around, (analysis, knowns)).unwrap_or_else(|error| {
+    looked_for(found, around, (asked, spent)).unwrap_or_else(|error| {
         let words = format!(
             "what other numbers would change, and what the scene may lack, is unknown: the run of a coarse \
              model failed ({error})"
@@ -166,16 +175,15 @@ pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
 fn looked_for(
     (search, optimum, finer): Found,
     around: Around,
-    (analysis, knowns): (&Analysis, &[Known]),
+    (asked, spent): ((&Analysis, &[Known]), f64),
 ) -> Result<Unsaid, Error> {
     let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
     let coarse = coarse.task(search).experiments.to_vec();
     // Rods between recorded ends keep their meshes.
     let cost = BY_DERIVATIVES * full_work(&coarse)? / search.full_work;
-    if analysis.what_if.is_none() && cost > CHEAP * search.simulations() {
+    if asked.0.what_if.is_none() && cost > CHEAP * spent {
         return Ok(Unsaid::default());
     }
-    let asked = (analysis, knowns);
     let found = looked_for_by(coarse, (search, optimum, &|| None), around, asked)?;
     match found.score_tests.first() {
         Some(best) if best.p_value < SUSPICIOUS => {

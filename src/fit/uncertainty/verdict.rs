@@ -113,6 +113,11 @@ impl Warnings {
         self.0.push(Warning { weight, code, words, alike: Some((kind, experiment.into())) });
     }
 
+    /// Adds all of others.
+    pub fn append(&mut self, mut others: Self) {
+        self.0.append(&mut others.0);
+    }
+
     /// The first of the heaviest of this weight.
     pub fn first(&self, weight: Weight) -> Option<&str> {
         self.0.iter().find(|w| w.weight == weight).map(|w| w.words.as_str())
