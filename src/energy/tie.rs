@@ -95,8 +95,8 @@ mod tests {
             for i in 0..q.len() {
                 let along: Vec<Dual64> =
                     (0..q.len()).map(|j| Dual64::new(q[j], f64::from(i == j))).collect();
-                let zero = Dual64::from(f64::NAN);
-                let mut local = ([zero; MOST], [[zero; MOST]; MOST]);
+                let unset = Dual64::from(f64::NAN);
+                let mut local = ([unset; MOST], [[unset; MOST]; MOST]);
                 tie.tangent(&site, &along, Derivatives::Hand, &mut local);
                 let slope = tie.energy(&site, &along).eps;
                 assert!((slope - local.0[i].re).abs() < 1e-13 * 250.0, "{slope} {}", local.0[i].re);
