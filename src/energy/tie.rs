@@ -52,8 +52,9 @@ impl AnyEnergy for Tie {
         const { &[("stiffness", Quantity::positive("N/m"))] }
     }
 
-    fn keeps_plane(&self, _: &[f64], normal: [f64; 3], point: [f64; 3]) -> bool {
-        dot(normal, components(|c| self.0[c] - point[c])) == 0.0
+    /// Nobody asks: whether a scene is planar is settled before anything is tied.
+    fn keeps_plane(&self, _: &[f64], _: [f64; 3], _: [f64; 3]) -> bool {
+        false
     }
 
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64> {
