@@ -36,7 +36,7 @@ fn sources(folder: &Path, module: &str, found: &mut BTreeMap<String, String>) {
         };
         if path.is_dir() {
             sources(&path, &own, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
+        } else if name != "tests" && path.extension().is_some_and(|e| e == "rs") {
             let text = std::fs::read_to_string(&path).unwrap();
             let code = text.split("#[cfg(test)]").next().unwrap();
             let lines = code.lines().map(|line| line.split("//").next().unwrap());
