@@ -9,8 +9,10 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}{}: {source}", prefix(named_in), path.display())]
     Io {
+        /// The scene or fit file that names it, where one does.
+        named_in: Option<PathBuf>,
         /// The file.
         path: PathBuf,
         /// What the system said.
@@ -244,7 +246,7 @@ fn cut(text: &str, most: usize) -> Cow<'_, str> {
 
 impl Error {
     pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {
-        Self::Io { path: path.into(), source }
+        Self::Io { named_in: None, path: path.into(), source }
     }
 
     pub(crate) fn invalid(
@@ -262,7 +264,10 @@ impl Error {
 
     /// Names the file an error comes from, where it does not say so itself.
     pub(crate) fn in_file(mut self, path: Option<&Path>) -> Self {
-        if let Self::Parse { file, .. } | Self::Invalid { file, .. } = &mut self {
+        if let Self::Parse { file, .. }
+        | Self::Invalid { file, .. }
+        | Self::Io { named_in: file, .. } = &mut self
+        {
             *file = file.take().or_else(|| path.map(Into::into));
         }
         self

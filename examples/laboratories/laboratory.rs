@@ -126,7 +126,11 @@ impl Laboratory {
             [("scene.toml", self.scene()), ("tip.csv", self.data()?), ("fit.toml", self.fit())];
         for (name, text) in texts {
             let path = folder.join(name);
-            std::fs::write(&path, text).map_err(|source| Error::Io { path, source })?;
+            std::fs::write(&path, text).map_err(|source| Error::Io {
+                named_in: None,
+                path,
+                source,
+            })?;
         }
         Ok(())
     }

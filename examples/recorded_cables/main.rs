@@ -5,8 +5,8 @@
 //! and identifies it. With the environment variable `RODFIT_MOCAP_DIR` naming the folder of the DEFORM
 //! recordings (Chen et al., CoRL 2024, arXiv 2406.05931; files `DLO1_train_48.csv`, ..,
 //! `DLO1_rest_raw.csv`, ..) it identifies the real ones: all five, or those named behind `--`.
-//! Behind `--`, `k` adds a curvature at rest for every marker; `halves` fits T5 to two halves of the
-//! recordings, each without the other; `twins` asks how often intervals hold: it makes recordings with
+//! Behind `--`, `k` adds a curvature at rest for every marker; `halves` fits B3, T5 and T7 to two halves of
+//! the recordings, each without the other; `twins` asks how often intervals hold: it makes recordings with
 //! known numbers between the same hands, twenty times for every cable, and identifies them.
 
 mod cable;
@@ -91,43 +91,42 @@ fn print(report: &FitReport, most: usize) {
     }
 }
 
-/// T5 of both halves of the recordings, each without the other: whether the intervals tell how well the
+/// B3, T5 and T7 of both halves of the recordings, each without the other: whether the intervals tell how well the
 /// modulus over the density is known.
 fn halves(cable: &Cable) -> Result<(), Box<dyn Error>> {
     let rungs = ladder(cable.lengths.len() + 1);
-    let mut logs = Vec::new();
-    for half in 0..2 {
-        let clips: Vec<usize> = (0..cable.clips.len()).filter(|k| k % 2 == half).collect();
-        let mut found = Found::new();
-        let mut last = None;
-        for rung in rungs.iter().filter(|rung| matches!(rung.name, "B3" | "T5")) {
-            let (report, values) = fit(cable, rung, &clips, &found)?;
-            (found, last) = (values, Some(report));
+    let mut found = [Found::new(), Found::new()];
+    for rung in rungs.iter().filter(|rung| matches!(rung.name, "B3" | "T5" | "T7")) {
+        let mut logs = Vec::new();
+        for (half, found) in found.iter_mut().enumerate() {
+            let clips: Vec<usize> = (0..cable.clips.len()).filter(|k| k % 2 == half).collect();
+            let (report, values) = fit(cable, rung, &clips, found)?;
+            *found = values;
+            let modulus = &report.parameters[0];
+            let (Some(value), Some([low, high])) = (modulus.value, modulus.interval95) else {
+                println!("{} {}: half {half}: E is not determined", cable.name, rung.name);
+                continue;
+            };
+            println!(
+                "{} {}: half {half}, {} recordings: EI/(rho A) = {:.4e} [{:.4e}, {:.4e}] m^4/s^2",
+                cable.name,
+                rung.name,
+                clips.len(),
+                flexural(value),
+                flexural(low),
+                flexural(high)
+            );
+            logs.push((value.ln(), 0.5 * (high / low).ln()));
         }
-        let Some(report) = last else { continue };
-        let modulus = &report.parameters[0];
-        let (Some(value), Some([low, high])) = (modulus.value, modulus.interval95) else {
-            println!("{}: half {half}: E is not determined", cable.name);
-            continue;
-        };
-        println!(
-            "{}: half {half}, {} recordings: EI/(rho A) = {:.4e} [{:.4e}, {:.4e}] m^4/s^2",
-            cable.name,
-            clips.len(),
-            flexural(value),
-            flexural(low),
-            flexural(high)
-        );
-        logs.push((value.ln(), 0.5 * (high / low).ln()));
-    }
-    if let [(a, da), (b, db)] = logs[..] {
-        let (apart, within) = ((a - b).abs(), da.hypot(db));
-        println!(
-            "{}: halves are {:.1} % apart, the intervals say {:.1} %",
-            cable.name,
-            100.0 * apart,
-            100.0 * within
-        );
+        if let [(a, da), (b, db)] = logs[..] {
+            println!(
+                "{} {}: halves are {:.1} % apart, the intervals say {:.1} %",
+                cable.name,
+                rung.name,
+                100.0 * (a - b).abs(),
+                100.0 * da.hypot(db)
+            );
+        }
     }
     Ok(())
 }

@@ -131,9 +131,9 @@ impl Form {
                 .map_err(|error| Error::invalid(&key, pattern, format!("a pattern: {error}")))?;
             let before = all.len();
             for path in paths {
-                let path = path.map_err(|error| Error::Io {
-                    path: error.path().into(),
-                    source: error.into(),
+                let path = path.map_err(|error| {
+                    let path = error.path().to_path_buf();
+                    Error::io(&path, error.into())
                 })?;
                 let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
                 if path.is_file() && seen.insert(relative.clone()) {

@@ -240,7 +240,8 @@ fn script(plan: &Plan, time: &str, shards: u64, threads: usize) -> Result<String
         });
     }
     let folder = plan.folder.canonicalize();
-    let folder = folder.map_err(|source| Error::Io { path: plan.folder.clone(), source })?;
+    let folder =
+        folder.map_err(|source| Error::Io { named_in: None, path: plan.folder.clone(), source })?;
     let name =
         folder.file_name().unwrap_or_default().to_string_lossy().replace(char::is_whitespace, "-");
     let folder = folder.display().to_string().replace('\'', r"'\''");

@@ -49,7 +49,7 @@ impl Target {
     fn error(&self, source: io::Error) -> Error {
         match self.is_stdout() {
             true => terminal::stdout_error(source),
-            false => Error::Io { path: self.path.clone(), source },
+            false => Error::Io { named_in: None, path: self.path.clone(), source },
         }
     }
 

@@ -28,7 +28,7 @@ pub fn unless_closed(written: std::io::Result<()>) -> std::io::Result<()> {
 
 /// What the system said of standard output.
 pub fn stdout_error(source: std::io::Error) -> Error {
-    Error::Io { path: "standard output".into(), source }
+    Error::Io { named_in: None, path: "standard output".into(), source }
 }
 
 /// Prints a line on standard error; there is nobody to tell when that fails.

@@ -341,8 +341,14 @@ impl Measurement {
                 if let Some(late) = late.filter(|_| !other_clock) {
                     let found = format!("t = {} s", late.time);
                     let allowed = format!("up to the scene's time.end = {end} s");
-                    let place = if o.planned { format!("{key}.duration") } else { label };
-                    return Err(Error::invalid(place, found, allowed));
+                    return Err(match o.planned {
+                        true => Error::invalid(format!("{key}.duration"), found, allowed),
+                        false => {
+                            let missing = "a unit in the header, as in t[ms], or time_zero, when the motion starts \
+                                           on the file's clock, may be missing, or the scene too short";
+                            Error::invalid(label, found, format!("{allowed}; {missing}"))
+                        }
+                    });
                 }
                 let sane = |s: &Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
                 let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);

@@ -96,7 +96,7 @@ fn what_is_wrong_in_a_file_is_told() {
     folder.write("clean.csv", &csv(&clean));
     let shown = stdout(&folder.run(&["inspect", "clean.csv"]));
     for words in
-        ["120 frames, from 0 s to 1.19 s, 100 a second", "7 markers, places in m", "noise at most"]
+        ["120 frames, from 0 s to 1.19 s, 100 a second", "7 markers, places in m:", "noise at most"]
     {
         assert!(shown.contains(words), "`{words}` in {shown}");
     }
@@ -127,6 +127,9 @@ fn what_is_wrong_in_a_file_is_told() {
     ] {
         assert!(shown.contains(words), "`{words}` in {shown}");
     }
+    folder.write("pixels.csv", "t,x,y\n0,1040,360\n0.01,1039,366\n");
+    let shown = stdout(&folder.run(&["inspect", "pixels.csv"]));
+    assert!(shown.contains("far for a rod: x[px] or x[mm]"), "{shown}");
     refused(&folder.run(&["inspect", "none.csv"]), &["none.csv"]);
     folder.write("text.csv", "dear diary\n");
     refused(&folder.run(&["inspect", "text.csv"]), &["text.csv:1", "no column t"]);

@@ -167,7 +167,7 @@ fn csv(track: &Track) -> String {
 /// Four recordings of a cable, of which the last is held out.
 fn recordings(scene: &str, fit: &str) -> Result<Files, Error> {
     let mut files = Vec::new();
-    let unwritten = |source| Error::Io { path: std::env::temp_dir(), source };
+    let unwritten = |source| Error::Io { named_in: None, path: std::env::temp_dir(), source };
     let folder = tempfile::tempdir().map_err(unwritten)?;
     let line = |j: usize| vec![Some([APART * j as f64, 0.0, 0.0]); 2];
     let straight =

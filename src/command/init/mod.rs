@@ -100,9 +100,11 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
 fn named(file: &Path, into: &Path) -> Result<String, Error> {
     let path = match into == Path::new(".") || file.is_absolute() {
         true => file.to_path_buf(),
-        false => {
-            std::path::absolute(file).map_err(|source| Error::Io { path: file.into(), source })?
-        }
+        false => std::path::absolute(file).map_err(|source| Error::Io {
+            named_in: None,
+            path: file.into(),
+            source,
+        })?,
     };
     Ok(quoted(&path.display().to_string()))
 }

@@ -21,6 +21,8 @@ const STEP: f64 = 1.5;
 const JUMP: [f64; 2] = [10.0, 4.0];
 /// A normal deviate is below this in half of all cases.
 const HALF: f64 = 0.674_489_75;
+/// Where no header says otherwise, places farther off than this, m, are more likely in pixels or millimetres.
+const FAR: f64 = 20.0;
 
 /// What is in a file of markers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -135,6 +137,12 @@ impl Inspection {
             |m: &&InspectedMarker| m.range.iter().flatten().map(|[a, b]| b - a).fold(0.0, f64::max);
         let known = self.markers.iter().filter(|m| m.seen > 0);
         known.max_by(|a, b| extent(a).total_cmp(&extent(b)))
+    }
+
+    /// The largest coordinate, in the file's unit.
+    fn farthest(&self) -> f64 {
+        let ranges = self.markers.iter().flat_map(|m| m.range.iter().flatten().flatten());
+        ranges.fold(0.0, |most, x| most.max(x.abs()))
     }
 
     fn read_as(&self, sheet: &Sheet, said: &Recording) -> Recording {
@@ -371,6 +379,9 @@ impl fmt::Display for Inspection {
         }
         let named = match &self.unit[..] {
             "unnamed" => "in a unit that the file does not name",
+            "m" if self.farthest() > FAR => {
+                "in m, which is far for a rod: x[px] or x[mm] in the header says what else they are in"
+            }
             unit => &format!("in {unit}"),
         };
         let plural = if self.markers.len() == 1 { "" } else { "s" };
