@@ -22,6 +22,13 @@ if TYPE_CHECKING:
 TIMES = ("t", "time")
 
 
+def _known(scene: Scene) -> Scene:
+    """Refuses what is no scene."""
+    if not isinstance(scene, Scene):
+        raise refused("scene", repr(scene)[:80], "a rodfit.Scene; a fit file is read by Fit.load")
+    return scene
+
+
 class Fit:
     """An identification in the making, of a scene or of several experiments::
 
@@ -35,7 +42,7 @@ class Fit:
     Keywords are those of the fit file, and mean the same."""
 
     def __init__(self, scene: Scene | None = None):
-        self._native = _rodfit.Fit([] if scene is None else [("", scene._native)])
+        self._native = _rodfit.Fit([] if scene is None else [("", _known(scene)._native)])
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Fit:
@@ -55,7 +62,7 @@ class Fit:
 
     def experiment(self, name: str, scene: Scene) -> Fit:
         """Adds an experiment: what is observed from now on is of it."""
-        self._native.experiment(name, scene._native)
+        self._native.experiment(name, _known(scene)._native)
         return self
 
     def observe(
@@ -86,7 +93,8 @@ class Fit:
             said = {"file": t, "point": point, "sigma": sigma, "loss": loss, "held_out": held_out}
             return self._add("observation", said | recording)
         if recording:
-            raise refused(next(iter(recording)), "numbers that are not of a file", "with a file only")
+            allowed = "beside numbers at, sigma, loss and held_out; the other keys of an observation are of a file"
+            raise refused(next(iter(recording)), "an argument", allowed)
         if xyz is None:
             t, xyz = _columns(t)
         import numpy as np

@@ -173,14 +173,22 @@ class Run:
 class Scene:
     """A scene, read and validated; it cannot be changed, ``replace`` and ``with_values`` make others."""
 
-    def __init__(self, native: _rodfit.Scene, folder: str | os.PathLike[str] = "."):
-        self._native = native
+    def __init__(self, scene: Mapping[str, Any] | str | os.PathLike[str] | _rodfit.Scene, folder: str | os.PathLike[str] = "."):
+        """The scene of a table as the file has it, or of a TOML file. Files that a table names are relative to ``folder``."""
+        if isinstance(scene, Mapping):
+            scene = _rodfit.Scene.from_json(json.dumps(scene, default=plain), os.fspath(folder))
+        elif isinstance(scene, (str, os.PathLike)):
+            folder = os.path.dirname(os.path.abspath(scene))
+            scene = _rodfit.Scene.load(os.fspath(scene))
+        elif not isinstance(scene, _rodfit.Scene):
+            raise refused("scene", type(scene).__name__, "a table, or the name of a TOML file")
+        self._native = scene
         self._folder = os.fspath(folder)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
         """The scene of a TOML file."""
-        return cls(_rodfit.Scene.load(os.fspath(path)), os.path.dirname(os.path.abspath(path)))
+        return cls(path)
 
     @classmethod
     def from_toml(cls, text: str, folder: str | os.PathLike[str] = ".") -> Scene:
@@ -190,7 +198,7 @@ class Scene:
     @classmethod
     def from_dict(cls, table: Mapping[str, Any], folder: str | os.PathLike[str] = ".") -> Scene:
         """The scene of a table as the file has it."""
-        return cls(_rodfit.Scene.from_json(json.dumps(table, default=plain), os.fspath(folder)), folder)
+        return cls(table, folder)
 
     def to_toml(self) -> str:
         """The scene as a file."""
@@ -240,12 +248,11 @@ class Scene:
         """Length of the rod, m."""
         return self._native.length
 
-    def simulate(self, derivatives: Iterable[str] = ()) -> Run:
+    def simulate(self, derivatives: str | Iterable[str] = ()) -> Run:
         """The motion of all nodes, with exact derivatives by these parameters. Other threads go on meanwhile; Ctrl-C ends
         it."""
-        if isinstance(derivatives, str):
-            raise refused("derivatives", f'"{derivatives}"', "a list of names")
-        return Run(self._native.simulate(list(derivatives)), self.resolution)
+        names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
+        return Run(self._native.simulate(names), self.resolution)
 
     def equilibrium(self) -> Equilibrium:
         """Where the rod rests under its loads."""

@@ -135,6 +135,19 @@ def test_scenes_go_to_tables_and_back(scene):
     assert not np.array_equal(twice.simulate().tip, scene.simulate().tip)
     assert np.array_equal(pickle.loads(pickle.dumps(scene)).simulate().tip, scene.simulate().tip)
     assert {"name", "unit", "value"} <= set(scene.parameters[0])
+    for told in (rodfit.Scene(table, DATA), rodfit.Scene(DATA / "cantilever.toml"), rodfit.Scene.load(DATA / "cantilever.toml")):
+        assert np.array_equal(told.simulate().tip, scene.simulate().tip)
+    # A fit file is no scene, and a number neither.
+    with pytest.raises(rodfit.InputError, match="rodfit.Scene; a fit file is read by Fit.load"):
+        rodfit.Fit("cantilever-fit.toml")
+    with pytest.raises(rodfit.InputError, match="point: found an argument, allowed: beside numbers at, sigma"):
+        rodfit.Fit(scene).observe([0.0], [[0.5]], point="tip")
+    with pytest.raises(rodfit.InputError, match="found 0.1 s after 0.2 s"):
+        rodfit.Fit(scene).observe([0.2, 0.1], [[0.5], [0.5]]).add("youngs_modulus").solve()
+    with pytest.raises(rodfit.InputError, match="nearest: youngs_modulus"):
+        rodfit.Fit(scene).add("E")
+    with pytest.raises(rodfit.InputError, match="scene: found int, allowed: a table, or the name"):
+        rodfit.Scene(3)
 
 
 def test_rest_and_modes(scene):

@@ -350,11 +350,18 @@ impl Measurement {
                         }
                     });
                 }
-                let sane = |s: &Sample| s.time.is_finite() && s.time >= 0.0 && finite(&s.position);
-                let ascending = o.samples.windows(2).all(|w| w[0].time < w[1].time);
-                if !(o.samples.iter().all(sane) && ascending) {
+                let strange = |s: &Sample| match s.time.is_finite() && s.time >= 0.0 {
+                    false => Some(format!("t = {} s", s.time)),
+                    true if finite(&s.position) => None,
+                    true => Some(format!("an infinite position at t = {} s", s.time)),
+                };
+                let strange = o.samples.iter().find_map(strange);
+                let descends = |w: &&[Sample]| w[0].time >= w[1].time;
+                let descent = || o.samples.windows(2).find(descends);
+                let after = |w: &[Sample]| format!("{} s after {} s", w[1].time, w[0].time);
+                if let Some(found) = strange.or_else(|| descent().map(after)) {
                     let allowed = "finite positions at increasing times from 0 on";
-                    return Err(Error::invalid(label, "other samples", allowed));
+                    return Err(Error::invalid(label, found, allowed));
                 }
             }
             Self::RestShape(shape) => {

@@ -11,6 +11,7 @@ pub(crate) mod marker;
 pub mod mass;
 pub mod material;
 pub mod mesh;
+mod nearest;
 pub mod number;
 pub mod own;
 pub mod parameter;

@@ -2,7 +2,6 @@
 //! [numbers](crate::scene::number) of a scene, named by their place in the file.
 
 use crate::error::Error;
-use crate::numerics::order;
 use crate::scene::Scene;
 use crate::scene::along::Along;
 use crate::scene::drag::Drag;
@@ -10,6 +9,7 @@ use crate::scene::initial::Initial;
 use crate::scene::loads::{Damping, Friction, Loads, Maxwell, PointForce};
 use crate::scene::mass::PointMass;
 use crate::scene::material::Material;
+use crate::scene::nearest::{LONGEST_NAME, nearest};
 use crate::scene::number::Quantity;
 use crate::scene::point::Point;
 use crate::scene::rod::RodSpec;
@@ -408,25 +408,6 @@ impl Scene {
     pub fn over_parameters<D: From<f64>>(&self, seed: impl Fn(Parameter, f64) -> D) -> Scene<D> {
         self.over(|path, value, _| seed(Parameter::at(path), value))
     }
-}
-
-/// Longer names are no slips of the pen.
-const LONGEST_NAME: usize = 200;
-
-/// The three names most like one.
-fn nearest(name: &str, names: &[&str]) -> String {
-    let likeness = |other: &str| {
-        // Short names and last parts are what people remember.
-        let end = other.rsplit_once('.').map_or(other, |(_, end)| end);
-        strsim::jaro_winkler(name, other).max(strsim::jaro_winkler(name, end))
-    };
-    if name.len() > LONGEST_NAME {
-        return "none".into();
-    }
-    let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
-    order::sort_down_by(&mut names, |x| x.0);
-    let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
-    names.join(", ")
 }
 
 /// A name that is kept as long as the program runs. There are as many as numbers in its scenes.

@@ -151,6 +151,7 @@ fn tables_of_a_fit_file_are_read_by_themselves() {
 
     for (text, words) in [
         ("[[parameter]]\nname = \"redius\"\n", "nearest"),
+        ("[[parameter]]\nname = \"E\"\n", "nearest: youngs_modulus"),
         ("[[parameter]]\nstart = 1.0\n", "missing key: parameter[0].name"),
         ("[[observation]]\nfile = \"none.csv\"\n", "none.csv"),
         ("[[observations]]\nfile = \"tip.csv\"\n", "unknown field"),

@@ -1,0 +1,34 @@
+//! What somebody may have meant who wrote a name that is none.
+
+use crate::numerics::order;
+
+/// What books write for some of them.
+const SYMBOLS: [(&str, &str); 6] = [
+    ("E", "youngs_modulus"),
+    ("G", "shear_modulus"),
+    ("L", "rod.shape.length"),
+    ("nu", "material.poisson_ratio"),
+    ("r", "rod.section.radius"),
+    ("rho", "material.density"),
+];
+/// Longer names are no slips of the pen.
+pub const LONGEST_NAME: usize = 200;
+
+/// The three names most like one.
+pub fn nearest(name: &str, names: &[&str]) -> String {
+    let likeness = |other: &str| {
+        // Short names and last parts are what people remember.
+        let end = other.rsplit_once('.').map_or(other, |(_, end)| end);
+        strsim::jaro_winkler(name, other).max(strsim::jaro_winkler(name, end))
+    };
+    if name.len() > LONGEST_NAME {
+        return "none".into();
+    }
+    if let Some((_, meant)) = SYMBOLS.iter().find(|(symbol, _)| *symbol == name) {
+        return meant.to_string();
+    }
+    let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
+    order::sort_down_by(&mut names, |x| x.0);
+    let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
+    names.join(", ")
+}
