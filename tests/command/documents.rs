@@ -1,7 +1,7 @@
 //! What the documents show is true: their files have keys that there are, their commands run, their links lead
 //! somewhere, and the book has every page.
 
-use crate::folder::{Folder, stderr};
+use crate::folder::{Folder, stderr, stdout};
 use crate::schema::{read, schema, violations_in_part};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -67,6 +67,21 @@ fn commands_that_are_shown_run() {
         }
     }
     assert!(count >= 4, "{count}");
+}
+
+/// Other machines round in other ways: numbers may differ, and nothing else.
+#[test]
+fn what_the_readme_shows_is_printed() {
+    let text = std::fs::read_to_string("README.md").unwrap();
+    let shown = blocks(&text, "text")[0];
+    let folder = Folder::new();
+    let data = std::path::absolute("data").unwrap();
+    std::os::unix::fs::symlink(data, folder.path("data")).unwrap();
+    let printed = stdout(&folder.run(&["fit", "data/cantilever-fit.toml"]));
+    let words = |text: &str| -> String {
+        text.chars().filter(|c| !c.is_ascii_digit() && !"+-.".contains(*c)).collect()
+    };
+    assert_eq!(words(shown.trim()), words(printed.trim()));
 }
 
 #[test]
