@@ -287,6 +287,10 @@ impl Nestable for f64 {
         }
         sweep.sweep::<Self>(())
     }
+
+    fn is_nothing(&self) -> bool {
+        *self == 0.0
+    }
 }
 
 /// What plain numbers go side by side with on this processor: `avx2`, four of them, or `scalar`, one.

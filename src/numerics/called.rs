@@ -4,6 +4,7 @@
 //! loop that anybody waits for, it is written once as calls.
 
 use crate::numerics::scalar::{ForEachScalar, Nestable, Scalar, Sweep, Wide};
+use nalgebra::Const;
 use num_dual::{Dual64, DualSVec64, HyperDual64};
 use std::cmp::Ordering;
 use std::iter::Sum;
@@ -167,7 +168,7 @@ impl<D: Scalar> Wide<D> for Called<D> {
 }
 
 macro_rules! nestable {
-    ($($scalar:ty: $instance:ident, $sweeps:ty;)*) => {
+    ($($scalar:ty: $instance:ident, $sweeps:ty, $parts:expr;)*) => {
         $(impl Nestable for $scalar {
             fn instance<T: ForEachScalar + ?Sized>(all: &T) -> &T::Instance<Self> {
                 all.$instance()
@@ -176,14 +177,21 @@ macro_rules! nestable {
             fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output {
                 sweep.sweep::<$sweeps>(())
             }
+            fn is_nothing(&self) -> bool {
+                let parts: fn(&Self) -> [f64; _] = $parts;
+                parts(self).iter().all(|part| *part == 0.0)
+            }
         })*
     };
 }
 
-// With how each sweeps along a rod: what has more than one derivative calls its operations, which would be a tenth of
+// With its parts, and how each sweeps along a rod: what has more than one derivative calls its operations, which would be a tenth of
 // all code if they were laid into the sweeps.
 nestable! {
-    Dual64: dual, Self;
-    HyperDual64: hyper_dual, Called<Self>;
-    DualSVec64<2>: pair, Called<Self>;
+    Dual64: dual, Self, |x| [x.re, x.eps];
+    HyperDual64: hyper_dual, Called<Self>, |x| [x.re, x.eps1, x.eps2, x.eps1eps2];
+    DualSVec64<2>: pair, Called<Self>, |x| {
+        let [a, b] = x.eps.unwrap_generic(Const::<2>, Const::<1>).data.0[0];
+        [x.re, a, b]
+    };
 }

@@ -257,6 +257,10 @@ pub trait Nestable: Scalar + DualNum<Primitive = f64> {
     /// Sweeps with as many numbers side by side as there is a unit for.
     #[doc(hidden)]
     fn side_by_side<S: Sweep<Self>>(sweep: S) -> S::Output;
+
+    /// Whether it is zero, and so are all its derivatives.
+    #[doc(hidden)]
+    fn is_nothing(&self) -> bool;
 }
 
 /// Something that has an instance for each scalar that rods run in.

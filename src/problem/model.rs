@@ -225,13 +225,15 @@ pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -
     })
 }
 
-/// The springs of internal friction, if the scene has any.
+/// The springs of internal friction, if the scene has any, that slip at so many times their curvature at each joint.
 pub(crate) fn springs<D: Scalar, J>(
     scene: &Scene<D>,
     tributary: &TributaryLengths<D>,
+    times: impl Fn(usize) -> D,
 ) -> Option<Springs<D, J>> {
     let friction = scene.loads.damping.friction?;
-    let limits = tributary.joint.iter().map(|length| friction.curvature * *length).collect();
+    let limit = |(i, length): (usize, &D)| friction.curvature * *length * times(i);
+    let limits = tributary.joint.iter().enumerate().map(limit).collect();
     Some(Springs::from(Sliders { stiffness: friction.stiffness, limits }))
 }
 

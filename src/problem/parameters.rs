@@ -8,7 +8,7 @@ use crate::problem::planar::PlanarModel;
 use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
-use crate::scene::{End, Motion, Parameter, Support};
+use crate::scene::{End, Motion, Parameter, Scheme, Support};
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -70,7 +70,18 @@ impl fmt::Display for ParameterList {
     }
 }
 
+/// The time of a damping that makes a rod viscous and that no sum feels, s.
+const HARDLY: f64 = 1e-200;
+
 impl Problem {
+    /// The problem to differentiate by these parameters, where it is another one. A rod without damping of its strains
+    /// forgets how fast they changed, and nothing would come of a derivative by such a damping: it has the least there is.
+    pub(crate) fn felt_by(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
+        let forgets = !self.scene().loads.damping.is_viscous();
+        let asked = parameters.iter().find(|parameter| forgets && parameter.is_of_kelvin_voigt());
+        asked.map(|parameter| self.varied([(*parameter, HARDLY)])).transpose()
+    }
+
     /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
     /// model.
     ///
@@ -79,6 +90,14 @@ impl Problem {
     pub fn check_parameter(&self, parameter: Parameter) -> Result<(), Error> {
         if parameter.of(self.scene()).is_none() {
             return Err(parameter.absent(self.scene()));
+        }
+        let scheme = self.scene().time.as_ref().map(|time| time.scheme);
+        if let Some(scheme) = scheme.filter(|scheme| !scheme.traits().takes_viscosity)
+            && parameter.is_of_kelvin_voigt()
+        {
+            let found = format!("{parameter} beside the scheme {}", scheme.traits().name);
+            let takers = Scheme::names(|traits| traits.takes_viscosity);
+            return Err(Error::invalid("parameter", found, format!("with the schemes {takers}")));
         }
         let curvature = parameter.path().starts_with(Parameter::NaturalCurvature.path());
         if curvature && self.mesh.is_straight() {

@@ -203,6 +203,12 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             }
             PlanarBend { stiffness, natural_curvature: natural }
         });
+        // Springs slip by their energy over the mean bending stiffness, as in space, and here they bend in the plane only.
+        let slips = |i: usize| {
+            let per_length = rest.tributary.joint[i].recip();
+            let both = profile.joint(i).bending.map(|ei| clamps.bending(i, ei * per_length));
+            ((both[0] + both[1]) * 0.5 / both[self.second_moment]).sqrt()
+        };
         let (node_mass, weighing) = rest.tributary.immersed(&profile, scene.loads.drag.as_ref());
         let gravity = self.projected(scene.loads.gravity);
         let load: Vec<DeadLoad<D, 2>> =
@@ -214,7 +220,7 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
             load,
             moment: Vec::new(),
             heading: rest.direction(0),
-            sliders: springs(scene, &rest.tributary),
+            sliders: springs(scene, &rest.tributary, slips),
             own: Extra::default(),
         }
     }

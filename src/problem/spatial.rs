@@ -165,7 +165,7 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
             load.push(DeadLoad { force: gravity.map(|g| weighing[i] * g) });
         }
         let own = Extra::default();
-        let sliders = springs(scene, &rest.tributary);
+        let sliders = springs(scene, &rest.tributary, |_| D::from(1.0));
         SpatialRod { stretch: stretch.collect(), joint: joint.collect(), mass, load, sliders, own }
     }
 

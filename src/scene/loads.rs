@@ -1,7 +1,7 @@
 //! What pulls and damps.
 
 use crate::error::Error;
-use crate::numerics::scalar::Scalar;
+use crate::numerics::scalar::{Nestable, Scalar};
 use crate::scene::drag::Drag;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::point::Point;
@@ -179,10 +179,12 @@ impl<D: Scalar> Damping<D> {
     pub(crate) fn has_own_times(&self) -> bool {
         D::ORDER > 0 || self.own_times().iter().any(|time| time.value() > 0.0)
     }
+}
 
-    /// Whether the stress depends on how the strains have changed.
+impl<D: Nestable> Damping<D> {
+    /// Whether the stress, or a derivative of it, depends on how the strains have changed.
     pub(crate) fn is_viscous(&self) -> bool {
-        let takes = |time: &D| time.value() > 0.0;
+        let takes = |time: &D| !time.is_nothing();
         takes(&self.stiffness) || self.own_times().iter().any(takes) || self.maxwell.is_some()
     }
 }

@@ -231,6 +231,12 @@ impl Parameter {
         self.path.contains(".moment.")
     }
 
+    /// Whether it is a time of Kelvin-Voigt damping.
+    pub(crate) fn is_of_kelvin_voigt(self) -> bool {
+        let own = self.path.strip_prefix("loads.damping.");
+        own.is_some_and(|own| Damping::<f64>::default().times().iter().any(|(key, _)| *key == own))
+    }
+
     /// Smallest and largest value the parameter may take at all.
     pub fn limits(self) -> [f64; 2] {
         self.quantity().limits

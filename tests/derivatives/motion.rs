@@ -5,6 +5,7 @@ use num_dual::{Dual64, DualSVec64};
 use rodfit::problem::Model;
 use rodfit::scene::{
     Clamp, Damping, Friction, Maxwell, PointForce, Scene, Scheme, Section, Shape, Support, Time,
+    Tolerance,
 };
 use rodfit::{AnyProblem, Derivatives, Discretized, Parameter, Point, Problem};
 
@@ -226,6 +227,55 @@ fn together_as_one_at_a_time_where_springs_slip() {
         assert!(all.len() >= 10);
         assert_same_in_any_company(&problem, &all);
     }
+}
+
+/// A rod without damping of its strains has no memory of them, until one asks what such a damping would do.
+#[test]
+fn by_damping_that_is_not_there() {
+    let [stiffness, bending, stretching, twisting] =
+        ["stiffness", "bending", "stretching", "twisting"]
+            .map(|key| format!("loads.damping.{key}").parse::<Parameter>().unwrap());
+    let schemes = [Scheme::NewmarkBeta, Scheme::GeneralisedAlpha, Scheme::AverageVectorField];
+    for scheme in schemes {
+        // Not 0.5, which leaves axial vibrations, and their rounding errors, as they are.
+        let mut plane = cantilever_with(0.7, 2e-3, 0.05, Clamp::MidEdge);
+        let mut space = helix_with(0.7, 2e-3, 0.05, Clamp::MidEdge);
+        for scene in [&mut plane, &mut space] {
+            scene.loads.damping = Damping::default();
+            let tolerance = Tolerance::Rounding;
+            scene.time = scene.time.take().map(|time| Time { scheme, tolerance, ..time });
+        }
+        for (scene, of) in [(&plane, stretching), (&space, twisting)] {
+            for parameter in [stiffness, bending, of] {
+                let error = mismatch(scene, parameter, Derivatives::Hand);
+                // Rounding errors of axial vibrations, a thousand times as fast, leave it 9e-9.
+                let most = if parameter == stretching { 2e-8 } else { LARGEST };
+                assert!(error < most, "{scheme:?}, {parameter}: {error:e}");
+                let problem = scene.problem().unwrap();
+                let tip = |run: rodfit::Trajectory| run.at(Point::Tip, 0.05).unwrap();
+                let at = |time: f64| {
+                    tip(problem.with([(parameter, time)]).unwrap().simulate().unwrap()).0
+                };
+                let exact = tip(problem.simulate_with(&[parameter]).unwrap()).1[0];
+                let h = 1e-6;
+                let [none, some, twice] = [0.0, h, 2.0 * h].map(at);
+                let size = Vector3::from(exact).norm();
+                for c in 0..3 {
+                    let difference = (4.0 * some[c] - 3.0 * none[c] - twice[c]) / (2.0 * h);
+                    let off = (difference - exact[c]).abs();
+                    assert!(
+                        off < 1e-3 * size + 1e-8,
+                        "{scheme:?}, {parameter}: {difference} {exact:?}"
+                    );
+                }
+            }
+        }
+    }
+    // Schemes that take no such damping have no derivatives by it.
+    let mut scene = cantilever_with(0.5, 2e-3, 0.05, Clamp::MidEdge);
+    scene.time = scene.time.map(|time| Time { scheme: Scheme::Rodas4, ..time });
+    let error = scene.problem().unwrap().simulate_with(&[bending]).err().unwrap().to_string();
+    assert!(error.contains("loads.damping.bending beside the scheme rodas4"), "{error}");
 }
 
 /// Between the steps, the derivative of the interpolant.

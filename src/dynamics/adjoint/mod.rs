@@ -63,6 +63,8 @@ pub struct Reversible {
     problem: Problem,
     trajectory: Trajectory,
     course: AnyCourse,
+    /// How many steps it was asked for, and bytes to go back over them.
+    asked: (usize, usize),
 }
 
 /// A course by its model.
@@ -135,7 +137,14 @@ impl Reversible {
                 &mut trajectory,
             )?)),
         };
-        Ok(Self { problem: problem.clone(), trajectory, course })
+        Ok(Self { problem: problem.clone(), trajectory, course, asked: (steps, bytes) })
+    }
+
+    /// The run that the derivatives by these parameters are of, where it is another one.
+    fn felt_by(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
+        let Some(problem) = self.problem.felt_by(parameters)? else { return Ok(None) };
+        let ((steps, bytes), tracked) = (self.asked, self.trajectory.record().tracked());
+        Self::run_within(&problem, &tracked, steps, bytes).map(Some)
     }
 
     /// What it is a run of.
@@ -167,6 +176,9 @@ impl Reversible {
         slopes: &Slopes<'_>,
     ) -> Result<Vec<f64>, Error> {
         let asked = (Asked::new(&self.problem, parameters)?, parameters);
+        if let Some(felt) = self.felt_by(parameters)? {
+            return felt.gradient(parameters, slopes);
+        }
         let misfit = (&slopes.motions[..], self.trajectory.record());
         match (&self.course, self.problem.discretized()) {
             (AnyCourse::Planar(course), AnyProblem::Planar(planar)) => {
@@ -192,6 +204,9 @@ impl Reversible {
         let parameters: Vec<Parameter> =
             direction.iter().map(|(parameter, _)| *parameter).collect();
         Asked::new(&self.problem, &parameters)?;
+        if let Some(felt) = self.felt_by(&parameters)? {
+            return felt.along(direction);
+        }
         let record = self.trajectory.record();
         match (&self.course, self.problem.discretized()) {
             (AnyCourse::Planar(course), AnyProblem::Planar(planar)) => {
