@@ -128,11 +128,14 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         setup: &Setup<D, M, W>,
         rod: &M::Rod<D>,
     ) -> Result<Placed<D, M, W>, Error> {
-        let (begin, frames) = self.begin(setup);
+        let (begin, mut frames) = self.begin(setup);
         if self.scene().initial.state != InitialState::Equilibrium {
             return Ok((begin, frames));
         }
         let mut q: Vec<D> = self.equilibrium_start()?.iter().map(|x| D::from(*x)).collect();
+        // Against the frames of where it is: those of an edge that has turned by nearly 180 degrees since are as good
+        // as singular.
+        M::Rod::<D>::rebase(&mut frames, &q);
         if D::ORDER == 0 {
             return Ok((q, frames));
         }
@@ -146,6 +149,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             self.follow(&held, &frames, &mut followed, true)
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         }
+        // Angles turn as fast as edges spin where their frames are, and so with all derivatives.
+        M::Rod::<D>::rebase(&mut frames, &followed);
         Ok((followed, frames))
     }
 

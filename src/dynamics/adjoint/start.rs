@@ -85,6 +85,10 @@ where
         let mut q = vec![0.0; n];
         rod.tangent(&state.q, &state.frames, Derivatives::Hand, &mut gradient, &mut tangent);
         tangent.product(&d, &mut q);
+        // The frames are those of where the rod is, and go along.
+        let mut frames = backward.frames.clone();
+        <M::Rod<f64> as Transposed<W>>::add_to_frames(&geometry, &gradient, (&d, &q), &mut frames);
+        <M::Rod<f64> as Transposed<W>>::rebase_back(&geometry, &mut frames, &mut q);
         q.iter_mut().zip(&backward.q).for_each(|(q, by)| *q += by);
         if let Some(drag) = start.drag() {
             let (mut slopes, mut v) = (drag.no_slopes(), vec![0.0; n]);
