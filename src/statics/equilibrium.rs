@@ -12,7 +12,6 @@ use crate::problem::Model;
 use crate::problem::{AnyProblem, Discretized, FramesOf, Problem};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
-use crate::scene::Damping;
 use crate::scene::Parameter;
 use crate::statics::pencil::Pencil;
 use crate::statics::reaction::Reactions;
@@ -107,7 +106,7 @@ fn at_rest<M: Model<W>, const W: usize>(
     let rod = discretized.rod();
     let energies = rod.energies(&rest.q, &rest.frames);
     let still = State::at_rest(rest.q.clone(), rest.frames.clone());
-    let reactions = discretized.reactions(&rod, (Damping::default(), None), &still);
+    let reactions = discretized.reactions_at_rest(&rod, &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
     Ok(Equilibrium {

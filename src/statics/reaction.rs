@@ -43,14 +43,38 @@ pub struct Reactions {
 }
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
-    /// The reactions in a state of the rod.
+    /// The reactions of a rod in motion.
     pub(crate) fn reactions(
+        &self,
+        rod: &M::Rod<f64>,
+        resistances: (Damping<f64>, Option<&NodalDrag<f64>>),
+        state: &State<f64, FramesOf<M, W>>,
+    ) -> Reactions {
+        let mut acceleration = vec![0.0; state.q.len()];
+        if let Some(boundary_motion) = self.moved_ends() {
+            boundary_motion.accelerations(state.time, &mut acceleration);
+        }
+        self.reactions_of(rod, resistances, state, &acceleration)
+    }
+
+    /// The reactions of a rod at rest, whatever its ends do later.
+    pub(crate) fn reactions_at_rest(
+        &self,
+        rod: &M::Rod<f64>,
+        state: &State<f64, FramesOf<M, W>>,
+    ) -> Reactions {
+        self.reactions_of(rod, (Damping::default(), None), state, &vec![0.0; state.q.len()])
+    }
+
+    /// The reactions in a state of the rod whose held unknowns have these accelerations, m/s^2.
+    fn reactions_of(
         &self,
         rod: &M::Rod<f64>,
         (damping, drag): (Damping<f64>, Option<&NodalDrag<f64>>),
         state: &State<f64, FramesOf<M, W>>,
+        acceleration: &[f64],
     ) -> Reactions {
-        let State { time, q, frames, v, internal, .. } = state;
+        let State { q, frames, v, internal, .. } = state;
         let strain_rate = &internal.strain_rate;
         let mut force = vec![0.0; q.len()];
         match strain_rate.is_empty() {
@@ -62,10 +86,6 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 viscous.set_viscous(rod, &viscosity);
                 viscous.gradient(q, frames, self.derivatives(), &mut force);
             }
-        }
-        let mut acceleration = vec![0.0; q.len()];
-        if let Some(boundary_motion) = self.moved_ends() {
-            boundary_motion.accelerations(*time, &mut acceleration);
         }
         let mut dragged = vec![0.0; q.len()];
         if let Some(drag) = drag {

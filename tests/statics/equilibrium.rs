@@ -3,7 +3,8 @@
 use rodfit::numerics::banded::{BandMatrix, Ldlt};
 use rodfit::rod::Rod;
 use rodfit::scene::{
-    Clamp, Dimension, Discretization, Material, Point, PointForce, Scene, Section, Shape, Support,
+    Clamp, Dimension, Discretization, End, Material, Motion, Point, PointForce, Scene, Section,
+    Shape, Support,
 };
 use rodfit::{Derivatives, Equilibrium};
 use std::f64::consts::PI;
@@ -473,4 +474,20 @@ fn forces_between_nodes() {
     scene.loads.point = vec![PointForce { node, ..PointForce::default() }];
     let error = scene.problem().unwrap_err().to_string();
     assert!(error.contains("loads.point[0].node.arc_length: found 0.51"), "{error}");
+}
+
+/// Supports carry a rod at rest and no more, whatever they do when it begins to move.
+#[test]
+fn reactions_at_rest_know_of_no_motion() {
+    let mut scene = cantilever();
+    (scene.rod.segments, scene.supports.clamp) = (Some(10), Clamp::Nodes);
+    scene.supports.motion = vec![Motion {
+        end: End::Start,
+        rotation: [0.0, 0.0, 0.2],
+        frequency: Some(20.0),
+        ..Motion::default()
+    }];
+    let moved = rest(&scene).reactions;
+    scene.supports.motion.clear();
+    assert_eq!(moved, rest(&scene).reactions);
 }
