@@ -153,11 +153,21 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         q: &mut [D],
         frames: &FramesOver<D, M, W>,
     ) {
-        let (begin, _) = self.begin(setup);
-        let free = self.free();
-        let held = (0..q.len()).filter(|i| !free.contains(i) && !M::Rod::<D>::is_angle(*i));
-        for i in held {
-            q[i] = begin[i];
+        let (begin, begin_frames) = self.begin(setup);
+        let (free, supports) = (self.free(), &self.scene().supports);
+        for i in (0..q.len()).filter(|i| !free.contains(i)) {
+            if !M::Rod::<D>::is_angle(i) {
+                q[i] = begin[i];
+                continue;
+            }
+            // Recorded ends hold their edges turned about themselves as they begin.
+            let end = if i < free.start { End::Start } else { End::End };
+            if supports.at(end) == Support::Recorded
+                && let edge = i / M::STRIDE
+                && let Some(director) = M::Rod::<D>::director(&begin, &begin_frames, edge)
+            {
+                M::Rod::<D>::align(q, frames, edge, director, 0.0);
+            }
         }
         self.held_ends(setup).advance::<M::Rod<D>, W>(moment, moment, q, frames);
     }
