@@ -6,9 +6,8 @@ use crate::scene::At;
 use crate::scene::mesh::Mesh;
 
 /// An edge's unit tangent and its two material directors, orthonormal, in the world. At rest the
-/// first director of the first edge lies along `up` of the section, or of a circle along that axis
-/// of the world which is least along the edge, as far as those are across it; the second is tangent
-/// x first.
+/// first director of the first edge lies along `up` of the section, of a circle or a tube along the y axis, or the x
+/// axis where the rod begins within 8 degrees of y, as far as those are across it; the second is tangent x first.
 pub type Directors<D> = [Vector<D>; 3];
 
 /// One element of an energy on a mesh.

@@ -5,13 +5,12 @@
 //! the y axis, or of the x axis where the rod begins within 8 degrees of y. So a marker is where it is
 //! whether the model is planar or spatial.
 
-use crate::numerics::scalar::{Nestable, Scalar};
+use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
 use crate::problem::Discretized;
-use crate::problem::model::Model;
+use crate::problem::model::{Model, first_director};
 use crate::problem::setup::Setup;
 use crate::rod::Rod;
-use crate::scene::Scene;
 use crate::scene::marker::Marker;
 
 /// An axis in the world and its rate, 1/s.
@@ -30,7 +29,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let nodes = [0, 1].map(|i| self.model.position(&q, i));
         let tangent = unit(sub(nodes[1], nodes[0]));
         let first = self.model_director(&q, &frames, 0, tangent);
-        let along = first_director(&setup.scene, &nodes, tangent);
+        let along = first_director(&setup.scene, &nodes);
         Directors([dot(along, first), dot(along, cross(tangent, first))])
     }
 
@@ -81,17 +80,4 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             None => cross(self.normal().map(D::from), tangent),
         }
     }
-}
-
-/// The first director of the first edge at rest.
-fn first_director<D: Scalar>(
-    scene: &Scene<D>,
-    nodes: &[Vector<D>],
-    tangent: Vector<D>,
-) -> Vector<D> {
-    scene.rod.section.up_across(nodes).unwrap_or_else(|| {
-        let axis = if tangent[1].value().abs() < 0.99 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
-        let axis = axis.map(D::from);
-        unit(sub(axis, scale(tangent, dot(tangent, axis))))
-    })
 }

@@ -214,13 +214,13 @@ pub(crate) fn tilted<D: Scalar>(
     nodes.iter().map(|x| add(nodes[0], turned(rotation, sub(*x, nodes[0])))).collect()
 }
 
-/// The first material director of the first edge at rest, in the world: along `up` of the section, or
-/// of a circle along the axis that is least along the edge.
+/// The first material director of the first edge at rest, in the world: the part across it of `up` of the section; of a
+/// circle or a tube, which have none, of the y axis, or of the x axis where the rod begins within 8 degrees of y.
 pub(crate) fn first_director<D: Scalar>(scene: &Scene<D>, nodes: &[Vector<D>]) -> Vector<D> {
     scene.rod.section.up_across(nodes).unwrap_or_else(|| {
         let tangent = unit(sub(nodes[1], nodes[0]));
-        let least = Vector3::from(tangent.map(|c| c.value().abs())).imin();
-        let axis: Vector<D> = std::array::from_fn(|c| D::from(f64::from(c == least)));
+        let axis = if tangent[1].value().abs() < 0.99 { [0.0, 1.0, 0.0] } else { [1.0, 0.0, 0.0] };
+        let axis = axis.map(D::from);
         unit(sub(axis, scale(tangent, dot(tangent, axis))))
     })
 }

@@ -464,3 +464,26 @@ fn tones_that_are_none() {
     let found = scene.problem().unwrap().natural_frequencies(&[1], &[Parameter::Width]);
     assert!(matches!(found, Err(Error::Invalid { .. })), "{found:?}");
 }
+
+/// A round rod along an axis, curved along its directors: these follow its direction smoothly.
+#[test]
+fn directors_of_round_rods_follow_the_direction() {
+    for direction in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+        let mut scene = hinged();
+        (scene.supports.start, scene.supports.end) = (Support::Clamped, Support::Free);
+        scene.rod.shape = Shape::Straight { length: 0.5, direction };
+        scene.rod.natural_bending = vec![[0.4, -0.7], [1.1, 0.3]];
+        scene.loads.gravity = [1.0, -2.0, 0.5];
+        let problem = scene.problem().unwrap();
+        for axis in ["x", "y", "z"] {
+            let parameter: Parameter = format!("rod.shape.direction.{axis}").parse().unwrap();
+            let (_, _, exact) = at_rest(&problem, &[parameter]).into_parts();
+            let exact: Vec<f64> = exact[0].iter().flat_map(|motion| motion[0]).collect();
+            let places = |p: &Problem| p.equilibrium().unwrap().nodes.concat();
+            let differences = difference(&problem, parameter, 1e-3, places);
+            let apart = exact.iter().zip(&differences).map(|(a, b)| (a - b).abs());
+            let apart = apart.fold(0.0, f64::max);
+            assert!(apart < 1e-7, "{direction:?}, {axis}: {apart:e}");
+        }
+    }
+}
