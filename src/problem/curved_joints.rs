@@ -22,18 +22,24 @@ pub(crate) fn slants<D: Scalar>(
 ) -> Vec<[D; 2]> {
     let joint = |(i, k): (usize, &[D; 2])| {
         let slant = slant(tangent(nodes, arcs, i + 1), &edges[i], &edges[i + 1]);
-        // Beyond half the turning angle, 2 atan(|k|/2), the polygon is too coarse to tell.
-        let [k, s] = [k, &slant].map(|v| v[0].value().powi(2) + v[1].value().powi(2));
-        let half = 0.25 * k;
-        if s * (1.0 + half) <= half { slant } else { [D::from(0.0); 2] }
+        told(slant, *k)
     };
     curvature.iter().enumerate().map(joint).collect()
+}
+
+/// The slant of a joint of the curvature `k`; none beyond half the turning angle, `2 atan(|k|/2)`, of which the polygon is
+/// too coarse to tell.
+fn told<D: Scalar>(slant: [D; 2], k: [D; 2]) -> [D; 2] {
+    let [k, s] = [k, slant].map(|v| v[0].value().powi(2) + v[1].value().powi(2));
+    let half = 0.25 * k;
+    if s * (1.0 + half) <= half { slant } else { [D::from(0.0); 2] }
 }
 
 /// The slant in the natural shape: as much more as that is more curved than the rest, whose
 /// curvature is `k`; and as the natural `twist` of the joint, rad, turns the curvature on.
 pub(crate) fn lean<D: Scalar>(slant: [D; 2], factor: D, k: [D; 2], twist: D) -> [D; 2] {
-    [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]))
+    let lean = [0, 1].map(|c| factor * (twist * (k[c] * (-1.0 / 6.0)) + slant[c]));
+    told(lean, k.map(|k| factor * k))
 }
 
 /// The curve's unit tangent at node `i`: that of the polynomial through the five nearest nodes.
@@ -157,5 +163,17 @@ mod tests {
         assert!((a[0] - c2).abs() < 1e-15 && (b[1] - c2.sqrt()).abs() < 1e-15);
         assert!((c[2] - c2.sqrt()).abs() < 1e-15);
         assert!([a[1], a[2], b[0], b[2], c[0], c[1]].iter().all(|x| *x == 0.0));
+    }
+
+    /// A natural shape so much more curved than the rest that its polygon tells nothing has joints that do not lean.
+    #[test]
+    fn a_lean_stays_below_half_the_turning_angle() {
+        let k = [5.1, 0.0];
+        for (slant, factor) in [(0.9, 1.2), (0.4, 3.0), (0.1, 20.0)] {
+            let natural = k.map(|k| k * factor);
+            let all = resistances(natural, lean([0.0, slant], factor, k, 0.0));
+            assert!(all.iter().flatten().all(|x| x.is_finite()), "{slant} {factor}");
+        }
+        assert_eq!(lean([0.0, 0.4], 1.2, k, 0.0), [0.0, 1.2 * 0.4]);
     }
 }
