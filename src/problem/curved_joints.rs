@@ -168,8 +168,8 @@ mod tests {
     /// A natural shape so much more curved than the rest that its polygon tells nothing has joints that do not lean.
     #[test]
     fn a_lean_stays_below_half_the_turning_angle() {
-        let k = [5.1, 0.0];
-        for (slant, factor) in [(0.9, 1.2), (0.4, 3.0), (0.1, 20.0)] {
+        let k = [5.1_f64, 0.0];
+        for (slant, factor) in [(0.9_f64, 1.2), (0.4, 3.0), (0.1, 20.0)] {
             let natural = k.map(|k| k * factor);
             let all = resistances(natural, lean([0.0, slant], factor, k, 0.0));
             assert!(all.iter().flatten().all(|x| x.is_finite()), "{slant} {factor}");
