@@ -22,7 +22,7 @@ use crate::numerics::vector::sub;
 use crate::problem::{Discretized, Model, Placed, Setup, between_markers};
 use crate::rod::Rod;
 use crate::scene::supports::Moment;
-use crate::scene::{End, Recorded, Support, Track};
+use crate::scene::{Recorded, Track};
 use crate::statics::Descent;
 use std::f64::consts::TAU;
 
@@ -61,32 +61,6 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             boundary_motion.advance::<M::Rod<D>, W>(moment, moment, &mut q, &frames);
         }
         Ok(((q, frames), (change, track.times()[1] - track.times()[0])))
-    }
-
-    /// Turns recorded ends about the rod by what the scene says. The edges between are turned evenly from one end to the
-    /// other: their balance they find in the first step.
-    fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M, W>, q: &mut [D]) {
-        let supports = &setup.scene.supports;
-        let free = self.free();
-        let angles: Vec<usize> = (0..q.len()).filter(|i| M::Rod::<D>::is_angle(*i)).collect();
-        let [before, between] = [
-            angles.iter().filter(|i| **i < free.start).count() as f64,
-            angles.iter().filter(|i| free.contains(i)).count() as f64,
-        ];
-        for (end, turn) in supports.recorded_turns() {
-            let other = if end == End::Start { End::End } else { End::Start };
-            let is_held = matches!(supports.at(other), Support::Recorded | Support::Clamped)
-                && !supports.turns_freely(other);
-            for (edge, i) in angles.iter().enumerate() {
-                let along = ((edge as f64 + 1.0 - before) / (between + 1.0)).clamp(0.0, 1.0);
-                let part = match end {
-                    _ if !is_held => 1.0,
-                    End::Start => 1.0 - along,
-                    End::End => along,
-                };
-                q[*i] += *turn * part;
-            }
-        }
     }
 
     fn track(&self) -> Result<&Track, Error> {

@@ -145,6 +145,32 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         !self.free().contains(&place) || led.contains(place)
     }
 
+    /// Turns recorded ends about the rod by what the scene says. The edges between are turned evenly from one end to the
+    /// other: their balance they find in the first step.
+    pub(crate) fn turn_ends<D: Nestable>(&self, setup: &Setup<D, M, W>, q: &mut [D]) {
+        let supports = &setup.scene.supports;
+        let free = self.free();
+        let angles: Vec<usize> = (0..q.len()).filter(|i| M::Rod::<D>::is_angle(*i)).collect();
+        let [before, between] = [
+            angles.iter().filter(|i| **i < free.start).count() as f64,
+            angles.iter().filter(|i| free.contains(i)).count() as f64,
+        ];
+        for (end, turn) in supports.recorded_turns() {
+            let other = if end == End::Start { End::End } else { End::Start };
+            let is_held = matches!(supports.at(other), Support::Recorded | Support::Clamped)
+                && !supports.turns_freely(other);
+            for (edge, i) in angles.iter().enumerate() {
+                let along = ((edge as f64 + 1.0 - before) / (between + 1.0)).clamp(0.0, 1.0);
+                let part = match end {
+                    _ if !is_held => 1.0,
+                    End::Start => 1.0 - along,
+                    End::End => along,
+                };
+                q[*i] += *turn * part;
+            }
+        }
+    }
+
     /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.
     pub(crate) fn hold<D: Nestable>(
         &self,
@@ -153,14 +179,15 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         q: &mut [D],
         frames: &FramesOver<D, M, W>,
     ) {
-        let (begin, begin_frames) = self.begin(setup);
+        let (mut begin, begin_frames) = self.begin(setup);
+        self.turn_ends(setup, &mut begin);
         let (free, supports) = (self.free(), &self.scene().supports);
         for i in (0..q.len()).filter(|i| !free.contains(i)) {
             if !M::Rod::<D>::is_angle(i) {
                 q[i] = begin[i];
                 continue;
             }
-            // Recorded ends hold their edges turned about themselves as they begin.
+            // Recorded ends hold their edges turned about themselves as they begin, and by what the scene says.
             let end = if i < free.start { End::Start } else { End::End };
             if supports.at(end) == Support::Recorded
                 && let edge = i / M::STRIDE

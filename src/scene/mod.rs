@@ -406,9 +406,6 @@ impl Scene {
             Some(_) if !recorded && *state != InitialState::Equilibrium => {
                 ("a start elsewhere than the recorded ends", "\"recorded\" or \"equilibrium\"")
             }
-            Some(_) if !recorded && self.supports.recorded_turns().next().is_some() => {
-                ("\"equilibrium\" with a twist of a recorded end", "\"recorded\"")
-            }
             Some(_) if shape.is_some() => {
                 ("initial.shape beside recorded ends", "none: markers say where the rod begins")
             }

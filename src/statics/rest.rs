@@ -67,6 +67,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     ) -> Result<Rest<FramesOf<M, W>>, Error> {
         self.problem.check_stop()?;
         let (mut q, mut frames) = self.begin(self.setup);
+        self.turn_ends(self.setup, &mut q);
         let boundary_motion = self.boundary_motion(self.setup);
         let stages = boundary_motion
             .as_ref()

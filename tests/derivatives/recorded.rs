@@ -136,6 +136,27 @@ fn turned_ends_by_every_number() {
     }
 }
 
+/// The same at rest, and in a run that starts from there.
+#[test]
+fn turned_ends_at_rest_by_every_number() {
+    let mut scene = scene(false, Scheme::GeneralisedAlpha);
+    let motion = |end, twist| Motion { end, twist, ..Motion::default() };
+    scene.supports.motion = vec![motion(End::Start, 0.0), motion(End::End, 0.4)];
+    scene.initial.state = InitialState::Equilibrium;
+    let problem = scene.problem().unwrap();
+    assert!(check(&problem, true) >= 8);
+    for k in 0..2 {
+        let turn: Parameter = format!("supports.motion.{k}.twist").parse().unwrap();
+        assert!(largest(&in_duals(&problem, turn)) > 1e-4);
+        let (_, _, exact) = at_rest(&problem, &[turn]).into_parts();
+        let exact: Vec<f64> = exact[0].iter().flat_map(|motion| motion[0]).collect();
+        let places = |p: &Problem| p.equilibrium().unwrap().nodes.concat();
+        let off = apart(&exact, &difference(&problem, turn, 1e-3, places));
+        println!("{turn} at rest: off by {off:.1e} of {:.1e}", largest(&exact));
+        assert!(largest(&exact) > 1e-4 && off < 1e-6 * largest(&exact), "{turn}: {off:e}");
+    }
+}
+
 /// With springs that slip, and with springs that stick; derivatives by differences where they stick.
 #[test]
 fn friction_by_every_number() {

@@ -2,7 +2,7 @@
 
 use rodfit::Problem;
 use rodfit::scene::{
-    Dimension, End, InitialState, Material, Recorded, Scene, Section, Shape, Support, Track,
+    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Section, Shape, Support, Track,
 };
 use rodfit::vibration::{About, Kind};
 use std::f64::consts::PI;
@@ -171,5 +171,23 @@ fn an_end_that_turns_freely_bears_no_torque() {
             let held = if free_twist.is_empty() { size } else { 0.0 };
             assert!((torque.abs() - held).abs() < 1e-9 * size, "{end:?} {torque:e}");
         }
+    }
+}
+
+/// Hands that hold a rod turned wind it up: the torque of a shaft as long as from the last held edge to the next one.
+#[test]
+fn hands_that_hold_the_rod_turned_wind_it_up() {
+    let shaft = MODULUS / 3.0 * PI * RADIUS.powi(4) / 2.0 / (31.0 * LENGTH / 50.0);
+    let mut scene = between_hands(&[]);
+    let motion = |end, twist| Motion { end, twist, ..Motion::default() };
+    scene.supports.motion = vec![motion(End::Start, 0.2), motion(End::End, 0.9)];
+    for state in [InitialState::Equilibrium, InitialState::Recorded] {
+        scene.initial.state = state;
+        let rest = scene.problem().unwrap().equilibrium().unwrap();
+        let torques = [rest.reactions.start, rest.reactions.end].map(|r| r.moment[0]);
+        println!("{:.9e} J, torques {torques:?}", rest.energies.twist);
+        assert!((rest.energies.twist / (0.5 * shaft * 0.7 * 0.7) - 1.0).abs() < 1e-9);
+        assert!((torques[0] / (-0.7 * shaft) - 1.0).abs() < 1e-9, "{torques:?}");
+        assert!((torques[1] / (0.7 * shaft) - 1.0).abs() < 1e-9, "{torques:?}");
     }
 }
