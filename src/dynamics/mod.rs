@@ -9,7 +9,6 @@ mod largest_step;
 mod linearization;
 mod output;
 pub(crate) mod record;
-mod recorded_start;
 mod run;
 pub mod sensitivity;
 mod simulation;

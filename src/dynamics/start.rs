@@ -139,7 +139,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         if D::ORDER == 0 {
             return Ok((q, frames));
         }
-        self.hold(setup, Moment::Approach { progress: 1.0, settled: false }, &mut q, &frames);
+        self.hold(setup, Moment::Approach { progress: 1.0, settled: false }, &mut q, &frames)?;
         let held = setup.held(self.model, rod);
         // Where nothing resists, such as the spin of a round rod between hinges, any answer along
         // that direction will do.

@@ -11,7 +11,6 @@ use crate::problem::setup::Setup;
 use crate::problem::spatial::SpatialModel;
 use crate::problem::{Discretized, SpatialProblem};
 use crate::rod::{Rod, SpatialRod};
-use crate::scene::supports::Moment;
 use crate::scene::{Clamp, End, Motion, Recorded, Support};
 
 /// Frames over any scalar.
@@ -73,7 +72,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     }
 
     /// The ends that supports hold in place, moved or not.
-    fn held_ends<D: Nestable>(&self, setup: &Setup<D, M, W>) -> BoundaryMotion<D> {
+    pub(crate) fn held_ends<D: Nestable>(&self, setup: &Setup<D, M, W>) -> BoundaryMotion<D> {
         let supports = &setup.scene.supports;
         let (q, frames) = self.begin(setup);
         let last = self.nodes() - 1;
@@ -169,33 +168,5 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
                 q[*i] += *turn * part;
             }
         }
-    }
-
-    /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.
-    pub(crate) fn hold<D: Nestable>(
-        &self,
-        setup: &Setup<D, M, W>,
-        moment: Moment<f64>,
-        q: &mut [D],
-        frames: &FramesOver<D, M, W>,
-    ) {
-        let (mut begin, begin_frames) = self.begin(setup);
-        self.turn_ends(setup, &mut begin);
-        let (free, supports) = (self.free(), &self.scene().supports);
-        for i in (0..q.len()).filter(|i| !free.contains(i)) {
-            if !M::Rod::<D>::is_angle(i) {
-                q[i] = begin[i];
-                continue;
-            }
-            // Recorded ends hold their edges turned about themselves as they begin, and by what the scene says.
-            let end = if i < free.start { End::Start } else { End::End };
-            if supports.at(end) == Support::Recorded
-                && let edge = i / M::STRIDE
-                && let Some(director) = M::Rod::<D>::director(&begin, &begin_frames, edge)
-            {
-                M::Rod::<D>::align(q, frames, edge, director, 0.0);
-            }
-        }
-        self.held_ends(setup).advance::<M::Rod<D>, W>(moment, moment, q, frames);
     }
 }

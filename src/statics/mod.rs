@@ -1,10 +1,11 @@
-//! Where a rod comes to rest, whether it stays there, and what its supports exert on it.
+//! Where a rod comes to rest, how it lies between hands when a recording begins, whether it stays there, and what its supports exert on it.
 
 pub(crate) mod descent;
 pub(crate) mod edge_coordinates;
 mod equilibrium;
 mod pencil;
 mod reaction;
+mod recorded_start;
 mod rest;
 
 pub(crate) use descent::Descent;

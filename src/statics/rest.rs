@@ -7,11 +7,11 @@ use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Nestable;
 use crate::problem::Model;
 use crate::problem::Setup;
-use crate::problem::{Discretized, FramesOf};
+use crate::problem::{Discretized, FramesOf, Placed};
 use crate::rod::Rod;
 use crate::rod::strain_rates;
 use crate::scene::supports::Moment;
-use crate::scene::{End, Support};
+use crate::scene::{End, InitialState, Support};
 use crate::statics::descent::{Descent, Rest};
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use crate::statics::pencil::Pencil;
@@ -66,8 +66,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         settled: bool,
     ) -> Result<Rest<FramesOf<M, W>>, Error> {
         self.problem.check_stop()?;
-        let (mut q, mut frames) = self.begin(self.setup);
-        self.turn_ends(self.setup, &mut q);
+        let (mut q, mut frames) = self.begin_at_rest(self.setup)?;
         let boundary_motion = self.boundary_motion(self.setup);
         let stages = boundary_motion
             .as_ref()
@@ -93,6 +92,45 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             (q, frames) = (rest.q, rest.frames);
         }
         unreachable!("there is at least one stage")
+    }
+
+    /// Where a rod begins to come to rest, with recorded ends turned about themselves by what the scene says: as it
+    /// lies when the recording starts, if the scene starts there.
+    fn begin_at_rest<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Result<Placed<D, M, W>, Error> {
+        if self.scene().initial.state == InitialState::Recorded {
+            return self.recorded_shape(setup);
+        }
+        let (mut q, frames) = self.begin(setup);
+        self.turn_ends(setup, &mut q);
+        Ok((q, frames))
+    }
+
+    /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.
+    pub(crate) fn hold<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        moment: Moment<f64>,
+        q: &mut [D],
+        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+    ) -> Result<(), Error> {
+        let (begin, begin_frames) = self.begin_at_rest(setup)?;
+        let (free, supports) = (self.free(), &self.scene().supports);
+        for i in (0..q.len()).filter(|i| !free.contains(i)) {
+            if !M::Rod::<D>::is_angle(i) {
+                q[i] = begin[i];
+                continue;
+            }
+            // Recorded ends hold their edges turned about themselves as they begin.
+            let end = if i < free.start { End::Start } else { End::End };
+            if supports.at(end) == Support::Recorded
+                && let edge = i / M::STRIDE
+                && let Some(director) = M::Rod::<D>::director(&begin, &begin_frames, edge)
+            {
+                M::Rod::<D>::align(q, frames, edge, director, 0.0);
+            }
+        }
+        self.held_ends(setup).advance::<M::Rod<D>, W>(moment, moment, q, frames);
+        Ok(())
     }
 
     /// How far node `i` goes along with a moved end: wholly where nothing holds the other end, else
@@ -257,7 +295,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
         let frames = M::frames_over(&rest.frames);
-        self.hold(setup, Moment::Approach { progress: 1.0, settled: true }, &mut q, &frames);
+        self.hold(setup, Moment::Approach { progress: 1.0, settled: true }, &mut q, &frames)?;
         self.follow(&rod, &frames, &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         Ok((rod, q))

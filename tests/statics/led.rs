@@ -2,7 +2,8 @@
 
 use rodfit::Problem;
 use rodfit::scene::{
-    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Section, Shape, Support, Track,
+    Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
+    Support, Time, Track,
 };
 use rodfit::vibration::{About, Kind};
 use std::f64::consts::PI;
@@ -189,5 +190,37 @@ fn hands_that_hold_the_rod_turned_wind_it_up() {
         assert!((rest.energies.twist / (0.5 * shaft * 0.7 * 0.7) - 1.0).abs() < 1e-9);
         assert!((torques[0] / (-0.7 * shaft) - 1.0).abs() < 1e-9, "{torques:?}");
         assert!((torques[1] / (0.7 * shaft) - 1.0).abs() < 1e-9, "{torques:?}");
+    }
+}
+
+/// Where a run between hands that stand still comes to rest is where statics has it: both hold the curved rod turned about
+/// itself as it lies along the first markers with the least energy, and by what the scene adds.
+#[test]
+fn a_run_between_hands_comes_to_rest_where_statics_has_it() {
+    let times: Vec<f64> = (0..=400).map(|k| 0.01 * f64::from(k)).collect();
+    let place = |j: usize| {
+        let u = j as f64 / 6.0;
+        [0.42 * u, 0.0, 0.448 * u * (u - 1.0)]
+    };
+    let seen = |j: usize| (j.to_string(), times.iter().map(|_| Some(place(j))).collect());
+    let track = Track::new(times.clone(), (0..7).map(seen).collect()).unwrap();
+    let mut scene = rod(24, Dimension::Spatial);
+    scene.rod.shape = Shape::Arc { length: LENGTH, angle: 1.0 };
+    (scene.supports.start, scene.supports.end) = (Support::Recorded, Support::Recorded);
+    scene.supports.path = Some(Recorded::of(track));
+    scene.initial.state = InitialState::Recorded;
+    scene.loads.gravity = [0.0, 0.0, -2.0];
+    scene.loads.damping.mass = 20.0;
+    scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(4.0, 0.01) });
+    for twist in [0.0, 0.6] {
+        scene.supports.motion = vec![Motion { end: End::End, twist, ..Motion::default() }];
+        let problem = scene.problem().unwrap();
+        let (rest, run) = (problem.equilibrium().unwrap(), problem.simulate().unwrap());
+        let last = run.times().len() - 1;
+        let middle = problem.segments() / 2;
+        let apart = (0..3).map(|c| run.node(middle, last)[c] - rest.nodes[middle][c]);
+        let apart = apart.fold(0.0, |most: f64, x| most.max(x.abs()));
+        println!("{twist}: {apart:.1e} m apart of {:?}", rest.nodes[middle]);
+        assert!(apart < 1e-9, "{apart:e}");
     }
 }

@@ -63,6 +63,16 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         Ok(((q, frames), (change, track.times()[1] - track.times()[0])))
     }
 
+    /// How the rod lies between the hands when the recording starts, with the edges that they hold.
+    pub(crate) fn recorded_shape<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+    ) -> Result<Placed<D, M, W>, Error> {
+        let ((mut q, frames), _) = self.relaxed_over(setup, self.track()?)?;
+        self.turn_ends(setup, &mut q);
+        Ok((q, frames))
+    }
+
     fn track(&self) -> Result<&Track, Error> {
         let path = self.scene().supports.path.as_ref();
         path.map_or_else(
