@@ -85,8 +85,12 @@ pub fn check(problem: &Problem, smooth: bool) -> usize {
             continue;
         }
         let off = apart(&exact, &dual) / size;
-        // A rod that hardly stretches is bent much by little of its length.
-        let little = if parameter.to_string() == "rod.shape.scale" { 2e-5 } else { 2e-4 };
+        // A rod that hardly stretches is bent much by little of its length, and little by what bends one end of it.
+        let little = match parameter.to_string() {
+            name if name == "rod.shape.scale" => 2e-5,
+            name if name.starts_with("rod.natural_bending") => 2e-3,
+            _ => 2e-4,
+        };
         let h = little * if value == 0.0 { 1.0 } else { value };
         // Dampings that are not there cannot be less.
         let difference = match parameter.is_positive() && value == 0.0 {
@@ -169,6 +173,12 @@ fn friction_by_every_number() {
                     scene.rod.natural_bending = vec![[0.2, 0.3], [-0.1, 0.5], [-0.4, 0.0]];
                 }
                 scene.loads.damping.friction = Some(Friction { stiffness: 1.6, curvature });
+                if scheme == Scheme::NewmarkBeta {
+                    // In steps of 5 ms one of these has two solutions so near each other that rounding decides
+                    // which of them a run in dual numbers finds.
+                    let time = scene.time.unwrap();
+                    scene.time = Some(Time { end: 0.048, step: 4e-3, ..time });
+                }
                 println!("{scheme:?}, planar: {planar}, {curvature} 1/m");
                 assert!(check(&scene.problem().unwrap(), curvature > 1.0) >= 6);
             }
