@@ -133,20 +133,8 @@ impl Study {
                 meshes
             }
         };
-        let damping = &scene.loads.damping;
-        let damped = damping.is_viscous();
-        let moved = scene.supports.move_ends();
-        let remembers = damping.friction.is_some() || damping.maxwell.is_some();
-        let takes = |scheme: Scheme| {
-            let traits = scheme.traits();
-            (traits.takes_viscosity || !damped)
-                && (traits.takes_friction || !remembers)
-                && (traits.takes_drag || scene.loads.drag.is_none())
-                && (traits.takes_boundary_motion || !moved)
-        };
-
         let mut schemes: Vec<(Scheme, f64)> =
-            Scheme::all().filter(|s| takes(*s)).map(|s| (s, 0.5)).collect();
+            Scheme::all().filter(|s| scene.is_taken_by(*s)).map(|s| (s, 0.5)).collect();
         if time.scheme.takes_beta() && time.beta > 0.5 {
             schemes.push((time.scheme, time.beta));
         }
@@ -173,7 +161,8 @@ impl Study {
         };
 
         // The finest step on every mesh, and on a finer one than any.
-        let (finest_scheme, finest_step) = FINEST_STEP[usize::from(!takes(FINEST_STEP[0].0))];
+        let (finest_scheme, finest_step) =
+            FINEST_STEP[usize::from(!scene.is_taken_by(FINEST_STEP[0].0))];
         let finest_step = time.step * finest_step;
         let mut fine: Vec<(usize, Tips)> = Vec::new();
         let finest_mesh = (problem.segments() as f64 * FINEST_MESH).round() as usize;

@@ -79,7 +79,20 @@ impl Problem {
     pub(crate) fn felt_by(&self, parameters: &[Parameter]) -> Result<Option<Self>, Error> {
         let forgets = !self.scene().loads.damping.is_viscous();
         let asked = parameters.iter().find(|parameter| forgets && parameter.is_of_kelvin_voigt());
+        parameters.iter().try_for_each(|parameter| self.check_viscosity(*parameter))?;
         asked.map(|parameter| self.varied([(*parameter, HARDLY)])).transpose()
+    }
+
+    /// Refuses a Kelvin-Voigt damping that the scheme does not take.
+    fn check_viscosity(&self, parameter: Parameter) -> Result<(), Error> {
+        match self.scene().time.as_ref().map(|time| time.scheme) {
+            Some(scheme) if !scheme.traits().takes_viscosity && parameter.is_of_kelvin_voigt() => {
+                let found = format!("{parameter} beside the scheme {}", scheme.traits().name);
+                let takers = Scheme::names(|traits| traits.takes_viscosity);
+                Err(Error::invalid("parameter", found, format!("with the schemes {takers}")))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Refuses parameters that the scene does not have, or that would lead out of the plane of its
@@ -91,13 +104,9 @@ impl Problem {
         if parameter.of(self.scene()).is_none() {
             return Err(parameter.absent(self.scene()));
         }
-        let scheme = self.scene().time.as_ref().map(|time| time.scheme);
-        if let Some(scheme) = scheme.filter(|scheme| !scheme.traits().takes_viscosity)
-            && parameter.is_of_kelvin_voigt()
-        {
-            let found = format!("{parameter} beside the scheme {}", scheme.traits().name);
-            let takers = Scheme::names(|traits| traits.takes_viscosity);
-            return Err(Error::invalid("parameter", found, format!("with the schemes {takers}")));
+        // Who fits takes another scheme than the one that was chosen for the motion.
+        if !self.scene().chosen().scheme {
+            self.check_viscosity(parameter)?;
         }
         let curvature = parameter.path().starts_with(Parameter::NaturalCurvature.path());
         if curvature && self.mesh.is_straight() {

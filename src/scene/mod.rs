@@ -465,4 +465,14 @@ impl Scene {
         }
         Ok(())
     }
+
+    /// Whether a scheme can simulate it.
+    pub(crate) fn is_taken_by(&self, scheme: Scheme) -> bool {
+        let (traits, damping) = (scheme.traits(), &self.loads.damping);
+        let remembers = damping.friction.is_some() || damping.maxwell.is_some();
+        (traits.takes_viscosity || !damping.is_viscous())
+            && (traits.takes_friction || !remembers)
+            && (traits.takes_drag || self.loads.drag.is_none())
+            && (traits.takes_boundary_motion || !self.supports.move_ends())
+    }
 }

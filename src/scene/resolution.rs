@@ -192,6 +192,15 @@ impl Scene {
         scene
     }
 
+    /// The same scene with another scheme, where the program chose it.
+    pub(crate) fn by(mut self, scheme: Scheme) -> Scene {
+        if self.chosen().scheme {
+            self.time.iter_mut().for_each(|time| time.scheme = scheme);
+            self.resolution.iter_mut().for_each(|resolution| resolution.scheme = Some(scheme));
+        }
+        self
+    }
+
     /// The scene with what the program chose left open again.
     pub fn reopened(&self) -> Scene {
         let chosen = self.chosen();

@@ -1,7 +1,7 @@
 //! Fits whose mesh, step and scheme the program chooses: data come from meshes and steps that are much finer.
 
 use rodfit::fit::{Experiment, Grade};
-use rodfit::scene::{Clamp, Scene, Time};
+use rodfit::scene::{Clamp, Scene, Scheme, Time};
 use rodfit::{FitReport, Parameter};
 
 use crate::common::fits::{covers, fit, noisy, observe};
@@ -61,6 +61,24 @@ fn what_numerics_leave_is_not_blamed_on_the_model() {
         seeds.count()
     };
     assert_eq!([trusted(0.0, 0..2), trusted(0.01, 0..1)], [2, 0]);
+}
+
+/// A fit takes a scheme that its parameters need, whatever was chosen for the motion of the scene that it is given.
+#[test]
+fn a_scheme_chosen_for_a_motion_does_not_hinder_a_fit() {
+    let mut truth = fine(0.4);
+    truth.loads.damping.mass = 0.0;
+    truth.loads.damping.stiffness = 2e-3;
+    let data = noisy(&observe(&truth, 80), 1e-3, 3);
+    let mut scene = open(0.4);
+    scene.loads.damping.mass = 0.0;
+    scene.accuracy = Some(1e-4);
+    let problem = scene.problem().unwrap();
+    assert_eq!(problem.time().unwrap().scheme, Scheme::Rodas4);
+    let unknowns = [Parameter::YoungsModulus, Parameter::DampingStiffness];
+    let report = fit(&scene, &data, &unknowns);
+    assert!(report.is_success(), "{report}");
+    assert!(covers(&report, unknowns[1], 2e-3), "{report}");
 }
 
 /// A fit that chooses mesh and step does at most twice the work of one on the mesh and in the steps that it ends with.

@@ -1,0 +1,161 @@
+//! Mesh, step and scheme where a scene leaves them to the program.
+//!
+//! A motion is looked at where the rod moves most freely: at its free ends, or halfway. Runs of which each is twice as
+//! fine as the one before tell the error of the last and the order it falls with ([ladder]); what is chosen is as
+//! fine as the error that is asked for needs it ([motion], [steps], [still]). `cargo run --release --example accuracy --
+//! costs` tells what that costs.
+
+mod ladder;
+mod motion;
+mod runs;
+mod steps;
+mod still;
+
+use crate::error::Error;
+use crate::problem::Problem;
+use crate::scene::resolution::Bound;
+use crate::scene::{Scene, Time, Tolerance};
+use motion::Search;
+use still::still;
+
+/// What a mesh is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Aim {
+    /// The motion over the time of the scene.
+    Motion,
+    /// The rod at rest under its loads.
+    Rest,
+    /// So many modes.
+    Modes(usize),
+    /// Nothing yet: a first guess, which whoever asks makes better.
+    Guess,
+}
+
+/// Part of the accuracy that mesh and step may take each: errors of errors take the rest.
+const PART: f64 = 0.39;
+/// Fewest edges of a first mesh, at an accuracy of 1 %; the number goes with the fourth root of the accuracy, as a
+/// better one needs higher modes in the coarse runs too.
+const FIRST_EDGES: f64 = 6.0;
+/// Largest turn of an edge of a first mesh, rad.
+const FIRST_TURN: f64 = 1.0;
+/// First steps in the shortest of the times that a scene is made of, likewise, and fewest in all.
+const FIRST_STEPS: f64 = 10.0;
+/// Newton's tolerance in a step over the accuracy, of the run and of those on the way, and the most that a scene may have. What a
+/// step leaves is foreseen as too much rather than as too little, and errors of many steps do not add up: a run stays what it is
+/// to three digits of its error.
+const OF_ACCURACY: f64 = 1e-5;
+const OF_TRIAL: f64 = 1e-4;
+const MOST_LEFT: f64 = 1e-6;
+/// Most edges of a rod at rest.
+const MOST_EDGES: usize = 20_000;
+
+impl Scene {
+    /// Validates the scene, [chooses](self) mesh, step and scheme where they are left out, and builds what a
+    /// simulation needs.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with file, key, what was found and what is allowed. Where something is to be chosen,
+    /// those of a simulation.
+    pub fn problem(&self) -> Result<Problem, Error> {
+        self.problem_for(if self.time.is_some() { Aim::Motion } else { Aim::Rest })
+    }
+
+    /// The same, chosen for another aim.
+    ///
+    /// # Errors
+    /// Those of [`problem`](Self::problem), and of what is aimed at.
+    pub fn problem_for(&self, aim: Aim) -> Result<Problem, Error> {
+        self.validate()?;
+        let open = self.left_open();
+        let checked = self.accuracy.is_some() && aim == Aim::Motion;
+        if !open.any() && !checked {
+            return self.posed();
+        }
+        let mut scene = self.clone();
+        scene.read_shapes().map_err(|error| error.in_file(self.path.as_deref()))?;
+        let edges = first_edges(&scene, aim)?;
+        let step = first_step(&scene, edges)?;
+        let guess = scene.resolved(edges, step);
+        let mut work = 0.0;
+        let mut scheme = guess.scheme();
+        let (segments, step, error, bound) = match aim {
+            Aim::Motion => {
+                let search = Search::new(&scene, guess)?;
+                let found;
+                (found, scheme) = search.motion(step)?;
+                work = search.runs.work.get();
+                found
+            }
+            Aim::Guess => (edges, step, None, None),
+            _ if !open.segments => (edges, step, None, None),
+            Aim::Rest | Aim::Modes(_) => still(&scene, aim, (edges, step))?,
+        };
+        let mut scene = scene.resolved(segments, step).by(scheme);
+        if let Some(resolution) = &mut scene.resolution {
+            (resolution.error, resolution.bound, resolution.work) = (error, bound, work);
+        }
+        if aim == Aim::Motion {
+            solved_for(&mut scene, OF_ACCURACY);
+        }
+        scene.posed()
+    }
+}
+
+/// The scene with Newton's tolerance at a part of the accuracy that is asked for, where the program chooses the scheme.
+fn solved_for(scene: &mut Scene, part: f64) {
+    let (asked, chosen) = (scene.asked(), scene.chosen().scheme);
+    let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
+    if let Some(time) = scene.time.as_mut().filter(|_| chosen).filter(iterated) {
+        time.tolerance = Tolerance::Predicted((part * asked).min(MOST_LEFT));
+    }
+}
+
+/// Edges, step, the error that is left over the length, and what kept it from being smaller.
+type Found = (usize, f64, Option<f64>, Option<Bound>);
+
+/// Edges of a first mesh.
+fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
+    let turning = scene.rod.shape.turning().unwrap_or(0.0);
+    let fine = FIRST_EDGES * fineness(scene);
+    let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
+    let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
+    if edges > MOST_EDGES {
+        let found = format!("left out for a rod that needs {edges}");
+        let allowed = format!("left out where {MOST_EDGES} are enough, or a number");
+        return Err(Error::invalid("rod.segments", found, allowed));
+    }
+    let Some(path) = &scene.supports.path else { return Ok(edges) };
+    // Markers stand at nodes.
+    let spans = path.track()?.markers().len().max(2) - 1;
+    Ok(edges.div_ceil(spans) * spans)
+}
+
+/// How much finer first runs are than for an accuracy of 1 %.
+fn fineness(scene: &Scene) -> f64 {
+    (1e-2 / scene.asked()).max(1.0).powf(0.25)
+}
+
+/// A first step, s: a part of the shortest of the times that the scene is made of.
+fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
+    let Some(time) = &scene.time else { return Ok(0.0) };
+    let (section, material) = scene.at(0.5);
+    let (moments, length) = (section.moments(), scene.resolved(edges, 1.0).mesh()?.length);
+    let [i1, i2] = moments.second_moments;
+    let per_length = material.density * moments.area;
+    let bending = material.youngs_modulus * i1.max(i2) / (per_length * length.powi(4));
+    let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let pulls = scene.loads.point.iter().chain(&scene.initial.point).map(|load| size(&load.force));
+    let pull = pulls.sum::<f64>() / (per_length * length);
+    let squares = [12.4 * bending, (size(&scene.loads.gravity) + pull) / length];
+    let rates = [
+        squares.into_iter().fold(0.0, f64::max).sqrt(),
+        size(&scene.initial.velocity) / length,
+        size(&scene.initial.angular_velocity),
+    ];
+    let shortest = std::f64::consts::TAU / rates.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    let frames = scene.supports.path.as_ref().map(|path| path.track()).transpose()?;
+    let frame = frames.map_or(f64::INFINITY, |track| track.end() / track.times().len() as f64);
+    let good = scene.supports.largest_good_step();
+    Ok((shortest.min(time.end) / (FIRST_STEPS * fineness(scene))).min(good).min(frame))
+}

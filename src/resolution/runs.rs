@@ -1,0 +1,142 @@
+//! Runs that mesh, step and scheme are found by.
+
+use super::OF_TRIAL;
+use super::ladder::Seen;
+use super::solved_for;
+use crate::dynamics::Trajectory;
+use crate::error::Error;
+use crate::problem::{AnyProblem, Problem};
+use crate::scene::{Chosen, End, Point, Scene, Scheme, Support};
+use std::cell::{Cell, RefCell};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Times at which runs are compared.
+const SAMPLES: usize = 200;
+/// Most work of a run that is looked at on the way, steps times edges, in a plane and in space: some seconds.
+const MOST_WORK: [f64; 2] = [2e6, 5e5];
+/// A step of `rodas4` takes as long as so many of Newton's iterations.
+pub(super) const OF_ROSENBROCK: usize = 5;
+
+/// A run, if its steps did not fail.
+#[derive(Clone)]
+pub(super) struct Ran {
+    pub seen: Seen,
+    /// Newton iterations, or what takes as long.
+    pub iterations: f64,
+}
+
+/// What a run was asked for: edges, step, s, and scheme.
+type Asked = (usize, f64, Scheme);
+
+/// The runs of a scene.
+pub(super) struct Runs<'a> {
+    scene: &'a Scene,
+    pub open: Chosen,
+    /// The scene with its first mesh and step.
+    pub guess: Problem,
+    points: Vec<Point>,
+    pub most_work: f64,
+    /// Those so far, which are asked for again.
+    known: RefCell<Vec<(Asked, Option<Ran>)>>,
+    /// Their work, edges times Newton iterations.
+    pub work: Cell<f64>,
+}
+
+impl<'a> Runs<'a> {
+    pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
+        let guess = guess.posed()?;
+        let most_work = MOST_WORK[usize::from(guess.planar().is_none())];
+        let points = looked_at(&guess);
+        let (known, work) = Default::default();
+        Ok(Self { points, open: scene.left_open(), scene, guess, most_work, known, work })
+    }
+
+    /// A run with so many edges; none where its steps fail.
+    pub fn run(&self, asked: Asked) -> Result<Option<Ran>, Error> {
+        if let Some((_, ran)) = self.known.borrow().iter().find(|(known, _)| *known == asked) {
+            return Ok(ran.clone());
+        }
+        let ran = self.new_run(asked)?;
+        self.known.borrow_mut().push((asked, ran.clone()));
+        Ok(ran)
+    }
+
+    fn new_run(&self, (segments, step, scheme): Asked) -> Result<Option<Ran>, Error> {
+        let mut scene = self.scene.resolved(segments, step).by(scheme);
+        if !self.open.segments && segments != self.guess.segments() {
+            scene.remeshed = Some(segments);
+        }
+        if let Some(time) = &mut scene.time {
+            time.step = step;
+        }
+        solved_for(&mut scene, OF_TRIAL);
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut problem = scene.posed()?.stop_when(stop.clone());
+        if let Some(largest) = largest_step(&problem)?
+            && step > largest
+        {
+            if let Some(time) = &mut scene.time {
+                time.step = largest;
+            }
+            problem = scene.posed()?.stop_when(stop.clone());
+        }
+        let time = problem.time()?;
+        let (steps, end) = (time.steps(), time.end);
+        let mut tracked = Vec::new();
+        for point in &self.points {
+            tracked.extend(problem.nodes_around(*point)?);
+        }
+        let mut run = Trajectory::new(&problem, &tracked, &[])?;
+        let mut taken = 0;
+        let outcome = run.run(&problem, steps, |run| {
+            // Steps of this scheme that fail are far too large.
+            if scheme == Scheme::Rodas4 && run.work().steps > taken {
+                stop.store(true, Ordering::Relaxed);
+            }
+            taken += 1;
+        });
+        let work = run.work();
+        let iterations = match scheme {
+            Scheme::Rodas4 => OF_ROSENBROCK * work.steps,
+            _ => work.newton_iterations.max(work.steps),
+        } as f64;
+        self.work.set(self.work.get() + iterations * problem.segments() as f64);
+        match outcome {
+            Ok(()) => {}
+            Err(Error::Interrupted) => return Ok(None),
+            Err(error @ (Error::Invalid { .. } | Error::Io { .. })) => {
+                return Err(error);
+            }
+            Err(_) => return Ok(None),
+        }
+        let over = problem.length().recip();
+        let mut seen = Vec::with_capacity(SAMPLES * self.points.len());
+        for point in &self.points {
+            for k in 1..=SAMPLES {
+                let (place, _) = run.at(*point, end * k as f64 / SAMPLES as f64)?;
+                seen.push(place.map(|x| over * x));
+            }
+        }
+        Ok(Some(Ran { seen, iterations }))
+    }
+}
+
+/// The largest step of an explicit scheme, with something to spare; none where every step is stable.
+fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
+    let largest = match problem.discretized() {
+        AnyProblem::Planar(discretized) => discretized.largest_step()?,
+        AnyProblem::Spatial(discretized) => discretized.largest_step()?,
+    };
+    Ok(largest.map(|largest| 0.95 * largest))
+}
+
+/// The free ends of a rod, or its middle.
+pub(super) fn looked_at(problem: &Problem) -> Vec<Point> {
+    let supports = &problem.scene().supports;
+    let free = |end| supports.at(end) == Support::Free;
+    let ends = [(End::Start, Point::Node(0)), (End::End, Point::Tip)];
+    let points: Vec<Point> =
+        ends.into_iter().filter(|(end, _)| free(*end)).map(|(_, p)| p).collect();
+    if points.is_empty() { vec![Point::ArcLength(0.5 * problem.length())] } else { points }
+}
