@@ -5,35 +5,22 @@
 //! fine as the error that is asked for needs it ([motion], [steps], [still]). `cargo run --release --example accuracy --
 //! costs` tells what that costs.
 
+mod aim;
 mod ladder;
 mod motion;
 mod runs;
 mod steps;
 mod still;
 
+pub use aim::Aim;
+
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::scene::resolution::Bound;
-use crate::scene::{Scene, Time, Tolerance};
-use motion::Search;
-use still::still;
+use crate::resolution::aim::{MOST_EDGES, OF_ACCURACY, solved_for};
+use crate::resolution::motion::Search;
+use crate::resolution::still::still;
+use crate::scene::Scene;
 
-/// What a mesh is chosen for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Aim {
-    /// The motion over the time of the scene.
-    Motion,
-    /// The rod at rest under its loads.
-    Rest,
-    /// So many modes.
-    Modes(usize),
-    /// Nothing yet: a first guess, which whoever asks makes better.
-    Guess,
-}
-
-/// Part of the accuracy that mesh and step may take each: errors of errors take the rest.
-const PART: f64 = 0.39;
 /// Fewest edges of a first mesh, at an accuracy of 1 %; the number goes with the fourth root of the accuracy, as a
 /// better one needs higher modes in the coarse runs too.
 const FIRST_EDGES: f64 = 6.0;
@@ -41,15 +28,6 @@ const FIRST_EDGES: f64 = 6.0;
 const FIRST_TURN: f64 = 1.0;
 /// First steps in the shortest of the times that a scene is made of, likewise, and fewest in all.
 const FIRST_STEPS: f64 = 10.0;
-/// Newton's tolerance in a step over the accuracy, of the run and of those on the way, and the most that a scene may have. What a
-/// step leaves is foreseen as too much rather than as too little, and errors of many steps do not add up: a run stays what it is
-/// to three digits of its error.
-const OF_ACCURACY: f64 = 1e-5;
-const OF_TRIAL: f64 = 1e-4;
-const MOST_LEFT: f64 = 1e-6;
-/// Most edges of a rod at rest.
-const MOST_EDGES: usize = 20_000;
-
 impl Scene {
     /// Validates the scene, [chooses](self) mesh, step and scheme where they are left out, and builds what a
     /// simulation needs.
@@ -101,18 +79,6 @@ impl Scene {
         scene.posed()
     }
 }
-
-/// The scene with Newton's tolerance at a part of the accuracy that is asked for, where the program chooses the scheme.
-fn solved_for(scene: &mut Scene, part: f64) {
-    let (asked, chosen) = (scene.asked(), scene.chosen().scheme);
-    let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
-    if let Some(time) = scene.time.as_mut().filter(|_| chosen).filter(iterated) {
-        time.tolerance = Tolerance::Predicted((part * asked).min(MOST_LEFT));
-    }
-}
-
-/// Edges, step, the error that is left over the length, and what kept it from being smaller.
-type Found = (usize, f64, Option<f64>, Option<Bound>);
 
 /// Edges of a first mesh.
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {

@@ -1,14 +1,14 @@
 //! Mesh, step and scheme for a motion.
 //!
-//! Errors of mesh and step hardly depend on each other. So [steps](super::steps) are found on a coarse mesh, and edges doubled
+//! Errors of mesh and step hardly depend on each other. So [steps](crate::resolution::steps) are found on a coarse mesh, and edges doubled
 //! in steps that are a few times too large, until the differences between one mesh and the next say which will do;
 //! only the run itself is as fine as it must be.
 
-use super::ladder::Ladder;
-use super::runs::Runs;
-use super::{Found, PART};
 use crate::error::Error;
 use crate::problem::Problem;
+use crate::resolution::aim::{Found, PART};
+use crate::resolution::ladder::Ladder;
+use crate::resolution::runs::Runs;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 

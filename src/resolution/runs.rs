@@ -1,11 +1,10 @@
 //! Runs that mesh, step and scheme are found by.
 
-use super::OF_TRIAL;
-use super::ladder::Seen;
-use super::solved_for;
 use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
+use crate::resolution::aim::{OF_TRIAL, solved_for};
+use crate::resolution::ladder::Seen;
 use crate::scene::{Chosen, End, Point, Scene, Scheme, Support};
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;

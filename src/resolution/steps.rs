@@ -4,10 +4,10 @@
 //! of a step depends on the mesh hardly more than what other schemes do; so where it can simulate the scene it is tried too, and
 //! taken where it is the cheaper.
 
-use super::ladder::{Ladder, apart};
-use super::motion::Search;
-use super::runs::{OF_ROSENBROCK, Ran};
 use crate::error::Error;
+use crate::resolution::ladder::{Ladder, apart};
+use crate::resolution::motion::Search;
+use crate::resolution::runs::{OF_ROSENBROCK, Ran};
 use crate::scene::Scheme;
 use crate::scene::resolution::Bound;
 use std::f64::consts::SQRT_2;

@@ -1,9 +1,9 @@
 //! A mesh for what does not move.
 
-use super::ladder::{Ladder, Seen};
-use super::runs::looked_at;
-use super::{Aim, Found, MOST_EDGES, PART};
 use crate::error::Error;
+use crate::resolution::aim::{Aim, Found, MOST_EDGES, PART};
+use crate::resolution::ladder::{Ladder, Seen};
+use crate::resolution::runs::looked_at;
 use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
 use crate::vibration::About;

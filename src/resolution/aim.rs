@@ -1,0 +1,41 @@
+//! What is asked of a resolution.
+
+use crate::scene::resolution::Bound;
+use crate::scene::{Scene, Time, Tolerance};
+
+/// What a mesh is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Aim {
+    /// The motion over the time of the scene.
+    Motion,
+    /// The rod at rest under its loads.
+    Rest,
+    /// So many modes.
+    Modes(usize),
+    /// Nothing yet: a first guess, which whoever asks makes better.
+    Guess,
+}
+
+/// Part of the accuracy that mesh and step may take each: errors of errors take the rest.
+pub(super) const PART: f64 = 0.39;
+/// Newton's tolerance in a step over the accuracy, of the run and of those on the way, and the most that a scene may have. What a
+/// step leaves is foreseen as too much rather than as too little, and errors of many steps do not add up: a run stays what it is
+/// to three digits of its error.
+pub(super) const OF_ACCURACY: f64 = 1e-5;
+pub(super) const OF_TRIAL: f64 = 1e-4;
+pub(super) const MOST_LEFT: f64 = 1e-6;
+/// Most edges of a rod at rest.
+pub(super) const MOST_EDGES: usize = 20_000;
+
+/// Edges, step, the error that is left over the length, and what kept it from being smaller.
+pub(super) type Found = (usize, f64, Option<f64>, Option<Bound>);
+
+/// The scene with Newton's tolerance at a part of the accuracy that is asked for, where the program chooses the scheme.
+pub(super) fn solved_for(scene: &mut Scene, part: f64) {
+    let (asked, chosen) = (scene.asked(), scene.chosen().scheme);
+    let iterated = |time: &&mut Time| time.scheme.traits().parameter.is_some();
+    if let Some(time) = scene.time.as_mut().filter(|_| chosen).filter(iterated) {
+        time.tolerance = Tolerance::Predicted((part * asked).min(MOST_LEFT));
+    }
+}
