@@ -11,7 +11,7 @@ use rodfit::fit::{DiscretizationError, Estimate, Sample};
 use rodfit::scene::{Clamp, Material, Section, Shape, Time};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Scene};
 
-/// A cantilever, straight or bent, of 8 to 30 edges.
+/// A cantilever, straight or bent, of 8 to 60 edges.
 fn scene(random: &mut ChaCha8Rng) -> Scene {
     let shape = match random.random_range(0..3) {
         0 => Shape::Arc { length: 0.5, angle: random.random_range(0.3..1.5) },
@@ -19,7 +19,7 @@ fn scene(random: &mut ChaCha8Rng) -> Scene {
     };
     let modulus = 10f64.powf(random.random_range(7.5..9.0));
     let section = Section::Circle { radius: 0.005 };
-    let segments = random.random_range(8..=30);
+    let segments = random.random_range(8..=60);
     let mut scene = Scene::new(segments, shape, section, Material::new(1273.52, modulus));
     scene.loads.gravity = [0.0, -9.8, 0.0];
     if random.random_bool(0.5) {

@@ -266,6 +266,19 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
                 half_a_turn_apart(curvature(before) * curvature(now))
             }
         };
+        // Hardly any edge is ever so far from the one before that it must be looked at closely.
+        let (nodes, _) = now.as_chunks::<2>();
+        let mut edge = [D::from(0.0); 2];
+        let (mut last, mut least) = (nodes[0], 0.0);
+        for node in &nodes[1..] {
+            let next = [node[0] - last[0], node[1] - last[1]];
+            let dot = (edge[0] * next[0] + edge[1] * next[1]).value();
+            least = if dot < least { dot } else { least };
+            (edge, last) = (next, *node);
+        }
+        if least == 0.0 {
+            return None;
+        }
         self.bend.iter().enumerate().position(struck).map(|i| i + 1)
     }
 

@@ -2,9 +2,9 @@
 //!
 //! The statistical interval knows nothing of it: it can only be seen with another mesh and another
 //! step. Each is changed alone, and the parameters' changes are carried on to zero as if they were of
-//! first order. That is on the safe side: up to two and a half times the error of a second-order
-//! method, and mesh and step never cancel. A mesh and a step coarser by half cost 1.3 simulations, where
-//! finer ones cost 2.5 by a quarter and 4 by half, and none covers better
+//! first order. That is on the safe side: two and a half to three times the error of a second-order
+//! method, and mesh and step never cancel. A mesh and a step that are twice as coarse cost one simulation, half as coarse again
+//! 1.3, where finer ones cost 2.5 by a quarter and 4 by half, and none covers better
 //! (`cargo run --release --example discretization_error -- 400`). Where coarser ones would not resolve the
 //! motion, or cannot be simulated, they are finer by a quarter: nothing here is random, and that is enough.
 //!
@@ -27,8 +27,10 @@ use crate::fit::unknown::Unknown;
 use crate::scene::{Clamp, Parameter, Scene, Shape, Support};
 use serde::{Deserialize, Serialize};
 
-/// How much coarser, and how much finer where a coarser one says nothing.
-const COARSER: f64 = 1.5;
+/// How much coarser, of numerics that are given, in the order in which they are tried; of those that the program chose, whose
+/// changes are carried on with the order of the method; and how much finer where a coarser one says nothing.
+const COARSER: [f64; 2] = [2.0, 1.5];
+const COARSER_CHOSEN: [f64; 1] = [1.5];
 const FINER: f64 = 1.25;
 /// What a coarser model needs: edges, edges for each mode up to the highest whose frequency was measured,
 /// and steps in the first period.
@@ -87,19 +89,25 @@ fn step_order(scene: &Scene) -> i32 {
     if dissipates { 1 } else { time.scheme.traits().order as i32 }
 }
 
+/// How much coarser a mesh or a step may be.
+fn coarser_by(chosen: bool) -> &'static [f64] {
+    if chosen { &COARSER_CHOSEN } else { &COARSER }
+}
+
 /// The experiments with fewer edges where `coarser` ones will do, else with more.
 fn other_meshes(search: &Search, coarser: bool) -> Others {
     let other = |experiment: &Experiment| {
         let problem = &experiment.problem;
         let own = problem.segments() as f64;
-        let fewer = (own / COARSER).round();
         let needed = FEWEST_EDGES.max(FEWEST_PER_MODE * experiment.highest_mode() as f64);
         // Markers along a rod stand at its nodes: a node between any two is the next mesh.
         let marked = problem.scene().supports.path.is_some();
-        let segments = match coarser && fewer >= needed {
+        let fewer = coarser_by(problem.scene().chosen().segments).iter();
+        let mut fewer = fewer.map(|ratio| (own / ratio).round()).filter(|_| coarser);
+        let segments = match fewer.find(|fewer| *fewer >= needed) {
             _ if marked => 2.0 * own,
-            true => fewer,
-            false => (own * FINER).round(),
+            Some(fewer) => fewer,
+            None => (own * FINER).round(),
         };
         let other = problem.like_it(problem.remeshed(segments as usize))?;
         let order = mesh_order(problem.scene());
@@ -124,8 +132,9 @@ fn other_steps(search: &Search, coarser: bool) -> Others {
         let mut ratio = FINER;
         if let Some(time) = &mut scene.time {
             let explicit = time.scheme.traits().stability_limit.is_some();
-            if coarser && !explicit && COARSER * time.step <= most {
-                ratio = COARSER.recip();
+            let mut larger = coarser_by(chosen).iter().filter(|_| coarser && !explicit);
+            if let Some(larger) = larger.find(|larger| *larger * time.step <= most) {
+                ratio = larger.recip();
             }
             time.step /= ratio;
         }

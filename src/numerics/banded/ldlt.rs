@@ -98,7 +98,9 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         }
         // Nothing couples to what lies beyond.
         for i in n.saturating_sub(W)..n {
-            rest.below[i][n - 1 - i..].fill(D::from(0.0));
+            for p in n - 1 - i..W {
+                rest.below[i][p] = D::from(0.0);
+            }
         }
         if m > 0 {
             for c in 0..W {

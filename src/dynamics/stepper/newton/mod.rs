@@ -383,9 +383,10 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 self.factor(step, work)?;
             }
             let by_end = self.coefficients.end.recip();
-            let forces = state.unbalanced[free.clone()].iter_mut();
-            for (n1, right) in forces.zip(&self.correction[free.clone()]) {
-                *n1 += *right * by_end;
+            let right = &self.correction[free.clone()];
+            let forces = &mut state.unbalanced[free.clone()][..right.len()];
+            for i in 0..forces.len() {
+                forces[i] += right[i] * by_end;
             }
             size = self.correct(step, state, work);
             next = self.convergence.corrected(size, fresh);
@@ -395,10 +396,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             }
             if next == Next::Done {
                 // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.
-                let masses = &step.system.rod.mass()[free.clone()];
-                let corrections = masses.iter().zip(&self.correction[free.clone()]);
-                for (n1, (mass, correction)) in state.unbalanced[free].iter_mut().zip(corrections) {
-                    *n1 -= *mass * *correction * by_end;
+                let correction = &self.correction[free.clone()];
+                let mass = &step.system.rod.mass()[free.clone()][..correction.len()];
+                let forces = &mut state.unbalanced[free][..correction.len()];
+                for i in 0..forces.len() {
+                    forces[i] -= mass[i] * correction[i] * by_end;
                 }
                 break;
             }
@@ -451,15 +453,30 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     ) -> f64 {
         self.factors.solve(&mut self.correction);
         self.sliding.iter_mut().for_each(|sliding| sliding.seen = false);
-        let (free, mut largest) = (step.system.free.clone(), 0.0_f64);
+        let free = step.system.free.clone();
         let correction = &self.correction[free.clone()];
-        for (q, correction) in state.q[free.clone()].iter_mut().zip(correction) {
-            *q += *correction;
+        let q = &mut state.q[free.clone()][..correction.len()];
+        for i in 0..q.len() {
+            q[i] += correction[i];
         }
-        for (i, correction) in free.zip(correction) {
+        // The largest of four side by side.
+        let (fours, rest) = correction.as_chunks::<4>();
+        let (mut largest, mut first) = ([0.0_f64; 4], free.start);
+        let mut see = |k: usize, i: usize, correction: D| {
             let unit = if R::is_angle(i) { self.length } else { 1.0 };
-            largest = largest.max(correction.value().abs() * unit);
+            let size = correction.value().abs() * unit;
+            largest[k] = if size > largest[k] { size } else { largest[k] };
+        };
+        for four in fours {
+            for k in 0..4 {
+                see(k, first + k, four[k]);
+            }
+            first += 4;
         }
+        for (k, correction) in rest.iter().enumerate() {
+            see(k, first + k, *correction);
+        }
+        let largest = largest[0].max(largest[1]).max(largest[2]).max(largest[3]);
         work.newton_iterations += 1;
         largest
     }
