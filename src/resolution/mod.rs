@@ -1,8 +1,8 @@
 //! Mesh, step and scheme where a scene leaves them to the program.
 //!
 //! A motion is looked at where the rod moves most freely: at its free ends, or halfway. Runs of which each is twice as
-//! fine as the one before tell the error of the last and the order it falls with ([ladder]); what is chosen is as
-//! fine as the error that is asked for needs it ([motion], [steps], [still]). `cargo run --release --example accuracy --
+//! fine as the one before tell the error of the last and the order it falls with (`ladder`); what is chosen is as
+//! fine as the error that is asked for needs it (`motion`, `steps`, `still`). `cargo run --release --example accuracy --
 //! costs` tells what that costs.
 
 mod aim;
