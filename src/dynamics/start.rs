@@ -132,7 +132,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         if self.scene().initial.state != InitialState::Equilibrium {
             return Ok((begin, frames));
         }
-        let mut q: Vec<D> = self.equilibrium_start()?.iter().map(|x| D::from(*x)).collect();
+        let found = self.equilibrium_start()?;
+        let mut q: Vec<D> = found.iter().map(|x| D::from(*x)).collect();
         // Against the frames of where it is: those of an edge that has turned by nearly 180 degrees since are as good
         // as singular.
         M::Rod::<D>::rebase(&mut frames, &q);
@@ -140,13 +141,16 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             return Ok((q, frames));
         }
         self.hold(setup, Moment::Approach { progress: 1.0, settled: false }, &mut q, &frames)?;
-        let held = setup.held(self.model, rod);
+        let held = (&setup.held(self.model, rod), &frames);
+        let mut plain_frames = self.begin(self.setup).1;
+        M::Rod::<f64>::rebase(&mut plain_frames, found);
+        let plain = (&self.setup.held(self.model, &self.rod()), &plain_frames);
         // Where nothing resists, such as the spin of a round rod between hinges, any answer along
         // that direction will do.
         let mut followed = q.clone();
-        if self.follow(&held, &frames, &mut followed, false).is_err() {
+        if self.follow(held, plain, &mut followed, false).is_err() {
             followed = q;
-            self.follow(&held, &frames, &mut followed, true)
+            self.follow(held, plain, &mut followed, true)
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         }
         // Angles turn as fast as edges spin where their frames are, and so with all derivatives.

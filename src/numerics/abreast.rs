@@ -14,6 +14,10 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 pub trait Level: Simd {
     /// Where the program runs on it already.
     fn here() -> Self;
+    /// The numbers one lane before these, of which `earlier` ones go before all.
+    fn before(own: Self::f64s, earlier: Self::f64s) -> Self::f64s;
+    /// The numbers one lane after these, of which `later` ones come after all.
+    fn after(own: Self::f64s, later: Self::f64s) -> Self::f64s;
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -22,6 +26,26 @@ impl Level for pulp::x86::V3 {
     fn here() -> Self {
         Self::try_new().expect("its numbers are made where the processor has it")
     }
+    #[inline(always)]
+    fn before(own: Self::f64s, earlier: Self::f64s) -> Self::f64s {
+        let (mut numbers, own, earlier) = (own, lanes(&own), lanes(&earlier));
+        let to: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut numbers));
+        (to[0], to[1], to[2], to[3]) = (earlier[3], own[0], own[1], own[2]);
+        numbers
+    }
+    #[inline(always)]
+    fn after(own: Self::f64s, later: Self::f64s) -> Self::f64s {
+        let (mut numbers, own, later) = (own, lanes(&own), lanes(&later));
+        let to: &mut [f64] = bytemuck::cast_slice_mut(std::slice::from_mut(&mut numbers));
+        (to[0], to[1], to[2], to[3]) = (own[1], own[2], own[3], later[0]);
+        numbers
+    }
+}
+
+/// The numbers in a register, one by one.
+#[inline(always)]
+fn lanes<T: bytemuck::NoUninit>(numbers: &T) -> &[f64] {
+    bytemuck::cast_slice(std::slice::from_ref(numbers))
 }
 
 /// As many plain numbers as go into one register, each of which is what it would be alone.
@@ -40,7 +64,7 @@ impl<L: Level> Abreast<L> {
 
     #[inline(always)]
     fn lanes(&self) -> &[f64] {
-        bytemuck::cast_slice(std::slice::from_ref(&self.numbers))
+        lanes(&self.numbers)
     }
 
     /// What `f` makes of every lane, one by one.
@@ -71,17 +95,12 @@ impl<L: Level> Wide<f64> for Abreast<L> {
 
     #[inline(always)]
     fn before(self, earlier: Self) -> Self {
-        let (own, earlier) = (self.lanes(), earlier.lanes());
-        Self::gather(self.level, |lane| match lane {
-            0 => earlier[L::F64_LANES - 1],
-            _ => own[lane - 1],
-        })
+        Self { numbers: L::before(self.numbers, earlier.numbers), ..self }
     }
 
     #[inline(always)]
     fn after(self, later: Self) -> Self {
-        let (own, later) = (self.lanes(), later.lanes());
-        Self::gather(self.level, |lane| *own.get(lane + 1).unwrap_or(&later[0]))
+        Self { numbers: L::after(self.numbers, later.numbers), ..self }
     }
 }
 

@@ -21,12 +21,12 @@ use crate::numerics::scalar::Scalar;
 use std::ops::Range;
 
 /// `N` entries of `slice` from `start` on: one bounds check for all of them.
-#[inline]
+#[inline(always)]
 fn array<T, const N: usize>(slice: &[T], start: usize) -> &[T; N] {
     slice[start..].first_chunk().expect("the band has padding")
 }
 
-#[inline]
+#[inline(always)]
 fn array_mut<T, const N: usize>(slice: &mut [T], start: usize) -> &mut [T; N] {
     slice[start..].first_chunk_mut().expect("the band has padding")
 }

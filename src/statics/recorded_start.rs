@@ -182,8 +182,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         self.negligible(None).into_iter().enumerate().map(angles).collect()
     }
 
-    /// Gives the unknowns `q` of a tied rod at rest, the second in plain numbers, their derivatives: one
-    /// step of Newton's method per order.
+    /// Gives the unknowns `q` of a tied rod at rest, the second in plain numbers, their derivatives, by
+    /// steps of Newton's method with the tangent of the plain rod: one, and one per order.
     fn follow_tied<D: Nestable>(
         &self,
         (rod, frames): Tied<'_, D, M, W>,
@@ -193,20 +193,20 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let n = q.len();
         let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
         // What the springs bear there, against the same forces in the same angles.
-        let mut borne = vec![0.0; n];
-        plain.gradient(&found, plain_frames, Derivatives::Hand, &mut borne);
-        let springs: Vec<D> = self.turn_springs().into_iter().map(D::from).collect();
-        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
+        let (mut borne, mut tangent) = (vec![0.0; n], BandMatrix::zeros(n));
+        plain.tangent(&found, plain_frames, Derivatives::Hand, &mut borne, &mut tangent);
+        let springs = self.turn_springs();
         let mut factors = Ldlt::with_order(n);
-        for _ in 0..D::ORDER {
-            rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+        factors.factor_sum(&springs, 1.0, &tangent, 1.0, 0..n)?;
+        let mut change = vec![D::from(0.0); n];
+        for _ in 0..1 + D::ORDER {
+            rod.gradient(q, frames, Derivatives::Hand, &mut change);
             for i in 0..n {
-                gradient[i] += springs[i] * (q[i] - found[i]) - borne[i];
+                change[i] += (q[i] - found[i]) * springs[i] - borne[i];
             }
-            factors.factor_sum(&springs, D::from(1.0), &tangent, D::from(1.0), 0..n)?;
-            factors.solve(&mut gradient);
-            for (q, correction) in q.iter_mut().zip(&gradient) {
-                *q -= *correction;
+            factors.solve(&mut change);
+            for (q, change) in q.iter_mut().zip(&change) {
+                *q -= *change;
             }
         }
         Ok(())

@@ -208,43 +208,42 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         Ok(q)
     }
 
-    /// Gives an equilibrium `q` of a rod its exact derivatives: one step of Newton's method per
-    /// order that `D` carries; `indifferent` with a [negligible](Self::negligible) stiffness added,
+    /// Gives an equilibrium `q` of a rod, the second in plain numbers, its exact derivatives, by steps of Newton's method
+    /// with the tangent of the plain rod: one for what that was left with, and one per order that `D` carries, since each
+    /// makes an error of an order one of the next; `indifferent` with a [negligible](Self::negligible) stiffness added,
     /// which needs one more. A long rod that hangs from its start is solved in edge coordinates.
     pub(crate) fn follow<D: Nestable>(
         &self,
-        rod: &M::Rod<D>,
-        frames: &<M::Rod<D> as Rod<D, W>>::Frames,
+        (rod, frames): (&M::Rod<D>, &<M::Rod<D> as Rod<D, W>>::Frames),
+        (plain, plain_frames): (&M::Rod<f64>, &FramesOf<M, W>),
         q: &mut [D],
         indifferent: bool,
     ) -> Result<(), Singular> {
         let n = q.len();
-        let (mut gradient, mut tangent) = (vec![D::from(0.0); n], BandMatrix::zeros(n));
-        let mut factors = Ldlt::with_order(n);
+        let found: Vec<f64> = q.iter().map(|x| x.value()).collect();
+        let (mut tangent, mut factors) = (BandMatrix::zeros(n), Ldlt::with_order(n));
         let (free, led, edges) = (self.free(), self.led(), self.edge_coordinates());
-        let one = D::from(1.0);
-        let added: Vec<D> = match indifferent {
-            true => self.negligible(edges).into_iter().map(D::from).collect(),
-            false => vec![D::from(0.0); n],
-        };
-        for _ in 0..D::ORDER + usize::from(indifferent) {
-            match edges {
-                Some(edges) => {
-                    rod.gradient(q, frames, Derivatives::Hand, &mut gradient);
-                    rod.edge_tangent(q, frames, Derivatives::Hand, &mut tangent);
-                    edges.gather::<D, M::Rod<D>, W>(&mut gradient);
-                }
-                None => rod.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent),
-            }
-            led.fill(&mut gradient, D::from(0.0));
-            led.uncouple(&mut tangent);
-            factors.factor_sum(&added, one, &tangent, one, free.clone())?;
-            factors.solve(&mut gradient);
+        let hand = Derivatives::Hand;
+        match edges {
+            Some(_) => plain.edge_tangent(&found, plain_frames, hand, &mut tangent),
+            None => plain.tangent(&found, plain_frames, hand, &mut vec![0.0; n], &mut tangent),
+        }
+        led.uncouple(&mut tangent);
+        let added = if indifferent { self.negligible(edges) } else { vec![0.0; n] };
+        factors.factor_sum(&added, 1.0, &tangent, 1.0, free.clone())?;
+        let mut change = vec![D::from(0.0); n];
+        for _ in 0..1 + D::ORDER + usize::from(indifferent) {
+            rod.gradient(q, frames, hand, &mut change);
             if let Some(edges) = edges {
-                edges.spread::<D, M::Rod<D>, W>(&mut gradient);
+                edges.gather::<D, M::Rod<D>, W>(&mut change);
+            }
+            led.fill(&mut change, D::from(0.0));
+            factors.solve(&mut change);
+            if let Some(edges) = edges {
+                edges.spread::<D, M::Rod<D>, W>(&mut change);
             }
             for i in free.clone() {
-                q[i] -= gradient[i];
+                q[i] -= change[i];
             }
         }
         Ok(())
@@ -296,7 +295,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
         let frames = M::frames_over(&rest.frames);
         self.hold(setup, Moment::Approach { progress: 1.0, settled: true }, &mut q, &frames)?;
-        self.follow(&rod, &frames, &mut q, *indifferent)
+        self.follow((&rod, &frames), (&self.rod(), &rest.frames), &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         Ok((rod, q))
     }

@@ -2,7 +2,12 @@
 
 use crate::numerics::banded::array;
 use crate::numerics::scalar::Scalar;
-use std::ops::Range;
+use std::ops::{Mul, Range};
+
+/// What a matrix of numbers `D` is solved for: the same, or numbers with derivatives beside a matrix without.
+pub trait Over<D>: Scalar + Mul<D, Output = Self> {}
+
+impl<D, E: Scalar + Mul<D, Output = E>> Over<D> for E {}
 
 /// A pivot and the column below it, one of each band.
 pub(super) type Column<D, const W: usize, const S: usize> = ([D; S], [[D; S]; W]);
@@ -60,7 +65,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
             let reach = if S == 1 { W.min(k + 1) } else { W };
             subtract(array(lower, k), array(pivots, k), 1..reach, &mut entries);
             let (mut pivot, mut column) = entries;
-            let nearest = if Self::NARROW { divided } else { lower[W + k - 1] };
+            let nearest = if Self::NARROW { &divided } else { &lower[W + k - 1] };
             for s in 0..S {
                 // The pivot waits for the inverse of the one before; the square is ready by then.
                 pivot[s] -= first[s] * first[s] * inverse[s];
@@ -116,15 +121,15 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     /// Solves `L y = x` in place, for `C` right-hand sides from `first` on; returns what that adds
     /// to the `W` rows after the last. The second band's rows stand in reverse order.
     #[inline(always)]
-    pub fn forward<const R: usize, const C: usize>(
+    pub fn forward<E: Over<D>, const R: usize, const C: usize>(
         &self,
-        x: [&mut [[D; R]]; S],
+        x: [&mut [[E; R]]; S],
         first: usize,
-    ) -> Window<D, W, S, C> {
+    ) -> Window<E, W, S, C> {
         let n = x[0].len();
         let lower = &self.lower[W..W + n];
         let row = |s: usize, k: usize| if s == 0 { k } else { n - 1 - k };
-        let zero = D::from(0.0);
+        let zero = E::from(0.0);
         // The rows a column acts on stay in registers: row k + p in window[p].
         let mut window = [[[zero; S]; C]; W];
         for p in 0..W.min(n) {
@@ -148,7 +153,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
                 let next = if p + 1 < W { window[p + 1] } else { entering };
                 for r in 0..C {
                     for s in 0..S {
-                        window[p][r][s] = next[r][s] - lower[k][p][s] * here[r][s];
+                        window[p][r][s] = next[r][s] - here[r][s] * lower[k][p][s];
                     }
                 }
             }
@@ -163,18 +168,18 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
 
     /// Solves `D L^T x = y` in place likewise, where `window` has the `W` rows after the last.
     #[inline(always)]
-    pub fn backward<const R: usize, const C: usize>(
+    pub fn backward<E: Over<D>, const R: usize, const C: usize>(
         &self,
-        x: [&mut [[D; R]]; S],
+        x: [&mut [[E; R]]; S],
         first: usize,
-        mut window: Window<D, W, S, C>,
+        mut window: Window<E, W, S, C>,
     ) {
         let n = x[0].len();
         let lower = &self.lower[W..W + n];
         let inverse_pivots = &self.inverse_pivots[..n];
         let row = |s: usize, k: usize| if s == 0 { k } else { n - 1 - k };
         for k in (0..n).rev() {
-            let mut sum = [[D::from(0.0); S]; C];
+            let mut sum = [[E::from(0.0); S]; C];
             for r in 0..C {
                 for s in 0..S {
                     sum[r][s] = x[s][row(s, k)][first + r] * inverse_pivots[k][s];
@@ -184,7 +189,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
             for p in (0..W).rev() {
                 for r in 0..C {
                     for s in 0..S {
-                        sum[r][s] -= lower[k][p][s] * window[p][r][s];
+                        sum[r][s] -= window[p][r][s] * lower[k][p][s];
                     }
                 }
             }
@@ -208,20 +213,33 @@ fn subtract<D: Scalar, const W: usize, const S: usize>(
     before: &[[[D; S]; W]; W],
     pivots: &[[D; S]; W],
     distances: Range<usize>,
+    column: &mut Column<D, W, S>,
+) {
+    const { assert!(W <= 10, "a distance is written out for each column of a band") }
+    // Written out: a loop within a loop that tells how long it is stays one where code is to be small.
+    macro_rules! one_by_one {
+        ($($q:literal)*) => {
+            $(if $q < W && distances.contains(&$q) {
+                subtract_one::<D, W, S, $q>(&before[W - 1 - $q], &pivots[W - 1 - $q], column);
+            })*
+        };
+    }
+    // The far columns first: they are known earliest.
+    one_by_one!(9 8 7 6 5 4 3 2 1 0);
+}
+
+/// The same for one column of L, `Q` before the nearest.
+#[inline(always)]
+fn subtract_one<D: Scalar, const W: usize, const S: usize, const Q: usize>(
+    lower: &[[D; S]; W],
+    pivots: &[D; S],
     (pivot, column): &mut Column<D, W, S>,
 ) {
-    // The far columns first: they are known earliest.
-    for q in (0..W).rev() {
-        if !distances.contains(&q) {
-            continue;
-        }
-        let (l, d) = (&before[W - 1 - q], &pivots[W - 1 - q]);
-        for s in 0..S {
-            let times = l[q][s] * d[s];
-            pivot[s] -= l[q][s] * times;
-            for r in q + 1..W {
-                column[r - q - 1][s] -= l[r][s] * times;
-            }
+    for s in 0..S {
+        let times = lower[Q][s] * pivots[s];
+        pivot[s] -= lower[Q][s] * times;
+        for r in Q + 1..W {
+            column[r - Q - 1][s] -= lower[r][s] * times;
         }
     }
 }

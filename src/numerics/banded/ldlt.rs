@@ -1,6 +1,6 @@
 //! L D L^T of one band, from both ends at once.
 
-use crate::numerics::banded::elimination::Elimination;
+use crate::numerics::banded::elimination::{Elimination, Over};
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
@@ -15,6 +15,56 @@ pub struct Ldlt<D, const W: usize> {
     rest: BandMatrix<D, W>,
     middle: Elimination<D, W, 1>,
     range: Range<usize>,
+}
+
+/// The entries of what is factored, in terms of a matrix.
+trait Entries<D, const W: usize> {
+    fn matrix(&self) -> &BandMatrix<D, W>;
+    /// That of row and column `j`.
+    fn diagonal(&self, j: usize) -> D;
+    /// One below the diagonal, where the matrix has `entry`.
+    fn below(&self, entry: D) -> D;
+}
+
+/// A matrix itself.
+struct Alone<'a, D, const W: usize>(&'a BandMatrix<D, W>);
+
+impl<D: Scalar, const W: usize> Entries<D, W> for Alone<'_, D, W> {
+    #[inline(always)]
+    fn matrix(&self) -> &BandMatrix<D, W> {
+        self.0
+    }
+    #[inline(always)]
+    fn diagonal(&self, j: usize) -> D {
+        self.0.diagonal[j]
+    }
+    #[inline(always)]
+    fn below(&self, entry: D) -> D {
+        entry
+    }
+}
+
+/// `diag(masses) * scale + factor * matrix`.
+struct WithDiagonal<'a, D, const W: usize> {
+    masses: &'a [D],
+    scale: D,
+    matrix: &'a BandMatrix<D, W>,
+    factor: D,
+}
+
+impl<D: Scalar, const W: usize> Entries<D, W> for WithDiagonal<'_, D, W> {
+    #[inline(always)]
+    fn matrix(&self) -> &BandMatrix<D, W> {
+        self.matrix
+    }
+    #[inline(always)]
+    fn diagonal(&self, j: usize) -> D {
+        self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
+    }
+    #[inline(always)]
+    fn below(&self, entry: D) -> D {
+        entry * self.factor
+    }
 }
 
 /// A pivot of the factorisation is zero or not a number.
@@ -45,7 +95,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         matrix: &BandMatrix<D, W>,
         range: Range<usize>,
     ) -> Result<(), Singular> {
-        self.eliminate(matrix, range, |_, d| d, |b| b)
+        self.eliminate(range, &Alone(matrix))
     }
 
     /// Factors `diag(diagonal) * scale + factor * matrix` over `range` without forming it.
@@ -60,22 +110,16 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         factor: D,
         range: Range<usize>,
     ) -> Result<(), Singular> {
-        let diagonal = &diagonal[..range.end];
-        self.eliminate(matrix, range, |j, d| diagonal[j] * scale + d * factor, |b| b * factor)
+        let masses = &diagonal[..range.end];
+        self.eliminate(range, &WithDiagonal { masses, scale, matrix, factor })
     }
 
-    fn eliminate(
-        &mut self,
-        matrix: &BandMatrix<D, W>,
-        range: Range<usize>,
-        diagonal: impl Fn(usize, D) -> D,
-        below: impl Fn(D) -> D,
-    ) -> Result<(), Singular> {
+    fn eliminate(&mut self, range: Range<usize>, of: &impl Entries<D, W>) -> Result<(), Singular> {
+        let matrix = of.matrix();
         let Range { start, end } = range;
         self.range = range;
         let m = self.at_each_end();
         let Self { ends, rest, middle, .. } = self;
-        let diagonal = |j: usize| diagonal(j, matrix.diagonal[j]);
         ends.eliminate(m, |k| {
             let (top, bottom) = (start + k, end - 1 - k);
             // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
@@ -83,17 +127,17 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
             let left: &[[D; W]; W] = array(&matrix.below, bottom - W);
             let mut column = [[D::from(0.0); 2]; W];
             for p in 0..W {
-                column[p] = [below(down[p]), below(left[W - 1 - p][p])];
+                column[p] = [of.below(down[p]), of.below(left[W - 1 - p][p])];
             }
-            ([diagonal(top), diagonal(bottom)], column)
+            ([of.diagonal(top), of.diagonal(bottom)], column)
         })
         .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
 
         let (first, n) = (start + m, end - start - 2 * m);
         for i in 0..n {
-            rest.diagonal[i] = diagonal(first + i);
+            rest.diagonal[i] = of.diagonal(first + i);
             for p in 0..W {
-                rest.below[i][p] = below(matrix.below[first + i][p]);
+                rest.below[i][p] = of.below(matrix.below[first + i][p]);
             }
         }
         // Nothing couples to what lies beyond.
@@ -137,50 +181,54 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
     }
 
     /// Solves `A x = b` in place for one right-hand side.
-    pub fn solve(&self, x: &mut [D]) {
+    pub fn solve<E: Over<D>>(&self, x: &mut [E]) {
         self.solve_many(x.as_chunks_mut::<1>().0);
     }
 
     /// Solves `A x = b` in place for `R` right-hand sides side by side, over the factored range;
     /// `x` has as many rows as the matrix, and rows outside the range become zero.
-    pub fn solve_many<const R: usize>(&self, x: &mut [[D; R]]) {
+    pub fn solve_many<E: Over<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let Range { start, end } = self.range;
-        x[..start].fill([D::from(0.0); R]);
-        x[end..].fill([D::from(0.0); R]);
+        x[..start].fill([E::from(0.0); R]);
+        x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
         let mut done = 0;
         while Elimination::<D, W, 2>::NARROW && done + 2 <= R {
-            self.solve_some::<R, 2>(x, done);
+            self.solve_some::<E, R, 2>(x, done);
             done += 2;
         }
         while done < R {
-            self.solve_some::<R, 1>(x, done);
+            self.solve_some::<E, R, 1>(x, done);
             done += 1;
         }
     }
 
     /// Solves for `C` right-hand sides from `first` on.
     #[inline(always)]
-    fn solve_some<const R: usize, const C: usize>(&self, x: &mut [[D; R]], first: usize) {
+    fn solve_some<E: Over<D>, const R: usize, const C: usize>(
+        &self,
+        x: &mut [[E; R]],
+        first: usize,
+    ) {
         let m = self.at_each_end();
         let (top, rest) = x.split_at_mut(m);
         let (middle, bottom) = rest.split_at_mut(rest.len() - m);
         let n = middle.len();
-        let sums = self.ends.forward::<R, C>([top, bottom], first);
+        let sums = self.ends.forward::<E, R, C>([top, bottom], first);
         for p in 0..W.min(n) {
             for r in 0..C {
                 middle[p][first + r] += sums[p][r][0];
                 middle[n - 1 - p][first + r] += sums[p][r][1];
             }
         }
-        self.middle.forward::<R, C>([middle], first);
-        self.middle.backward::<R, C>([middle], first, [[[D::from(0.0)]; C]; W]);
-        let mut after = [[[D::from(0.0); 2]; C]; W];
+        self.middle.forward::<E, R, C>([middle], first);
+        self.middle.backward::<E, R, C>([middle], first, [[[E::from(0.0)]; C]; W]);
+        let mut after = [[[E::from(0.0); 2]; C]; W];
         for p in 0..W.min(n) {
             for r in 0..C {
                 after[p][r] = [middle[p][first + r], middle[n - 1 - p][first + r]];
             }
         }
-        self.ends.backward::<R, C>([top, bottom], first, after);
+        self.ends.backward::<E, R, C>([top, bottom], first, after);
     }
 }

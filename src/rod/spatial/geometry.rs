@@ -101,10 +101,13 @@ impl<D: Scalar> Measure<'_, D> {
         }
         let slopes = joint.slopes(edge, &next.edge);
         for (lane, to) in self.joints[first..].iter_mut().take(V::LANES).enumerate() {
-            let vector =
-                |v: &Vector<V>| [value(&v[0], lane), value(&v[1], lane), value(&v[2], lane)];
-            let by = |by: &[[V; 3]; 3]| [vector(&by[0]), vector(&by[1]), vector(&by[2])];
-            *to = Bent { strains: vector(&joint.strains), by: [by(&slopes[0]), by(&slopes[1])] };
+            for a in 0..3 {
+                to.strains[a] = value(&joint.strains[a], lane);
+                for c in 0..3 {
+                    to.by[0][a][c] = value(&slopes[0][a][c], lane);
+                    to.by[1][a][c] = value(&slopes[1][a][c], lane);
+                }
+            }
         }
     }
 }
