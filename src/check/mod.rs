@@ -19,7 +19,8 @@ pub use scene::check_problem;
 use crate::check::finite_difference::{Difference, STEPS, difference, relative, scale};
 use crate::code::Code;
 use crate::energy::{Analytic, Energy};
-use num_dual::{Dual64, HyperDual64};
+use crate::numerics::called::Called;
+use num_dual::HyperDual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -191,7 +192,7 @@ impl CheckReport {
         dof: impl Fn(usize) -> String,
     ) {
         let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
-        let terms = energy.energy(&Terms::unknowns(q));
+        let terms = energy.energy(&Terms::unknowns(q).map(Called)).0;
         let routes = Routes {
             energy: &|q| energy.energy(&array(q)),
             gradient: &|q| energy.gradient(&array(q)).to_vec(),
@@ -342,23 +343,24 @@ struct Routes<'a> {
     terms: Both,
 }
 
-/// The gradient by num-dual, by one unknown at a time: what numbers of a size for each number of
-/// unknowns would save is nothing beside the time to compile them.
-fn dual_gradient<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [f64; N] {
-    let slope = |i: usize| {
-        let along = |k: usize| Dual64::new(q[k], f64::from(u8::from(k == i)));
-        energy.energy(&std::array::from_fn(along)).eps
-    };
-    std::array::from_fn(slope)
+/// The energy by num-dual along two unknowns, by two at a time: what numbers of a size for each number of unknowns would save is
+/// nothing beside the time to compile them.
+fn along<const N: usize>(energy: &impl Energy<N>, q: &[f64; N], pair: [usize; 2]) -> HyperDual64 {
+    let [one, other] = pair.map(|i| move |k: usize| f64::from(u8::from(k == i)));
+    let along = |k: usize| Called(HyperDual64::new(q[k], one(k), other(k), 0.0));
+    energy.energy(&std::array::from_fn(along)).0
 }
 
-/// The Hessian by num-dual, by two unknowns at a time.
+/// The gradient by num-dual.
+fn dual_gradient<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [f64; N] {
+    std::array::from_fn(|i| along(energy, q, [i, i]).eps1)
+}
+
+/// The Hessian by num-dual.
 fn dual_hessian<const N: usize>(energy: &impl Energy<N>, q: &[f64; N]) -> [[f64; N]; N] {
     let mut hessian = [[0.0; N]; N];
     for (i, j) in (0..N).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-        let one = |along: bool| f64::from(u8::from(along));
-        let along = |k: usize| HyperDual64::new(q[k], one(k == i), one(k == j), 0.0);
-        let slope = energy.energy(&std::array::from_fn(along)).eps1eps2;
+        let slope = along(energy, q, [i, j]).eps1eps2;
         (hessian[i][j], hessian[j][i]) = (slope, slope);
     }
     hessian

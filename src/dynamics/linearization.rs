@@ -19,7 +19,7 @@ pub struct StageForces<D, G, const W: usize> {
     pub gradient: Vec<D>,
     /// The tangent of that gradient, N/m.
     pub tangent: BandMatrix<D, W>,
-    /// The rod there.
+    /// The rod there, if its numbers are plain.
     pub geometry: G,
 }
 
@@ -58,7 +58,7 @@ pub struct Linearization<'a, D: Scalar, R: Rod<D, W>, const W: usize> {
     /// The forces on the way through the step, one per stage of an averaging scheme, and the
     /// viscous ones at its end.
     pub stages: &'a [StageForces<D, R::Geometry, W>],
-    /// The rod at the end, measured from the frames at the start.
+    /// The rod at the end, measured from the frames at the start, if its numbers are plain.
     pub end: &'a R::Geometry,
     /// Of a viscous rod the gradient that the next step counts by its start, without mass damping and drag, and its
     /// tangent: with the elastic stiffness, whatever the stress follows from.

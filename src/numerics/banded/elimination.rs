@@ -69,7 +69,9 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
             for s in 0..S {
                 // The pivot waits for the inverse of the one before; the square is ready by then.
                 pivot[s] -= first[s] * first[s] * inverse[s];
-                for p in 1..W {
+            }
+            for p in 1..W {
+                for s in 0..S {
                     column[p - 1][s] -= nearest[p][s] * first[s];
                 }
             }
@@ -235,11 +237,14 @@ fn subtract_one<D: Scalar, const W: usize, const S: usize, const Q: usize>(
     pivots: &[D; S],
     (pivot, column): &mut Column<D, W, S>,
 ) {
+    let mut times = *pivots;
     for s in 0..S {
-        let times = lower[Q][s] * pivots[s];
-        pivot[s] -= lower[Q][s] * times;
-        for r in Q + 1..W {
-            column[r - Q - 1][s] -= lower[r][s] * times;
+        times[s] = lower[Q][s] * pivots[s];
+        pivot[s] -= lower[Q][s] * times[s];
+    }
+    for r in Q + 1..W {
+        for s in 0..S {
+            column[r - Q - 1][s] -= lower[r][s] * times[s];
         }
     }
 }

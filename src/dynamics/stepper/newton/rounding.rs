@@ -49,10 +49,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                     if !with_tangent {
                         self.evaluate(step, before, state, true, work);
                     }
-                    let rod = &step.system.rod;
-                    rod.measure(&state.q, &state.frames, &mut self.end);
-                    for StageForces { q, geometry, .. } in &mut self.stages {
-                        rod.measure(q, &state.frames, geometry);
+                    if D::PLAIN {
+                        let rod = &step.system.rod;
+                        rod.measure(&state.q, &state.frames, &mut self.end);
+                        for StageForces { q, geometry, .. } in &mut self.stages {
+                            rod.measure(q, &state.frames, geometry);
+                        }
                     }
                     self.factor(step, work)?;
                 }
