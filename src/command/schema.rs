@@ -1,11 +1,15 @@
 //! `rodfit schema`
 //!
 //! The schemas are files, made from the types and their documentation by a test, which holds them to those: the program need
-//! not know how they are made.
+//! not know how they are made. What several of them define stands in a file of its own.
 
 use crate::command::terminal;
 use clap::ValueEnum;
 use rodfit::Error;
+use serde_json::Value;
+
+/// Definitions that several schemas have: there they are `true`.
+const SHARED: &str = include_str!("schema/shared.json");
 
 #[derive(clap::Args)]
 pub struct Options {
@@ -28,12 +32,27 @@ enum Of {
 }
 
 pub fn run(options: &Options) -> Result<u8, Error> {
-    terminal::print(&options.of.text().trim_end()).map(|()| 0)
+    terminal::print(&options.of.text()).map(|()| 0)
 }
 
 impl Of {
     /// Its schema.
-    fn text(self) -> &'static str {
+    fn text(self) -> String {
+        let value =
+            |text| serde_json::from_str::<Value>(text).expect("a file of the program's own");
+        let (mut schema, mut shared) = (value(self.file()), value(SHARED));
+        if let Some(Value::Object(own)) = schema.get_mut("definitions") {
+            for (name, definition) in own.iter_mut().filter(|(_, own)| own.is_boolean()) {
+                if let Some(known) = shared.get_mut(name) {
+                    *definition = known.take();
+                }
+            }
+        }
+        format!("{schema:#}")
+    }
+
+    /// Its file.
+    fn file(self) -> &'static str {
         match self {
             Self::Scene => include_str!("schema/scene.json"),
             Self::Fit => include_str!("schema/fit.json"),

@@ -484,6 +484,10 @@ impl Problem {
 /// A model's frames.
 pub(crate) type FramesOf<M, const W: usize> = <<M as Model<W>>::Rod<f64> as Rod<f64, W>>::Frames;
 
+/// A model's rod, and the frames that its angles count from.
+pub(crate) type Framed<'a, D, M, const W: usize> =
+    (&'a <M as Model<W>>::Rod<D>, &'a <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames);
+
 impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
     /// The unknowns at rest, m (rad for angles).
     pub fn rest(&self) -> Vec<f64> {

@@ -19,7 +19,7 @@ use crate::error::Error;
 use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Nestable;
 use crate::numerics::vector::sub;
-use crate::problem::{Discretized, Model, Placed, Setup, between_markers};
+use crate::problem::{Discretized, Framed, Model, Placed, Setup, between_markers};
 use crate::rod::Rod;
 use crate::scene::supports::Moment;
 use crate::scene::{Recorded, Track};
@@ -43,10 +43,6 @@ type Relaxed<D, M, const W: usize> = (Placed<D, M, W>, Vec<D>);
 /// The unknowns and frames at the start of a recording, how they change until its next frame, and how long that
 /// takes, s.
 type Start<D, M, const W: usize> = (Placed<D, M, W>, (Vec<D>, f64));
-
-/// A rod tied to markers, and the frames that its angles count from.
-type Tied<'a, D, M, const W: usize> =
-    (&'a <M as Model<W>>::Rod<D>, &'a <<M as Model<W>>::Rod<D> as Rod<D, W>>::Frames);
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// Where the recording starts, and how it goes on.
@@ -186,8 +182,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// steps of Newton's method with the tangent of the plain rod: one, and one per order.
     fn follow_tied<D: Nestable>(
         &self,
-        (rod, frames): Tied<'_, D, M, W>,
-        (plain, plain_frames): Tied<'_, f64, M, W>,
+        (rod, frames): Framed<'_, D, M, W>,
+        (plain, plain_frames): Framed<'_, f64, M, W>,
         q: &mut [D],
     ) -> Result<(), Singular> {
         let n = q.len();

@@ -7,7 +7,7 @@ use crate::numerics::banded::{BandMatrix, Ldlt, Singular};
 use crate::numerics::scalar::Nestable;
 use crate::problem::Model;
 use crate::problem::Setup;
-use crate::problem::{Discretized, FramesOf, Placed};
+use crate::problem::{Discretized, Framed, FramesOf, Placed};
 use crate::rod::Rod;
 use crate::rod::strain_rates;
 use crate::scene::supports::Moment;
@@ -214,8 +214,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// which needs one more. A long rod that hangs from its start is solved in edge coordinates.
     pub(crate) fn follow<D: Nestable>(
         &self,
-        (rod, frames): (&M::Rod<D>, &<M::Rod<D> as Rod<D, W>>::Frames),
-        (plain, plain_frames): (&M::Rod<f64>, &FramesOf<M, W>),
+        (rod, frames): Framed<'_, D, M, W>,
+        (plain, plain_frames): Framed<'_, f64, M, W>,
         q: &mut [D],
         indifferent: bool,
     ) -> Result<(), Singular> {

@@ -9,7 +9,7 @@ use rodfit::fit::{FitFile, FitReport};
 use schemars::generate::SchemaSettings;
 use schemars::transform::{Transform, transform_subschemas};
 use schemars::{JsonSchema, Schema};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// With this variable set, files that differ are written anew.
 const WRITE: &str = "RODFIT_WRITE_SCHEMAS";
@@ -26,17 +26,49 @@ fn made(of: Of) -> Schema {
 
 #[test]
 fn the_files_say_what_the_types_say() {
+    let all: Vec<(Of, Value)> =
+        Of::value_variants().iter().map(|of| (*of, made(*of).to_value())).collect();
+    if std::env::var_os(WRITE).is_some() {
+        return write(all);
+    }
+    for (of, made) in all {
+        let command = format!("{WRITE}=1 cargo test --release --lib the_files_say");
+        assert!(
+            of.text() == format!("{made:#}"),
+            "the schema of a {} is another: {command}",
+            name(of)
+        );
+    }
+}
+
+fn name(of: Of) -> String {
+    of.to_possible_value().expect("none is hidden").get_name().to_string()
+}
+
+/// Writes the files, what several define into one.
+fn write(mut all: Vec<(Of, Value)>) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/command/schema");
-    for of in Of::value_variants() {
-        let (name, made) =
-            (of.to_possible_value().unwrap(), format!("{:#}\n", made(*of).as_value()));
-        if std::env::var_os(WRITE).is_some() {
-            std::fs::write(format!("{folder}/{}.json", name.get_name()), &made).unwrap();
-        } else {
-            let command = format!("{WRITE}=1 cargo test --release --lib the_files_say");
-            assert!(of.text() == made, "the schema of a {} is another: {command}", name.get_name());
+    let file = |name: &str, value: &Value| {
+        std::fs::write(format!("{folder}/{name}.json"), format!("{value:#}\n")).unwrap();
+    };
+    let mut shared = Map::new();
+    for k in 0..all.len() {
+        let (before, from) = all.split_at(k);
+        for (name, definition) in from[0].1["definitions"].as_object().into_iter().flatten() {
+            if before.iter().any(|(_, other)| other["definitions"].get(name) == Some(definition)) {
+                shared.entry(name).or_insert(definition.clone());
+            }
         }
     }
+    for (of, schema) in &mut all {
+        for (name, definition) in schema["definitions"].as_object_mut().into_iter().flatten() {
+            if shared.get(name) == Some(&*definition) {
+                *definition = true.into();
+            }
+        }
+        file(&name(*of), schema);
+    }
+    file("shared", &Value::Object(shared));
 }
 
 /// Of what is read, or of what is written, in the draft that most editors know.
