@@ -8,15 +8,16 @@ const TARGET: &str = "x86_64-unknown-linux-gnu";
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    if std::env::var("TARGET").is_ok_and(|target| target == TARGET) && has_own_linker().is_some() {
+    if std::env::var("TARGET").is_ok_and(|target| target == TARGET) && own_linker() == Some(true) {
         println!("cargo::rustc-cdylib-link-arg=-Wl,--icf=all");
     }
 }
 
-fn has_own_linker() -> Option<()> {
+/// Whether the compiler has one, if it says so.
+fn own_linker() -> Option<bool> {
     let minor: u32 = said("--version")?.split('.').nth(1)?.parse().ok()?;
     let linker = format!("lib/rustlib/{TARGET}/bin/gcc-ld/ld.lld");
-    (minor >= 90 && Path::new(said("--print=sysroot")?.trim()).join(linker).exists()).then_some(())
+    Some(minor >= 90 && Path::new(said("--print=sysroot")?.trim()).join(linker).exists())
 }
 
 /// What the compiler says.

@@ -101,7 +101,8 @@ pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
     /// Measures the rod at `q`.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry);
 
-    /// Writes gradient and [tangent](Rod::tangent), and [measures](Rod::measure) the rod.
+    /// Writes gradient and [tangent](Rod::tangent), and [measures](Rod::measure) the rod; one in other than plain numbers need not
+    /// be measured.
     fn measured_tangent(
         &self,
         q: &[D],

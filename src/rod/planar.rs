@@ -218,7 +218,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     ) {
         if !D::PLAIN || derivatives == Derivatives::Dual {
             self.tangent(q, &(), derivatives, gradient, tangent);
-            return self.measure(q, &(), geometry);
+            if D::PLAIN {
+                self.measure(q, &(), geometry);
+            }
+            return;
         }
         let (forces, stiffness) = (&mut *gradient, &mut *tangent);
         D::side_by_side(Tangent {

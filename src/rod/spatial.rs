@@ -247,7 +247,10 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
     ) {
         if !D::PLAIN || derivatives == Derivatives::Dual {
             self.tangent(q, frames, derivatives, gradient, tangent);
-            return self.measure(q, frames, geometry);
+            if D::PLAIN {
+                self.measure(q, frames, geometry);
+            }
+            return;
         }
         let (at, forces, stiffness) = ((self.elements(), q, frames), &mut *gradient, &mut *tangent);
         let geometry = Some(geometry);

@@ -5,9 +5,9 @@ use crate::numerics::scalar::Scalar;
 use std::ops::{Mul, Range};
 
 /// What a matrix of numbers `D` is solved for: the same, or numbers with derivatives beside a matrix without.
-pub trait Over<D>: Scalar + Mul<D, Output = Self> {}
+pub trait RightHandSide<D>: Scalar + Mul<D, Output = Self> {}
 
-impl<D, E: Scalar + Mul<D, Output = E>> Over<D> for E {}
+impl<D, E: Scalar + Mul<D, Output = E>> RightHandSide<D> for E {}
 
 /// A pivot and the column below it, one of each band.
 pub(super) type Column<D, const W: usize, const S: usize> = ([D; S], [[D; S]; W]);
@@ -123,7 +123,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
     /// Solves `L y = x` in place, for `C` right-hand sides from `first` on; returns what that adds
     /// to the `W` rows after the last. The second band's rows stand in reverse order.
     #[inline(always)]
-    pub fn forward<E: Over<D>, const R: usize, const C: usize>(
+    pub fn forward<E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
         x: [&mut [[E; R]]; S],
         first: usize,
@@ -170,7 +170,7 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
 
     /// Solves `D L^T x = y` in place likewise, where `window` has the `W` rows after the last.
     #[inline(always)]
-    pub fn backward<E: Over<D>, const R: usize, const C: usize>(
+    pub fn backward<E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
         x: [&mut [[E; R]]; S],
         first: usize,

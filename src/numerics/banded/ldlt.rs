@@ -1,6 +1,6 @@
 //! L D L^T of one band, from both ends at once.
 
-use crate::numerics::banded::elimination::{Elimination, Over};
+use crate::numerics::banded::elimination::{Elimination, RightHandSide};
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
@@ -181,13 +181,13 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
     }
 
     /// Solves `A x = b` in place for one right-hand side.
-    pub fn solve<E: Over<D>>(&self, x: &mut [E]) {
+    pub fn solve<E: RightHandSide<D>>(&self, x: &mut [E]) {
         self.solve_many(x.as_chunks_mut::<1>().0);
     }
 
     /// Solves `A x = b` in place for `R` right-hand sides side by side, over the factored range;
     /// `x` has as many rows as the matrix, and rows outside the range become zero.
-    pub fn solve_many<E: Over<D>, const R: usize>(&self, x: &mut [[E; R]]) {
+    pub fn solve_many<E: RightHandSide<D>, const R: usize>(&self, x: &mut [[E; R]]) {
         let Range { start, end } = self.range;
         x[..start].fill([E::from(0.0); R]);
         x[end..].fill([E::from(0.0); R]);
@@ -205,7 +205,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
 
     /// Solves for `C` right-hand sides from `first` on.
     #[inline(always)]
-    fn solve_some<E: Over<D>, const R: usize, const C: usize>(
+    fn solve_some<E: RightHandSide<D>, const R: usize, const C: usize>(
         &self,
         x: &mut [[E; R]],
         first: usize,

@@ -422,11 +422,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
         let Self { gradient, tangent, end, .. } = self;
         let (q, derivatives) = (&state.q, step.system.derivatives);
-        // Whoever looks at the rod there has plain numbers.
-        match D::PLAIN {
-            true => rod.measured_tangent(q, &before.frames, derivatives, (gradient, tangent), end),
-            false => rod.tangent(q, &before.frames, derivatives, gradient, tangent),
-        }
+        rod.measured_tangent(q, &before.frames, derivatives, (gradient, tangent), end);
         self.drag(step, [before, state], true);
         work.tangents += 1;
         self.factor(step, work)
