@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-from typing import TYPE_CHECKING, Any, Callable, Mapping, Sequence
 
 from . import _rodfit
 from ._errors import refused
 from ._result import FitResult
-from ._scene import Scene, plain
+from ._scene import Scene
+from ._tables import is_table, written
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any
+
     import numpy as np
     from numpy.typing import ArrayLike
 
@@ -106,10 +109,10 @@ class Fit:
         if times.ndim != 1 or places.ndim != 2:
             found = f"{places.ndim} dimensions beside {times.ndim}"
             raise refused("xyz", found, "(n, 3) beside (n,)")
-        if isinstance(sigma, (str, Mapping)):
+        if isinstance(sigma, str) or is_table(sigma):
             raise refused("sigma", f"{sigma!r} beside numbers", "a number, or one for every time; columns are of a file")
         noise: list[float] = [] if sigma is None else np.atleast_1d(np.asarray(sigma, dtype=float)).tolist()
-        self._native.observe(times, places, json.dumps(at, default=plain), noise, json.dumps(loss), held_out)
+        self._native.observe(times, places, written(at), noise, written(loss), held_out)
         return self
 
     def shape(self, file: str | os.PathLike[str], **said: Any) -> Fit:
@@ -153,7 +156,7 @@ class Fit:
 
     def _add(self, table: str, said: Mapping[str, Any]) -> Fit:
         told = {key: value for key, value in said.items() if value is not None}
-        self._native.add(json.dumps({table: [told]}, default=plain), ".")
+        self._native.add(written({table: [told]}), ".")
         return self
 
     def solve(self, *, progress: bool | Told = False, plots: bool = False, **analysis: Any) -> FitResult:
@@ -165,7 +168,7 @@ class Fit:
 
         Other threads go on meanwhile; Ctrl-C ends it with the best so far, and ``result.interrupted`` says so."""
         if analysis:
-            self._native.add(json.dumps({"analysis": analysis}, default=plain), ".")
+            self._native.add(written({"analysis": analysis}), ".")
         told = _Line() if progress is True else progress or None
         try:
             fit = self._native.snapshot()

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import math
 import os
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Mapping
 
 from . import _rodfit
 from ._errors import refused
+from ._tables import read
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
     import numpy as np
     import pandas
     from matplotlib.figure import Figure
+
+NAN = float("nan")
 
 
 class Parameter:
@@ -41,7 +44,7 @@ class Parameter:
     @property
     def interval(self) -> tuple[float, float]:
         """The 95 % interval."""
-        low, high = self._table.get("interval95") or (math.nan, math.nan)
+        low, high = self._table.get("interval95") or (NAN, NAN)
         return low, high
 
     @property
@@ -63,14 +66,24 @@ class FitResult:
 
     def __init__(self, text: str):
         """Of what ``to_json`` gave."""
-        self._native = _rodfit.FitResult(text)
-        self._fit: _rodfit.Fit | None = None
+        self._hold(_rodfit.FitResult(text), None)
 
     @classmethod
     def _of(cls, native: _rodfit.FitResult, fit: _rodfit.Fit) -> FitResult:
         result = cls.__new__(cls)
-        result._native, result._fit = native, fit
+        result._hold(native, fit)
         return result
+
+    def _hold(self, native: _rodfit.FitResult, fit: _rodfit.Fit | None) -> None:
+        self._native, self._fit = native, fit
+        self._said: dict[str, Any] | None = None
+
+    @property
+    def _table(self) -> dict[str, Any]:
+        """What ``to_json`` gives, read once it is looked into."""
+        if self._said is None:
+            self._said = dict(read(self._native.json(False)))
+        return self._said
 
     def _drawn(self) -> _rodfit.FitResult:
         """With what plots are drawn from: the fit once more, where that was not kept."""
@@ -80,11 +93,7 @@ class FitResult:
             self._native = self._fit.solve(True, None)
         return self._native
 
-    @cached_property
-    def _table(self) -> dict[str, Any]:
-        return dict(json.loads(self._native.json(False)))
-
-    @cached_property
+    @property
     def params(self) -> dict[str, Parameter]:
         """The estimates by name; those of some experiments only by name and experiments."""
         return {_label(table): Parameter(table) for table in self._table["parameters"]}
@@ -129,7 +138,7 @@ class FitResult:
         return np.asarray(self.correlation * np.outer(errors, errors))
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or name in ("_native", "_fit"):
+        if name.startswith("__") or name in ("_native", "_fit", "_said"):
             raise AttributeError(name)
         return _said(self, name)
 
@@ -162,7 +171,7 @@ class FitResult:
 
     def plot(self, figure: Figure | None = None) -> Figure:
         """Data and model over each other, a panel a coordinate, with what is left below; a figure of matplotlib."""
-        series = json.loads(self._drawn().plots() or "{}").get("series", [])
+        series = read(self._drawn().plots() or "{}").get("series", [])
         if figure is None:
             import matplotlib.pyplot as plt
 
@@ -212,7 +221,7 @@ class FitResult:
 
 def _said(self: Any, name: str) -> Any:
     """What a table says, by attribute."""
-    table = self._table if name != "_table" else {}
+    table: Mapping[str, Any] = self._table if name != "_table" else {}
     try:
         return table[name]
     except KeyError:
@@ -225,4 +234,4 @@ def _label(table: Mapping[str, Any]) -> str:
 
 
 def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
+    return NAN if value is None else float(value)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
-from typing import TYPE_CHECKING, Any, Iterable, Mapping
 
 from . import _rodfit
 from ._errors import refused
+from ._tables import is_table, read, written
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from typing import Any
+
     import numpy as np
     import xarray
     from numpy.typing import ArrayLike
@@ -125,7 +128,7 @@ class Run:
         velocities, as in a fit."""
         import numpy as np
 
-        nodes, weights = self._native.stencil(json.dumps(point, default=plain))
+        nodes, weights = self._native.stencil(written(point))
         motion: np.ndarray = np.einsum("tnmc,n->mtc", self._motion[:, nodes], weights)
         if t is None:
             return np.asarray(motion[0])
@@ -175,8 +178,8 @@ class Scene:
 
     def __init__(self, scene: Mapping[str, Any] | str | os.PathLike[str] | _rodfit.Scene, folder: str | os.PathLike[str] = "."):
         """The scene of a table as the file has it, or of a TOML file. Files that a table names are relative to ``folder``."""
-        if isinstance(scene, Mapping):
-            scene = _rodfit.Scene.from_json(json.dumps(scene, default=plain), os.fspath(folder))
+        if is_table(scene):
+            scene = _rodfit.Scene.from_json(written(scene), os.fspath(folder))
         elif isinstance(scene, (str, os.PathLike)):
             folder = os.path.dirname(os.path.abspath(scene))
             scene = _rodfit.Scene.load(os.fspath(scene))
@@ -224,7 +227,7 @@ class Scene:
     @property
     def parameters(self) -> list[dict[str, Any]]:
         """All physical numbers: ``name``, ``aliases``, ``value``, ``unit``, ``limits``."""
-        return list(json.loads(self._native.parameters()))
+        return list(read(self._native.parameters()))
 
     @property
     def warnings(self) -> list[str]:
@@ -241,7 +244,7 @@ class Scene:
         """Mesh, step and scheme that the program chose, and the error that they leave: ``resolution`` of the command's
         JSON; none where the scene gives them all."""
         text = self._native.resolution()
-        return None if text is None else dict(json.loads(text))
+        return None if text is None else dict(read(text))
 
     @property
     def length(self) -> float:
@@ -256,11 +259,11 @@ class Scene:
 
     def equilibrium(self) -> Equilibrium:
         """Where the rod rests under its loads."""
-        return Equilibrium(json.loads(self._native.equilibrium()))
+        return Equilibrium(read(self._native.equilibrium()))
 
     def modes(self, count: int = 6) -> Modes:
         """The lowest small vibrations about where it rests."""
-        return Modes(json.loads(self._native.modes(count)))
+        return Modes(read(self._native.modes(count)))
 
     def __repr__(self) -> str:
         return f"Scene({self.model}, {self._native.nodes} nodes, {self.length:g} m)"
@@ -273,17 +276,8 @@ def _merged(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
     both = dict(old)
     for key, value in new.items():
         inner = both.get(key)
-        if isinstance(value, Mapping) and isinstance(inner, Mapping):
+        if is_table(value) and is_table(inner):
             both[key] = _merged(inner, value)
         else:
             both[key] = value
     return both
-
-
-def plain(value: Any) -> Any:
-    """Numbers and arrays of numpy, and paths, as JSON has them."""
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} is nothing that a scene holds")

@@ -16,10 +16,10 @@ from __future__ import annotations
 import functools
 import os
 import pathlib
-from typing import TYPE_CHECKING
 
 from . import _rodfit
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from distributed import Client, Future
 
