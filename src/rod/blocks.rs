@@ -20,16 +20,20 @@ pub(super) fn block<'a, D, V: Wide<D>, T: Copy>(
 ) -> &'a [T] {
     match all.get(first..first + V::LANES) {
         Some(all) => all,
-        None => &room.insert(padded(all, first, beyond))[..V::LANES],
+        None => {
+            let block = room.insert([beyond; MOST]);
+            pad(block, all.get(first..).unwrap_or_default());
+            &block[..V::LANES]
+        }
     }
 }
 
 #[cold]
 #[inline(never)]
-fn padded<T: Copy>(all: &[T], first: usize, beyond: T) -> [T; MOST] {
-    let (mut block, left) = ([beyond; MOST], &all[first.min(all.len())..]);
-    block[..left.len()].copy_from_slice(left);
-    block
+fn pad<T: Copy>(block: &mut [T; MOST], left: &[T]) {
+    for k in 0..left.len().min(MOST) {
+        block[k] = left[k];
+    }
 }
 
 /// The unknowns of `LANES` edges from `first` on, `stride` for each node; a rod that ends before is taken to go
@@ -45,18 +49,22 @@ pub(super) fn window<'a, D: Scalar>(
     let start = stride * first;
     match q.get(start..start + size) {
         Some(q) => q,
-        None => &room.insert(continued(&q[start..], stride, size))[..size],
+        None => {
+            let window = &mut room.insert([D::from(0.0); WINDOW])[..size];
+            go_on(window, &q[start..], stride);
+            window
+        }
     }
 }
 
 #[cold]
 #[inline(never)]
-fn continued<D: Scalar>(q: &[D], stride: usize, size: usize) -> [D; WINDOW] {
-    let mut all = [D::from(0.0); WINDOW];
-    all[..q.len()].copy_from_slice(q);
-    for k in q.len()..size {
-        let last = all[k - stride];
-        all[k] = if k < 2 * stride { last } else { last + (last - all[k - 2 * stride]) };
+fn go_on<D: Scalar>(window: &mut [D], q: &[D], stride: usize) {
+    for k in 0..q.len() {
+        window[k] = q[k];
     }
-    all
+    for k in q.len()..window.len() {
+        let last = window[k - stride];
+        window[k] = if k < 2 * stride { last } else { last + (last - window[k - 2 * stride]) };
+    }
 }

@@ -117,7 +117,13 @@ impl<D: Scalar, const W: usize, const S: usize> Elimination<D, W, S> {
 
     /// How many of the first `n` pivots of each band are negative, in all.
     pub fn negative_pivots(&self, n: usize) -> usize {
-        self.pivots[W..W + n].iter().flatten().filter(|pivot| pivot.value() < 0.0).count()
+        let mut negative = 0;
+        for row in &self.pivots[W..W + n] {
+            for pivot in row {
+                negative += usize::from(pivot.value() < 0.0);
+            }
+        }
+        negative
     }
 
     /// Solves `L y = x` in place, for `C` right-hand sides from `first` on; returns what that adds
