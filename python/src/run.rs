@@ -66,11 +66,7 @@ impl Run {
     }
 
     /// Arc lengths of the nodes from the wall, m.
-    fn arc_length(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
-        let place = |i| self.problem.arc_length(Point::Node(i));
-        (0..self.problem.nodes())
-            .map(place)
-            .collect::<Result<_, _>>()
-            .map_err(|error| raised(py, error))
+    fn arc_length(&self) -> Vec<f64> {
+        self.problem.arc_lengths().to_vec()
     }
 }

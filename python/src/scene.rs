@@ -53,8 +53,9 @@ impl Scene {
         Self::from_toml(py, &toml_of(py, text)?, folder)
     }
 
+    /// As a file; what the program chose is left out again.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
-        self.problem.scene().to_toml().map_err(|error| raised(py, error))
+        self.problem.scene().reopened().to_toml().map_err(|error| raised(py, error))
     }
 
     /// All physical numbers, as JSON: name, aliases, value, unit, limits, note.
@@ -62,12 +63,15 @@ impl Scene {
         json(py, &ParameterList::of(&self.problem))
     }
 
-    /// The scene with other values of its numbers.
+    /// The scene with other values of its numbers, and the mesh, step and scheme for them where these are left to the program.
     fn with_values(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Self> {
         let (names, values): (Vec<String>, Vec<f64>) = values.into_iter().unzip();
         let pairs = parameters(py, &names)?.into_iter().zip(values);
         let problem = self.problem.with(pairs).map_err(|error| raised(py, error))?;
-        Ok(Self { problem })
+        match problem.resolution() {
+            Some(_) => Self::of(py, problem.scene().reopened()),
+            None => Ok(Self { problem }),
+        }
     }
 
     fn warnings(&self) -> Vec<String> {

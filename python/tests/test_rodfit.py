@@ -485,6 +485,42 @@ def test_stubs_are_what_there_is():
                 assert words(inner) == told(getattr(native, method)), f"{name}.{method}"
 
 
+OPEN = """
+[rod]
+shape = { kind = "straight", length = 0.5, direction = [1, 0, 0] }
+section = { kind = "circle", radius = 0.005 }
+[material]
+density = 1000
+youngs_modulus = 1e8
+[loads]
+gravity = [0, -9.8, 0]
+[time]
+end = 0.5
+"""
+
+
+def test_what_is_left_to_the_program_it_chooses_again():
+    scene = rodfit.Scene.from_toml(OPEN)
+    fresh = rodfit.Scene.from_toml(OPEN.replace("1e8", "2e6"))
+    assert fresh.resolution["segments"] != scene.resolution["segments"]
+    softer = {"youngs_modulus": 2e6}
+    for other in (scene.with_values(softer), scene.replace(material=softer)):
+        assert other.resolution == fresh.resolution
+        assert np.array_equal(other.simulate().tip, fresh.simulate().tip)
+    assert pickle.loads(pickle.dumps(scene)).resolution == scene.resolution
+    assert not {"segments"} & scene.to_dict()["rod"].keys()
+    assert scene.to_dict()["time"] == {"end": 0.5}
+
+
+def test_nodes_beside_a_clamp_that_turns():
+    table = rodfit.Scene.from_toml(OPEN).to_dict()
+    table["rod"]["segments"], table["time"] = 10, {"end": 0.02, "step": 1e-3}
+    table["supports"] = {"start_compliance": {"rotation": 1.0}}
+    run = rodfit.Scene(table).simulate()
+    assert run.arc_length == pytest.approx(run.position[0, :, 0], abs=1e-12)
+    assert np.array_equal(run.at(3), run.position[:, 3])
+
+
 def test_types_hold():
     api = pytest.importorskip("mypy.api")
     folder = pathlib.Path(__file__).resolve().parents[1]

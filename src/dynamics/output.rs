@@ -7,7 +7,6 @@ use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::numerics::abreast::level;
 use crate::problem::Problem;
-use crate::scene::Point;
 use crate::scene::{Resolution, Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
@@ -58,8 +57,12 @@ impl<W: Write> NodeTable<W> {
 /// [`Error::OutOfRange`] for more nodes than the rod has.
 pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error> {
     let mut table = String::from("x,y,z,s\n");
-    for (i, [x, y, z]) in nodes.iter().enumerate() {
-        let s = problem.arc_length(Point::Node(i))?;
+    let places = problem.arc_lengths();
+    if nodes.len() > places.len() {
+        let (at, high) = (nodes.len() as f64 - 1.0, places.len() as f64 - 1.0);
+        return Err(Error::OutOfRange { what: "node", found: at, low: 0.0, high });
+    }
+    for ([x, y, z], s) in nodes.iter().zip(places) {
         table += &format!("{x},{y},{z},{s}\n");
     }
     Ok(table)

@@ -145,11 +145,12 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let mut plain_frames = self.begin(self.setup).1;
         M::Rod::<f64>::rebase(&mut plain_frames, found);
         let plain = (&self.setup.held(self.model, &self.rod()), &plain_frames);
-        // Where nothing resists, such as the spin of a round rod between hinges, any answer along
-        // that direction will do.
+        // Where nothing resists, such as a motion as a whole of a rod that nothing holds, it goes along with where the rod begins.
+        let indifferent = self.is_indifferent((&found[..], &plain_frames)).unwrap_or(false);
         let mut followed = q.clone();
-        if self.follow(held, plain, &mut followed, false).is_err() {
+        if indifferent || self.follow(held, plain, &mut followed, false).is_err() {
             followed = q;
+            self.go_along(&begin, &mut followed);
             self.follow(held, plain, &mut followed, true)
                 .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         }

@@ -80,7 +80,7 @@ use crate::fit::design::plan::Plan;
 use crate::fit::measurement::experiment::{fitted, full_work};
 use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
-use crate::fit::resolution::{begun, refined};
+use crate::fit::resolution::{begun, refined, smooth};
 use crate::fit::search::Search;
 use crate::fit::search::basins::{SAME, distance};
 use crate::fit::search::first_look::FirstLook;
@@ -209,14 +209,15 @@ impl Fit {
         self
     }
 
-    /// The residuals and their derivatives, for any solver of argmin.
+    /// The residuals and their derivatives, for any solver of argmin: on mesh and step of the scenes, also where the program chose
+    /// these for a simulation. [`solve`](Self::solve) makes them as fine as the data need instead.
     ///
     /// # Errors
     ///
     /// A fit that cannot be solved, or not in the way it is asked for.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
-        let fitted = fitted(&self.laid_out()?);
+        let fitted = fitted(&smooth(self.laid_out()?)?);
         let horizons = vec![f64::MAX; fitted.len()];
         let (sigmas, work) = (first_sigmas(&fitted), full_work(&fitted)?);
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)

@@ -14,6 +14,7 @@ use crate::fit::uncertainty::assessment::Local;
 use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::fit::unknown::Unknown;
 use crate::resolution::Aim;
+use crate::scene::Tolerance;
 
 /// Part of a standard error that mesh and step may leave open together, and of a value, where data are exact.
 const OF_ERROR: f64 = 0.25;
@@ -50,6 +51,20 @@ fn begin(experiment: Experiment) -> Result<Experiment, Error> {
     let good = problem.scene().supports.largest_good_step();
     let step = if step.is_finite() && step > 0.0 { step.min(good) } else { own };
     posed(experiment, segments, step)
+}
+
+/// The experiments on the mesh and in the steps of their scenes, where the program has chosen these for a simulation: their
+/// steps solved so exactly that residuals follow the unknowns smoothly.
+pub(crate) fn smooth(experiments: Vec<Experiment>) -> Result<Vec<Experiment>, Error> {
+    let smooth = |experiment: Experiment| {
+        let mut scene = experiment.problem.scene().clone();
+        let chosen = scene.chosen().scheme;
+        let Some(time) = scene.time.as_mut().filter(|_| chosen) else { return Ok(experiment) };
+        time.tolerance = Tolerance::default();
+        let other = experiment.problem.like_it(scene)?;
+        Ok(experiment.posed_as(other))
+    };
+    experiments.into_iter().map(smooth).collect()
 }
 
 /// The experiment with other numerics, where the program chooses them.

@@ -8,6 +8,7 @@ use crate::problem::model::{Correction, NodalLoad};
 use crate::problem::modelled::{AnyModel, Modelled};
 use crate::problem::planar::PlanarModel;
 use crate::problem::setup;
+use crate::problem::soft_clamp::given_soft;
 use crate::problem::spatial::SpatialModel;
 use crate::scene::mesh::Mesh;
 use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
@@ -16,12 +17,15 @@ impl<D: Scalar> Scene<D> {
     /// The rest shape's mesh, cut by the walls.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
         let mesh = |segments, behind| self.rod.shape.mesh(segments, behind);
-        let own = mesh(self.rod.segments, behind_walls(&self.supports, [false; 2]))?;
-        if self.remeshed.is_none() && self.soft == [false; 2] {
+        // Nodes are named as those of the scene by itself, whatever else it is computed on.
+        let given = given_soft(self);
+        let soft = [0, 1].map(|end| given[end] || self.soft[end]);
+        let own = mesh(self.rod.segments, behind_walls(&self.supports, given))?;
+        if self.remeshed.is_none() && soft == given {
             return Ok(own);
         }
         let segments = self.remeshed.or(self.rod.segments);
-        let other = mesh(segments, behind_walls(&self.supports, self.soft))?;
+        let other = mesh(segments, behind_walls(&self.supports, soft))?;
         Ok(Mesh { named: Some(own.arc_length), ..other })
     }
 

@@ -360,13 +360,19 @@ impl Problem {
     /// The problem with other values of some parameters.
     ///
     /// All that is decided once for a scene is decided anew: a square section may stop being one, a rod
-    /// leave its plane.
+    /// leave its plane. But mesh, step and scheme stay what they are, also where the program chose them: to let it choose
+    /// again, ask for the problem of the [reopened](Scene::reopened) scene.
     ///
     /// # Errors
     ///
     /// A parameter that the scene does not have, or a value that it cannot take.
     pub fn with(&self, values: impl IntoIterator<Item = (Parameter, f64)>) -> Result<Self, Error> {
-        Ok(self.changed(values)?.posed()?.computed_as(self))
+        let mut scene = self.changed(values)?;
+        if let Some(resolution) = &mut scene.resolution {
+            // What was estimated is that of the other values.
+            (resolution.error, resolution.bound) = (None, None);
+        }
+        Ok(scene.posed()?.computed_as(self))
     }
 
     /// The problem with other values of some parameters, of which nothing is decided anew: what it does
@@ -466,6 +472,12 @@ impl Problem {
     /// The edges whose axes a marker beside a point may move with, likewise.
     pub(crate) fn edges_around(&self, point: Point) -> Result<Range<usize>, Error> {
         Marker::edges_around(point, &self.mesh)
+    }
+
+    /// Arc lengths of all nodes from the wall, m; negative behind it. On a mesh of its own a point that the scene names by the
+    /// index of a node need not be one.
+    pub fn arc_lengths(&self) -> &[f64] {
+        &self.mesh.arc_length
     }
 
     /// Arc length of a point from the wall, m.

@@ -45,6 +45,8 @@ pub struct PlanarRest<D> {
 
 /// How far from the plane a vector may point, relative to its length.
 const TOLERANCE: f64 = 1e-9;
+/// Changes of what changes slower than this part of the fastest, for their sizes, are rounding errors.
+const ROUNDING: f64 = 1e-10;
 
 impl PlanarModel {
     /// The model, or what leaves the plane of the rest. `start` is the shape the rod starts in, if
@@ -124,13 +126,21 @@ impl PlanarModel {
                 return Some("rod.section".into());
             }
         }
-        let out = |(_, v): &Named<Dual64>| {
-            let rate = rate(*v);
-            rate[2].abs() > TOLERANCE * size(&rate)
+        // How fast it changes, for its size; what has none has no rounding errors either.
+        let relative = |(_, v): &Named<Dual64>| match size(&v.map(|c| c.re)) {
+            0.0 => None,
+            whole => Some(size(&rate(*v)) / whole),
         };
-        let off = |(_, v): &Named<Dual64>| {
-            let rate = rate(*v);
-            size(&rate[..2]) > TOLERANCE * size(&rate)
+        let fastest = within.iter().chain(&across).filter_map(relative).fold(0.0, f64::max);
+        let changes =
+            |named: &Named<Dual64>| relative(named).is_none_or(|r| r > ROUNDING * fastest);
+        let out = |named: &Named<Dual64>| {
+            let rate = rate(named.1);
+            rate[2].abs() > TOLERANCE * size(&rate) && changes(named)
+        };
+        let off = |named: &Named<Dual64>| {
+            let rate = rate(named.1);
+            size(&rate[..2]) > TOLERANCE * size(&rate) && changes(named)
         };
         if let Some(energy) = own::left_by(&scene.energies, self.normal(), self.plane.origin) {
             return Some(energy);

@@ -211,6 +211,9 @@ impl Scene {
         if let Some(time) = scene.time.as_mut().filter(|_| chosen.step) {
             time.step = Time::LEFT_OPEN;
             time.scheme_left_open = chosen.scheme;
+            if chosen.scheme {
+                time.tolerance = Tolerance::default();
+            }
         }
         scene
     }

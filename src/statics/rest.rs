@@ -16,6 +16,11 @@ use crate::statics::descent::{Descent, Rest};
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use crate::statics::pencil::Pencil;
 
+/// Stiffness that is added to that of a rod which may move without a force, over a negligible one; and steps that undo what it
+/// does to the others, each but for a hundred-thousandth.
+const STIFFER: f64 = 1e4;
+const MORE: usize = 3;
+
 /// An equilibrium, and what its [derivatives](Discretized::settled_over) need beside it.
 pub(crate) struct Settled<F> {
     /// The equilibrium.
@@ -210,8 +215,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     /// Gives an equilibrium `q` of a rod, the second in plain numbers, its exact derivatives, by steps of Newton's method
     /// with the tangent of the plain rod: one for what that was left with, and one per order that `D` carries, since each
-    /// makes an error of an order one of the next; `indifferent` with a [negligible](Self::negligible) stiffness added,
-    /// which needs one more. A long rod that hangs from its start is solved in edge coordinates.
+    /// makes an error of an order one of the next; `indifferent` with a small stiffness added, which needs some more. A long rod
+    /// that hangs from its start is solved in edge coordinates.
     pub(crate) fn follow<D: Nestable>(
         &self,
         (rod, frames): Framed<'_, D, M, W>,
@@ -229,10 +234,15 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             None => plain.tangent(&found, plain_frames, hand, &mut vec![0.0; n], &mut tangent),
         }
         led.uncouple(&mut tangent);
-        let added = if indifferent { self.negligible(edges) } else { vec![0.0; n] };
+        let mut added = vec![0.0; n];
+        if indifferent {
+            // So much more than is negligible that rounding errors of the edges' stiffness move nothing.
+            added = self.negligible(edges);
+            added.iter_mut().for_each(|stiffness| *stiffness *= STIFFER);
+        }
         factors.factor_sum(&added, 1.0, &tangent, 1.0, free.clone())?;
         let mut change = vec![D::from(0.0); n];
-        for _ in 0..1 + D::ORDER + usize::from(indifferent) {
+        for _ in 0..1 + D::ORDER + if indifferent { MORE } else { 0 } {
             rod.gradient(q, frames, hand, &mut change);
             if let Some(edges) = edges {
                 edges.gather::<D, M::Rod<D>, W>(&mut change);
@@ -281,7 +291,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// An [equilibrium](Self::equilibrium) to be differentiated.
     pub(crate) fn settled(&self) -> Result<Settled<FramesOf<M, W>>, Error> {
         let rest = self.equilibrium()?;
-        Ok(Settled { indifferent: self.is_indifferent(&rest)?, rest })
+        Ok(Settled { indifferent: self.is_indifferent((&rest.q, &rest.frames))?, rest })
     }
 
     /// Its unknowns with the derivatives that `D` carries, and the rod that is in it. The frames stay
@@ -294,17 +304,29 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let rod = setup.rod(self.model);
         let mut q: Vec<D> = rest.q.iter().map(|x| D::from(*x)).collect();
         let frames = M::frames_over(&rest.frames);
+        if *indifferent {
+            self.go_along(&self.begin_at_rest(setup)?.0, &mut q);
+        }
         self.hold(setup, Moment::Approach { progress: 1.0, settled: true }, &mut q, &frames)?;
         self.follow((&rod, &frames), (&self.rod(), &rest.frames), &mut q, *indifferent)
             .map_err(|singular| Error::Indifferent { node: singular.row / M::STRIDE })?;
         Ok((rod, q))
     }
 
-    /// Whether a direction is left in which no force resists. That may be a motion as a rigid body,
-    /// or the spin of a round rod between hinges, which does not move a node: parameters do not push
-    /// that way, and any answer will do. Everything else is refused.
-    fn is_indifferent(&self, rest: &Rest<FramesOf<M, W>>) -> Result<bool, Error> {
-        let pencil = Pencil::resting(self, &rest.q, &rest.frames);
+    /// Moves nodes of an equilibrium as fast as those of where the rod begins: where no force resists, they go along.
+    pub(crate) fn go_along<D: Nestable>(&self, begin: &[D], q: &mut [D]) {
+        for i in (0..q.len()).filter(|i| !M::Rod::<D>::is_angle(*i)) {
+            q[i] += begin[i] - D::from(begin[i].value());
+        }
+    }
+
+    /// Whether a direction is left in which no force resists. That may be a motion as a rigid body, in which the rod
+    /// stays as it begins, or the spin of a round rod between hinges, which does not move a node. Everything else is refused.
+    pub(crate) fn is_indifferent(
+        &self,
+        (q, frames): (&[f64], &FramesOf<M, W>),
+    ) -> Result<bool, Error> {
+        let pencil = Pencil::resting(self, q, frames);
         let node = |row: usize| row / M::STRIDE;
         let refused = |error: Error| match error {
             Error::SingularTangent { row, .. } => Error::Indifferent { node: node(row) },
@@ -315,7 +337,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             return Ok(false);
         }
         // Inverse iteration finds such a direction.
-        let n = rest.q.len();
+        let n = q.len();
         let mut x: Vec<f64> = (0..n).map(|i| 1.0 + (i * 71 % 101) as f64 / 101.0).collect();
         for _ in 0..3 {
             factors.solve(&mut x);
@@ -326,7 +348,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         if let Some(edges) = self.edge_coordinates() {
             edges.spread::<f64, M::Rod<f64>, W>(&mut x);
         }
-        let motion = self.motion((&rest.q, &rest.frames), &x);
+        let motion = self.motion((q, frames), &x);
         match motion.is_spin() || motion.is_rigid() {
             true => Ok(true),
             false => Err(Error::Indifferent { node: motion.node }),

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rodfit::Scalar;
 use rodfit::check::{Terms, Tolerance, check, check_problem};
 use rodfit::energy::{AsEnergy, DeadLoad, Derivatives, Element, PlanarBend, Stretch};
-use rodfit::scene::Clamp;
+use rodfit::scene::{Clamp, Section, Shape};
 
 use crate::common::differences::assembled;
 use crate::common::{cantilever, cantilever_with, planar};
@@ -291,4 +291,29 @@ fn verdicts_are_kept_apart_and_entries_are_listed() {
     let report = rodfit::check::check_hessian(&right, &q, &hessian);
     assert_eq!(report.above_count, 2, "{report}");
     assert!(report.above.iter().all(|above| above.dof == "q[1] q[2]"), "{report}");
+}
+
+/// A plane that lies askew to the axes is no plane that a number leaves, but for rounding errors.
+#[test]
+fn a_length_stays_in_whatever_plane() {
+    for k in 0..40 {
+        let angle = 0.37 + k as f64;
+        let turn = nalgebra::Rotation3::from_euler_angles(angle, 1.3 * angle, 0.7 * angle);
+        let axis = |i: usize| {
+            let column: [f64; 3] = turn.matrix().column(i).into_owned().into();
+            column
+        };
+        let mut scene = crate::common::coarse(6, 2e-3, 0.01);
+        scene.rod.shape = Shape::Straight { length: 0.5, direction: axis(0) };
+        scene.rod.section = Section::Rectangle { width: 0.01, height: 0.004, up: axis(2) };
+        scene.loads.gravity = [0, 1, 2].map(|i| 9.8 * (axis(0)[i] + axis(1)[i]));
+        let problem = scene.problem().unwrap();
+        assert_eq!(problem.model().0, "planar", "{k}");
+        for name in ["rod.shape.length", "youngs_modulus", "rod.section.width"] {
+            let run = problem.simulate_with(&[name.parse().unwrap()]);
+            assert!(run.is_ok(), "{k}, {name}: {:?}", run.err());
+        }
+        let out = problem.simulate_with(&["rod.shape.direction.x".parse().unwrap()]);
+        assert!(out.is_err(), "{k}: out of the plane");
+    }
 }

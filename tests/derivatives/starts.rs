@@ -215,3 +215,50 @@ fn a_fit_finds_the_throw() {
         assert!((found - truth).abs() < 1e-6, "{parameter}: {found}");
     }
 }
+
+/// A rod that nothing holds, or a pin without weight, rests wherever it begins: at rest, and in a motion that begins there.
+#[test]
+fn of_a_rod_that_may_move_without_a_force() {
+    let shapes = [
+        ("arc", Shape::Arc { length: 0.5, angle: 1.0 }),
+        ("straight", Shape::Straight { length: 0.5, direction: [1.0, 0.3, 0.0] }),
+    ];
+    for ((name, shape), support) in shapes
+        .iter()
+        .flat_map(|shape| [Support::Free, Support::Pinned].map(|support| (shape, support)))
+    {
+        let mut scene = coarse(10, 1e-3, 0.1);
+        scene.rod.shape = shape.clone();
+        scene.supports.start = support;
+        scene.loads.gravity = [0.0; 3];
+        scene.initial.state = InitialState::Equilibrium;
+        scene.initial.velocity = [0.1, 0.2, 0.0];
+        let problem = scene.problem().unwrap();
+        let turned: Parameter = "supports.angle".parse().unwrap();
+        let length: Parameter = "rod.shape.length".parse().unwrap();
+        for parameter in [turned, length] {
+            let of = |run: &rodfit::Trajectory| {
+                let places = [Point::Node(2), Point::Tip]
+                    .map(|point| run.at(point, run.times()[run.times().len() - 1]));
+                places.map(|place| place.unwrap())
+            };
+            let all: Vec<usize> = (0..problem.nodes()).collect();
+            let motion = of(&problem.simulate_with(&[parameter]).unwrap());
+            let rest = of(&rodfit::Trajectory::at_rest(&problem, &all, &[parameter]).unwrap());
+            let far =
+                crate::common::differences::difference(&problem, parameter, 1e-3, |problem| {
+                    let moved = of(&problem.simulate().unwrap());
+                    let rest = of(&rodfit::Trajectory::at_rest(problem, &all, &[]).unwrap());
+                    moved.into_iter().chain(rest).flat_map(|(place, _)| place).collect()
+                });
+            let exact = motion.into_iter().chain(rest).flat_map(|(_, by)| by[0]);
+            for (exact, far) in exact.zip(far) {
+                println!("{name}, {support:?}, {parameter}: {exact:.7} {far:.7}");
+                assert!(
+                    (exact - far).abs() < 3e-6,
+                    "{name}, {support:?}, {parameter}: {exact} {far}"
+                );
+            }
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 use rodfit::scene::{
     End, Initial, InitialState, Material, Motion, Point, PointForce, Scene, Scheme, Section, Shape,
-    Support, Time,
+    Support, Time, Tolerance,
 };
 use rodfit::{Error, Trajectory};
 use std::f64::consts::PI;
@@ -284,4 +284,48 @@ fn a_hundred_thousand_nodes() {
     };
     let [coarse, fine, finest] = [1_000, 10_000, 100_000].map(run);
     assert!((fine / coarse - 1.0).abs() < 1e-5 && (finest / coarse - 1.0).abs() < 1e-2);
+}
+
+/// A rod that untwists turns by a radian in a step. That hides from Newton's method how curved its other equations are, and the
+/// tip must still be where the tolerance says.
+#[test]
+fn newton_is_not_deceived_by_a_rod_that_turns_quickly() {
+    let circle = Section::Circle { radius: 2e-3 };
+    let up = [0.0, 1.0, 0.5];
+    let flat = Section::Rectangle { width: 4e-3, height: 3.5e-3, up };
+    for (section, twist, damping, segments, step) in [
+        (circle.clone(), 5.0, 8e-4, 40, 4.7e-4),
+        (circle.clone(), 1.6, 8e-4, 13, 3e-3),
+        (circle.clone(), 0.5, 8e-4, 8, 1.1e-2),
+        (circle, 1.6, 0.0, 13, 3e-3),
+        (flat, 1.6, 8e-4, 60, 1.7e-3),
+    ] {
+        let shape = Shape::Straight { length: 0.24, direction: [1.0, 0.0, 0.0] };
+        let material = Material { poisson_ratio: Some(0.3), ..Material::new(1100.0, 4.6e8) };
+        let mut scene = Scene::new(segments, shape, section, material);
+        scene.rod.dimension = rodfit::scene::Dimension::Spatial;
+        scene.rod.natural_twist = twist.into();
+        scene.loads.gravity = [0.0, -9.8, 0.0];
+        scene.loads.damping.stiffness = damping;
+        let mut run = |tolerance| {
+            let scheme = Scheme::GeneralisedAlpha;
+            let time = Time { scheme, rho_inf: 0.8, tolerance, ..Time::new(0.12, step) };
+            scene.time = Some(time);
+            simulate(&scene)
+        };
+        let exact = run(Tolerance::Rounding);
+        let mut left = |tolerance| {
+            let run = run(tolerance);
+            let apart = |k: usize| {
+                let (a, b) = (run.tip(k), exact.tip(k));
+                (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
+            };
+            (0..exact.times().len()).map(apart).fold(0.0, f64::max) / 0.24
+        };
+        let [usual, rough] = [Tolerance::default(), Tolerance::Predicted(1e-10)].map(&mut left);
+        println!(
+            "{twist} rad/m, {step} s: the tip is off by {usual:.1e} of the length, {rough:.1e} with 1e-10"
+        );
+        assert!(usual < 1e-10 && rough < 1e-6, "{twist} rad/m, {step} s: {usual:e}, {rough:e}");
+    }
 }

@@ -228,3 +228,23 @@ fn compliances_of_what_is_no_clamp_are_refused() {
     nodes.supports.clamp = Clamp::Nodes;
     nodes.problem().unwrap();
 }
+
+/// The edges of a rod whose clamp turns are others than those of a rigidly clamped one. A scene that says so names its own
+/// nodes; one that only identifies the number, those that it has without it.
+#[test]
+fn nodes_are_where_they_are_said_to_be() {
+    for (dimension, part) in BOTH.into_iter().flat_map(|d| [0.0, 0.1].map(|p| (d, p))) {
+        let mut scene = rod(10, dimension, part);
+        scene.loads.point = at_tip([0.0, -1e-2 * BENDING / (LENGTH * LENGTH), 0.0]);
+        let problem = scene.problem().unwrap();
+        let (nodes, places) = (rest(&scene).nodes, problem.arc_lengths());
+        for (i, (node, s)) in nodes.iter().zip(places).enumerate() {
+            assert!((node[0] - s).abs() < 1e-4 * LENGTH, "{i}: {node:?} at {s}");
+            assert_eq!(problem.arc_length(Point::Node(i)).unwrap(), *s);
+        }
+        let table = rodfit::dynamics::shape_csv(&problem, &nodes).unwrap();
+        let last: Vec<f64> =
+            table.lines().nth(4).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
+        assert_eq!(last[3], places[3]);
+    }
+}

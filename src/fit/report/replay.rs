@@ -13,7 +13,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
-use crate::scene::{Point, SchemeParameter};
+use crate::scene::SchemeParameter;
 
 /// Shapes of a moving rod that are kept.
 const SHAPES: usize = 12;
@@ -195,11 +195,10 @@ fn at_rest(
     }
     let nodes: Vec<usize> = (0..run.problem.nodes()).collect();
     let rest = Trajectory::at_rest(&run.problem, &nodes, &[])?;
-    let places = nodes.iter().map(|i| run.problem.arc_length(Point::Node(*i)));
     let shape = RodShape {
         experiment: experiment.name.clone(),
         time: None,
         nodes: nodes.iter().map(|i| view.recorded(rest.node(*i, 0))).collect(),
     };
-    Ok(Some((places.collect::<Result<_, _>>()?, shape)))
+    Ok(Some((run.problem.arc_lengths().to_vec(), shape)))
 }

@@ -57,10 +57,12 @@ impl Covariance {
         let n = unknowns.len();
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
-        // A parameter without effect is out before the columns are scaled.
-        let active: Vec<usize> = (0..n).filter(|j| norms[*j] > 1e-9 * effect).collect();
         let vanishing = |j: usize| vanishing.get(j).copied().flatten();
         let zero = |j: usize| vanishing(j).is_some_and(|v| v.upper95.is_some());
+        // A parameter without effect is out before the columns are scaled. The logarithm of one that vanishes has none, but
+        // the parameter has, and the others are known no better for where on the way to zero the search has ended.
+        let active: Vec<usize> =
+            (0..n).filter(|j| norms[*j] > if zero(*j) { 0.0 } else { 1e-9 * effect }).collect();
         let out = (0..n).filter(|j| !active.contains(j) && !zero(*j));
         let mut local = Self {
             deviation: vec![None; n],
@@ -242,6 +244,31 @@ mod tests {
         assert!(found.findings[0].words.contains("youngs_modulus has no effect"));
         assert!(found.findings[1].words.contains("beta is practically not identifiable"));
         assert!(found.deviation[1].is_some());
+    }
+
+    /// However far on the way to zero the search has followed a number, the others are known as well as beside it.
+    #[test]
+    fn what_vanishes_leaves_the_errors_of_the_others() {
+        let found = |part: f64| {
+            let row = |i: usize| {
+                let (s, c) = ((i as f64).sin(), (2.0 * i as f64).cos());
+                vec![s, part * (s + 0.5 * c), (3.0 * i as f64).cos()]
+            };
+            let rows: Vec<Vec<f64>> = (0..20).map(row).collect();
+            let vanishing =
+                Vanishing { value: part, upper95: Some(1.0), log_deviation: 0.1 / part };
+            let vanishing = [None, Some(vanishing), None];
+            Covariance::new(&unknowns(), &vanishing, &rows, 1e-4, 1.0, None, |_| f64::MAX).unwrap()
+        };
+        let (near, far) = (found(1e-3), found(1e-14));
+        for j in [0, 2] {
+            assert_relative_eq!(
+                near.deviation[j].unwrap(),
+                far.deviation[j].unwrap(),
+                max_relative = 1e-9
+            );
+        }
+        assert!(far.findings.is_empty() && far.deviation[1].is_none());
     }
 
     /// Well determined here, but the misfit is flat as far as it matters.

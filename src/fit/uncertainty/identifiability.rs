@@ -7,11 +7,16 @@
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
 /// Unknowns with less than this share in a combination are not part of it.
 const SHARE: f64 = 0.05;
+/// Of more unknowns in a combination than the first, as many as the second are said, those with the largest shares.
+const MANY: [usize; 2] = [6, 4];
+/// More combinations than this are counted, not said, where all of them stand in a sentence.
+const SAID: usize = 3;
 
 /// A direction whose standard deviation is more than this part of what is still an identification
 /// is also looked at as far as that: a long way off, the model may be flatter than it is here.
@@ -159,7 +164,8 @@ fn practical(
             false => format!("{sd:.2}"),
         }
     };
-    let sizes: Vec<String> = involved.iter().enumerate().map(size).collect();
+    let said = said(combination);
+    let sizes: Vec<String> = said.iter().map(|k| size((*k, &involved[*k]))).collect();
     let far = involved.iter().enumerate().any(|(k, j)| {
         deviation(*j) > if combination[k].0.parameter.is_positive() { 1.0 } else { 0.25 }
     });
@@ -186,9 +192,34 @@ fn practical(
 
 fn sum(combination: &[(&Unknown, f64)]) -> String {
     let most = combination.iter().fold(0.0_f64, |m, (_, a)| m.max(a.abs()));
-    let parts: Vec<String> =
-        combination.iter().map(|(u, a)| format!("{:+.3} {u}", a / most)).collect();
+    let said = said(combination);
+    let mut parts: Vec<String> = said
+        .iter()
+        .map(|k| format!("{:+.3} {}", combination[*k].1 / most, combination[*k].0))
+        .collect();
+    if said.len() < combination.len() {
+        parts.push(format!("and {} others", combination.len() - said.len()));
+    }
     parts.join(" ")
+}
+
+/// Which unknowns of a combination are said: all of a few, of many those with the largest shares.
+fn said(combination: &[(&Unknown, f64)]) -> Vec<usize> {
+    let mut all: Vec<usize> = (0..combination.len()).collect();
+    if all.len() > MANY[0] {
+        order::sort_by(&mut all, |k| -combination[*k].1.abs());
+        all.truncate(MANY[1]);
+    }
+    all
+}
+
+/// What the data do not determine, in one sentence.
+pub(crate) fn in_one_sentence(findings: &[Finding]) -> String {
+    let mut words: Vec<String> = findings.iter().take(SAID).map(|f| f.words.clone()).collect();
+    if findings.len() > SAID {
+        words.push(format!("and {} more like these", findings.len() - SAID));
+    }
+    words.join("; ")
 }
 
 /// `a^p b^q` with exponents rounded to what the singular vectors are good for.
@@ -237,5 +268,25 @@ mod tests {
         let words: String = found.iter().map(|f| f.words.as_str()).collect();
         let known = ["youngs_modulus/density", "youngs_modulus*radius^2", "density/radius^2"];
         assert_eq!(known.iter().filter(|k| words.contains(**k)).count(), 2, "{words}");
+    }
+
+    /// A page of combinations of thirty curvatures says nothing to anybody.
+    #[test]
+    fn of_many_the_first_are_said() {
+        let name = |j: usize| format!("rod.natural_bending.{j}.d1").parse::<Parameter>().unwrap();
+        let unknowns: Vec<Unknown> = (0..20).map(|j| Unknown::new(name(j))).collect();
+        let direction = |k: usize| (0..20).map(|j| if j == k { 1.0 } else { 0.5 }).collect();
+        let directions: Vec<Vec<f64>> = (0..9).map(direction).collect();
+        let found = findings(&unknowns, directions, NonIdentifiability::Practical, |j| j as f64);
+        assert_eq!(found[3].parameters.len(), 20);
+        let words = &found[3].words;
+        assert!(words.contains("+1.000 rod.natural_bending.3.d1 +0.500"), "{words}");
+        assert!(
+            words.contains("and 16 others") && words.contains("deviation 3.00 and 0.00"),
+            "{words}"
+        );
+        let all = in_one_sentence(&found);
+        assert!(all.ends_with("; and 6 more like these") && all.len() < 1200, "{all}");
+        assert_eq!(in_one_sentence(&found[..1]), found[0].words);
     }
 }

@@ -1,7 +1,7 @@
 //! How far a result can be believed: a grade, and the warnings that it rests on.
 
 use crate::code::Code;
-use crate::fit::uncertainty::identifiability::Finding;
+use crate::fit::uncertainty::identifiability::{Finding, in_one_sentence};
 use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -217,8 +217,7 @@ pub(crate) struct Conclusion {
 
 /// Grades a result that `findings` and `warnings` speak against.
 pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -> Conclusion {
-    let words: Vec<&str> = findings.iter().map(|f| f.words.as_str()).collect();
-    let unknown = words.join("; ");
+    let unknown = in_one_sentence(findings);
     let cause = warnings.first(Weight::Suspicion);
     let cause = cause.map_or(String::new(), |words| format!("; most likely as {words}"));
     let worthless = warnings.first(Weight::Worthless);
@@ -233,9 +232,16 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
     let (status, verdict) = match grade {
         Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
         Grade::RefineNumerics => {
-            let words = "the model fits, but mesh and step, as the scene gives them, may be off by more than the \
-                         intervals say: what is left out of rod.segments and time.step the program chooses";
-            ("converged".into(), words.into())
+            let fits = match [Weight::Unexplained, Weight::Misfit].map(|w| warnings.first(w)) {
+                [Some(_), _] => "much of what was measured is not explained, and mesh and step",
+                [None, Some(_)] => "more than noise is left of the data, and mesh and step",
+                [None, None] => "the model fits, but mesh and step",
+            };
+            let words = format!(
+                "{fits}, as the scene gives them, may be off by more than the intervals say: what is left out of \
+                 rod.segments and time.step the program chooses"
+            );
+            ("converged".into(), words)
         }
         Grade::ModelDoesNotExplain => ("converged".into(), warnings.of_the_model()),
         Grade::NotIdentifiable => (

@@ -7,6 +7,14 @@
 //! it then, and `B` is ten times that (measured: the mean on the shipped scenes). So what is left is
 //! known without looking, and what another correction with the old factors or with new ones would
 //! leave.
+//!
+//! A rod that turns quickly about itself hides how curved its other equations are: it may turn by a radian in a
+//! correction that leaves nothing of that, since twist is linear. So a correction is taken to leave no smaller part
+//! than edges leave that turn by as much as it moves their ends, or whose directors turn by as much: what the
+//! stretching of edges alone makes of it.
+
+use crate::numerics::scalar::Scalar;
+use crate::rod::Rod;
 
 /// A correction with a tangent of its own costs as much as this many with the old one.
 const TANGENT: f64 = 2.5;
@@ -17,6 +25,11 @@ const MOST: usize = 8;
 
 /// `B` by `C`.
 const SPREAD: f64 = 20.0;
+
+/// The part of a correction that is left at least, by how far it moves nodes, over the length of an edge, and by how far
+/// it turns directors, rad. Of the shipped planar scene nine in ten corrections leave more than the first says, of the helix
+/// than the second.
+const LEAST: [f64; 2] = [0.2, 0.1];
 
 /// What is to be done after a correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,16 +49,21 @@ pub struct Convergence {
     tolerance: f64,
     /// The error that a correction with its own tangent leaves, by the square of the correction, 1/m.
     curvature: f64,
-    /// Distance of the place of the last tangent from the solution, m.
-    base: f64,
+    /// Distance of the place of the last tangent from the solution, m, and the part that a correction as large leaves at
+    /// least.
+    base: (f64, f64),
+    /// That part by how far nodes are moved, 1/m, and by how far directors are turned, times the rod's length, 1/m.
+    least: [f64; 2],
     /// The last correction, m, and whether its tangent was its own.
     last: Option<(f64, bool)>,
 }
 
 impl Convergence {
-    /// Before the first step; errors below `tolerance`, m, may be left.
-    pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, curvature: f64::INFINITY, base: 0.0, last: None }
+    /// Before the first step of a rod of this `length`, m, with edges as long as `edge`, m; errors below `tolerance`, m, may be
+    /// left.
+    pub fn new(tolerance: f64, length: f64, edge: f64) -> Self {
+        let least = [LEAST[0] / edge, LEAST[1] / length];
+        Self { tolerance, curvature: f64::INFINITY, base: (0.0, 0.0), least, last: None }
     }
 
     /// A new step, which knows from the last one how curved its equations are.
@@ -53,10 +71,13 @@ impl Convergence {
         self.last = None;
     }
 
-    /// Takes note of a correction, m, made with the tangent of its own place (`fresh`) or an earlier one.
-    pub fn corrected(&mut self, size: f64, fresh: bool) -> Next {
+    /// Takes note of a correction, by how far nodes are moved, m, and directors turned, times the rod's length, m: made with the
+    /// tangent of its own place (`fresh`) or an earlier one.
+    pub fn corrected(&mut self, [moved, turned]: [f64; 2], fresh: bool) -> Next {
+        let size = moved.max(turned);
+        let least = self.least[0] * moved + self.least[1] * turned;
         if fresh {
-            self.base = size;
+            self.base = (size, least);
         }
         // What the correction before has left is what this one has found.
         let mut slowness = 0.0;
@@ -67,8 +88,8 @@ impl Convergence {
         }
         let observed = self.last.is_some();
         self.last = Some((size, fresh));
-        let chord = slowness.max(SPREAD * self.curvature * self.base);
-        let left = size * if fresh { self.curvature * size } else { chord };
+        let chord = slowness.max(SPREAD * (self.curvature * self.base.0).max(self.base.1));
+        let left = size * if fresh { (self.curvature * size).max(least) } else { chord };
         // The first correction has nothing but the last step's word for it.
         if size <= self.tolerance || (observed && left <= self.tolerance) {
             return Next::Done;
@@ -94,6 +115,39 @@ impl Convergence {
     }
 }
 
+/// How far a correction moves nodes, and turns directors, times `length`, m: the largest of those of the unknowns from `first`
+/// on.
+#[inline]
+pub fn sizes<D: Scalar, R: Rod<D, W>, const W: usize>(
+    correction: &[D],
+    first: usize,
+    length: f64,
+) -> [f64; 2] {
+    // Four side by side: every fourth unknown is an angle, or none is.
+    let (fours, rest) = correction.as_chunks::<4>();
+    let mut largest = [0.0_f64; 4];
+    let mut see = |k: usize, correction: D| {
+        let size = correction.value().abs();
+        largest[k] = if size > largest[k] { size } else { largest[k] };
+    };
+    for four in fours {
+        for k in 0..4 {
+            see(k, four[k]);
+        }
+    }
+    for (k, correction) in rest.iter().enumerate() {
+        see(k, *correction);
+    }
+    let (mut moved, mut turned) = (0.0_f64, 0.0_f64);
+    for k in 0..4 {
+        match R::is_angle(first + k) {
+            true => turned = turned.max(length * largest[k]),
+            false => moved = moved.max(largest[k]),
+        }
+    }
+    [moved, turned]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,7 +165,7 @@ mod tests {
             }
             let d = -(x + c * x * x) / slope;
             x += d;
-            next = convergence.corrected(d.abs(), fresh);
+            next = convergence.corrected([d.abs(), 0.0], fresh);
             if next == Next::Done {
                 return (x.abs(), tangents, corrections + 1);
             }
@@ -123,7 +177,7 @@ mod tests {
     fn what_is_left_is_below_the_tolerance() {
         for tolerance in [1e-8, 1e-12] {
             for c in [1e-3, 0.1, 1.0, 20.0] {
-                let mut convergence = Convergence::new(tolerance);
+                let mut convergence = Convergence::new(tolerance, 1.0, f64::INFINITY);
                 for x0 in [1e-3, -2e-3, 1e-5, 3e-7, 1e-2, 1e-3] {
                     let (left, ..) = solve(&mut convergence, c, x0);
                     assert!(left <= 1.2 * tolerance, "{tolerance} {c} {x0}: {left:e}");
@@ -134,7 +188,7 @@ mod tests {
 
     #[test]
     fn one_tangent_does_for_small_steps_and_more_for_large_ones() {
-        let mut convergence = Convergence::new(1e-12);
+        let mut convergence = Convergence::new(1e-12, 1.0, f64::INFINITY);
         solve(&mut convergence, 1.0, 1e-4);
         assert_eq!(solve(&mut convergence, 1.0, 1e-5).1, 1);
         // 0.1, 1e-2, 1e-4, 1e-8: the old tangent does for the last bit only.
@@ -144,8 +198,8 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_not_done() {
-        let mut convergence = Convergence::new(1e-12);
-        assert_ne!(convergence.corrected(f64::NAN, true), Next::Done);
-        assert_ne!(convergence.corrected(f64::NAN, false), Next::Done);
+        let mut convergence = Convergence::new(1e-12, 1.0, f64::INFINITY);
+        assert_ne!(convergence.corrected([f64::NAN; 2], true), Next::Done);
+        assert_ne!(convergence.corrected([f64::NAN; 2], false), Next::Done);
     }
 }

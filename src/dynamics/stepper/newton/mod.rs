@@ -28,7 +28,7 @@ use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::rod::{InternalVariables, Rod, State, Viscosity};
 use crate::scene::{Scheme, Tolerance};
-use convergence::{Convergence, Next};
+use convergence::{Convergence, Next, sizes};
 use dragging::Dragging;
 use guess::Guess;
 use sliding::Sliding;
@@ -119,12 +119,13 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         let viscous = (is_viscous || slides).then(law);
         let sliding = slides.then(Sliding::new);
         let n = state.q.len();
+        let edges = (n.div_ceil(if R::HAS_FRAMES { 4 } else { 2 }) - 1) as f64;
         Self {
             scheme,
             parameter,
             tolerance,
             length,
-            convergence: Convergence::new(tolerance.part() * length),
+            convergence: Convergence::new(tolerance.part() * length, length, length / edges),
             guess: Guess::new(),
             keeps_tangent: false,
             dashpots: viscous.clone().filter(|_| averages),
@@ -388,8 +389,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             for i in 0..forces.len() {
                 forces[i] += right[i] * by_end;
             }
-            size = self.correct(step, state, work);
-            next = self.convergence.corrected(size, fresh);
+            let [moved, turned] = self.correct(step, state, work);
+            size = moved.max(turned);
+            next = self.convergence.corrected([moved, turned], fresh);
             if next == Next::Done && !self.slides_on(step, before, state, size) {
                 // What is left cannot be predicted where springs begin to slip, or stick again.
                 next = Next::Tangent;
@@ -444,13 +446,13 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         part <= self.tolerance.part() || sliding.goes_on(elastic, part)
     }
 
-    /// Solves for the correction and takes it; returns its largest entry, m.
+    /// Solves for the correction and takes it; returns how far it moves nodes, and turns directors, times the rod's length, m.
     fn correct(
         &mut self,
         step: &Step<'_, D, R>,
         state: &mut State<D, R::Frames>,
         work: &mut Work,
-    ) -> f64 {
+    ) -> [f64; 2] {
         self.factors.solve(&mut self.correction);
         self.sliding.iter_mut().for_each(|sliding| sliding.seen = false);
         let free = step.system.free.clone();
@@ -459,26 +461,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         for i in 0..q.len() {
             q[i] += correction[i];
         }
-        // The largest of four side by side.
-        let (fours, rest) = correction.as_chunks::<4>();
-        let (mut largest, mut first) = ([0.0_f64; 4], free.start);
-        let mut see = |k: usize, i: usize, correction: D| {
-            let unit = if R::is_angle(i) { self.length } else { 1.0 };
-            let size = correction.value().abs() * unit;
-            largest[k] = if size > largest[k] { size } else { largest[k] };
-        };
-        for four in fours {
-            for k in 0..4 {
-                see(k, first + k, four[k]);
-            }
-            first += 4;
-        }
-        for (k, correction) in rest.iter().enumerate() {
-            see(k, first + k, *correction);
-        }
-        let largest = largest[0].max(largest[1]).max(largest[2]).max(largest[3]);
         work.newton_iterations += 1;
-        largest
+        sizes::<D, R, W>(correction, free.start, self.length)
     }
 
     /// Factors `M (1 + h beta damping) + h^2 beta^2 K`.

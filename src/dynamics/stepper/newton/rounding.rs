@@ -66,7 +66,8 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 self.evaluate(step, before, state, true, work);
             }
             self.factor(step, work)?;
-            let largest = self.correct(step, state, work);
+            let [moved, turned] = self.correct(step, state, work);
+            let largest = moved.max(turned);
             last = done || largest <= SMALLEST_STEP * self.length;
             expect_solution = !self.keeps_tangent && largest <= LAST_STEP * self.length;
         }
