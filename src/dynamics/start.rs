@@ -146,7 +146,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         M::Rod::<f64>::rebase(&mut plain_frames, found);
         let plain = (&self.setup.held(self.model, &self.rod()), &plain_frames);
         // Where nothing resists, such as a motion as a whole of a rod that nothing holds, it goes along with where the rod begins.
-        let indifferent = self.is_indifferent((&found[..], &plain_frames)).unwrap_or(false);
+        let indifferent = self.is_indifferent((found, &plain_frames)).unwrap_or(false);
         let mut followed = q.clone();
         if indifferent || self.follow(held, plain, &mut followed, false).is_err() {
             followed = q;

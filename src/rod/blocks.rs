@@ -30,6 +30,7 @@ pub(super) fn block<'a, D, V: Wide<D>, T: Copy>(
 
 #[cold]
 #[inline(never)]
+#[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]
 fn pad<T: Copy>(block: &mut [T; MOST], left: &[T]) {
     for k in 0..left.len().min(MOST) {
         block[k] = left[k];
@@ -59,6 +60,7 @@ pub(super) fn window<'a, D: Scalar>(
 
 #[cold]
 #[inline(never)]
+#[expect(clippy::manual_memcpy, reason = "a call costs more than a few numbers")]
 fn go_on<D: Scalar>(window: &mut [D], q: &[D], stride: usize) {
     for k in 0..q.len() {
         window[k] = q[k];
