@@ -8,7 +8,6 @@ use crate::problem::model::{Correction, NodalLoad};
 use crate::problem::modelled::{AnyModel, Modelled};
 use crate::problem::planar::PlanarModel;
 use crate::problem::setup;
-use crate::problem::soft_clamp::given_soft;
 use crate::problem::spatial::SpatialModel;
 use crate::scene::mesh::Mesh;
 use crate::scene::{Clamp, Dimension, Discretization, Parameter, Scene, Shape, Support, Supports};
@@ -17,15 +16,12 @@ impl<D: Scalar> Scene<D> {
     /// The rest shape's mesh, cut by the walls.
     pub(crate) fn mesh(&self) -> Result<Mesh<D>, Error> {
         let mesh = |segments, behind| self.rod.shape.mesh(segments, behind);
-        // Nodes are named as those of the scene by itself, whatever else it is computed on.
-        let given = given_soft(self);
-        let soft = [0, 1].map(|end| given[end] || self.soft[end]);
-        let own = mesh(self.rod.segments, behind_walls(&self.supports, given))?;
-        if self.remeshed.is_none() && soft == given {
+        let own = mesh(self.rod.segments, behind_walls(&self.supports, self.soft_by_itself))?;
+        if self.remeshed.is_none() && self.soft == self.soft_by_itself {
             return Ok(own);
         }
         let segments = self.remeshed.or(self.rod.segments);
-        let other = mesh(segments, behind_walls(&self.supports, soft))?;
+        let other = mesh(segments, behind_walls(&self.supports, self.soft))?;
         Ok(Mesh { named: Some(own.arc_length), ..other })
     }
 

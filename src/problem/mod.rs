@@ -111,6 +111,9 @@ impl Problem {
     fn new(mut scene: Scene, varying: Vec<Parameter>, like: Option<&Self>) -> Result<Self, Error> {
         scene.rod.discretization = Some(scene.discretization());
         scene.read_shapes()?;
+        if varying.is_empty() {
+            scene.soft_by_itself = soft_clamp::soft_by_itself(&scene);
+        }
         scene.soft = soft_clamp::soft(&scene, &varying);
         let mesh = scene.mesh()?;
         check_edges("rod.shape", &mesh.nodes)?;

@@ -12,20 +12,21 @@ use crate::scene::{End, Parameter, Scene, Support};
 
 /// Whose clamps turn, or are to be differentiated by how they do.
 pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
-    let given = given_soft(scene);
+    let by_itself = scene.soft_by_itself;
     [End::Start, End::End].map(|end| {
         let place = match end {
             End::Start => "supports.start_compliance.rotation",
             End::End => "supports.end_compliance.rotation",
         };
-        given[usize::from(end == End::End)]
+        by_itself[usize::from(end == End::End)]
+            || scene.supports.compliance(end).rotation != 0.0
             || varying.iter().any(|parameter| parameter.path() == place)
     })
 }
 
 /// Whose clamps turn by themselves.
-pub(super) fn given_soft<D: Scalar>(scene: &Scene<D>) -> [bool; 2] {
-    [End::Start, End::End].map(|end| scene.supports.compliance(end).rotation.value() != 0.0)
+pub(super) fn soft_by_itself(scene: &Scene) -> [bool; 2] {
+    [End::Start, End::End].map(|end| scene.supports.compliance(end).rotation != 0.0)
 }
 
 /// What the clamps of both ends do to joints and edges.

@@ -121,6 +121,9 @@ pub struct Scene<D = f64> {
     /// The ends whose clamps turn, or may.
     #[serde(skip)]
     pub(crate) soft: [bool; 2],
+    /// Those whose clamps turn in the scene by itself: its nodes are named as they then are, whatever numbers vary.
+    #[serde(skip)]
+    pub(crate) soft_by_itself: [bool; 2],
     /// What the program chose of the numerics, or checked.
     #[serde(skip)]
     pub(crate) resolution: Option<Resolution>,
@@ -173,6 +176,7 @@ impl Scene {
             path: None,
             remeshed: None,
             soft: [false; 2],
+            soft_by_itself: [false; 2],
             accuracy: None,
             resolution: None,
         }
@@ -194,6 +198,7 @@ impl Scene {
             path: self.path.clone(),
             remeshed: self.remeshed,
             soft: self.soft,
+            soft_by_itself: self.soft_by_itself,
             accuracy: self.accuracy,
             resolution: self.resolution,
         }

@@ -1,10 +1,10 @@
 //! Clamps that give: deflections and frequencies against beam theory, in the plane and in space.
 
-use rodfit::fit::Frequencies;
+use rodfit::fit::{Frequencies, Sample};
 use rodfit::scene::{Clamp, Dimension, Handedness, InitialState, Material, Scene, Section, Shape};
 use rodfit::scene::{Compliance, PointForce, Support, Time};
 use rodfit::vibration::{About, Kind};
-use rodfit::{Fit, Parameter, Point};
+use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 use std::f64::consts::PI;
 
 use crate::common::differences::at_rest;
@@ -242,9 +242,42 @@ fn nodes_are_where_they_are_said_to_be() {
             assert!((node[0] - s).abs() < 1e-4 * LENGTH, "{i}: {node:?} at {s}");
             assert_eq!(problem.arc_length(Point::Node(i)).unwrap(), *s);
         }
+        let mut moving = scene.clone();
+        moving.time = Some(Time::new(0.02, 1e-3));
+        let run = simulate(&moving);
+        assert_eq!(run.at(Point::Node(3), 0.01).unwrap().0, run.node(3, 10));
         let table = rodfit::dynamics::shape_csv(&problem, &nodes).unwrap();
         let last: Vec<f64> =
             table.lines().nth(4).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
         assert_eq!(last[3], places[3]);
     }
+}
+
+/// Whatever the number that is identified: a node of the scene's own is where it was, at its arc length.
+#[test]
+fn a_fit_of_the_clamp_leaves_nodes_where_they_are() {
+    let mut scene = rod(10, Dimension::Planar, 0.0);
+    scene.loads.gravity = [0.0, -9.81, 0.0];
+    scene.time = Some(Time::new(0.2, 1e-3));
+    let problem = scene.problem().unwrap();
+    let place = Point::ArcLength(problem.arc_length(Point::Node(3)).unwrap());
+    let mut true_one = scene.clone();
+    true_one.supports.start_compliance.rotation = 0.05 * LENGTH / BENDING;
+    let run = simulate(&true_one);
+    let samples: Vec<Sample> = (1..=40)
+        .map(|k| {
+            let time = 5e-3 * f64::from(k);
+            let (x, _) = run.at(place, time).unwrap();
+            Sample { time, position: x.map(Some) }
+        })
+        .collect();
+    let found = [Point::Node(3), place].map(|point| {
+        let observation = Observation::new(samples.clone()).at(point).sigma(1e-6);
+        let unknown = Unknown::new(rotation()).start(0.02 * LENGTH / BENDING);
+        Fit::new(&problem).observe(observation).identify(unknown).solve().unwrap().parameters()[0].1
+    });
+    let truth = 0.05 * LENGTH / BENDING;
+    println!("{found:?} {truth}");
+    assert!(found.iter().all(|found| (found / truth - 1.0).abs() < 1e-4), "{found:?} {truth}");
+    assert!((found[0] / found[1] - 1.0).abs() < 1e-9, "{found:?}");
 }
