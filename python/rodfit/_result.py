@@ -76,14 +76,14 @@ class FitResult:
 
     def _hold(self, native: _rodfit.FitResult, fit: _rodfit.Fit | None) -> None:
         self._native, self._fit = native, fit
-        self._said: dict[str, Any] | None = None
+        self._report: dict[str, Any] | None = None
 
     @property
     def _table(self) -> dict[str, Any]:
         """What ``to_json`` gives, read once it is looked into."""
-        if self._said is None:
-            self._said = dict(read(self._native.json(False)))
-        return self._said
+        if self._report is None:
+            self._report = dict(read(self._native.json(False)))
+        return self._report
 
     def _drawn(self) -> _rodfit.FitResult:
         """With what plots are drawn from: the fit once more, where that was not kept."""
@@ -138,7 +138,7 @@ class FitResult:
         return np.asarray(self.correlation * np.outer(errors, errors))
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__") or name in ("_native", "_fit", "_said"):
+        if name.startswith("__") or name in ("_native", "_fit", "_report"):
             raise AttributeError(name)
         return _said(self, name)
 

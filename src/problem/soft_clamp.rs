@@ -12,14 +12,13 @@ use crate::scene::{End, Parameter, Scene, Support};
 
 /// Whose clamps turn, or are to be differentiated by how they do.
 pub(super) fn soft(scene: &Scene, varying: &[Parameter]) -> [bool; 2] {
-    let by_itself = scene.soft_by_itself;
+    let turns = soft_by_itself(scene);
     [End::Start, End::End].map(|end| {
         let place = match end {
             End::Start => "supports.start_compliance.rotation",
             End::End => "supports.end_compliance.rotation",
         };
-        by_itself[usize::from(end == End::End)]
-            || scene.supports.compliance(end).rotation != 0.0
+        turns[usize::from(end == End::End)]
             || varying.iter().any(|parameter| parameter.path() == place)
     })
 }
