@@ -76,6 +76,7 @@
 //! Where accelerations at the start are not known, the first step is one of implicit Euler.
 
 use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::each;
 use crate::scene::Scheme;
 
 /// The numbers of one step.
@@ -200,7 +201,7 @@ impl<D: Scalar> StepCoefficients<D> {
 
     /// Every number made another by `convert`. What follows from the numbers of a step and its beginning
     /// is of first degree in both: the numbers' derivatives make a rate as the numbers make a value.
-    pub fn map<E>(&self, convert: impl Fn(D) -> E + Copy) -> StepCoefficients<E> {
+    pub fn map<E: Copy + From<f64>>(&self, convert: impl Fn(D) -> E + Copy) -> StepCoefficients<E> {
         StepCoefficients {
             h: self.h,
             end: convert(self.end),
@@ -210,9 +211,9 @@ impl<D: Scalar> StepCoefficients<D> {
             acceleration: self.acceleration.as_ref().map(|of| Acceleration {
                 inertia: convert(of.inertia),
                 velocity: convert(of.velocity),
-                end: of.end.map(convert),
+                end: each(&of.end, convert),
             }),
-            strain_rate: self.strain_rate.map(convert),
+            strain_rate: each(&self.strain_rate, convert),
             stages: self.stages,
         }
     }

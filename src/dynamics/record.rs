@@ -89,9 +89,17 @@ impl<D: Scalar> Record<D> {
         self.motion.extend(motions);
     }
 
-    /// Appends the derivatives of the same by parameter `k`.
-    pub fn push_derivative(&mut self, k: usize, rates: impl Iterator<Item = Motion>) {
-        self.derivatives[k].extend(rates);
+    /// The derivatives of the same by parameter `k`, to be appended to.
+    pub fn derivatives_mut(&mut self, k: usize) -> &mut Vec<Motion> {
+        &mut self.derivatives[k]
+    }
+
+    /// Makes room for so many derivatives by every parameter, as far as there is any: lists without it grow.
+    pub fn make_room(&mut self, times: usize) {
+        let motions = times.saturating_mul(self.width());
+        for list in &mut self.derivatives {
+            let _ = list.try_reserve_exact(motions);
+        }
     }
 
     /// Keeps the first so many times alone.
@@ -133,11 +141,52 @@ impl<D: Scalar> Record<D> {
         (self.times, self.motion, self.derivatives)
     }
 
+    /// The record to be read at any time.
+    pub fn read(&self) -> Recorded<'_, D> {
+        let motions = Motions::Own(&self.motion);
+        Recorded { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
+    }
+}
+
+/// A record that is read at any time, in its own numbers or with a derivative.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Recorded<'a, D = f64> {
+    tracked: &'a [usize],
+    edges: &'a [usize],
+    times: &'a [f64],
+    motions: Motions<'a, D>,
+}
+
+/// Where its motions stand.
+#[derive(Clone, Copy, Debug)]
+enum Motions<'a, D> {
+    /// As they are.
+    Own(&'a [Motion<D>]),
+    /// Plain ones, whose derivatives, if they have any, stand beside them, and what makes one of both.
+    Along(&'a [Motion], Option<&'a [Motion]>, fn(&Motion, &Motion) -> Motion<D>),
+}
+
+impl<D: Scalar> Recorded<'_, D> {
+    #[inline]
+    fn at(&self, index: usize) -> Motion<D> {
+        match self.motions {
+            Motions::Own(all) => all[index],
+            Motions::Along(all, rates, both) => {
+                both(&all[index], rates.map_or(&[[0.0; 3]; 2], |rates| &rates[index]))
+            }
+        }
+    }
+
+    /// How many motions a step has.
+    fn width(&self) -> usize {
+        self.tracked.len() + 3 * self.edges.len()
+    }
+
     /// The position of a point at a time, m: between steps the cubic Hermite interpolant of
     /// positions and velocities.
     pub fn position(&self, stencil: &Stencil<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
-        self.interpolate(&self.columns(stencil)?, k, &hermite, |index| self.motion[index])
+        self.interpolate(&self.columns(stencil)?, k, &hermite)
     }
 
     /// The position of a marker at a time, m, likewise.
@@ -146,10 +195,10 @@ impl<D: Scalar> Record<D> {
         let mut columns = self.columns(&marker.centre)?;
         for (edge, weight) in &marker.edges {
             let first = self.tracked.len()
-                + 3 * place_in(&self.edges, *edge, "an edge that was not tracked")?;
+                + 3 * place_in(self.edges, *edge, "an edge that was not tracked")?;
             columns.extend([0, 1, 2].map(|c| (first + c, *weight * marker.offset[c])));
         }
-        self.interpolate(&columns, k, &hermite, |index| self.motion[index])
+        self.interpolate(&columns, k, &hermite)
     }
 
     /// Position and velocity of a point at a time, m and m/s, by the same interpolant.
@@ -161,7 +210,7 @@ impl<D: Scalar> Record<D> {
             None => return Ok([position, [D::from(0.0); 3]]),
         };
         let columns = self.columns(stencil)?;
-        Ok([position, self.interpolate(&columns, k, &rates, |index| self.motion[index])?])
+        Ok([position, self.interpolate(&columns, k, &rates)?])
     }
 
     /// The recorded motions that a point's place at a time is made of, with the weights of their places and velocities.
@@ -196,20 +245,20 @@ impl<D: Scalar> Record<D> {
         Ok((k, hermite))
     }
 
-    /// The interpolant in the step that ends with record `k`, of what `at` reads of the record.
-    fn interpolate<E: Scalar>(
+    /// The interpolant in the step that ends with record `k`.
+    fn interpolate(
         &self,
-        columns: &[(usize, E)],
+        columns: &[(usize, D)],
         k: usize,
-        hermite: &Hermite<E>,
-        at: impl Fn(usize) -> Motion<E>,
-    ) -> Result<[E; 3], Error> {
+        hermite: &Hermite<D>,
+    ) -> Result<[D; 3], Error> {
         let width = self.width();
         // A rod at rest has one record.
         let after = if k < self.times.len() { k } else { k - 1 };
-        let mut sum = [E::from(0.0); 3];
+        let mut sum = [D::from(0.0); 3];
         for (column, weight) in columns {
-            let ([x0, v0], [x1, v1]) = (at((k - 1) * width + column), at(after * width + column));
+            let place = |k: usize| self.at(k * width + column);
+            let ([x0, v0], [x1, v1]) = (place(k - 1), place(after));
             for (c, sum) in sum.iter_mut().enumerate() {
                 let value = hermite.x0 * x0[c]
                     + hermite.x1 * x1[c]
@@ -224,7 +273,7 @@ impl<D: Scalar> Record<D> {
     /// Where the nodes of a stencil stand among the recorded motions, and their weights.
     fn columns<E: Scalar>(&self, stencil: &Stencil<E>) -> Result<Vec<(usize, E)>, Error> {
         let column = |(node, weight): &(usize, E)| {
-            Ok((place_in(&self.tracked, *node, "a node that was not tracked")?, *weight))
+            Ok((place_in(self.tracked, *node, "a node that was not tracked")?, *weight))
         };
         stencil.nodes.iter().map(column).collect()
     }
@@ -242,29 +291,21 @@ fn place_in(recorded: &[usize], wanted: usize, what: &'static str) -> Result<usi
 
 impl Record {
     /// The record with its derivative by parameter `k`, or by one that changes nothing.
-    pub fn along(&self, k: Option<usize>) -> Record<Dual64> {
-        let still = [[0.0; 3]; 2];
-        let motion = match k {
-            Some(k) => self.motion.iter().zip(&self.derivatives[k]).map(both).collect(),
-            None => self.motion.iter().map(|motion| both((motion, &still))).collect(),
-        };
-        let empty = Record::new(self.tracked.clone(), 0).with_axes(self.edges.clone());
-        Record { times: self.times.clone(), motion, ..empty }
-    }
-
-    /// The derivative by parameter `k` of a point's position at a time, m over the parameter's unit.
-    pub fn rate(&self, k: usize, stencil: &Stencil<Dual64>, time: f64) -> Result<[f64; 3], Error> {
-        let (end, hermite) = self.around(Dual64::from(time))?;
-        let columns = self.columns(stencil)?;
-        let at = |index: usize| both((&self.motion[index], &self.derivatives[k][index]));
-        let rate = self.interpolate(&columns, end, &hermite, at)?;
-        Ok(rate.map(|x| x.eps))
+    pub fn along(&self, k: Option<usize>) -> Recorded<'_, Dual64> {
+        let rates = k.map(|k| &self.derivatives[k][..]);
+        let motions = Motions::Along(&self.motion, rates, both);
+        Recorded { tracked: &self.tracked, edges: &self.edges, times: &self.times, motions }
     }
 }
 
 /// A motion with its derivatives.
 #[inline]
-fn both((motion, rates): (&Motion, &Motion)) -> Motion<Dual64> {
-    let dual = |part: usize, c: usize| Dual64::new(motion[part][c], rates[part][c]);
-    [0, 1].map(|part| [0, 1, 2].map(|c| dual(part, c)))
+fn both(motion: &Motion, rates: &Motion) -> Motion<Dual64> {
+    let mut both = [[Dual64::from(0.0); 3]; 2];
+    for part in 0..2 {
+        for c in 0..3 {
+            both[part][c] = Dual64::new(motion[part][c], rates[part][c]);
+        }
+    }
+    both
 }

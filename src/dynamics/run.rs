@@ -2,7 +2,7 @@
 
 use crate::dynamics::follower::{self, Leader};
 use crate::dynamics::record::{Motion, Record};
-use crate::dynamics::sensitivity::Sensitivities;
+use crate::dynamics::sensitivity::{Nodes, Sensitivities};
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::Work;
 use crate::dynamics::step_control::{HALVINGS, StepControl};
@@ -126,16 +126,15 @@ where
     let (tracked, markers) = (record.tracked(), markers.as_ref());
     if record.keeps {
         for k in 0..sensitivities.count() {
-            let state = simulation.state();
-            let rates = rates(discretized, (&sensitivities, k), (&tracked, markers), state);
-            record.push_derivative(k, rates);
+            let (of, list) = ((&sensitivities, k), record.derivatives_mut(k));
+            add_rates(discretized, of, (&tracked, markers), simulation.state(), list);
         }
     }
     let (leader, follower) = follower::ends(&simulation, sensitivities);
     let (result, followed) = std::thread::scope(|scope| {
         let follow = || {
             follower.follow(|sensitivities, k, state, list| {
-                list.extend(rates(discretized, (sensitivities, k), (&tracked, markers), state));
+                add_rates(discretized, (sensitivities, k), (&tracked, markers), state, list);
             })
         };
         let following = scope.spawn(follow);
@@ -151,7 +150,7 @@ where
         (result, followed)
     });
     for (k, rates) in followed.derivatives.into_iter().enumerate() {
-        record.push_derivative(k, rates.into_iter());
+        record.derivatives_mut(k).extend(rates);
     }
     let result = match followed.failed {
         Some((error, work)) => {
@@ -216,6 +215,9 @@ where
 {
     let (time, model) = (problem.time()?, discretized.model);
     let mut control = StepControl::new(problem.scene(), simulation);
+    if let Carried::Here(..) = carried {
+        record.make_room(steps + 1);
+    }
     keep(discretized, simulation, (carried, markers), record);
     after(&Running { model, simulation });
     taken(simulation);
@@ -264,29 +266,31 @@ fn keep<M: Model<W>, const W: usize>(
     match carried {
         Carried::Here(sensitivities, _) => {
             for k in 0..sensitivities.count() {
-                let of = (&*sensitivities, k);
-                record.push_derivative(k, rates(discretized, of, (&tracked, markers), state));
+                let (of, list) = ((&*sensitivities, k), record.derivatives_mut(k));
+                add_rates(discretized, of, (&tracked, markers), state, list);
             }
         }
         Carried::Behind(leader) => leader.record(),
     }
 }
 
-/// What is recorded of a state's derivatives by parameter `k`.
-fn rates<'a, M: Model<W>, const W: usize>(
-    discretized: &'a Discretized<'_, M, W>,
-    (sensitivities, k): (&'a Sensitivities<M::Rod<f64>, W>, usize),
-    (tracked, markers): (&'a [usize], Option<&'a Markers>),
-    state: &'a State<f64, FramesOf<M, W>>,
-) -> impl Iterator<Item = Motion> + 'a
-where
+/// Appends what is recorded of a state's derivatives by parameter `k`.
+fn add_rates<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    (sensitivities, k): (&Sensitivities<M::Rod<f64>, W>, usize),
+    (tracked, markers): (&[usize], Option<&Markers>),
+    state: &State<f64, FramesOf<M, W>>,
+    list: &mut Vec<Motion>,
+) where
     M::Rod<f64>: Sensitive<W>,
 {
-    let of_node = move |i: &usize| sensitivities.of_node(k, M::STRIDE * i, M::STRIDE.min(3));
-    let rates = move |i: &usize| of_node(i).map(|own| discretized.model.rate(&own, 0));
-    let axes =
-        markers.into_iter().flat_map(move |m| m.rates(discretized, (sensitivities, k), state));
-    tracked.iter().map(rates).chain(axes)
+    let nodes = Nodes { nodes: tracked, stride: M::STRIDE, axes: M::STRIDE.min(3) };
+    list.reserve(tracked.len());
+    sensitivities.of_nodes(k, nodes, |[q, v]| {
+        list.push([discretized.model.rate(&q, 0), discretized.model.rate(&v, 0)]);
+    });
+    let axes = markers.into_iter().flat_map(|m| m.rates(discretized, (sensitivities, k), state));
+    list.extend(axes);
 }
 
 /// The axes that markers beside the centre line move with.

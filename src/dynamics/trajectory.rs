@@ -278,14 +278,15 @@ impl Trajectory {
     /// or whose nodes were not tracked.
     pub fn at(&self, point: Point, time: f64) -> Result<([f64; 3], Vec<[f64; 3]>), Error> {
         let stencil = self.problem.stencil(point)?;
-        let position = self.record.position(&stencil, time)?;
+        let position = self.record.read().position(&stencil, time)?;
         let rate = |(k, parameter): (usize, &Parameter)| {
             let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
             // The point stays where it is on the rod, and the nodes do not.
             let mut stencil =
                 point.fixed().stencil(&self.problem.scene().over_parameters(seed).made_mesh())?;
             stencil.nodes.retain(|(_, weight)| *weight != Dual64::from(0.0));
-            self.record.rate(k, &stencil, time)
+            let position = self.record.along(Some(k)).position(&stencil, Dual64::from(time))?;
+            Ok(position.map(|x| x.eps))
         };
         let rates = self.parameters.iter().enumerate().map(rate).collect::<Result<_, _>>()?;
         Ok((position, rates))
@@ -360,7 +361,8 @@ fn rest<M: Model<W>, const W: usize>(
     for (k, parameter) in parameters.iter().enumerate() {
         let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == *parameter)));
         let nodes = nodes_over(discretized, &settled, &tracked, seed)?;
-        record.push_derivative(k, nodes.iter().map(|x| [x.map(|x| x.eps), [0.0; 3]]));
+        let rates = nodes.iter().map(|x| [x.map(|x| x.eps), [0.0; 3]]);
+        record.derivatives_mut(k).extend(rates);
     }
     Ok(())
 }

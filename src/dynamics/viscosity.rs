@@ -17,6 +17,7 @@ use crate::dynamics::coefficients::StepCoefficients;
 use crate::numerics::decay::mean_decay;
 use crate::numerics::lanes::Lanes;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{components, each};
 use crate::rod::{InternalVariables, Viscosity};
 use crate::scene::{Damping, Maxwell};
 use num_dual::Dual64;
@@ -47,8 +48,9 @@ impl<D: Scalar> Memory<D> {
         let (zero, part) = (D::from(0.0), if coefficients.averages() { 0.5 } else { 1.0 });
         let past = [(1.0, 0.0), (0.0, 1.0)]
             .map(|(strain, rate)| coefficients.viscous_past(D::from(strain), D::from(rate)));
-        let (eta, time) = (damping.stiffness * part, damping.own_times().map(|time| time * part));
-        let own_factor = time.map(|time| time * past[0]);
+        let (eta, time) =
+            (damping.stiffness * part, each(&damping.own_times(), |time| time * part));
+        let own_factor = each(&time, |time| time * past[0]);
         let [left, taken] = match &damping.maxwell {
             Some(maxwell) => relaxation(maxwell, coefficients.h).map(|x| maxwell.stiffness * x),
             None => [zero; 2],
@@ -76,7 +78,7 @@ impl<D: Scalar> Memory<D> {
             relaxing: damping.maxwell.as_ref().map_or(zero, |maxwell| -maxwell.stiffness),
             past: [zero, D::from(-1.0)],
             own_factor: [zero; 3],
-            time: damping.own_times().map(|time| time * part),
+            time: each(&damping.own_times(), |time| time * part),
         }
     }
 }
@@ -89,15 +91,20 @@ impl Memory<Dual64> {
 
     /// The derivatives side by side.
     pub fn rates<const G: usize>(all: &[Self; G]) -> Memory<Lanes<G>> {
-        let eps = |of: &dyn Fn(&Self) -> Dual64| Lanes(std::array::from_fn(|g| of(&all[g]).eps));
+        fn eps<const G: usize>(
+            all: &[Memory<Dual64>; G],
+            of: impl Fn(&Memory<Dual64>) -> Dual64,
+        ) -> Lanes<G> {
+            Lanes(components(|g| of(&all[g]).eps))
+        }
         Memory {
-            factor: eps(&|m| m.factor),
-            strain: eps(&|m| m.strain),
-            rate: eps(&|m| m.rate),
-            relaxing: eps(&|m| m.relaxing),
-            past: [0, 1].map(|k| eps(&|m| m.past[k])),
-            own_factor: [0, 1, 2].map(|k| eps(&|m| m.own_factor[k])),
-            time: [0, 1, 2].map(|k| eps(&|m| m.time[k])),
+            factor: eps(all, |m| m.factor),
+            strain: eps(all, |m| m.strain),
+            rate: eps(all, |m| m.rate),
+            relaxing: eps(all, |m| m.relaxing),
+            past: components(|k| eps(all, |m| m.past[k])),
+            own_factor: components(|k| eps(all, |m| m.own_factor[k])),
+            time: components(|k| eps(all, |m| m.time[k])),
         }
     }
 
@@ -108,9 +115,9 @@ impl Memory<Dual64> {
             strain: convert(self.strain),
             rate: convert(self.rate),
             relaxing: convert(self.relaxing),
-            past: self.past.map(convert),
-            own_factor: self.own_factor.map(convert),
-            time: self.time.map(convert),
+            past: each(&self.past, convert),
+            own_factor: each(&self.own_factor, convert),
+            time: each(&self.time, convert),
         }
     }
 }
@@ -180,9 +187,10 @@ pub fn relax<D: Scalar>(
     strains: &[D],
     z: &mut Vec<D>,
 ) {
-    z.clear();
-    let Some(maxwell) = &damping.maxwell else { return };
+    let Some(maxwell) = &damping.maxwell else { return z.clear() };
     let [left, taken] = relaxation(maxwell, h);
-    let changes = strains.iter().zip(&before.strain).map(|(now, then)| *now - *then);
-    z.extend(before.relaxing.iter().zip(changes).map(|(z, change)| *z * left + change * taken));
+    z.clone_from(&before.relaxing);
+    for (z, (now, then)) in z.iter_mut().zip(strains.iter().zip(&before.strain)) {
+        *z = *z * left + (*now - *then) * taken;
+    }
 }

@@ -22,7 +22,7 @@ use crate::energy::planar_bend::PlanarBend;
 use crate::energy::stiffness::Stiffness;
 use crate::numerics::lanes::{Lanes, dot as lanes_dot};
 use crate::numerics::scalar::Scalar;
-use crate::numerics::vector::{Vector, add, dot, scale, sub};
+use crate::numerics::vector::{Vector, add, components, dot, scale, sub};
 use num_dual::Dual64;
 use std::sync::Arc;
 
@@ -189,7 +189,7 @@ impl<const G: usize> SliderRates<G> {
             lanes_dot(&pull, &rate) * 2.0 + diagonal + off * 2.0 - mean_rate * (size * size);
         let size_rate = twice * (0.5 / (mean * size));
         let part_rate = self.0[i] * size.recip() - size_rate * (part / size);
-        [0, 1, 2].map(|c| rate[c] * part + part_rate * z[c])
+        components(|c| rate[c] * part + part_rate * z[c])
     }
 }
 

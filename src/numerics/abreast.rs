@@ -312,6 +312,22 @@ impl Nestable for f64 {
     }
 }
 
+/// Does what goes side by side as it stands, in lists of a few numbers each, compiled for the processor's vector unit
+/// if there [is one](has_unit): all it calls must be `#[inline(always)]`.
+#[inline(always)]
+pub fn on_the_unit<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(level) = pulp::x86::V3::try_new() {
+        return level.vectorize(work);
+    }
+    work.call()
+}
+
+/// Whether there is a vector unit of more than two numbers.
+pub fn has_unit() -> bool {
+    level() != "scalar"
+}
+
 /// What plain numbers go side by side with on this processor: `avx2`, four of them, or `scalar`, one.
 pub fn level() -> &'static str {
     #[cfg(target_arch = "x86_64")]

@@ -17,6 +17,7 @@ mod ldlt;
 
 pub use ldlt::{Ldlt, Singular};
 
+use crate::numerics::abreast::on_the_unit;
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
 
@@ -37,6 +38,22 @@ pub struct BandMatrix<D, const W: usize> {
     diagonal: Vec<D>,
     /// `below[j][p]` is the entry of row `j + 1 + p`, column `j`.
     below: Vec<[D; W]>,
+}
+
+/// A product to be added to a list.
+struct Product<'a, D, const W: usize, const G: usize> {
+    matrix: &'a BandMatrix<D, W>,
+    x: &'a [[D; G]],
+    out: &'a mut [[D; G]],
+}
+
+impl<D: Scalar, const W: usize, const G: usize> pulp::NullaryFnOnce for Product<'_, D, W, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.matrix.add_product_here(self.x, self.out);
+    }
 }
 
 impl<D: Scalar, const W: usize> BandMatrix<D, W> {
@@ -161,7 +178,7 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     }
 
     /// Adds column `j` times each of `x` to `out`.
-    #[inline]
+    #[inline(always)]
     pub fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         let add = |out: &mut [D; G], entry: D| {
             for g in 0..G {
@@ -169,24 +186,71 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
             }
         };
         add(&mut out[j], self.diagonal[j]);
-        if j >= W && j + W < out.len() {
-            let above: &mut [[D; G]; W] = array_mut(out, j - W);
-            let rows: &[[D; W]; W] = array(&self.below, j - W);
-            for p in 0..W {
-                add(&mut above[p], rows[p][W - 1 - p]);
+        let column = &self.below[j];
+        let below = &mut out[j + 1..];
+        match below.first_chunk_mut::<W>() {
+            Some(below) => {
+                for p in 0..W {
+                    add(&mut below[p], column[p]);
+                }
             }
-            let below: &mut [[D; G]; W] = array_mut(out, j + 1);
-            for p in 0..W {
-                add(&mut below[p], self.below[j][p]);
+            None => {
+                for p in 0..below.len() {
+                    add(&mut below[p], column[p]);
+                }
             }
-            return;
-        }
-        for (out, entry) in out[j + 1..].iter_mut().zip(&self.below[j]) {
-            add(out, *entry);
         }
         // Row j, left of the diagonal.
-        for (p, i) in (j.saturating_sub(W)..j).rev().enumerate() {
-            add(&mut out[i], self.below[i][p]);
+        let first = j.saturating_sub(W);
+        let (above, rows) = (&mut out[first..j], &self.below[first..j]);
+        match (above.first_chunk_mut::<W>(), rows.first_chunk::<W>()) {
+            (Some(above), Some(rows)) => {
+                for p in 0..W {
+                    add(&mut above[p], rows[p][W - 1 - p]);
+                }
+            }
+            _ => {
+                for p in 0..above.len() {
+                    add(&mut above[p], rows[p][j - first - 1 - p]);
+                }
+            }
+        }
+    }
+
+    /// Adds the matrix times each of `x` to `out`.
+    pub fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
+        on_the_unit(Product { matrix: self, x, out });
+    }
+
+    #[inline(always)]
+    fn add_product_here<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
+        let n = x.len();
+        for j in 0..n {
+            let (own, column) = (x[j], &self.below[j]);
+            let (here, below) = out[j..n].split_first_mut().expect("a row per unknown");
+            let mut sum = *here;
+            for g in 0..G {
+                sum[g] += self.diagonal[j] * own[g];
+            }
+            let mut both = |below: &mut [D; G], x: &[D; G], entry: D| {
+                for g in 0..G {
+                    below[g] += entry * own[g];
+                    sum[g] += entry * x[g];
+                }
+            };
+            match (below.first_chunk_mut::<W>(), x[j + 1..].first_chunk::<W>()) {
+                (Some(below), Some(x)) => {
+                    for p in 0..W {
+                        both(&mut below[p], &x[p], column[p]);
+                    }
+                }
+                _ => {
+                    for p in 0..below.len() {
+                        both(&mut below[p], &x[j + 1 + p], column[p]);
+                    }
+                }
+            }
+            *here = sum;
         }
     }
 
@@ -446,10 +510,15 @@ mod tests {
         for j in 0..12 {
             a.add_column(j, [x[j], 2.0 * x[j]], &mut found);
         }
+        let mut at_once = vec![[1.0; 2]; 12];
+        let both: Vec<[f64; 2]> = x.iter().map(|x| [*x, 2.0 * x]).collect();
+        a.add_product(&both, &mut at_once);
         for i in 0..12 {
             let sum: f64 = (0..12).map(|j| a.get(i, j) * x[j]).sum();
-            assert!((found[i][0] - 1.0 - sum).abs() < 1e-13);
-            assert!((found[i][1] - 1.0 - 2.0 * sum).abs() < 1e-13);
+            for found in [found[i], at_once[i]] {
+                assert!((found[0] - 1.0 - sum).abs() < 1e-13);
+                assert!((found[1] - 1.0 - 2.0 * sum).abs() < 1e-13);
+            }
         }
     }
 

@@ -11,6 +11,13 @@ impl<const G: usize> Lanes<G> {
     pub const ZERO: Self = Self([0.0; G]);
 }
 
+impl<const G: usize> From<f64> for Lanes<G> {
+    #[inline(always)]
+    fn from(x: f64) -> Self {
+        Self([x; G])
+    }
+}
+
 impl<const G: usize> Add for Lanes<G> {
     type Output = Self;
     #[inline(always)]

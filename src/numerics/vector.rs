@@ -8,7 +8,7 @@ pub type Vector<D> = [D; 3];
 /// The numbers that `of` tells, as `std::array::from_fn` has them, which is half a dozen functions for every
 /// length and closure: this is a loop where it stands.
 #[inline(always)]
-pub fn components<D: Scalar, const N: usize>(mut of: impl FnMut(usize) -> D) -> [D; N] {
+pub fn components<D: Copy + From<f64>, const N: usize>(mut of: impl FnMut(usize) -> D) -> [D; N] {
     let mut all = [D::from(0.0); N];
     for i in 0..N {
         all[i] = of(i);
@@ -18,7 +18,7 @@ pub fn components<D: Scalar, const N: usize>(mut of: impl FnMut(usize) -> D) -> 
 
 /// What `of` makes of every component.
 #[inline(always)]
-pub fn each<T: Copy, D: Scalar, const N: usize>(
+pub fn each<T: Copy, D: Copy + From<f64>, const N: usize>(
     all: &[T; N],
     mut of: impl FnMut(T) -> D,
 ) -> [D; N] {

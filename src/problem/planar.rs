@@ -328,10 +328,12 @@ impl Model<HALF_BANDWIDTH> for PlanarModel {
         axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
+    #[inline]
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         self.plane.to_world([q[2 * i], q[2 * i + 1]])
     }
 
+    #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.plane.direction_to_world([v[2 * i], v[2 * i + 1]])
     }

@@ -6,7 +6,7 @@ use crate::energy::frame::{EdgeFrame, Frames};
 use crate::energy::{DeadLoad, Stretch};
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, dot, sub, unit};
+use crate::numerics::vector::{Vector, components, dot, sub, unit};
 use crate::problem::curved_joints::{PLAIN, lean, resistances, slants};
 use crate::problem::model::{
     Correction, Model, NodalLoad, NodalMass, first_director, rolling, springs, tilted,
@@ -262,11 +262,13 @@ impl Model<HALF_BANDWIDTH> for SpatialModel {
         self.axes.map(|axis| x * axis.x + y * axis.y + z * axis.z)
     }
 
+    #[inline]
     fn position<D: Scalar>(&self, q: &[D], i: usize) -> [D; 3] {
         let [x, y, z] = self.axes;
-        [0, 1, 2].map(|c| q[4 * i] * x[c] + q[4 * i + 1] * y[c] + q[4 * i + 2] * z[c])
+        components(|c| q[4 * i] * x[c] + q[4 * i + 1] * y[c] + q[4 * i + 2] * z[c])
     }
 
+    #[inline]
     fn rate<D: Scalar>(&self, v: &[D], i: usize) -> [D; 3] {
         self.position(v, i)
     }

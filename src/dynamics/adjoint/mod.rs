@@ -24,7 +24,7 @@ use crate::dynamics::adjoint::lists::Asked;
 use crate::dynamics::adjoint::supports::MovingSupports;
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run;
-use crate::dynamics::sensitivity::Sensitivities;
+use crate::dynamics::sensitivity::{Nodes, Sensitivities};
 use crate::dynamics::trajectory::{Motions, Trajectory};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
@@ -240,10 +240,10 @@ where
         step.map_or(Ok(()), |step| sensitivities.advance_over(step))?;
         if times.get(row) == Some(&state.time) {
             row += 1;
-            motions.extend(tracked.iter().map(|i| {
-                let own = sensitivities.of_node(0, M::STRIDE * i, M::STRIDE.min(3));
-                own.map(|own| discretized.model.rate(&own, 0))
-            }));
+            let nodes = Nodes { nodes: &tracked, stride: M::STRIDE, axes: M::STRIDE.min(3) };
+            sensitivities.of_nodes(0, nodes, |own| {
+                motions.push(own.map(|own| discretized.model.rate(&own, 0)));
+            });
         }
         Ok(())
     })?;
@@ -268,7 +268,7 @@ impl Slopes<'_> {
     pub fn add(&mut self, point: Point, time: f64, slope: [f64; 3]) -> Result<(), Error> {
         let stencil = self.problem.stencil(point)?;
         let record = self.trajectory.record();
-        for (index, [place, velocity]) in record.weights(&stencil, time)? {
+        for (index, [place, velocity]) in record.read().weights(&stencil, time)? {
             for c in 0..3 {
                 self.motions[index][0][c] += place * slope[c];
                 self.motions[index][1][c] += velocity * slope[c];

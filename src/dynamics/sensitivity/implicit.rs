@@ -31,10 +31,8 @@ pub struct Implicit<R: Sensitive<W>, const W: usize, const G: usize> {
     parameter: [Dual64; G],
     /// The supports that move.
     boundary_motion: Option<[BoundaryMotion<Dual64>; G]>,
-    /// Whether a parameter moves what supports hold.
-    moves_supports: bool,
     /// The unknowns that supports hold, with the derivatives of their places and velocities at the end of the
-    /// step; none where no parameter moves them.
+    /// step; without those that no parameter moves where the supports stay.
     held: Vec<(usize, [f64; G], [f64; G])>,
     q: Vec<[f64; G]>,
     v: Vec<[f64; G]>,
@@ -78,15 +76,14 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         let mass = lanes(rods.each_ref().map(|rod| rod.mass()), rate);
         let q = lanes(states.map(|state| &state.q[..]), rate);
         let free = first.free();
-        let mut held = (0..q.len()).filter(|i| !free.contains(i));
-        let away = held.any(|i| q[i] != [0.0; G]);
+        let held = (0..q.len()).filter(|i| !free.contains(i) && q[*i] != [0.0; G]);
+        let held: Vec<_> = held.map(|i| (i, q[i], [0.0; G])).collect();
         // Supports that go as they were recorded to go have no derivatives.
         let motion = first.boundary_motion().filter(|motion| motion.has_numbers());
         Some(Self {
-            moves_supports: away || motion.is_some(),
             boundary_motion: motion
                 .and_then(|_| all(simulations.map(|s| s.boundary_motion().cloned()))),
-            held: Vec::new(),
+            held,
             viscous: match simulations.iter().any(|simulation| remembers::<R, W>(simulation)) {
                 true => Viscous::new::<R, W>(simulations),
                 false => None,
@@ -129,11 +126,14 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
 
     /// Advances over a step.
     pub fn advance(&mut self, step: &Linearization<'_, f64, R, W>) -> Result<(), Error> {
-        let dual = self.parameter.map(|parameter| step.coefficients(parameter));
         let coefficients = step.coefficients(self.parameter[0].re);
         // Where the scheme's own numbers change, how.
-        let slopes = dual.map(|dual| dual.map(|x| x.eps));
-        let slopes = self.parameter.iter().any(|parameter| parameter.eps != 0.0).then_some(slopes);
+        let changes = self.parameter.iter().any(|parameter| parameter.eps != 0.0);
+        let dual = match changes {
+            true => self.parameter.map(|parameter| step.coefficients(parameter)),
+            false => [coefficients.map(Dual64::from); G],
+        };
+        let slopes = changes.then(|| dual.map(|dual| dual.map(|x| x.eps)));
         if self.boundary_motion.is_some() {
             for (lane, dual) in self.dual_frames.iter_mut().enumerate() {
                 R::set_dual_frames(&step.before.frames, &self.frames, lane, dual);
@@ -162,16 +162,9 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
 
     /// What supports hold at the end of the step.
     fn find_held(&mut self, step: &Linearization<'_, f64, R, W>) {
-        self.held.clear();
-        if !self.moves_supports {
-            return;
-        }
+        let Some(motions) = &self.boundary_motion else { return };
         let (now, free) = (step.after, &step.free);
         let held = (0..now.q.len()).filter(|i| !free.contains(i));
-        let Some(motions) = &self.boundary_motion else {
-            self.held.extend(held.map(|i| (i, self.q[i], [0.0; G])));
-            return;
-        };
         let moment = Moment::Time(now.time);
         let ends: [_; G] = std::array::from_fn(|g| {
             let dual = |x: &[f64], rates: &[[f64; G]]| -> Vec<Dual64> {
@@ -183,6 +176,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
             (q, v)
         });
         let of = |i: usize| (i, components(|g| ends[g].0[i].eps), components(|g| ends[g].1[i].eps));
+        self.held.clear();
         self.held.extend(held.map(of));
     }
 
@@ -248,9 +242,7 @@ impl<R: Sensitive<W>, const W: usize, const G: usize> Implicit<R, W, G> {
         let at = (&step.after.q[..], &step.before.frames);
         R::stressed_rate(elastic, viscous.stress(), step.end, at, step.derivatives, direct);
         R::frame_rate(frames, step.end, gradient, tangent, direct);
-        for (i, rate) in q.iter().enumerate() {
-            tangent.add_column(i, *rate, direct);
-        }
+        tangent.add_product(q, direct);
         let free = step.free.clone();
         let direct = &self.direct[free.clone()];
         self.unbalanced[free.clone()].copy_from_slice(direct);

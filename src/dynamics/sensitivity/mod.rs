@@ -83,11 +83,11 @@ impl<R: Sensitive<W>, const W: usize> Group<R, W> {
         }
     }
 
-    fn of_node(&self, lane: usize, first: usize, axes: usize) -> [[f64; 3]; 2] {
+    fn of_nodes(&self, lane: usize, nodes: Nodes, each: impl FnMut([[f64; 3]; 2])) {
         match self {
-            Self::One(group) => of_node(first, axes, |i| group.rate(lane, i)),
-            Self::Two(group) => of_node(first, axes, |i| group.rate(lane, i)),
-            Self::Four(group) => of_node(first, axes, |i| group.rate(lane, i)),
+            Self::One(group) => of_nodes(nodes, |i| group.rate(lane, i), each),
+            Self::Two(group) => of_nodes(nodes, |i| group.rate(lane, i), each),
+            Self::Four(group) => of_nodes(nodes, |i| group.rate(lane, i), each),
         }
     }
 
@@ -123,14 +123,28 @@ fn group_of<R: Sensitive<W>, const W: usize>(
     (group, lane)
 }
 
-/// Both rates of the `axes` unknowns from `first` on; then zeros.
+/// Nodes whose unknowns are `stride` apart, of which the first `axes` are coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nodes<'a> {
+    pub nodes: &'a [usize],
+    pub stride: usize,
+    pub axes: usize,
+}
+
+/// Calls `each` with both rates of every node's coordinates; then zeros.
 #[inline]
-fn of_node(first: usize, axes: usize, rate: impl Fn(usize) -> [f64; 2]) -> [[f64; 3]; 2] {
-    let mut rates = [[0.0; 3]; 2];
-    for c in 0..axes {
-        [rates[0][c], rates[1][c]] = rate(first + c);
+fn of_nodes(
+    Nodes { nodes, stride, axes }: Nodes,
+    rate: impl Fn(usize) -> [f64; 2],
+    mut each: impl FnMut([[f64; 3]; 2]),
+) {
+    for node in nodes {
+        let mut rates = [[0.0; 3]; 2];
+        for c in 0..axes {
+            [rates[0][c], rates[1][c]] = rate(stride * node + c);
+        }
+        each(rates);
     }
-    rates
 }
 
 impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
@@ -161,16 +175,16 @@ impl<R: Sensitive<W>, const W: usize> Sensitivities<R, W> {
         }
     }
 
-    /// dq/dp and dv/dp of parameter `k`, of the `axes` unknowns from `first` on; then zeros.
-    pub fn of_node(&self, k: usize, first: usize, axes: usize) -> [[f64; 3]; 2] {
+    /// Calls `each` with dq/dp and dv/dp of parameter `k`, of the coordinates of every node; then zeros.
+    pub(crate) fn of_nodes(&self, k: usize, nodes: Nodes, each: impl FnMut([[f64; 3]; 2])) {
         match &self.0 {
             Kind::Implicit(groups, places) => {
                 let (group, lane) = group_of(groups, places[k]);
-                group.of_node(lane, first, axes)
+                group.of_nodes(lane, nodes, each);
             }
             Kind::Direct(simulations) => {
                 let state = simulations[k].state();
-                of_node(first, axes, |i| [state.q[i].eps, state.v[i].eps])
+                of_nodes(nodes, |i| [state.q[i].eps, state.v[i].eps], each);
             }
         }
     }

@@ -50,18 +50,19 @@ impl<const G: usize> Viscous<G> {
             (0..count).map(|i| Lanes(internal.map(|internal| of(internal)[i].eps))).collect()
         };
         let strain = rates(&|internal| &internal.strain);
+        let slid = rates(&|internal| &internal.slid);
         let zero = vec![Lanes::ZERO; strain.len()];
         (!strain.is_empty()).then(|| Self {
             internal: InternalVariables {
                 strain_rate: rates(&|internal| &internal.strain_rate),
-                slid: rates(&|internal| &internal.slid),
+                slid: slid.clone(),
                 relaxing: rates(&|internal| &internal.relaxing),
                 strain,
             },
             rest: zero.clone(),
             strain: zero.clone(),
             z: Vec::new(),
-            slid: Vec::new(),
+            slid,
             counted: Counted::default(),
             apart,
             stress: zero,
@@ -131,9 +132,11 @@ impl<const G: usize> Viscous<G> {
         let count = own.slid.len();
         stretched(count, before, &step.after.internal.strain, &mut self.z);
         let first = self.strain.len() - count;
+        self.slid.copy_from_slice(&own.slid);
         let changes = self.strain[first..].iter().zip(&own.strain[first..]);
-        self.slid.clear();
-        self.slid.extend(changes.zip(&own.slid).map(|((now, then), slid)| *slid + *now - *then));
+        for (slid, (now, then)) in self.slid.iter_mut().zip(changes) {
+            *slid = *slid + *now - *then;
+        }
         step.rod.slip_rates(rates, &self.z, &mut self.slid);
     }
 
@@ -143,6 +146,9 @@ impl<const G: usize> Viscous<G> {
         (coefficients, damping): Numbers<G>,
         step: &Linearization<'_, f64, R, W>,
     ) {
+        if self.internal.relaxing.is_empty() {
+            return;
+        }
         let relaxation = |g: usize| {
             let maxwell = damping[g].maxwell.as_ref();
             maxwell.map(|maxwell| relaxation(maxwell, coefficients[g].h))
@@ -176,28 +182,28 @@ impl<const G: usize> Viscous<G> {
         let (now, own) = (&step.after.internal, &self.internal);
         let counted = &mut self.counted;
         counted.natural = !coefficients.iter().any(StepCoefficients::averages);
-        counted.strains.clear();
-        counted.strains.extend(now.strain.iter().enumerate().map(|(i, s)| {
-            let (strain, rate) = (past.strain[i], past.strain_rate[i]);
+        let count = now.strain.len();
+        counted.strains.resize(count, (0.0, Lanes::ZERO));
+        let (strains, rates_before) = (&past.strain[..count], &past.strain_rate[..count]);
+        let (own_strains, own_rates) = (&own.strain[..count], &own.strain_rate[..count]);
+        for (i, counted) in counted.strains.iter_mut().enumerate() {
+            let (s, strain, rate) = (now.strain[i], strains[i], rates_before[i]);
             let value = memory.factor * s - memory.strain * strain - memory.rate * rate;
-            let change = rates.factor * *s + self.strain[i]
+            let change = rates.factor * s + self.strain[i]
                 - rates.strain * strain
-                - own.strain[i] * memory.strain
+                - own_strains[i] * memory.strain
                 - rates.rate * rate
-                - own.strain_rate[i] * memory.rate;
-            (value, change)
-        }));
+                - own_rates[i] * memory.rate;
+            *counted = (value, change);
+        }
         for (i, ((value, change), z)) in counted.strains.iter_mut().zip(&past.relaxing).enumerate()
         {
             *value -= memory.relaxing * z;
             *change -= rates.relaxing * *z + own.relaxing[i] * memory.relaxing;
         }
-        let friction =
-            all(damping.each_ref().map(|damping| Some(damping.friction.as_ref()?.stiffness)));
-        if let Some(stiffness) = friction
-            && let Some(first) = stiffness.first()
-        {
-            let (value, rate) = (first.re, Lanes(stiffness.map(|x| x.eps)));
+        if let Some(friction) = damping.first().and_then(|damping| damping.friction.as_ref()) {
+            let of = |g: usize| damping[g].friction.as_ref().map_or(0.0, |own| own.stiffness.eps);
+            let (value, rate) = (friction.stiffness.re, Lanes(components(of)));
             let start = counted.strains.len() - now.slid.len();
             let springs = now.slid.iter().zip(&self.slid);
             for ((strain, change), (slid, own)) in counted.strains[start..].iter_mut().zip(springs)
@@ -206,9 +212,9 @@ impl<const G: usize> Viscous<G> {
                 *change += rate * *slid + *own * value;
             }
         }
-        counted.own.clear();
         if self.apart {
-            counted.own.extend(now.strain.iter().enumerate().map(|(i, s)| {
+            counted.own.resize(count, (0.0, Lanes::ZERO));
+            for (i, (counted, s)) in counted.own.iter_mut().zip(&now.strain).enumerate() {
                 let kind = step.rod.kind(i);
                 let (strain, rate) = (past.strain[i], past.strain_rate[i]);
                 let before = memory.past[0] * strain + memory.past[1] * rate;
@@ -220,8 +226,8 @@ impl<const G: usize> Viscous<G> {
                 let change = rates.own_factor[kind] * *s + self.rest[i] * factor
                     - rates.time[kind] * before
                     - change * time;
-                (factor * s - time * before, change)
-            }));
+                *counted = (factor * s - time * before, change);
+            }
         }
     }
 }

@@ -115,7 +115,7 @@ impl Search<'_> {
         let motions = trial.run.along(&self.space.direction(v))?;
         let record = trial.run.trajectory().record();
         let changes = self.seen(problem).into_iter().map(|seen| {
-            let weights = record.weights(&problem.stencil(seen.point)?, seen.time)?;
+            let weights = record.read().weights(&problem.stencil(seen.point)?, seen.time)?;
             let change = |c: usize| -> f64 {
                 let of = |(index, [place, velocity]): &(usize, [f64; 2])| {
                     let [x, v] = motions[*index];

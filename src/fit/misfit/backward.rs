@@ -64,7 +64,7 @@ impl Comparison {
                 // What it makes of a motion that stays as it is.
                 let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == parameter)));
                 let simulated = Simulated {
-                    moving: Some(&record.along(None)),
+                    moving: Some(record.along(None)),
                     resting: None,
                     frequencies: &[],
                     view: &View::new(&problem, seed),

@@ -1,7 +1,7 @@
 //! An experiment as the residuals need it: cut to its horizon, with every measured point as a sum of
 //! nodes, so that a simulation records no more than is looked at.
 
-use crate::dynamics::record::Record;
+use crate::dynamics::record::Recorded;
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -79,8 +79,8 @@ pub(crate) struct Run {
 
 /// What an experiment is simulated to do, in numbers that may carry derivatives.
 pub(crate) struct Simulated<'a, D> {
-    pub moving: Option<&'a Record<D>>,
-    pub resting: Option<&'a Record<D>>,
+    pub moving: Option<Recorded<'a, D>>,
+    pub resting: Option<Recorded<'a, D>>,
     pub frequencies: &'a [D],
     pub view: &'a View<D>,
     pub scene: &'a Scene<D>,
@@ -260,8 +260,8 @@ impl Comparison {
         };
         let frequencies: Vec<f64> = natural_frequencies.iter().map(|t| t.frequency_rad_s).collect();
         let simulated = Simulated {
-            moving: run.moving.as_ref().map(Trajectory::record),
-            resting: run.resting.as_ref().map(Trajectory::record),
+            moving: run.moving.as_ref().map(|motion| motion.record().read()),
+            resting: run.resting.as_ref().map(|rest| rest.record().read()),
             frequencies: &frequencies,
             view: &View::new(&run.problem, |_, value| value),
             scene: run.problem.scene(),
@@ -282,11 +282,9 @@ impl Comparison {
                 .iter()
                 .map(|t| Dual64::new(t.frequency_rad_s, rate(t)))
                 .collect();
-            let along = |run: &Option<Trajectory>| run.as_ref().map(|t| t.record().along(track));
-            let (moving, resting) = (along(&run.moving), along(&run.resting));
             let simulated = Simulated {
-                moving: moving.as_ref(),
-                resting: resting.as_ref(),
+                moving: run.moving.as_ref().map(|motion| motion.record().along(track)),
+                resting: run.resting.as_ref().map(|rest| rest.record().along(track)),
                 frequencies: &frequencies,
                 view: &View::new(&run.problem, seed),
                 scene: &run.problem.scene().over_parameters(seed),

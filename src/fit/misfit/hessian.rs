@@ -76,8 +76,8 @@ impl Residuals {
             modes => problem.natural_frequencies_over(modes, seed)?,
         };
         let simulated = Simulated {
-            moving: moving.as_ref().map(Trajectory::record),
-            resting: resting.as_ref().map(Trajectory::record),
+            moving: moving.as_ref().map(|motion| motion.record().read()),
+            resting: resting.as_ref().map(|rest| rest.record().read()),
             frequencies: &frequencies,
             view: &View::new(problem, seed),
             scene: &problem.scene().over_parameters(seed),

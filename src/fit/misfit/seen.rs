@@ -41,7 +41,7 @@ impl Seen {
 
     /// How far it is from where it was seen, over sigma.
     pub fn residual(&self, problem: &Problem, record: &Record) -> Result<f64, Error> {
-        let place = record.position(&problem.stencil(self.point)?, self.time)?;
+        let place = record.read().position(&problem.stencil(self.point)?, self.time)?;
         Ok(place.iter().zip(self.axis).map(|(x, a)| x * a).sum::<f64>() + self.offset)
     }
 }

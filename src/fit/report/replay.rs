@@ -176,7 +176,7 @@ fn motion(measurement: &Measurement, run: &Run, view: &View<f64>) -> Result<Line
     let (first, last) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     for k in 0..=CURVE {
         let clock = first + (last - first) * k as f64 / CURVE as f64;
-        let place = trajectory.record().marker(&marker, view.time(clock))?;
+        let place = trajectory.record().read().marker(&marker, view.time(clock))?;
         for (line, x) in lines.iter_mut().zip(view.recorded(place)) {
             line.push([clock, x]);
         }

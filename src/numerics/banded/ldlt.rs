@@ -1,6 +1,7 @@
 //! L D L^T of one band, from both ends at once.
 
-use crate::numerics::banded::elimination::{Elimination, RightHandSide};
+use crate::numerics::abreast::{has_unit, on_the_unit};
+use crate::numerics::banded::elimination::{Column, Columns, Elimination, RightHandSide};
 use crate::numerics::banded::{BandMatrix, array};
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
@@ -67,6 +68,72 @@ impl<D: Scalar, const W: usize> Entries<D, W> for WithDiagonal<'_, D, W> {
     }
 }
 
+/// What is solved there.
+struct Solve<'a, D, E, const W: usize, const R: usize> {
+    factors: &'a Ldlt<D, W>,
+    x: &'a mut [[E; R]],
+}
+
+impl<D: Scalar, E: RightHandSide<D>, const W: usize, const R: usize> pulp::NullaryFnOnce
+    for Solve<'_, D, E, W, R>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.factors.solve_in_turn::<E, R, true>(self.x);
+    }
+}
+
+/// The columns from the first row downwards and from the last upwards.
+struct FromBothEnds<'a, E> {
+    of: &'a E,
+    start: usize,
+    end: usize,
+}
+
+impl<D: Scalar, E: Entries<D, W>, const W: usize> Columns<D, W, 2> for FromBothEnds<'_, E> {
+    #[inline(always)]
+    fn column(&self, k: usize) -> Column<D, W, 2> {
+        let (of, below) = (self.of, &self.of.matrix().below);
+        let (top, bottom) = (self.start + k, self.end - 1 - k);
+        // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
+        let (down, left): (_, &[[D; W]; W]) = (&below[top], array(below, bottom - W));
+        let mut column = [[D::from(0.0); 2]; W];
+        for p in 0..W {
+            column[p] = [of.below(down[p]), of.below(left[W - 1 - p][p])];
+        }
+        ([of.diagonal(top), of.diagonal(bottom)], column)
+    }
+}
+
+impl<D: Scalar, const W: usize> Columns<D, W, 1> for BandMatrix<D, W> {
+    #[inline(always)]
+    fn column(&self, k: usize) -> Column<D, W, 1> {
+        let mut column = [[D::from(0.0)]; W];
+        for p in 0..W {
+            column[p] = [self.below[k][p]];
+        }
+        ([self.diagonal[k]], column)
+    }
+}
+
+/// What is factored on a vector unit.
+struct Factor<'a, D, E, const W: usize> {
+    factors: &'a mut Ldlt<D, W>,
+    range: Range<usize>,
+    of: &'a E,
+}
+
+impl<D: Scalar, E: Entries<D, W>, const W: usize> pulp::NullaryFnOnce for Factor<'_, D, E, W> {
+    type Output = Result<(), Singular>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        self.factors.eliminate_here(self.range, self.of)
+    }
+}
+
 /// A pivot of the factorisation is zero or not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is singular at row {row}")]
@@ -115,23 +182,25 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
     }
 
     fn eliminate(&mut self, range: Range<usize>, of: &impl Entries<D, W>) -> Result<(), Singular> {
+        match D::PLAIN {
+            true => on_the_unit(Factor { factors: self, range, of }),
+            false => self.eliminate_here(range, of),
+        }
+    }
+
+    #[inline(always)]
+    fn eliminate_here(
+        &mut self,
+        range: Range<usize>,
+        of: &impl Entries<D, W>,
+    ) -> Result<(), Singular> {
         let matrix = of.matrix();
         let Range { start, end } = range;
         self.range = range;
         let m = self.at_each_end();
         let Self { ends, rest, middle, .. } = self;
-        ends.eliminate(m, |k| {
-            let (top, bottom) = (start + k, end - 1 - k);
-            // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
-            let down = &matrix.below[top];
-            let left: &[[D; W]; W] = array(&matrix.below, bottom - W);
-            let mut column = [[D::from(0.0); 2]; W];
-            for p in 0..W {
-                column[p] = [of.below(down[p]), of.below(left[W - 1 - p][p])];
-            }
-            ([of.diagonal(top), of.diagonal(bottom)], column)
-        })
-        .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
+        ends.eliminate(m, &FromBothEnds { of, start, end })
+            .map_err(|(k, end_of)| Singular { row: [start + k, end - 1 - k][end_of] })?;
 
         let (first, n) = (start + m, end - start - 2 * m);
         for i in 0..n {
@@ -157,15 +226,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
                 }
             }
         }
-        middle
-            .eliminate(n, |i| {
-                let mut column = [[D::from(0.0)]; W];
-                for p in 0..W {
-                    column[p] = [rest.below[i][p]];
-                }
-                ([rest.diagonal[i]], column)
-            })
-            .map_err(|(i, _)| Singular { row: first + i })
+        middle.eliminate(n, rest).map_err(|(i, _)| Singular { row: first + i })
     }
 
     /// How many rows are eliminated from either end: as many as leave `W` rows, so that what one
@@ -192,8 +253,29 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         x[..start].fill([E::from(0.0); R]);
         x[end..].fill([E::from(0.0); R]);
         let x = &mut x[start..end];
+        match E::PLAIN && has_unit() {
+            true => on_the_unit(Solve { factors: self, x }),
+            false => self.solve_in_turn::<E, R, false>(x),
+        }
+    }
+
+    /// Solves for all right-hand sides, as many at once as there are registers for, which may be `WIDE`.
+    #[inline(always)]
+    fn solve_in_turn<E: RightHandSide<D>, const R: usize, const WIDE: bool>(
+        &self,
+        x: &mut [[E; R]],
+    ) {
+        let at_once = match (WIDE, Elimination::<D, W, 2>::NARROW) {
+            (true, true) => 4,
+            (true, false) | (false, true) => 2,
+            (false, false) => 1,
+        };
         let mut done = 0;
-        while Elimination::<D, W, 2>::NARROW && done + 2 <= R {
+        while at_once >= 4 && done + 4 <= R {
+            self.solve_some::<E, R, 4>(x, done);
+            done += 4;
+        }
+        while at_once >= 2 && done + 2 <= R {
             self.solve_some::<E, R, 2>(x, done);
             done += 2;
         }

@@ -10,6 +10,7 @@ use crate::energy::bend_twist::Stiffness;
 use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot};
 use crate::energy::friction::SliderRates;
 use crate::energy::{Derivatives, bend_twist, dual_gradient_rate};
+use crate::numerics::abreast::on_the_unit;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::lanes::{Lanes, all, dot as lanes_dot};
 use crate::numerics::vector::{Vector, add, combine, components, cross, dot, each};
@@ -145,6 +146,41 @@ fn three<T>(strains: &[T], first: usize) -> &[T; 3] {
 fn times<const G: usize>(stiffness: &Stiffness<f64>, s: &[Lanes<G>; 3]) -> [Lanes<G>; 3] {
     let Stiffness { bend: [b11, b12, b22], twist, coupling: [c1, c2] } = *stiffness;
     [lanes_dot(&[b11, b12, c1], s), lanes_dot(&[b12, b22, c2], s), lanes_dot(&[c1, c2, twist], s)]
+}
+
+/// What changes with the frames.
+struct FrameChange<'a, const G: usize> {
+    frames: &'a [FrameRate<G>],
+    geometry: &'a Geometry,
+    gradient: &'a [f64],
+    tangent: &'a BandMatrix<f64, HALF_BANDWIDTH>,
+    out: &'a mut [[f64; G]],
+}
+
+impl<const G: usize> pulp::NullaryFnOnce for FrameChange<'_, G> {
+    type Output = ();
+
+    /// The directors turn as by a change of the angle, and they follow the edge otherwise.
+    #[inline(always)]
+    fn call(self) {
+        let Self { frames, geometry, gradient, tangent, out } = self;
+        for (j, (edge, rate)) in geometry.edges.iter().zip(frames).enumerate() {
+            let theta = STRIDE * j + 3;
+            let psi = rate.turn + lanes_dot(&edge.follow, &rate.tangent) * edge.length;
+            tangent.add_column(theta, psi.0, out);
+            // g = t x t_ref / (l (1 + t.t_ref))
+            let torque = gradient[theta];
+            let sideways = torque * edge.by_chi * edge.inverse_length;
+            let along = lanes_dot(&edge.tangent, &rate.tangent) * (torque * edge.by_chi);
+            let turned = lanes_cross(&edge.tangent, &rate.tangent);
+            for c in 0..3 {
+                let force = turned[c] * sideways - along * edge.follow[c];
+                let (before, after) = (STRIDE * j + c, STRIDE * (j + 1) + c);
+                out[before] = (Lanes(out[before]) - force).0;
+                out[after] = (Lanes(out[after]) + force).0;
+            }
+        }
+    }
 }
 
 impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
@@ -333,7 +369,6 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         }
     }
 
-    /// The directors turn as by a change of the angle, and they follow the edge otherwise.
     fn frame_rate<const G: usize>(
         frames: &[FrameRate<G>],
         geometry: &Geometry,
@@ -341,22 +376,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         tangent: &BandMatrix<f64, HALF_BANDWIDTH>,
         out: &mut [[f64; G]],
     ) {
-        for (j, (edge, rate)) in geometry.edges.iter().zip(frames).enumerate() {
-            let theta = STRIDE * j + 3;
-            let psi = rate.turn + lanes_dot(&edge.follow, &rate.tangent) * edge.length;
-            tangent.add_column(theta, psi.0, out);
-            // g = t x t_ref / (l (1 + t.t_ref))
-            let torque = gradient[theta];
-            let sideways = torque * edge.by_chi * edge.inverse_length;
-            let along = lanes_dot(&edge.tangent, &rate.tangent) * (torque * edge.by_chi);
-            let turned = lanes_cross(&edge.tangent, &rate.tangent);
-            for c in 0..3 {
-                let force = turned[c] * sideways - along * edge.follow[c];
-                let (before, after) = (STRIDE * j + c, STRIDE * (j + 1) + c);
-                out[before] = (Lanes(out[before]) - force).0;
-                out[after] = (Lanes(out[after]) + force).0;
-            }
-        }
+        on_the_unit(FrameChange { frames, geometry, gradient, tangent, out });
     }
 
     fn rebase_rates<const G: usize>(

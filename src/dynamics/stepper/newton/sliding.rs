@@ -53,7 +53,8 @@ pub fn stretched<D: Nestable>(
     z: &mut Vec<D>,
 ) {
     let first = strains.len() - count;
-    let changes = strains[first..].iter().zip(&before.strain[first..]);
-    z.clear();
-    z.extend(changes.zip(&before.slid).map(|((now, then), slid)| *slid + *now - *then));
+    z.clone_from(&before.slid);
+    for (z, (now, then)) in z.iter_mut().zip(strains[first..].iter().zip(&before.strain[first..])) {
+        *z = *z + *now - *then;
+    }
 }
