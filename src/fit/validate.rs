@@ -67,6 +67,7 @@ pub(crate) fn check(
     let several = all(&fitted).count() > 1;
     for experiment in experiments {
         check_measurements(experiment, unknowns, several)?;
+        check_starts(experiment, unknowns)?;
     }
     let values: usize = all(&fitted).map(|(_, m)| m.values()).sum();
     let priors = unknowns.iter().filter(|u| u.prior.is_some()).count();
@@ -157,6 +158,28 @@ fn check_measurements(
             let found = format!("none, with {} values", measurement.values());
             let allowed = format!("a number; only {FEW} values or more show their noise");
             return Err(Error::invalid(format!("{key}.sigma"), found, allowed));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses starts of an experiment at which the rod is shorter than up to a point that was observed.
+fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Error> {
+    let of_the_rod = |u: &Unknown| u.is_of(experiment) && u.parameter.path().starts_with("rod.");
+    for (i, unknown) in unknowns.iter().enumerate().filter(|(_, u)| of_the_rod(u)) {
+        let Some(start) = unknown.start else { continue };
+        // What else is wrong with a rod of this start is said where it is simulated.
+        let Ok(there) = experiment.problem.varied([(unknown.parameter, start)]) else { continue };
+        for (k, measurement) in experiment.measurements.iter().enumerate() {
+            let Measurement::Motion(observation) = measurement else { continue };
+            if let Err(error) = there.stencil(observation.point) {
+                let found = format!(
+                    "{start}, at which {}.point is no point of the rod: {error}",
+                    key(experiment, k)
+                );
+                let allowed = "a rod that has all points that were observed";
+                return Err(Error::invalid(format!("parameter[{i}].start"), found, allowed));
+            }
         }
     }
     Ok(())

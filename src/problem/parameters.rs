@@ -122,6 +122,16 @@ impl Problem {
             let found = format!("{parameter}, where no wall is");
             return Err(Error::invalid("parameter", found, "the compliance of a clamped end"));
         }
+        let turns_hinge = |(k, motion): (usize, &Motion)| {
+            let place = format!("supports.motion.{k}.");
+            let own = parameter.path().strip_prefix(&*place);
+            self.scene().supports.at(motion.end) == Support::Pinned
+                && own.is_some_and(|own| own == "twist" || own.starts_with("rotation."))
+        };
+        if self.scene().supports.motion.iter().enumerate().any(turns_hinge) {
+            let found = format!("{parameter}, a turn of a pinned end");
+            return Err(Error::invalid("parameter", found, "turns of clamped ends"));
+        }
         let of_motion = |(k, motion): (usize, &Motion)| {
             let place = format!("supports.motion.{k}.");
             self.scene().supports.at(motion.end) == Support::Recorded

@@ -1,7 +1,7 @@
 //! What data cannot tell is refused by name, and slips of a set-up are named.
 
 use rodfit::fit::{FitReport, Sample};
-use rodfit::scene::{Section, Shape};
+use rodfit::scene::{End, Motion, Section, Shape, Support};
 use rodfit::{Fit, Observation, Parameter, Point, Unknown};
 
 use crate::common::fits::{fit, observe, value};
@@ -198,11 +198,29 @@ fn impossible_requests_are_input_errors() {
             "observation[1].point",
         ),
         (base().identify(Parameter::ShearModulus), "parameter"),
+        // Shorter than up to a point that was observed.
+        (
+            base()
+                .observe(data.clone().at(Point::ArcLength(0.3)))
+                .identify(Unknown::new("rod.shape.length".parse().unwrap()).start(0.2)),
+            "parameter[0].start: found 0.2, at which observation[1].point is no point of the rod",
+        ),
     ];
     for (fit, words) in cases {
         let error = fit.solve().unwrap_err();
         assert!(error.is_input() && error.to_string().contains(words), "`{words}` in: {error}");
     }
+    let mut hinged = scene.clone();
+    hinged.supports.start = Support::Pinned;
+    let displacement = [0.01, 0.0, 0.0];
+    let shakes =
+        Motion { frequency: Some(2.0), displacement, end: End::Start, ..Motion::default() };
+    hinged.supports.motion.push(shakes);
+    let turn = Unknown::new("supports.motion.0.rotation.z".parse().unwrap());
+    let fit = Fit::new(&hinged.problem().unwrap()).observe(data.clone()).identify(turn);
+    let error = fit.solve().unwrap_err();
+    let words = "rotation.z, a turn of a pinned end";
+    assert!(error.is_input() && error.to_string().contains(words), "{error}");
     let mut scene = scene;
     scene.rod.section =
         Section::Custom { area: 1e-4, i1: 1e-9, i2: 1e-9, j: 2e-9, up: [0.0, 1.0, 0.0] };

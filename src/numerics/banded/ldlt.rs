@@ -18,84 +18,39 @@ pub struct Ldlt<D, const W: usize> {
     range: Range<usize>,
 }
 
-/// The entries of what is factored, in terms of a matrix.
-trait Entries<D, const W: usize> {
-    fn matrix(&self) -> &BandMatrix<D, W>;
-    /// That of row and column `j`.
-    fn diagonal(&self, j: usize) -> D;
-    /// One below the diagonal, where the matrix has `entry`.
-    fn below(&self, entry: D) -> D;
-}
-
-/// A matrix itself.
-struct Alone<'a, D, const W: usize>(&'a BandMatrix<D, W>);
-
-impl<D: Scalar, const W: usize> Entries<D, W> for Alone<'_, D, W> {
-    #[inline(always)]
-    fn matrix(&self) -> &BandMatrix<D, W> {
-        self.0
-    }
-    #[inline(always)]
-    fn diagonal(&self, j: usize) -> D {
-        self.0.diagonal[j]
-    }
-    #[inline(always)]
-    fn below(&self, entry: D) -> D {
-        entry
-    }
-}
-
-/// `diag(masses) * scale + factor * matrix`.
-struct WithDiagonal<'a, D, const W: usize> {
-    masses: &'a [D],
-    scale: D,
+/// What is factored: `diag(masses) * scale + factor * matrix`, or without masses.
+#[derive(Clone, Copy)]
+struct Sum<'a, D, const W: usize> {
+    masses: Option<(&'a [D], D)>,
     matrix: &'a BandMatrix<D, W>,
     factor: D,
 }
 
-impl<D: Scalar, const W: usize> Entries<D, W> for WithDiagonal<'_, D, W> {
-    #[inline(always)]
-    fn matrix(&self) -> &BandMatrix<D, W> {
-        self.matrix
-    }
+impl<D: Scalar, const W: usize> Sum<'_, D, W> {
+    /// The entry of row and column `j`.
     #[inline(always)]
     fn diagonal(&self, j: usize) -> D {
-        self.masses[j] * self.scale + self.matrix.diagonal[j] * self.factor
+        let own = self.matrix.diagonal[j] * self.factor;
+        self.masses.map_or(own, |(masses, scale)| masses[j] * scale + own)
     }
+    /// One below the diagonal, where the matrix has `entry`.
     #[inline(always)]
     fn below(&self, entry: D) -> D {
         entry * self.factor
     }
 }
 
-/// What is solved there.
-struct Solve<'a, D, E, const W: usize, const R: usize> {
-    factors: &'a Ldlt<D, W>,
-    x: &'a mut [[E; R]],
-}
-
-impl<D: Scalar, E: RightHandSide<D>, const W: usize, const R: usize> pulp::NullaryFnOnce
-    for Solve<'_, D, E, W, R>
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.factors.solve_in_turn::<E, R, true>(self.x);
-    }
-}
-
 /// The columns from the first row downwards and from the last upwards.
-struct FromBothEnds<'a, E> {
-    of: &'a E,
+struct FromBothEnds<'a, D, const W: usize> {
+    of: Sum<'a, D, W>,
     start: usize,
     end: usize,
 }
 
-impl<D: Scalar, E: Entries<D, W>, const W: usize> Columns<D, W, 2> for FromBothEnds<'_, E> {
+impl<D: Scalar, const W: usize> Columns<D, W, 2> for FromBothEnds<'_, D, W> {
     #[inline(always)]
     fn column(&self, k: usize) -> Column<D, W, 2> {
-        let (of, below) = (self.of, &self.of.matrix().below);
+        let (of, below) = (self.of, &self.of.matrix.below);
         let (top, bottom) = (self.start + k, self.end - 1 - k);
         // Downwards from `top`, and leftwards from `bottom`: row bottom of the columns before.
         let (down, left): (_, &[[D; W]; W]) = (&below[top], array(below, bottom - W));
@@ -119,18 +74,35 @@ impl<D: Scalar, const W: usize> Columns<D, W, 1> for BandMatrix<D, W> {
 }
 
 /// What is factored on a vector unit.
-struct Factor<'a, D, E, const W: usize> {
+struct Factor<'a, D, const W: usize> {
     factors: &'a mut Ldlt<D, W>,
     range: Range<usize>,
-    of: &'a E,
+    of: Sum<'a, D, W>,
 }
 
-impl<D: Scalar, E: Entries<D, W>, const W: usize> pulp::NullaryFnOnce for Factor<'_, D, E, W> {
+impl<D: Scalar, const W: usize> pulp::NullaryFnOnce for Factor<'_, D, W> {
     type Output = Result<(), Singular>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
         self.factors.eliminate_here(self.range, self.of)
+    }
+}
+
+/// What is solved there.
+struct Solve<'a, D, E, const W: usize, const R: usize> {
+    factors: &'a Ldlt<D, W>,
+    x: &'a mut [[E; R]],
+}
+
+impl<D: Scalar, E: RightHandSide<D>, const W: usize, const R: usize> pulp::NullaryFnOnce
+    for Solve<'_, D, E, W, R>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.factors.solve_in_turn::<E, R, true>(self.x);
     }
 }
 
@@ -162,7 +134,7 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         matrix: &BandMatrix<D, W>,
         range: Range<usize>,
     ) -> Result<(), Singular> {
-        self.eliminate(range, &Alone(matrix))
+        self.eliminate(range, Sum { masses: None, matrix, factor: D::from(1.0) })
     }
 
     /// Factors `diag(diagonal) * scale + factor * matrix` over `range` without forming it.
@@ -178,10 +150,10 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
         range: Range<usize>,
     ) -> Result<(), Singular> {
         let masses = &diagonal[..range.end];
-        self.eliminate(range, &WithDiagonal { masses, scale, matrix, factor })
+        self.eliminate(range, Sum { masses: Some((masses, scale)), matrix, factor })
     }
 
-    fn eliminate(&mut self, range: Range<usize>, of: &impl Entries<D, W>) -> Result<(), Singular> {
+    fn eliminate(&mut self, range: Range<usize>, of: Sum<'_, D, W>) -> Result<(), Singular> {
         match D::PLAIN {
             true => on_the_unit(Factor { factors: self, range, of }),
             false => self.eliminate_here(range, of),
@@ -189,12 +161,8 @@ impl<D: Scalar, const W: usize> Ldlt<D, W> {
     }
 
     #[inline(always)]
-    fn eliminate_here(
-        &mut self,
-        range: Range<usize>,
-        of: &impl Entries<D, W>,
-    ) -> Result<(), Singular> {
-        let matrix = of.matrix();
+    fn eliminate_here(&mut self, range: Range<usize>, of: Sum<'_, D, W>) -> Result<(), Singular> {
+        let matrix = of.matrix;
         let Range { start, end } = range;
         self.range = range;
         let m = self.at_each_end();
