@@ -12,7 +12,7 @@ use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::Point;
-use crate::scene::{Clamp, Scene, Scheme, Support};
+use crate::scene::{Recorded, Scene, Scheme};
 use serde::{Deserialize, Serialize};
 
 /// Steps over the scene's.
@@ -88,10 +88,7 @@ pub struct Study {
 /// The limit of two meshes, the second twice as fine. What walls at nodes cut off goes with the
 /// length of an edge, all else with its square.
 fn continuum(coarse: &Tips, fine: &Tips, scene: &Scene) -> Tips {
-    let supports = &scene.supports;
-    let cut = supports.clamp == Clamp::Nodes
-        && [supports.start, supports.end].contains(&Support::Clamped);
-    let beyond = if cut { 1.0 } else { 1.0 / 3.0 };
+    let beyond = if scene.supports.cut_edges() { 1.0 } else { 1.0 / 3.0 };
     let limit = |(coarse, fine): (&[f64; 3], &[f64; 3])| {
         std::array::from_fn(|c| fine[c] + beyond * (fine[c] - coarse[c]))
     };
@@ -125,10 +122,13 @@ impl Study {
         let meshes: Vec<usize> = match fixed {
             true => vec![problem.segments()],
             false => {
-                let mut meshes: Vec<usize> = MESHES
-                    .iter()
-                    .map(|f| ((problem.segments() as f64 * f).round() as usize).max(2))
-                    .collect();
+                // Markers stand at nodes.
+                let spans = scene.supports.path.as_ref().map_or(1, Recorded::spans);
+                let parts = problem.segments() as f64 / spans as f64;
+                let mesh = |factor: &f64| {
+                    ((parts * factor).round() as usize).max(if spans == 1 { 2 } else { 1 }) * spans
+                };
+                let mut meshes: Vec<usize> = MESHES.iter().map(mesh).collect();
                 meshes.dedup();
                 meshes
             }

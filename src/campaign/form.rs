@@ -157,14 +157,19 @@ impl Form {
 fn combinations(grid: &Table) -> Result<Vec<Changes>, Error> {
     let mut axes = Vec::new();
     flatten(grid, "", &mut axes);
-    let mut all = vec![Changes::new()];
+    let (mut all, mut known) = (vec![Changes::new()], Vec::new());
     for (key, value) in axes {
-        Key::new(&key).map_err(|error| match error {
+        let place = Key::new(&key).map_err(|error| match error {
             Error::Invalid { found, allowed, .. } => {
                 Error::invalid(format!("grid.{key}"), found, allowed)
             }
             error => error,
         })?;
+        if let Some((other, _)) = known.iter().find(|(_, other)| *other == place) {
+            let allowed = format!("one of the two: {other} is the same");
+            return Err(Error::invalid(format!("grid.{key}"), "the same number twice", allowed));
+        }
+        known.push((key.clone(), place));
         let Value::Array(values) = value else {
             return Err(Error::invalid(format!("grid.{key}"), value, "a list of values"));
         };

@@ -17,19 +17,26 @@ const NAME: &str = "name";
 pub(crate) fn rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<Row>, Error> {
     let bytes = data(path)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .delimiter(delimiter(bytes))
-        .from_reader(bytes);
+    let delimiter = delimiter(bytes);
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(bytes);
     let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
     let at = |line: u64, message: String| Error::Data { path: path.into(), line, message };
+    let mut known = Vec::new();
     for (k, column) in header.iter().enumerate() {
         if header.iter().take(k).any(|other| other == column) {
             return Err(at(1, format!("found {column} twice, allowed: every column once")));
         }
         if ![FIT, NAME].contains(&column) && !column.starts_with('#') {
             let also = "; fit, name, and columns whose name begins with #";
-            Key::new(column).map_err(|error| at(1, format!("{error}{also}")))?;
+            let place = Key::new(column).map_err(|error| at(1, format!("{error}{also}")))?;
+            if let Some((other, _)) = known.iter().find(|(_, other)| *other == place) {
+                let message = format!(
+                    "found {column} beside {other}, allowed: one of the two, which are the same"
+                );
+                return Err(at(1, message));
+            }
+            known.push((column, place));
         }
     }
     let own = header.iter().any(|column| column == FIT);
@@ -48,7 +55,7 @@ pub(crate) fn rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<Row>, Error> {
                 NAME => name = cell.into(),
                 _ if column.starts_with('#') => {}
                 _ => {
-                    changes.insert(column.into(), value(cell));
+                    changes.insert(column.into(), value(cell, delimiter));
                 }
             }
         }
@@ -66,8 +73,12 @@ pub(crate) fn rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<Row>, Error> {
     }
 }
 
-/// What stands in a cell: a number, true or false, a list as in TOML, or else text.
-fn value(cell: &str) -> Value {
+/// What stands in a cell: a number, beside semicolons also one with a decimal comma, true or false, a list as in TOML, or else
+/// text.
+fn value(cell: &str, delimiter: u8) -> Value {
+    let point = cell.replace(',', ".");
+    let is_number = delimiter == b';' && point.parse::<f64>().is_ok();
+    let cell = if is_number { &point } else { cell };
     let parsed = format!("value = {cell}").parse::<Table>().ok();
     let value = parsed.filter(|table| table.len() == 1).and_then(|mut table| table.remove("value"));
     value.filter(|value| !value.is_datetime()).unwrap_or_else(|| Value::String(cell.into()))

@@ -64,6 +64,9 @@ impl Known {
     }
 }
 
+/// Squares of more are no numbers any more.
+const MOST_SIGMA: f64 = 1e100;
+
 /// Refuses known numbers that no scene has, that are identified, or whose correlations cannot be.
 pub(crate) fn check(
     experiments: &[Experiment],
@@ -74,6 +77,10 @@ pub(crate) fn check(
         let (key, own) = (format!("known[{i}]"), known.as_unknown());
         own.check(experiments, &key)?;
         positive(&format!("{key}.sigma"), known.sigma)?;
+        if known.sigma > MOST_SIGMA {
+            let allowed = format!("up to {MOST_SIGMA:e}");
+            return Err(Error::invalid(format!("{key}.sigma"), known.sigma, allowed));
+        }
         let shared = |other: &Unknown| {
             let both = |e: &Experiment| other.is_of(e) && own.is_of(e);
             other.parameter == own.parameter && experiments.iter().any(both)

@@ -17,6 +17,13 @@ pub(crate) fn some_numbers<'de, T: Deserialize<'de>, D: Deserializer<'de>, const
     Option::deserialize(deserializer)?.map(so_many).transpose()
 }
 
+/// Lists of so many numbers each.
+pub(crate) fn rows<'de, T: Deserialize<'de>, D: Deserializer<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<Vec<[T; N]>, D::Error> {
+    Vec::<Vec<T>>::deserialize(deserializer)?.into_iter().map(so_many).collect()
+}
+
 fn so_many<T, E: Error, const N: usize>(values: Vec<T>) -> Result<[T; N], E> {
     let expected = format!("{N} numbers");
     <[T; N]>::try_from(values).map_err(|values| E::invalid_length(values.len(), &expected.as_str()))

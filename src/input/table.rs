@@ -14,6 +14,8 @@ pub struct Table {
     path: PathBuf,
     /// Name and unit of every column: `("x", Some("mm"))` for `x[mm]`.
     pub columns: Vec<(String, Option<String>)>,
+    /// The names as they are written, with capitals.
+    pub written: Vec<String>,
     /// The rows below the header.
     pub rows: Vec<Row>,
 }
@@ -43,7 +45,11 @@ impl Table {
             .delimiter(delimiter)
             .from_reader(bytes);
         let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
-        let columns = header.iter().map(split_unit).collect();
+        let split = |name| {
+            let (written, unit) = split_unit(name);
+            ((written.to_lowercase(), unit), written)
+        };
+        let (columns, written) = header.iter().map(split).unzip();
         let mut rows = Vec::new();
         for record in reader.records() {
             let record = record.map_err(|error| csv_error(path, error))?;
@@ -58,7 +64,7 @@ impl Table {
                 .collect::<Result<_, _>>()?;
             rows.push(Row { line, values });
         }
-        Ok(Self { path: path.into(), columns, rows })
+        Ok(Self { path: path.into(), columns, written, rows })
     }
 
     /// Index of a column.
@@ -105,12 +111,12 @@ pub(crate) fn delimiter(bytes: &[u8]) -> u8 {
     *header.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',')
 }
 
-/// `X [mm]` or `X (mm)` is `x` in `mm`.
+/// `X [mm]` or `X (mm)` is `X` in `mm`.
 pub(crate) fn split_unit(header: &str) -> (String, Option<String>) {
     let brackets = |open: char, close: char| header.strip_suffix(close)?.split_once(open);
     match brackets('[', ']').or_else(|| brackets('(', ')')) {
-        Some((name, unit)) => (name.trim().to_lowercase(), Some(unit.trim().into())),
-        None => (header.to_lowercase(), None),
+        Some((name, unit)) => (name.trim().into(), Some(unit.trim().into())),
+        None => (header.into(), None),
     }
 }
 
@@ -145,6 +151,30 @@ pub(crate) fn csv_error(path: &Path, error: csv::Error) -> Error {
             line,
             message: format!("found {len} fields, allowed: {expected_len} as in the header"),
         },
+        csv::ErrorKind::Utf8 { err, .. } => Error::Data {
+            path: path.into(),
+            line,
+            message: format!(
+                "field {} is no UTF-8 text, allowed: a file saved as UTF-8",
+                err.field() + 1
+            ),
+        },
         kind => Error::Data { path: path.into(), line, message: format!("{kind:?}") },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_that_are_no_text_are_named() {
+        for (bytes, words) in [
+            (&b"t,x[\xb5m]\n0,1\n"[..], "tip.csv:1: field 2 is no UTF-8 text"),
+            (&b"t,x\n0,1\n0.5,\xff\n"[..], "tip.csv:3: field 2 is no UTF-8 text"),
+        ] {
+            let error = Table::of(Path::new("tip.csv"), bytes).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
     }
 }

@@ -323,6 +323,12 @@ pub fn on_the_unit<T: pulp::NullaryFnOnce>(work: T) -> T::Output {
     work.call()
 }
 
+/// The same where each list has more than two numbers: fewer fill no wider unit.
+#[inline(always)]
+pub fn wide_on_the_unit<T: pulp::NullaryFnOnce, const G: usize>(work: T) -> T::Output {
+    if G > 2 { on_the_unit(work) } else { work.call() }
+}
+
 /// Whether there is a vector unit of more than two numbers.
 pub fn has_unit() -> bool {
     level() != "scalar"

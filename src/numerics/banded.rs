@@ -17,7 +17,7 @@ mod ldlt;
 
 pub use ldlt::{Ldlt, Singular};
 
-use crate::numerics::abreast::on_the_unit;
+use crate::numerics::abreast::wide_on_the_unit;
 use crate::numerics::scalar::Scalar;
 use std::ops::Range;
 
@@ -178,8 +178,13 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
     }
 
     /// Adds column `j` times each of `x` to `out`.
-    #[inline(always)]
     pub fn add_column<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
+        self.add_column_here(j, x, out);
+    }
+
+    /// The same inline.
+    #[inline(always)]
+    pub fn add_column_here<const G: usize>(&self, j: usize, x: [D; G], out: &mut [[D; G]]) {
         let add = |out: &mut [D; G], entry: D| {
             for g in 0..G {
                 out[g] += entry * x[g];
@@ -219,7 +224,7 @@ impl<D: Scalar, const W: usize> BandMatrix<D, W> {
 
     /// Adds the matrix times each of `x` to `out`.
     pub fn add_product<const G: usize>(&self, x: &[[D; G]], out: &mut [[D; G]]) {
-        on_the_unit(Product { matrix: self, x, out });
+        wide_on_the_unit::<_, G>(Product { matrix: self, x, out });
     }
 
     #[inline(always)]

@@ -96,7 +96,8 @@ pub(crate) fn checked(scene: &Scene, mesh: &Mesh) -> Result<Checked, Error> {
     }
     let start = setup::start_shape(scene, mesh)?;
     if let Some(start) = &start {
-        check_edges("initial.shape", start)?;
+        let recorded = scene.supports.path.is_some();
+        check_edges(if recorded { "supports.path" } else { "initial.shape" }, start)?;
     }
     let loads = setup::nodal(&scene.loads.point, "loads", mesh)?;
     setup::nodal(&scene.initial.point, "initial", mesh)?;

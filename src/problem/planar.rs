@@ -4,7 +4,7 @@ use crate::energy::adapter::Chart;
 use crate::energy::frame::EdgeFrame;
 use crate::energy::{DeadLoad, DeadMoment, PlanarBend, Stretch, planar_bend};
 use crate::numerics::scalar::{Nestable, Scalar};
-use crate::numerics::vector::{Vector, sub};
+use crate::numerics::vector::{Vector, dot, sub};
 use crate::problem::model::{
     Correction, Model, NodalLoad, NodalMass, first_director, rolling, springs, tilted,
 };
@@ -16,7 +16,7 @@ use crate::rod::planar::HALF_BANDWIDTH;
 use crate::rod::{Extra, PlanarRod};
 use crate::scene::mesh::Mesh;
 use crate::scene::supports::Moment;
-use crate::scene::{End, Plane, Scene, Support};
+use crate::scene::{End, Plane, Scene, Support, Track};
 use nalgebra::Vector3;
 use num_dual::Dual64;
 
@@ -373,14 +373,30 @@ impl<D: Scalar> Directions<D> {
             let way = times.iter().filter_map(|t| motion.recorded(Moment::Time(D::from(*t))));
             within.extend(way.map(|x| (format!("{key}.file"), x)));
         }
+        // A recording has no derivatives.
+        if D::PLAIN
+            && let Some(track) = scene.supports.path.as_ref().and_then(|p| p.track.as_ref())
+        {
+            within.extend(seen_from(nodes, track).map(|x| ("supports.path".into(), x)));
+        }
         if let Some(roller) = scene.supports.roller {
             within.push(("supports.roller".into(), roller.map(D::from)));
         }
         if let Some(start) = start {
-            within.extend(start.iter().map(|x| ("initial.shape".into(), sub(*x, nodes[0]))));
+            let key = if scene.supports.path.is_some() { "supports.path" } else { "initial.shape" };
+            within.extend(start.iter().map(|x| (key.into(), sub(*x, nodes[0]))));
         }
         Self { within, across }
     }
+}
+
+/// Where the markers are at all frames, from the first node; but for those that are at it.
+fn seen_from<D: Scalar>(nodes: &[Vector<D>], track: &Track) -> impl Iterator<Item = Vector<D>> {
+    let places = track.markers().iter().flat_map(|marker| marker.seen.iter().flatten());
+    let origin = nodes[0].map(|x| x.value());
+    let vectors = places.map(move |x| sub(*x, origin));
+    let reach = vectors.clone().map(|v| dot(v, v)).fold(0.0, f64::max);
+    vectors.filter(move |v| dot(*v, *v) > 1e-12 * reach).map(|v| v.map(D::from))
 }
 
 /// What turns the rod about itself, rad or rad/m.

@@ -1,7 +1,7 @@
 //! What is asked of a resolution.
 
 use crate::scene::resolution::Bound;
-use crate::scene::{Scene, Time, Tolerance};
+use crate::scene::{Recorded, Scene, Time, Tolerance};
 
 /// What a mesh is chosen for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,8 +25,10 @@ pub(super) const PART: f64 = 0.39;
 pub(super) const OF_ACCURACY: f64 = 1e-5;
 pub(super) const OF_TRIAL: f64 = 1e-4;
 pub(super) const MOST_LEFT: f64 = 1e-6;
-/// Most edges of a rod at rest.
+/// Most edges of a rod at rest, and of one whose modes are looked at: rounding errors of frequencies go with the fourth power
+/// of the edges, and 1e3 of them leave some 1e-5.
 pub(super) const MOST_EDGES: usize = 20_000;
+pub(super) const MOST_OF_MODES: usize = 1_000;
 
 /// Edges, step, the error that is left over the length, and what kept it from being smaller.
 pub(super) type Found = (usize, f64, Option<f64>, Option<Bound>);
@@ -38,4 +40,16 @@ pub(super) fn solved_for(scene: &mut Scene, part: f64) {
     if let Some(time) = scene.time.as_mut().filter(|_| chosen).filter(iterated) {
         time.tolerance = Tolerance::Predicted((part * asked).min(MOST_LEFT));
     }
+}
+
+/// So many edges, or a few more where markers stand at nodes.
+pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
+    let spans = scene.supports.path.as_ref().map_or(1, Recorded::spans);
+    edges.div_ceil(spans) * spans
+}
+
+/// The order that errors of the mesh fall with: what walls at nodes cut off, or hold, goes with the length of an edge, all
+/// else with its square.
+pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
+    if scene.supports.cut_edges() { 1.0 } else { 2.0 }
 }

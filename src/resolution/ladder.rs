@@ -3,8 +3,10 @@
 /// What is looked at, at all times, over the length.
 pub(super) type Seen = Vec<[f64; 3]>;
 
-/// Differences of runs that fall by this factor when edges or steps are halved are those of a method that converges.
+/// Differences of runs that fall by this factor when edges or steps are halved are those of a method that converges; of one of
+/// first order by this part of its own.
 const CONVERGES: f64 = 2.5;
+const CONVERGES_SLOWLY: f64 = 0.7;
 /// Runs that are as near as this are one.
 const ROUNDING: f64 = 1e-12;
 /// What is known from two runs only counts so many times.
@@ -69,7 +71,8 @@ impl Ladder {
             [.., last] if last < ROUNDING => Some([last, order]),
             [.., before, last] => {
                 let falls = (before / last).min(order.exp2());
-                (falls >= CONVERGES).then(|| [last / (falls - 1.0), falls.log2()])
+                (falls >= CONVERGES.min(CONVERGES_SLOWLY * order.exp2()))
+                    .then(|| [last / (falls - 1.0), falls.log2()])
             }
         }
     }

@@ -16,7 +16,7 @@ pub use aim::Aim;
 
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::resolution::aim::{MOST_EDGES, OF_ACCURACY, solved_for};
+use crate::resolution::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
 use crate::resolution::motion::Search;
 use crate::resolution::still::still;
 use crate::scene::Scene;
@@ -71,7 +71,8 @@ impl Scene {
         };
         let mut scene = scene.resolved(segments, step).by(scheme);
         if let Some(resolution) = &mut scene.resolution {
-            (resolution.error, resolution.bound, resolution.work) = (error, bound, work);
+            let known = error.filter(|error| error.is_finite());
+            (resolution.error, resolution.bound, resolution.work) = (known, bound, work);
         }
         if aim == Aim::Motion {
             solved_for(&mut scene, OF_ACCURACY);
@@ -91,10 +92,7 @@ fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
         let allowed = format!("left out where {MOST_EDGES} are enough, or a number");
         return Err(Error::invalid("rod.segments", found, allowed));
     }
-    let Some(path) = &scene.supports.path else { return Ok(edges) };
-    // Markers stand at nodes.
-    let spans = path.track()?.markers().len().max(2) - 1;
-    Ok(edges.div_ceil(spans) * spans)
+    Ok(allowed_edges(scene, edges))
 }
 
 /// How much finer first runs are than for an accuracy of 1 %.

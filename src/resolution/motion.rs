@@ -6,7 +6,7 @@
 
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::resolution::aim::{Found, PART};
+use crate::resolution::aim::{Found, PART, allowed_edges, order_of_mesh};
 use crate::resolution::ladder::Ladder;
 use crate::resolution::runs::Runs;
 use crate::scene::resolution::Bound;
@@ -71,7 +71,7 @@ impl<'a> Search<'a> {
         (step, scheme): (f64, Scheme),
         allowed: f64,
     ) -> Result<(usize, f64, Option<Bound>), Error> {
-        let end = self.runs.guess.time()?.end;
+        let (end, order) = (self.runs.guess.time()?.end, order_of_mesh(self.scene));
         let seen = |segments: usize, step: f64| {
             Ok::<_, Error>(self.runs.run((segments, step, scheme))?.map(|ran| ran.seen))
         };
@@ -80,7 +80,8 @@ impl<'a> Search<'a> {
             ladder.add(seen(first, step)?);
             ladder.add(seen(own, step)?);
             let ratio = own as f64 / first as f64;
-            let error = ladder.apart().last().map(|apart| apart / (ratio * ratio - 1.0).max(0.1));
+            let error =
+                ladder.apart().last().map(|apart| apart / (ratio.powf(order) - 1.0).max(0.1));
             return Ok((own, error.unwrap_or(0.0), Some(Bound::Given)));
         }
         let (mut segments, mut step) = (first, step);
@@ -88,7 +89,7 @@ impl<'a> Search<'a> {
             let ran = seen(segments, step)?;
             let failed = ran.is_none();
             ladder.add(ran);
-            if failed || ladder.apart().len() >= ORDERLESS && ladder.error(2.0).is_none() {
+            if failed || ladder.apart().len() >= ORDERLESS && ladder.error(order).is_none() {
                 // Finer edges may not take the steps that coarse ones take: all again in smaller ones.
                 step *= 0.5;
                 if end / step * segments as f64 > self.runs.most_work {
@@ -98,9 +99,9 @@ impl<'a> Search<'a> {
                 segments = (segments / 4).max(first);
                 continue;
             }
-            if let Some((finer, [error, order])) = ladder.reaches(allowed, 2.0, FAR) {
+            if let Some((finer, [error, order])) = ladder.reaches(allowed, order, FAR) {
                 let chosen = (segments as f64 * finer.max(0.4)).ceil().max(4.0);
-                let chosen = self.allowed_edges(chosen as usize);
+                let chosen = allowed_edges(self.scene, chosen as usize);
                 let error = error * (segments as f64 / chosen as f64).powf(order);
                 return Ok((chosen, error, None));
             }
@@ -110,13 +111,6 @@ impl<'a> Search<'a> {
             }
             segments *= 2;
         }
-    }
-
-    /// So many edges, or a few more where markers stand at nodes.
-    fn allowed_edges(&self, segments: usize) -> usize {
-        let track = self.scene.supports.path.as_ref().and_then(|path| path.track().ok());
-        let spans = track.map_or(1, |track| track.markers().len().max(2) - 1);
-        segments.div_ceil(spans) * spans
     }
 }
 

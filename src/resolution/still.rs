@@ -1,7 +1,10 @@
 //! A mesh for what does not move.
 
 use crate::error::Error;
-use crate::resolution::aim::{Aim, Found, MOST_EDGES, PART};
+use crate::problem::Problem;
+use crate::resolution::aim::{
+    Aim, Found, MOST_EDGES, MOST_OF_MODES, PART, allowed_edges, order_of_mesh,
+};
 use crate::resolution::ladder::{Ladder, Seen};
 use crate::resolution::runs::looked_at;
 use crate::scene::resolution::Bound;
@@ -11,46 +14,59 @@ use crate::vibration::About;
 /// What is chosen is at most so many times as fine as the finest of three meshes that were looked at, or of two.
 const FAR: f64 = 2.0;
 const FAR_BY_TWO: f64 = 1.3;
+/// Of three differences or more the last, where it is not below the one before it and smaller than this, is of rounding errors.
+const ROUNDING: f64 = 1e-4;
 
 /// A mesh for what does not move.
 pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Result<Found, Error> {
-    let mut ladder = Ladder::default();
-    let (mut segments, allowed) = (edges, 2.0 * PART * scene.asked());
+    let (mut ladder, mut segments) = (Ladder::default(), edges);
+    let (order, allowed) = (order_of_mesh(scene), 2.0 * PART * scene.asked());
+    let (most, least) = match aim {
+        Aim::Modes(count) => (MOST_OF_MODES.max(edges), 2 * count),
+        _ => (MOST_EDGES, 2),
+    };
     loop {
-        let problem = scene.resolved(segments, step).posed()?;
-        let seen: Seen = match aim {
-            Aim::Modes(count) => {
-                let found = problem.modes(count, About::default())?;
-                found
-                    .modes
-                    .iter()
-                    .map(|mode| [mode.frequency_rad_s.max(1e-300).ln(), 0.0, 0.0])
-                    .collect()
-            }
-            _ => {
-                let rest = problem.equilibrium()?;
-                let over = problem.length().recip();
-                let place = |point: &Point| {
-                    let mut place = [0.0; 3];
-                    for (i, weight) in problem.stencil(*point)?.nodes {
-                        (0..3).for_each(|c| place[c] += over * weight * rest.nodes[i][c]);
-                    }
-                    Ok(place)
-                };
-                looked_at(&problem).iter().map(place).collect::<Result<_, Error>>()?
-            }
-        };
-        ladder.add(Some(seen));
-        let reached = ladder.reaches(allowed, 2.0, [FAR, FAR_BY_TWO]);
-        let last = reached.is_some() || segments > MOST_EDGES;
-        if let Some([error, order]) = ladder.error(2.0).filter(|_| last) {
-            let bound = reached.is_none().then_some(Bound::Work);
-            let finer = reached.map_or(FAR, |(finer, _)| finer.max(0.5));
-            let chosen = (segments as f64 * finer).ceil() as usize;
-            let chosen = if let Aim::Modes(count) = aim { chosen.max(2 * count) } else { chosen };
+        ladder.add(Some(seen(&scene.resolved(segments, step).posed()?, aim)?));
+        if let Some((finer, [error, order])) = ladder.reaches(allowed, order, [FAR, FAR_BY_TWO]) {
+            let chosen = (segments as f64 * finer.max(0.5)).ceil() as usize;
+            let chosen = allowed_edges(scene, chosen.max(least));
             let error = error * (segments as f64 / chosen as f64).powf(order);
-            return Ok((chosen, step, Some(error), bound));
+            return Ok((chosen, step, Some(error), None));
+        }
+        let last = ladder.apart().last().copied();
+        if let [_, .., before, last] = *ladder.apart()
+            && last >= before
+            && last < ROUNDING
+        {
+            // Finer meshes leave more rounding errors.
+            return Ok((segments / 2, step, Some(last), Some(Bound::Work)));
+        }
+        if 2 * segments > most {
+            let error = ladder.error(order).map(|[error, _]| error);
+            return Ok((segments, step, error.or(last), Some(Bound::Work)));
         }
         segments *= 2;
     }
+}
+
+/// Places over the length, or logarithms of frequencies.
+fn seen(problem: &Problem, aim: Aim) -> Result<Seen, Error> {
+    if let Aim::Modes(count) = aim {
+        // What has no equilibrium may still be looked at about its rest shape.
+        let found = problem
+            .modes(count, About::Equilibrium)
+            .or_else(|_| problem.modes(count, About::Rest))?;
+        let ln = |frequency: &f64| [frequency.max(1e-300).ln(), 0.0, 0.0];
+        return Ok(found.modes.iter().map(|mode| ln(&mode.frequency_rad_s)).collect());
+    }
+    let rest = problem.equilibrium()?;
+    let over = problem.length().recip();
+    let place = |point: &Point| {
+        let mut place = [0.0; 3];
+        for (i, weight) in problem.stencil(*point)?.nodes {
+            (0..3).for_each(|c| place[c] += over * weight * rest.nodes[i][c]);
+        }
+        Ok(place)
+    };
+    looked_at(problem).iter().map(place).collect()
 }

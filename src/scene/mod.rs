@@ -465,7 +465,9 @@ impl Scene {
                 let found = format!("a motion beside the scheme {}", traits.name);
                 let takers = Scheme::names(|traits| traits.takes_boundary_motion);
                 let allowed = format!("with the schemes {takers}");
-                return Err(Error::invalid("supports.motion", found, allowed));
+                let recorded = self.supports.path.is_some();
+                let key = if recorded { "supports.path" } else { "supports.motion" };
+                return Err(Error::invalid(key, found, allowed));
             }
         }
         Ok(())

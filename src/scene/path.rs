@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
+use crate::input::track::sheet::is_called;
 use crate::scene::faults::{LostFrames, SwappedLabels};
 use crate::scene::support::{End, Support};
 use crate::scene::track::Track;
@@ -148,6 +149,11 @@ impl Recorded {
         })
     }
 
+    /// The parts that the markers divide the rod into.
+    pub(crate) fn spans(&self) -> usize {
+        self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1)
+    }
+
     /// The node of every marker on a rod of so many edges.
     ///
     /// # Errors
@@ -179,14 +185,13 @@ impl Recorded {
     /// The markers between the ends that lead the rod.
     fn inner_markers(&self) -> Vec<usize> {
         let markers = self.track.as_ref().map_or(&[][..], |track| track.markers());
-        let is_inner = |j: &usize| self.inner.contains(&markers[*j].name);
+        let is_inner = |j: &usize| self.inner.iter().any(|name| is_called(&markers[*j].name, name));
         (0..markers.len()).filter(is_inner).collect()
     }
 
     /// How many nodes a recorded end of a rod of so many edges holds.
     pub(crate) fn held_nodes(&self, segments: usize) -> usize {
-        let spans = self.track.as_ref().map_or(1, |track| track.markers().len().max(2) - 1);
-        (self.held.max(1) - 1).saturating_mul(segments / spans).saturating_add(1)
+        (self.held.max(1) - 1).saturating_mul(segments / self.spans()).saturating_add(1)
     }
 
     /// Refuses what makes no sense beside these supports.
@@ -236,7 +241,8 @@ impl Recorded {
             .filter(|(node, _)| **node >= first && **node + last <= segments)
             .map(|(_, marker)| &*marker.name)
             .collect();
-        if let Some(name) = self.inner.iter().find(|name| !between.contains(&name.as_str())) {
+        let is_between = |name: &&String| between.iter().any(|marker| is_called(marker, name));
+        if let Some(name) = self.inner.iter().find(|name| !is_between(name)) {
             let found = format!("{name:?}, which is no marker between what the supports hold");
             let allowed = format!("some of {between:?}");
             return Err(Error::invalid("supports.path.inner", found, allowed));

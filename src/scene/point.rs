@@ -171,10 +171,14 @@ impl<D: Scalar> Stencil<D> {
         Self { nodes: vec![(i, D::from(1.0))] }
     }
 
-    /// The four nodes next to an arc length.
+    /// The four nodes next to an arc length. A node that is there but for rounding counts as behind it, whichever way
+    /// its own arc length was rounded.
     pub(crate) fn around(arc_length: &[D], s: f64) -> Range<usize> {
         let n = arc_length.len();
-        let right = arc_length.partition_point(|a| a.value() < s).clamp(1, n.max(2) - 1);
+        let [first, last] =
+            [0, n.saturating_sub(1)].map(|i| arc_length.get(i).map_or(0.0, D::value));
+        let there = s - 1e-9 * (last - first);
+        let right = arc_length.partition_point(|a| a.value() < there).clamp(1, n.max(2) - 1);
         let first = right.saturating_sub(2).min(n.saturating_sub(4));
         first..(first + 4).min(n)
     }
@@ -226,5 +230,20 @@ mod tests {
         }
         assert_eq!(Stencil::between(&s, s[7]), Stencil::node(7));
         assert_eq!(Stencil::between(&s[..3], 0.05), Stencil::node(1));
+    }
+
+    #[test]
+    fn rounding_moves_no_point_to_other_nodes() {
+        for n in [10, 12, 24, 50] {
+            let by_sums: Vec<f64> =
+                std::iter::successors(Some(0.0), |s| Some(s + 0.513 / n as f64))
+                    .take(n + 1)
+                    .collect();
+            let by_parts: Vec<f64> = (0..=n).map(|i| 0.513 * i as f64 / n as f64).collect();
+            for k in 0..=n {
+                let [a, b] = [&by_sums, &by_parts].map(|mesh| Stencil::around(mesh, by_parts[k]));
+                assert_eq!(a, b, "node {k} of {n}");
+            }
+        }
     }
 }

@@ -78,6 +78,23 @@ pub enum Bound {
 impl Resolution {
     /// In words what was chosen, and the error that it leaves.
     pub fn words(&self) -> String {
+        self.words_over("the length")
+    }
+
+    /// That of a mesh alone; none where the scene has its own.
+    pub(crate) fn of_mesh(self) -> Option<Self> {
+        let chosen = Chosen { segments: true, ..Chosen::default() };
+        self.chosen.segments.then_some(Self { step: None, scheme: None, chosen, ..self })
+    }
+
+    /// The same of what does not move, whose errors are over the length or a frequency, with what speaks against it.
+    pub(crate) fn told_over(&self, whole: &str) -> String {
+        let warning = self.warning_over(whole);
+        let warning = warning.map(|(code, words)| code.behind(format!("\nwarning: {words}")));
+        self.words_over(whole) + &warning.unwrap_or_default()
+    }
+
+    fn words_over(&self, whole: &str) -> String {
         let Self { segments, step, scheme, chosen, .. } = self;
         let mut parts = Vec::new();
         if chosen.segments {
@@ -93,34 +110,47 @@ impl Resolution {
             true => "mesh and step as given".into(),
             false => format!("chosen: {}", parts.join(", ")),
         };
-        match self.error {
-            Some(error) => {
-                let asked = self.accuracy;
-                format!("{what}; error about {error:.1e} of the length, {asked:.0e} asked for")
+        let asked = self.accuracy;
+        match (self.error, self.bound) {
+            (Some(error), _) => {
+                format!("{what}; error about {error:.1e} of {whole}, {asked:.0e} asked for")
             }
-            None => what,
+            (None, Some(_)) => format!("{what}; error not known, {asked:.0e} of {whole} asked for"),
+            (None, None) => what,
         }
     }
 
     /// What speaks against it.
     pub fn warning(&self) -> Option<(Code, String)> {
-        let Self { accuracy, error: Some(error), bound: Some(bound), .. } = self else {
-            return None;
+        self.warning_over("the length")
+    }
+
+    fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
+        let Self { accuracy, error, bound: Some(bound), .. } = self else { return None };
+        let error = match error {
+            Some(error) => format!("is estimated at {error:.1e} of {whole}, above {accuracy:e}"),
+            None => format!("could not be estimated, and may be above {accuracy:e} of {whole}"),
         };
-        Some(match bound {
-            Bound::Work => (
+        Some(match (bound, self.step) {
+            (Bound::Work, Some(_)) => (
                 Code::AccuracyOutOfReach,
                 format!(
-                    "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: finer \
-                 runs would take too long; a shorter time.end, more damping or a larger accuracy need less, \
-                 and segments and step of your own may be as fine as you like"
+                    "accuracy: the error {error}: finer runs would take too long; a shorter time.end, more damping \
+                     or a larger accuracy need less, and segments and step of your own may be as fine as you like"
                 ),
             ),
-            Bound::Given => (
+            (Bound::Work, None) => (
+                Code::AccuracyOutOfReach,
+                format!(
+                    "accuracy: the error {error}: finer meshes would take too long, or leave more rounding errors; \
+                     rod.segments of your own may be as many as you like"
+                ),
+            ),
+            (Bound::Given, _) => (
                 Code::AccuracyNotMet,
                 format!(
-                    "accuracy: the error is estimated at {error:.1e} of the length, above {accuracy:e}: leave \
-                 out rod.segments, time.step and time.scheme, and the program chooses them"
+                    "accuracy: the error {error}: leave out rod.segments, time.step and time.scheme, and the \
+                     program chooses them"
                 ),
             ),
         })

@@ -42,7 +42,11 @@ pub struct RodSpec<D = f64> {
     /// Curvature of the rod at rest along both of its material directors, 1/m, beside that of its shape:
     /// pairs at places equally many edges apart from the first node to the last, linear between them.
     /// For rods in space. A rod of one edge between any two markers may have one pair a marker.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(
+        deserialize_with = "crate::input::arrays::rows",
+        default,
+        skip_serializing_if = "Vec::is_empty"
+    )]
     pub natural_bending: Vec<[D; 2]>,
     /// What is fixed on the rod and weighs.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -68,7 +68,11 @@ pub enum Shape<D = f64> {
         #[serde(default, skip_serializing_if = "is_empty")]
         file: PathBuf,
         /// The points themselves, m, instead of a file.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        #[serde(
+            deserialize_with = "crate::input::arrays::rows",
+            default,
+            skip_serializing_if = "Vec::is_empty"
+        )]
         points: Vec<[f64; 3]>,
         /// By how much the coordinates are multiplied.
         #[serde(default = "one::<D>", skip_serializing_if = "is_one")]

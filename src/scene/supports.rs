@@ -35,8 +35,8 @@ pub struct Supports<D = f64> {
     /// Where the wall of a clamped end stands.
     #[serde(default)]
     pub clamp: Clamp,
-    /// By how much the rod as a whole is turned about its first node, about the normal of its plane,
-    /// against the weight, rad; planar scenes only.
+    /// By how much the rod as a whole is turned about its first node, right-handed about the normal of its plane, rad: in
+    /// the xy plane about z, counterclockwise; planar scenes only.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub angle: D,
     /// How a clamped start gives way.
@@ -350,6 +350,16 @@ impl<D> Supports<D> {
     /// Whether an end moves, by a formula or as it was recorded.
     pub(crate) fn move_ends(&self) -> bool {
         !self.motion.is_empty() || self.path.is_some()
+    }
+
+    /// Whether walls at nodes, or hands that hold two, take from the rod what bends over half an edge behind them.
+    pub(crate) fn cut_edges(&self) -> bool {
+        let hold = self.path.as_ref().is_some_and(|path| path.held > 1);
+        [self.start, self.end].into_iter().any(|support| match support {
+            Support::Clamped => self.clamp == Clamp::Nodes,
+            Support::Recorded => hold,
+            _ => false,
+        })
     }
 
     /// How far recorded ends are held turned about the rod, beyond how it lies.

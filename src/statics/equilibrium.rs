@@ -12,7 +12,7 @@ use crate::problem::Model;
 use crate::problem::{AnyProblem, Discretized, FramesOf, Problem};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
-use crate::scene::Parameter;
+use crate::scene::{Parameter, Resolution};
 use crate::statics::pencil::Pencil;
 use crate::statics::reaction::Reactions;
 use crate::statics::rest::Settled;
@@ -48,6 +48,9 @@ pub struct Equilibrium {
     pub reactions: Reactions,
     /// Position of every node, m.
     pub nodes: Vec<[f64; 3]>,
+    /// The mesh, where the program chose it, and what it is worth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<Resolution>,
 }
 
 impl std::fmt::Display for Equilibrium {
@@ -61,6 +64,9 @@ impl std::fmt::Display for Equilibrium {
             (.., n) => Code::Unstable.behind(format!("UNSTABLE, {n} directions lead down")),
         };
         writeln!(f, "{} model: {verdict}", self.model)?;
+        if let Some(resolution) = &self.resolution {
+            writeln!(f, "{}", resolution.told_over("the length"))?;
+        }
         writeln!(f, "tip ({x:.6}, {y:.6}, {z:.6}) m, energy {:.6e} J", self.energy)?;
         write!(f, "{} Newton iterations, residual {:.1e} N", self.newton_iterations, self.residual)
     }
@@ -121,6 +127,7 @@ fn at_rest<M: Model<W>, const W: usize>(
         negative_directions: Pencil::resting(discretized, &rest.q, &rest.frames).below(-1.0)?,
         reactions,
         nodes,
+        resolution: problem.resolution().copied().and_then(Resolution::of_mesh),
     })
 }
 

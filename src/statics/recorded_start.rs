@@ -11,8 +11,9 @@
 //! resolves](crate::dynamics::stepper::acceleration_within), since errors of places would else be taken for forces.
 //!
 //! Markers on the rod's line say nothing of its turn about itself. A curved rod is given the turn of least
-//! energy before it relaxes, and goes on from there in the second frame. By how much more a hand holds it
-//! turned is a number of the scene, the twist of `supports.motion`.
+//! energy before it relaxes, and goes on from there in the second frame; a straight one, whose energies would tell the
+//! noise of the markers, lies as `up` of its section says. By how much more a hand holds it turned is a number of the
+//! scene, the twist of `supports.motion`.
 
 use crate::energy::Derivatives;
 use crate::error::Error;
@@ -118,7 +119,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     fn relax(&self, track: &Track) -> Result<Vec<Vec<f64>>, Error> {
         let (mut q, frames) = self.begin(self.setup);
         let rod = self.tied(self.setup, track, 0)?;
-        turn_about_itself::<M, W>(&rod, &mut q, &frames);
+        if !self.problem.mesh.is_straight() || !self.scene().rod.natural_bending.is_empty() {
+            turn_about_itself::<M, W>(&rod, &mut q, &frames);
+        }
         let reference = frames.clone();
         let descend = |rod: &M::Rod<f64>, q: Vec<f64>, frames| {
             let scales = (self.problem.length(), self.negligible(None));
@@ -238,7 +241,7 @@ fn turn_about_itself<M: Model<W>, const W: usize>(
     let energies: [f64; TURNS] = std::array::from_fn(|k| turned(k as f64 * room, q));
     let least = (0..TURNS).fold(0, |a, b| if energies[b] < energies[a] { b } else { a });
     let most = energies.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
-    // A straight round rod has the same energy in all of them.
+    // A round rod that lies straight has the same energy in all of them.
     if most - energies[least] <= 1e-9 * most.abs() {
         turned(0.0, q);
         return;

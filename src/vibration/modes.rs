@@ -15,7 +15,7 @@ use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
 use crate::problem::{AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, SpatialProblem};
 use crate::rod::Rod;
-use crate::scene::{End, Support};
+use crate::scene::{End, Resolution, Support};
 use crate::statics::{ACROSS, Pencil, in_space};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -111,6 +111,9 @@ pub struct Modes {
     pub frequencies_rad_s: Vec<f64>,
     /// The modes, in the same order.
     pub modes: Vec<Mode>,
+    /// The mesh, where the program chose it, and what it is worth: an error of a frequency over it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resolution: Option<Resolution>,
 }
 
 impl Problem {
@@ -140,7 +143,13 @@ impl Problem {
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
         let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();
-        Ok(Modes { about, unstable, frequencies_rad_s, modes })
+        Ok(Modes {
+            about,
+            unstable,
+            frequencies_rad_s,
+            modes,
+            resolution: self.resolution().copied().and_then(Resolution::of_mesh),
+        })
     }
 }
 
@@ -342,6 +351,9 @@ impl std::fmt::Display for Modes {
             About::Equilibrium => "equilibrium under the loads",
             About::Rest => "the rest shape",
         };
+        if let Some(resolution) = &self.resolution {
+            writeln!(f, "{}", resolution.told_over("a frequency"))?;
+        }
         write!(f, "about {about}:")?;
         for mode in &self.modes {
             let kind = mode.kind.name();

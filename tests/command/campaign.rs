@@ -393,6 +393,10 @@ fn a_row_of_a_table_is_a_fit() {
     plan(&folder, "again");
     let tasks = lines(&folder.read("again/tasks.jsonl"));
     assert_eq!((tasks.len(), &tasks[1]["changes"]["rod.segments"]), (2, &7.into()));
+    folder.write("rods.csv", "fit;radius\nfit.toml;4,9e-3\n");
+    plan(&folder, "comma");
+    let tasks = lines(&folder.read("comma/tasks.jsonl"));
+    assert_eq!(tasks[0]["changes"]["radius"], 4.9e-3);
 
     folder.write("campaign.toml", "fits = [\"fit.toml\"]\ntable = \"rods.csv\"\n");
     for (from, to, words) in [
@@ -402,11 +406,22 @@ fn a_row_of_a_table_is_a_fit() {
         ("rod.section.radius", "radios", ["rods.csv:1: ", "radios", "short name"]),
         ("observation.0", "observation.4", ["rods.csv:2: ", "observation.4.file", "no such place"]),
         ("name", "rod.section.radius", ["rods.csv:1: ", "rod.section.radius twice", "once"]),
+        (
+            "observation.0.file",
+            "radius",
+            ["rods.csv:1: ", "radius beside rod.section.radius", "one of the two"],
+        ),
         ("stiff,", "stiff,,,", ["rods.csv:3: ", "found 6 fields", "4 as in the header"]),
     ] {
         folder.write("rods.csv", &replaced(ROWS, from, to));
         refused(&folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]), &words);
     }
+    folder.write(
+        "campaign.toml",
+        "fits = [\"fit.toml\"]\n[grid]\nradius = [4e-3]\n\"rod.section.radius\" = [5e-3]\n",
+    );
+    let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "bad"]);
+    refused(&output, &["grid.rod.section.radius", "twice", "radius is the same"]);
     assert!(!folder.path("bad").exists());
 }
 

@@ -205,6 +205,10 @@ fn templates_take_files() {
     // A cable's lengths, step and way up are those of its recording.
     let track = recorded(3, 120, 1e-5, |_| {});
     folder.write("clip.csv", &csv(&track));
+    folder
+        .write("few.csv", "t,xa,ya,xb,yb,xc,yc\n0,0,0,1,0,2,0\n0.1,0,0,1,0,2,0\n0.2,0,0,1,0,2,0\n");
+    let output = folder.run(&["init", "cable", "--from", "few.csv"]);
+    refused(&output, &["--from", "3 markers", "5 or more"]);
     succeeds(&folder.run(&["init", "cable", "--from", "clip.csv"]));
     let scene = folder.read("cable.toml");
     for words in

@@ -1,7 +1,9 @@
 //! The work-precision study.
 
 use rodfit::page::study_page;
-use rodfit::scene::{End, Motion, Point, PointForce, Scheme};
+use rodfit::scene::{
+    Clamp, End, InitialState, Motion, Point, PointForce, Recorded, Scheme, Shape, Support, Track,
+};
 use rodfit::study::Study;
 
 use crate::common::coarse;
@@ -90,4 +92,22 @@ fn moving_supports_are_studied_with_the_schemes_that_take_them() {
     assert!(study.rows.iter().all(|row| row.scheme.traits().takes_boundary_motion));
     let error = study.rows.iter().filter_map(|row| row.error).fold(f64::INFINITY, f64::min);
     assert!(error < 1e-3, "{error:e}");
+}
+
+/// Markers stand at the nodes of every mesh.
+#[test]
+fn recorded_ends_are_studied_on_meshes_that_have_their_markers() {
+    let times: Vec<f64> = (0..=10).map(|k| 0.01 * f64::from(k)).collect();
+    let place = |j: usize, t: f64| [0.1 * j as f64, 0.05 * t, 0.0];
+    let seen = |j: usize| (j.to_string(), times.iter().map(|t| Some(place(j, *t))).collect());
+    let track = Track::new(times.clone(), (0..5).map(seen).collect()).unwrap();
+    let mut scene = coarse(4, 5e-3, 0.1);
+    scene.rod.shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
+    scene.supports.start = Support::Recorded;
+    scene.supports.clamp = Clamp::Nodes;
+    scene.supports.path = Some(Recorded::of(track));
+    scene.initial.state = InitialState::Recorded;
+    let study = Study::new(&scene, |_, _| {}).unwrap();
+    assert!(study.rows.iter().all(|row| row.segments.is_multiple_of(4)));
+    assert!(study.rows.iter().any(|row| row.segments == 16));
 }

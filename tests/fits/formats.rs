@@ -2,7 +2,7 @@
 //! is broken is refused with its line and what helps.
 
 use rodfit::fit::{Axes, FitFile, Format, Recording, Vertical};
-use rodfit::scene::Track;
+use rodfit::scene::{InitialState, Material, Recorded, Scene, Section, Shape, Support, Track};
 use rodfit::{Fit, Observation, Parameter, Point, Problem};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -143,6 +143,37 @@ fn recordings_of_other_programs_lead_ends() {
         none.contains("marker = \"c\" in a file of Vicon Nexus, allowed: one of b, a"),
         "{none}"
     );
+}
+
+/// Markers keep their capitals, and are found whatever capitals are asked for, where that tells them apart.
+#[test]
+fn capitals_of_markers_are_kept() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("t.csv");
+    std::fs::write(&path, "T,xA,yA,XTip,yTip\n0,.1,0,1,2\n0.01,.2,0,1,2\n").unwrap();
+    let names = |asked: &[&str]| {
+        let asked: Vec<String> = asked.iter().map(|name| name.to_string()).collect();
+        let track =
+            Track::read_as(&path, &Recording::default(), &asked).map_err(|e| e.to_string())?;
+        Ok::<_, String>(track.markers().iter().map(|m| m.name.clone()).collect::<Vec<_>>())
+    };
+    assert_eq!(names(&[]).unwrap(), ["A", "Tip"]);
+    assert_eq!(names(&["tip", "A"]).unwrap(), ["Tip", "A"]);
+    assert!(names(&["B"]).unwrap_err().contains("allowed: one of A, Tip"));
+    let hands = |inner: &str| {
+        let shape = Shape::Straight { length: 0.4, direction: [1.0, 0.0, 0.0] };
+        let material = Material::new(1200.0, 1e7);
+        let mut scene = Scene::new(4, shape, Section::Circle { radius: 2e-3 }, material);
+        let text = "t,xa,ya,xB,yB,xC,yC,xD,yD,xE,yE\n0,0,0,.1,0,.2,0,.3,0,.4,0\n0.1,0,0,.1,0,.2,0,.3,0,.4,0\n";
+        let file = folder.path().join("c.csv");
+        std::fs::write(&file, text).unwrap();
+        scene.supports.start = Support::Recorded;
+        scene.initial.state = InitialState::Recorded;
+        scene.supports.path = Some(Recorded { inner: vec![inner.into()], ..Recorded::new(file) });
+        scene.problem().map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!((hands("D"), hands("d")), (Ok(()), Ok(())));
+    assert!(hands("x").unwrap_err().contains("[\"C\", \"D\", \"E\"]"), "{:?}", hands("x"));
 }
 
 /// A fit file takes several markers of one file, each at its point.

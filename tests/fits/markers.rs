@@ -7,7 +7,7 @@ use rodfit::problem::Model;
 use rodfit::scene::{Clamp, Dimension, End, Motion, Point, Scene, Scheme, Section, Shape, Time};
 use rodfit::{AnyProblem, Fit, Observation, Parameter, Problem};
 
-use crate::common::fits::{fit_with, found, same_mesh, value};
+use crate::common::fits::{fit_with, found, of_a_right_mesh, same_mesh, value};
 use crate::common::{coarse, helix_with};
 
 type Vector = Vector3<f64>;
@@ -303,6 +303,24 @@ fn the_modulus_behind_a_marker() {
         let off = (value(&report, Parameter::YoungsModulus) / 2e7 - 1.0).abs();
         println!("without the offset E is off by {:.2} %", 100.0 * off);
         assert!(off > 3e-3, "{off}");
+    }
+}
+
+/// A point at an arc length that is a node's but for rounding is found however that was rounded.
+#[test]
+fn an_arc_length_may_be_that_of_a_node() {
+    for (segments, node) in [(24, 18), (12, 9), (40, 13)] {
+        let mut scene = coarse(segments, 4e-3, 0.3);
+        scene.rod.shape = Shape::Straight { length: 0.513, direction: [1.0, 0.0, 0.0] };
+        scene.supports.clamp = Clamp::Nodes;
+        let run = scene.problem().unwrap().simulate().unwrap();
+        let sample =
+            |k: &usize| Sample { time: run.times()[*k], position: run.node(node, *k).map(Some) };
+        let data = Observation::new([20, 40, 60, 75].iter().map(sample).collect());
+        let place = 0.513 * node as f64 / segments as f64;
+        let data = data.at(Point::ArcLength((place * 1e7).round() * 1e-7)).sigma(1e-4);
+        let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], of_a_right_mesh());
+        found(&report, &[(Parameter::YoungsModulus, scene.material.youngs_modulus)], 1e-5);
     }
 }
 

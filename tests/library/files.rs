@@ -125,6 +125,28 @@ fn files_are_read_from_memory() {
     }
 }
 
+/// Lists have as many numbers as their keys, those within lists too.
+#[test]
+fn lists_have_as_many_numbers_as_their_keys() {
+    let own = "[rod]\nshape = { kind = \"polyline\", points = POINTS }\n\
+               section = { kind = \"circle\", radius = 0.004 }\nnatural_bending = PAIRS\n\
+               [material]\ndensity = 1100\nyoungs_modulus = 1e7\npoisson_ratio = 0.4\n";
+    let read = |points: &str, pairs: &str| {
+        Scene::from_toml(&own.replace("POINTS", points).replace("PAIRS", pairs), "")
+    };
+    let (points, pairs) = ("[[0, 0, 0], [0.5, 0, 0.1], [1, 0, 0.2]]", "[[0.1, 0], [0.2, 0]]");
+    assert_eq!(read(points, pairs).unwrap().rod.natural_bending, [[0.1, 0.0], [0.2, 0.0]]);
+    for (points, pairs, words) in [
+        ("[[0, 0, 0], [0.5, 0, 0.1, 7], [1, 0, 0.2]]", pairs, "expected 3 numbers"),
+        ("[[0, 0], [0.5, 0], [1, 0]]", pairs, "expected 3 numbers"),
+        (points, "[[0.1, 0, 5], [0.2, 0, 6]]", "expected 2 numbers"),
+        (points, "[[0.1], [0.2]]", "expected 2 numbers"),
+    ] {
+        let error = read(points, pairs).unwrap_err().to_string();
+        assert!(error.contains(words), "{points} {pairs}: {error}");
+    }
+}
+
 /// Tables of a fit file by themselves say what the file says, and are refused as it is.
 #[test]
 fn tables_of_a_fit_file_are_read_by_themselves() {

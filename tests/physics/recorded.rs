@@ -1,5 +1,6 @@
 //! Rods whose ends go as markers were seen to go, where that is violent.
 
+use nalgebra::{Rotation3, Vector3};
 use rodfit::Trajectory;
 use rodfit::scene::{
     Dimension, End, InitialState, Material, Motion, Recorded, Scene, Scheme, Section, Shape,
@@ -188,4 +189,69 @@ fn a_recorded_end_is_turned_and_not_moved() {
         let error = error(held, motion).unwrap_or_default();
         assert!(error.contains(words), "{error:?}");
     }
+}
+
+/// A strip of 40 cm that begins at `origin` along the first column of `axes`, its height along the second, led by a hand
+/// that holds its first two markers where they are plus `moved` along the columns at the end.
+fn led_strip(axes: [Vector3<f64>; 3], moved: [f64; 3], dimension: Dimension) -> Scene {
+    let [along, up, _] = axes;
+    let times: Vec<f64> = (0..=40).map(|k| 0.01 * f64::from(k)).collect();
+    let place = |j: usize, t: f64| {
+        let way = (0..3).map(|c| axes[c] * moved[c]).sum::<Vector3<f64>>();
+        (along * (0.1 * j as f64) + way * (t / 0.4)).into()
+    };
+    let seen = |j: usize| (j.to_string(), times.iter().map(|t| Some(place(j, *t))).collect());
+    let track = Track::new(times.clone(), (0..5).map(seen).collect()).unwrap();
+    let shape = Shape::Straight { length: 0.4, direction: along.into() };
+    let section = Section::Rectangle { width: 0.012, height: 0.002, up: up.into() };
+    let material = Material { poisson_ratio: Some(0.4), ..Material::new(1200.0, 1e7) };
+    let mut scene = Scene::new(8, shape, section, material);
+    scene.rod.dimension = dimension;
+    scene.loads.gravity = (up * -9.8).into();
+    scene.loads.damping.mass = 1.0;
+    scene.supports.start = Support::Recorded;
+    scene.supports.path = Some(Recorded::of(track));
+    scene.initial.state = InitialState::Recorded;
+    scene.time = Some(Time { scheme: Scheme::GeneralisedAlpha, ..Time::new(0.4, 0.005) });
+    scene
+}
+
+/// The markers of a straight strip do not tell how it lies about itself; `up` of its section does: the strip sags by its
+/// thin side however the axes of the world lie, and as far as in its plane.
+#[test]
+fn a_straight_strip_lies_as_its_section_says() {
+    let tip = |axes: [Vector3<f64>; 3], dimension| {
+        let run =
+            led_strip(axes, [0.0, 0.0, 0.0], dimension).problem().unwrap().simulate().unwrap();
+        let tip = Vector3::from(run.tip(run.times().len() - 1));
+        axes.map(|axis| axis.dot(&tip))
+    };
+    let world = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let plane = tip(world, Dimension::Planar);
+    assert!(plane[1] < -0.05, "{plane:?}");
+    for turn in [[0.0, 0.0, 0.0], [0.3, -1.2, 0.5], [2.1, 0.4, -0.9], [-0.7, 1.9, 1.3]] {
+        let turned = Rotation3::new(turn.into());
+        let space = tip(world.map(|axis| turned * axis), Dimension::Spatial);
+        println!("turned by {turn:?}: {space:?}, in its plane {plane:?}");
+        for c in 0..3 {
+            assert!((space[c] - plane[c]).abs() < 1e-6, "{turn:?}: {space:?} {plane:?}");
+        }
+    }
+}
+
+/// A hand that leaves the plane of the rest takes the rod with it: such a scene is one in space, and not "planar".
+#[test]
+fn a_hand_may_leave_the_plane_of_the_rest() {
+    let world = [Vector3::x(), Vector3::y(), Vector3::z()];
+    for moved in [[0.0, 0.0, 0.05], [0.0, 0.02, 0.05]] {
+        let problem = led_strip(world, moved, Dimension::Auto).problem().unwrap();
+        assert!(problem.spatial().is_some() && problem.model().1.contains("supports.path"));
+        let run = problem.simulate().unwrap();
+        let hand = run.node(0, run.times().len() - 1);
+        assert!((0..3).all(|c| (hand[c] - moved[c]).abs() < 1e-12), "{hand:?}");
+        let error = led_strip(world, moved, Dimension::Planar).problem().err().unwrap().to_string();
+        assert!(error.contains("supports.path leaves the plane"), "{error}");
+    }
+    let within = led_strip(world, [0.01, 0.05, 0.0], Dimension::Auto).problem().unwrap();
+    assert!(within.planar().is_some(), "{}", within.model().1);
 }

@@ -250,6 +250,7 @@ fn what_cannot_be_known_is_refused() {
     let length = "[[known]]\nname = \"rod.shape.length\"\nsigma = 1e-3\n";
     let cases = [
         (modulus, "[[known]]\nname = \"youngs_modulus\"\nsigma = 1e6\n", "which is identified"),
+        (modulus, "[[known]]\nname = \"radius\"\nsigma = 1e160\n", "up to 1e100"),
         (with_prior, "[[known]]\nname = \"youngs_modulus\"\nsigma = 1e6\n", "which has a prior"),
         (modulus, "[[known]]\nname = \"radius\"\nsigma = 0.0\n", "known[0].sigma"),
         (modulus, "[[known]]\nname = \"radius\"\n", "sigma"),

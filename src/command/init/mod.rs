@@ -161,6 +161,13 @@ fn from(
             if let Some(zero) = recording.time_zero.filter(|zero| *zero != 0.0) {
                 keys += &format!("\ntime_zero = {zero}");
             }
+            let markers = track.markers().len();
+            if markers < LEAST_MARKERS {
+                let allowed = format!(
+                    "{LEAST_MARKERS} or more along the rod: two in each hand, and what is seen between them"
+                );
+                return Err(Error::invalid("--from", format!("{markers} markers"), allowed));
+            }
             let scene = cable(scene, &track, &path, &keys);
             let fit = fit.replace("{fitted}", &format!("[{path}]")).replace("{held_out}", "");
             let sigma = "0.01                # m: how far off a good model is";
@@ -169,6 +176,9 @@ fn from(
         }
     }
 }
+
+/// Fewest markers of a cable between two hands.
+const LEAST_MARKERS: usize = 5;
 
 /// The scene of a cable with the lengths, the step and the way up of a recording.
 fn cable(scene: &str, track: &Track, file: &str, keys: &str) -> String {

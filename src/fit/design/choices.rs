@@ -106,7 +106,7 @@ impl Choices {
         self.rows(rows, |block, _, _| block.kind == Kind::Own)
     }
 
-    /// The rows of the samples that `keep` chooses, which it is told by their place in the block, from 1 on, and their
+    /// The rows of the samples that `keep` chooses, which it is told by their place in the block, from 0 on, and their
     /// time, with those of the priors.
     fn rows(&self, rows: &[Vec<f64>], keep: impl Fn(&Block, usize, f64) -> bool) -> Vec<Vec<f64>> {
         let mut kept = Vec::new();
@@ -116,13 +116,13 @@ impl Choices {
                 Measurement::Motion(observation) => {
                     for (k, sample) in observation.samples.iter().enumerate() {
                         let values = own.by_ref().take(sample.position.iter().flatten().count());
-                        match keep(block, k + 1, sample.time) {
+                        match keep(block, k, sample.time) {
                             true => kept.extend(values.cloned()),
                             false => values.for_each(drop),
                         }
                     }
                 }
-                _ if keep(block, 1, 0.0) => kept.extend(own.cloned()),
+                _ if keep(block, 0, 0.0) => kept.extend(own.cloned()),
                 _ => {}
             }
         }

@@ -114,7 +114,7 @@ impl Observation {
     }
 
     /// A recording that is only planned: the tip, to be filmed for `duration`, s, at `rate` frames a second in all
-    /// three coordinates. [`Fit::design`](crate::Fit::design) says what it would tell.
+    /// three coordinates, from the start of the simulation on. [`Fit::design`](crate::Fit::design) says what it would tell.
     ///
     /// # Errors
     ///
@@ -128,7 +128,7 @@ impl Observation {
             return Err(Error::invalid("fps", found, format!("1 to {MOST_PLANNED} frames")));
         }
         let sample = |k: usize| Sample { time: k as f64 / rate, position: [Some(0.0); 3] };
-        let samples = (1..=frames as usize).map(sample).collect();
+        let samples = (0..=frames as usize).map(sample).collect();
         Ok(Self { planned: true, ..Self::new(samples) })
     }
 

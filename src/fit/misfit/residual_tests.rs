@@ -7,16 +7,18 @@
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::memory::{Memory, usual_spacing};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
 use std::f64::consts::PI;
 
 /// A finding by chance once in a thousand series is not worth a warning more often.
 const DOUBT: f64 = 1e-3;
+/// Nor is one among all coordinates of a fit, by the test that is asked, more often than this.
+const DOUBT_OF_ALL: f64 = 0.02;
 /// Noise whose neighbours resemble each other is told from motion that is left by what is new in each value. White noise
 /// looks worse than this in 0.5 of 100 coordinates (two of 366 with the laboratories' own noise), and what little a wrong model leaves beside
 /// noise shows.
-const NEW: f64 = 3e-3;
+const NEW: f64 = 5e-3;
 /// Waves are looked for among so many, the longest ones.
 const MOST_WAVES: usize = 500;
 /// Fewer values say nothing about their distribution.
@@ -37,7 +39,7 @@ pub struct ResidualTests {
     #[serde(default)]
     pub values: usize,
     /// How probable correlations between neighbours as large as these are for white noise
-    /// (Ljung and Box 1978).
+    /// (Ljung and Box 1978, with the tail of so few values).
     pub whiteness: f64,
     /// Correlation of neighbours at the usual distance of two; 0 where none is seen.
     #[serde(default)]
@@ -54,22 +56,33 @@ pub struct ResidualTests {
     /// How probable a trend over time as large as this is for noise: of the residuals or of their
     /// size, whichever is clearer.
     pub trend: f64,
+    /// What is less probable than this is taken for no chance: 1e-3, and less beside many other coordinates.
+    #[serde(default = "usual_doubt")]
+    pub doubt: f64,
     /// What is wrong, or that nothing is.
     pub verdict: String,
     /// Whether nothing is wrong.
     pub passed: bool,
 }
 
+/// What is no chance in one of so many coordinates.
+pub(crate) fn doubt(coordinates: usize) -> f64 {
+    DOUBT.min(DOUBT_OF_ALL / coordinates.max(1) as f64)
+}
+
+fn usual_doubt() -> f64 {
+    DOUBT
+}
+
 impl ResidualTests {
     /// Tests residuals, in units of the noise, in the order of their times, whose neighbours correlate as
-    /// said; none for too few.
+    /// said; none for too few. What is less probable than `doubt` is no chance.
     pub(crate) fn new(
-        observation: String,
-        axis: &str,
-        times: &[f64],
-        residuals: &[f64],
+        (observation, axis): (String, &str),
+        (times, residuals): (&[f64], &[f64]),
         loss: Loss,
         correlation: f64,
+        doubt: f64,
     ) -> Option<Self> {
         if residuals.len() < FEWEST {
             return None;
@@ -96,18 +109,18 @@ impl ResidualTests {
         let trend = (2.0 * values.min(trend(times, &sizes, alike))).min(1.0);
         let remembers = correlation > 0.0 && new_whiteness >= NEW;
         let mut wrong = Vec::new();
-        if whiteness < DOUBT && !remembers {
+        if whiteness < doubt && !remembers {
             wrong.push(format!("neighbouring residuals resemble each other (p = {whiteness:.0e})"));
         }
-        if normality < DOUBT {
+        if normality < doubt {
             wrong.push(format!("the residuals are not normal (p = {normality:.0e})"));
         }
-        if trend < DOUBT {
+        if trend < doubt {
             wrong.push(format!("the residuals change with time (p = {trend:.0e})"));
         }
         let passed = wrong.is_empty();
         let verdict = match passed {
-            true if whiteness < DOUBT => {
+            true if whiteness < doubt => {
                 let words = "looks like noise whose neighbours correlate by";
                 format!("{words} {correlation:.2}: as much as {effective_samples:.0} values tell")
             }
@@ -124,6 +137,7 @@ impl ResidualTests {
             new_whiteness,
             normality,
             trend,
+            doubt,
             verdict,
             passed,
         })
@@ -131,7 +145,7 @@ impl ResidualTests {
 
     /// Whether the intervals can be believed: noise that is not normal hurts them little.
     pub fn is_noise(&self) -> bool {
-        (self.whiteness >= DOUBT || self.remembers()) && self.trend >= DOUBT
+        (self.whiteness >= self.doubt || self.remembers()) && self.trend >= self.doubt
     }
 
     /// Whether it is noise whose neighbours resemble each other.
@@ -147,6 +161,10 @@ pub(crate) fn newness(news: &[f64]) -> f64 {
 }
 
 /// Of the sum of squared autocorrelations, about zero: a fit has no mean of its own to remove.
+///
+/// Of many values that sum is distributed as chi-squared. Of few its tail is longer, and is that of F with as many
+/// degrees of freedom as [`tail`] says: simulated noise of 16 to 400 values lies beyond what is said to be one in a
+/// thousand 0.7 to 1.3 times in a thousand, where chi-squared says up to 11.
 fn whiteness(r: &[f64]) -> f64 {
     let n = r.len();
     let lags = LAGS.min(n / 4);
@@ -159,7 +177,15 @@ fn whiteness(r: &[f64]) -> f64 {
         (product / power).powi(2) / (n - lag) as f64
     };
     let q = n as f64 * (n as f64 + 2.0) * (1..=lags).map(part).sum::<f64>();
-    ChiSquared::new(lags as f64).map_or(1.0, |chi| chi.sf(q))
+    let (lags, freedom) = (lags as f64, tail(n));
+    // The mean of the sum is the number of lags, whatever the number of values.
+    let ratio = q / lags * freedom / (freedom - 2.0);
+    FisherSnedecor::new(lags, freedom).map_or(1.0, |f| f.sf(ratio))
+}
+
+/// Degrees of freedom of the denominator that make the tail of `n` values.
+fn tail(n: usize) -> f64 {
+    15.0 + 0.4 * n as f64
 }
 
 fn normality(r: &[f64]) -> f64 {
@@ -232,7 +258,30 @@ mod tests {
 
     fn tests(r: &[f64]) -> ResidualTests {
         let times: Vec<f64> = (0..r.len()).map(|k| k as f64).collect();
-        ResidualTests::new("o".into(), "x", &times, r, Loss::Squares, 0.0).unwrap()
+        ResidualTests::new(("o".into(), "x"), (&times, r), Loss::Squares, 0.0, DOUBT).unwrap()
+    }
+
+    /// Chance is taken for more once in a thousand, for few values too.
+    #[test]
+    fn the_tail_of_noise_is_known() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        for n in [16, 26, 51, 101, 201] {
+            let mut rare = 0;
+            for _ in 0..40_000 {
+                let r: Vec<f64> = (0..n).map(|_| StandardNormal.sample(&mut random)).collect();
+                rare += usize::from(whiteness(&r) < DOUBT);
+            }
+            println!("{n} values: {rare} of 40,000 below one in a thousand");
+            // 40, and three standard deviations of that are 19.
+            assert!((15..=65).contains(&rare), "{n}: {rare}");
+        }
+    }
+
+    /// Beside many coordinates one of them may look odd.
+    #[test]
+    fn doubt_is_shared() {
+        assert_eq!(doubt(2), DOUBT);
+        assert_eq!(doubt(200), 1e-4);
     }
 
     /// For noise every p-value is uniform: a tenth of them below a tenth.
@@ -278,11 +327,13 @@ mod tests {
         StandardNormal.sample(random)
     }
 
-    /// Q of a series worked out by hand, and its tail of the chi-squared distribution.
+    /// Q of a series worked out by hand, and the tail of F, which two degrees of freedom make a power.
     #[test]
     fn ljung_box_by_hand() {
         let r = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
         // Lags 1 and 2: autocorrelations -7/8 and 6/8; Q = 8*10*((7/8)^2/7 + (6/8)^2/6) = 16.25.
-        assert!((whiteness(&r) - (-16.25_f64 / 2.0).exp()).abs() < 1e-12);
+        let d = 15.0 + 0.4 * 8.0;
+        let ratio = 16.25 / 2.0 * d / (d - 2.0);
+        assert!((whiteness(&r) - f64::powf(1.0 + 2.0 * ratio / d, -0.5 * d)).abs() < 1e-12);
     }
 }

@@ -59,6 +59,12 @@ impl Coarse {
         }
         x
     }
+
+    /// What is [corrected](Self::correct) to `x`.
+    pub fn wrong(&self, search: &Search, x: Vec<f64>) -> Vec<f64> {
+        let corrected = self.correct(search, x.clone());
+        x.iter().zip(corrected).map(|(x, corrected)| 2.0 * x - corrected).collect()
+    }
 }
 
 /// The part of a rod's length that walls at nodes leave free.

@@ -4,7 +4,7 @@
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::misfit::noise::UNEXPLAINED;
-use crate::fit::misfit::residual_tests::ResidualTests;
+use crate::fit::misfit::residual_tests::{self, ResidualTests};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::numerics::order;
@@ -24,7 +24,7 @@ impl Search<'_> {
             let size = measurement.size(&experiment.problem);
             rms <= (UNEXPLAINED * size).max(3.0 * measurement.sigma().unwrap_or(0.0))
                 || size == 0.0
-                || is_noisy(experiment, measurement, (rms, own), |_| 0.0)
+                || is_noisy(experiment, measurement, (rms, own), |_| 0.0, self.doubt())
         })
     }
 
@@ -57,9 +57,17 @@ impl Search<'_> {
 
     /// Whether what is left looks like noise, or is rounding errors.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
-        let tests =
-            self.measured(optimum).flat_map(|(e, m, _, own)| residual_tests(e, m, own, |_| 0.0));
+        let doubt = self.doubt();
+        let tests = self
+            .measured(optimum)
+            .flat_map(|(e, m, _, own)| residual_tests(e, m, own, |_| 0.0, doubt));
         self.is_rounding(optimum) || tests.into_iter().all(|tests| tests.is_noise())
+    }
+
+    /// What is no chance in one of all coordinates that were measured.
+    pub fn doubt(&self) -> f64 {
+        let coordinates = all(self.experiments).map(|(e, m)| m.coordinates(&e.problem).len());
+        residual_tests::doubt(coordinates.sum())
     }
 
     /// Root mean square residual of each measurement, in its unit; whatever outliers do, where the
@@ -71,12 +79,13 @@ impl Search<'_> {
 }
 
 /// Tests every coordinate of a measurement, whose residuals these are, for being noise whose neighbours
-/// correlate as `correlation` says of its axis.
+/// correlate as `correlation` says of its axis; what is less probable than `doubt` is no chance.
 pub(crate) fn residual_tests(
     experiment: &Experiment,
     measurement: &Measurement,
     residuals: &[f64],
     correlation: impl Fn(&str) -> f64,
+    doubt: f64,
 ) -> Vec<ResidualTests> {
     if let Measurement::Frequencies(_) = measurement {
         return Vec::new();
@@ -87,7 +96,8 @@ pub(crate) fn residual_tests(
         order::sort_by(&mut places, |x| x.0);
         let (times, values): (Vec<f64>, Vec<f64>) = places.into_iter().unzip();
         let (label, axis) = (experiment.label(measurement), coordinate.axis);
-        ResidualTests::new(label, axis, &times, &values, measurement.loss(), correlation(axis))
+        let (loss, correlation) = (measurement.loss(), correlation(axis));
+        ResidualTests::new((label, axis), (&times, &values), loss, correlation, doubt)
     });
     tests.collect()
 }
@@ -99,8 +109,9 @@ pub(crate) fn is_noisy(
     measurement: &Measurement,
     (rms, residuals): (f64, &[f64]),
     correlation: impl Fn(&str) -> f64,
+    doubt: f64,
 ) -> bool {
-    let tests = residual_tests(experiment, measurement, residuals, correlation);
+    let tests = residual_tests(experiment, measurement, residuals, correlation, doubt);
     rms <= LEFT_IF_WRONG * measurement.size(&experiment.problem)
         && residuals.len() >= ENOUGH * tests.len().max(1)
         && tests.iter().all(ResidualTests::is_noise)

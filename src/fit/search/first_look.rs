@@ -13,7 +13,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::residual_tests::ResidualTests;
+use crate::fit::misfit::residual_tests::{ResidualTests, doubt};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 use crate::numerics::vector::{Vector, dot, scale, sub};
@@ -130,8 +130,14 @@ impl Observation {
             let mean = x.iter().sum::<f64>() / x.len() as f64;
             let x: Vec<f64> = x.iter().map(|x| x - mean).collect();
             x.len() >= 30
-                && ResidualTests::new(String::new(), "", &times, &x, Loss::Squares, 0.0)
-                    .is_some_and(|tests| tests.is_noise())
+                && ResidualTests::new(
+                    (String::new(), ""),
+                    (&times, &x),
+                    Loss::Squares,
+                    0.0,
+                    doubt(1),
+                )
+                .is_some_and(|tests| tests.is_noise())
         })
     }
 

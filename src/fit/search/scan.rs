@@ -6,6 +6,7 @@
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::grid::Grid;
 use crate::fit::search::journal::{Stage, Visit};
@@ -40,18 +41,39 @@ pub(crate) struct Candidate {
 struct Look {
     found: Result<(f64, Vec<f64>), Error>,
     work: f64,
+    /// Whether the full model found it.
+    in_full: bool,
 }
 
-/// Looks at some points up to the horizons `first`, s.
-fn look(task: Task, first: &[f64], points: &[Vec<f64>]) -> Result<Vec<Look>, Error> {
-    let search = task.search();
+/// Looks at some points up to the horizons `first`, s: by the coarse model, and where the starts that were given are one
+/// that it cannot take, by the full one.
+fn look([coarse, full]: [Task; 2], first: &[f64], points: &[Vec<f64>]) -> Result<Vec<Look>, Error> {
+    let search = coarse.search();
     let residuals = search.residuals(first)?;
     let look = |x: &Vec<f64>| {
-        let robust = residuals.residuals(x);
-        let found = robust.and_then(|robust| Ok((half_square(&robust), residuals.plain(x)?)));
-        Look { found, work: search.work.take() }
+        let found = misfit(&residuals, x);
+        let work = search.work.take();
+        match found {
+            Err(error) if !matches!(error, Error::Interrupted) && starts_at(full.unknowns, x) => {
+                let search = full.search();
+                let found = search.residuals(first).and_then(|residuals| misfit(&residuals, x));
+                Look { found, work: work + search.work.take(), in_full: true }
+            }
+            found => Look { found, work, in_full: false },
+        }
     };
     Ok(points.iter().map(look).collect())
+}
+
+/// The misfit and the residuals behind it.
+fn misfit(residuals: &Residuals, x: &[f64]) -> Result<(f64, Vec<f64>), Error> {
+    Ok((half_square(&residuals.residuals(x)?), residuals.plain(x)?))
+}
+
+/// Whether a point is at the starts that were given, if any were.
+fn starts_at(unknowns: &[Unknown], x: &[f64]) -> bool {
+    let starts = || unknowns.iter().zip(x).filter_map(|(u, x)| Some((u.to_scale(u.start?), x)));
+    starts().next().is_some() && starts().all(|(start, x)| (start - x).abs() < 1e-9)
 }
 
 impl Search<'_> {
@@ -63,25 +85,28 @@ impl Search<'_> {
         refinement: usize,
     ) -> Result<Vec<Candidate>, Error> {
         let (axes, points) = self.grid(first, refinement);
-        let task = coarse.task(self);
-        let counts = task.search().residuals(first)?.counts();
+        let tasks = [coarse.task(self), self.task()];
+        let counts = tasks[0].search().residuals(first)?.counts();
+        let mut in_full = Vec::new();
         let mut grid = Grid { axes, points: Vec::with_capacity(points.len()) };
         let mut least = f64::INFINITY;
         let mut failure = None;
         for batch in points.chunks(BATCH) {
             let looks: Vec<_> =
-                batch.par_chunks(SHARE).map(|share| look(task, first, share)).collect();
+                batch.par_chunks(SHARE).map(|share| look(tasks, first, share)).collect();
             let looks = looks.into_iter().collect::<Result<Vec<_>, Error>>()?;
             let mut stopped = false;
-            for (x, Look { found, work }) in batch.iter().zip(looks.into_iter().flatten()) {
-                self.work.add(work);
+            for (x, look) in batch.iter().zip(looks.into_iter().flatten()) {
+                self.work.add(look.work);
+                in_full.push(look.in_full);
                 let mut misfit = f64::INFINITY;
-                match found {
+                match look.found {
                     Ok((cost, residuals)) => {
                         misfit = cost;
                         if cost < least {
                             least = cost;
-                            let x = coarse.correct(self, x.clone());
+                            let right = |x| if look.in_full { x } else { coarse.correct(self, x) };
+                            let x = right(x.clone());
                             let (stage, counts) = (Stage::Scan, counts.clone());
                             self.note(Visit { stage, x, cost, residuals, counts });
                         }
@@ -99,7 +124,10 @@ impl Search<'_> {
         let points = grid.points.iter().enumerate();
         let scanned: Vec<Candidate> = points
             .filter(|(_, (_, cost))| *cost < f64::INFINITY)
-            .map(|(i, (x, cost))| Candidate { x: x.clone(), cost: *cost, floor: grid.floor(i) })
+            .map(|(i, (x, cost))| {
+                let as_coarse = |x| if in_full[i] { coarse.wrong(self, x) } else { x };
+                Candidate { x: as_coarse(x.clone()), cost: *cost, floor: grid.floor(i) }
+            })
             .collect();
         self.journal.scan(grid);
         match failure {

@@ -14,6 +14,7 @@ use crate::fit::search::coarse::Coarse;
 use crate::fit::search::journal::{Stage, Visit};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
+use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 use rayon::prelude::*;
 
@@ -30,6 +31,8 @@ const COARSE_STEPS: f64 = 48.0;
 const LEAST_GROWTH: f64 = 2.0;
 const LEFT: f64 = 0.1;
 
+/// What ends nearer than this to a start, on the scales of the unknowns, may have come from there.
+const BASIN: f64 = 0.3;
 /// Simulations after which no finer search is begun: what fits has mostly been found after 50.
 const MOST_WORK: f64 = 1000.0;
 
@@ -85,8 +88,12 @@ impl Search<'_> {
         let enough = |b: &Optimum| {
             b.converged && if self.hurried { self.mostly_explained(b) } else { self.explained(b) }
         };
+        // The first start is nearly always it; others are for when it was not, or left
+        // more than noise, as a wrong minimum of many unknowns may.
+        let done = |b: &Optimum| enough(b) && (self.hurried || self.is_noise(b));
         let mut best: Option<Optimum> = None;
         let mut failure = None;
+        let mut untried = !self.hurried;
         let mut scanned: Option<(&Effort, Field)> = None;
         'efforts: for effort in &EFFORTS {
             let same = |(other, _): &(&Effort, Field)| effort.scans_as(other);
@@ -103,18 +110,7 @@ impl Search<'_> {
                     if tried.iter().any(|other| is_near(other, &start)) {
                         continue;
                     }
-                    match self.refine(&start, effort) {
-                        Ok(optimum) => {
-                            if best.as_ref().is_none_or(|b| optimum.cost < b.cost) {
-                                best = Some(optimum);
-                            }
-                        }
-                        Err(Error::Interrupted) => return Err(Error::Interrupted),
-                        Err(error) => failure = Some(error),
-                    }
-                    // The first start is nearly always it; others are for when it was not, or left
-                    // more than noise, as a wrong minimum of many unknowns may.
-                    let done = |b: &Optimum| enough(b) && (self.hurried || self.is_noise(b));
+                    self.try_start(&start, effort, (&mut best, &mut failure))?;
                     if best.as_ref().is_some_and(done) {
                         break 'efforts;
                     }
@@ -122,6 +118,15 @@ impl Search<'_> {
                 }
             }
             scanned = Some((effort, field));
+            // A coarse model may be wrong about a start that is right.
+            if std::mem::take(&mut untried)
+                && let Some(start) = self.given(best.as_ref())
+            {
+                self.try_start(&start, &EFFORTS[1], (&mut best, &mut failure))?;
+                if best.as_ref().is_some_and(done) {
+                    break;
+                }
+            }
             let hopeless = self.suspicious || self.simulations() > MOST_WORK;
             if best.as_ref().is_some_and(|b| enough(b) || hopeless) {
                 break;
@@ -132,11 +137,51 @@ impl Search<'_> {
         })
     }
 
+    /// Fits the full model from a start, and keeps what it finds where that is better.
+    fn try_start(
+        &self,
+        start: &[f64],
+        effort: &Effort,
+        (best, failure): (&mut Option<Optimum>, &mut Option<Error>),
+    ) -> Result<(), Error> {
+        match self.refine(start, effort) {
+            Ok(optimum) => {
+                if best.as_ref().is_none_or(|b| optimum.cost < b.cost) {
+                    *best = Some(optimum);
+                }
+            }
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) => *failure = Some(error),
+        }
+        Ok(())
+    }
+
+    /// The starts that were given, beside what was found of the other unknowns; none if the best that was found has
+    /// come from there, or may have.
+    fn given(&self, best: Option<&Optimum>) -> Option<Vec<f64>> {
+        let unknowns = || self.unknowns.iter();
+        if unknowns().all(|unknown| unknown.start.is_none()) {
+            return None;
+        }
+        let at = |(i, unknown): (usize, &Unknown)| {
+            let given = |value| Some(unknown.to_scale(value?));
+            let found = || best.map(|best| best.x[i]);
+            given(unknown.start).or_else(found).or_else(|| given(self.led_start(unknown)))
+        };
+        let start: Vec<f64> = unknowns().enumerate().map(at).collect::<Option<_>>()?;
+        best.is_none_or(|best| distance(&best.x, &start) > BASIN).then_some(start)
+    }
+
     /// Scans a coarse model.
     fn field(&self, effort: &Effort) -> Result<Field, Error> {
         let first = self.first_periods(effort.stretch);
         let scanned = Coarse::new(self, &first, SCAN_STEPS)?;
-        let others = apart(self.scan(&scanned, &first, effort.grid)?, effort);
+        let found = match self.scan(&scanned, &first, effort.grid) {
+            // What the coarse model cannot take anywhere, the full one may.
+            Err(Error::Fit(_)) => self.scan(&Coarse::as_it_is(self), &first, effort.grid),
+            found => found,
+        };
+        let others = apart(found?, effort);
         let coarse = Coarse::new(self, &first, COARSE_STEPS)?;
         Ok(Field { coarse, first, descended: Vec::new(), others })
     }

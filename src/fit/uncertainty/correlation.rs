@@ -28,7 +28,7 @@ const SEEN: f64 = 2.0;
 /// Coordinates of one measurement have variances of their own where chance makes them as unlike less often.
 const UNLIKE: f64 = 1e-2;
 /// What a memory leaves of a series is not noise where white noise looks so less often.
-const NOT_NEW: f64 = 1e-4;
+const NOT_NEW: f64 = 4e-4;
 /// Pairs farther apart than this many usual spacings are not asked how they resemble each other.
 const NEIGHBOURS: f64 = 1.5;
 /// Correlation and variances follow from each other; each round leaves a small part of the error.

@@ -48,7 +48,7 @@ pub(crate) fn unexplained(
         let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
         let correlation = |axis: &str| correlations.correlation(place, axis);
         if rms > (UNEXPLAINED * size).max(noise)
-            && !is_noisy(experiment, measurement, (rms, own), correlation)
+            && !is_noisy(experiment, measurement, (rms, own), correlation, search.doubt())
         {
             let relative = rms / size.max(f64::MIN_POSITIVE);
             // Standing still at the mean of what was observed leaves no more.
@@ -111,10 +111,10 @@ pub(crate) fn test_residuals(
     narrow: &str,
     warnings: &mut Warnings,
 ) -> Vec<ResidualTests> {
-    let mut all = Vec::new();
+    let (mut all, doubt) = (Vec::new(), search.doubt());
     for (place, (experiment, measurement, _, own)) in search.measured(optimum).enumerate() {
         let correlation = |axis: &str| correlations.correlation(place, axis);
-        for tests in residual_tests(experiment, measurement, own, correlation) {
+        for tests in residual_tests(experiment, measurement, own, correlation, doubt) {
             if !tests.is_noise() {
                 let words = format!(
                     "{}, {}: {}: the model misses something{narrow}",

@@ -20,7 +20,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         return not(1, "nothing", "a header with `Time` and the trajectories");
     };
     let (clock, unit_of_time) = split_unit(names.field(0));
-    if clock != "time" {
+    if !clock.eq_ignore_ascii_case("time") {
         return not(names.number, &format!("`{}` first", names.field(0)), "`Time`");
     }
     let seconds = match unit_of_time.as_deref() {

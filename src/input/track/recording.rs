@@ -5,7 +5,7 @@ use crate::input::table::Row;
 use crate::input::table::{LENGTHS, TIMES, Table};
 use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
-use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
+use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted, is_called};
 use crate::input::track::sigma::SigmaColumns;
 use serde::{Deserialize, Serialize};
 
@@ -192,9 +192,15 @@ impl Recording {
         self.axes.map_or(Ok(()), |axes| axes.check(has))
     }
 
-    /// The marker that is meant.
+    /// The marker that is meant; capitals count where they tell markers apart.
     pub(crate) fn chosen<'a>(&self, sheet: &'a Sheet) -> Result<&'a Sighted, Error> {
-        let own = |m: &&Sighted| self.marker.as_ref().is_none_or(|name| *name == m.name);
+        let exact = |name: &String| sheet.markers.iter().any(|m| m.name == *name);
+        let is_exact = self.marker.as_ref().is_some_and(exact);
+        let own = |m: &&Sighted| match &self.marker {
+            Some(name) if is_exact => *name == m.name,
+            Some(name) => is_called(&m.name, name),
+            None => true,
+        };
         let mut found = sheet.markers.iter().filter(own);
         match (found.next(), found.next()) {
             (Some(marker), None) => Ok(marker),

@@ -65,6 +65,11 @@ pub(crate) fn unit(name: &str) -> Option<Lengths> {
     })
 }
 
+/// Whether a marker is called so, with whatever capitals.
+pub(crate) fn is_called(marker: &str, name: &str) -> bool {
+    marker.to_lowercase() == name.to_lowercase()
+}
+
 /// A marker, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sighted {

@@ -18,7 +18,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         true => Clock::Frames { first: 0.0, rate: None },
         false => Clock::Time(table.factor(column, &TIMES, "")?),
     };
-    let (mut names, mut called): (Vec<&str>, HashSet<&str>) = Default::default();
+    let (mut names, mut called): (Vec<[&str; 2]>, HashSet<&str>) = Default::default();
     let mut columns: HashMap<&str, usize> = HashMap::new();
     for (i, (name, _)) in table.columns.iter().enumerate().filter(|(i, _)| *i != column) {
         let Some(marker) = name.strip_prefix(['x', 'y', 'z']) else {
@@ -29,7 +29,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
             return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
         }
         if called.insert(marker) {
-            names.push(marker);
+            names.push([marker, &table.written[i][1..]]);
         }
     }
     let mut rows: Vec<Row> = Vec::with_capacity(table.rows.len());
@@ -48,7 +48,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     let pixels = |i: usize| i == column || table.columns[i].1.as_deref() == Some("px");
     let pixels = table.columns.len() > 1 && (0..table.columns.len()).all(pixels);
     let mut markers = Vec::with_capacity(names.len());
-    for name in names {
+    for [name, written] in names {
         let mut axes = [None; 3];
         for (axis, letter) in axes.iter_mut().zip(['x', 'y', 'z']) {
             let column = format!("{letter}{name}");
@@ -68,7 +68,7 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
             axes.map(|axis| axis.and_then(|(column, factor)| Some(row.values[column]? * factor)))
         };
         markers.push(Sighted {
-            name: name.into(),
+            name: written.into(),
             axes: axes.map(|axis| axis.is_some()),
             places: table.rows.iter().map(place).collect(),
             likelihood: None,

@@ -10,7 +10,7 @@ use crate::energy::bend_twist::Stiffness;
 use crate::energy::frame::{EdgeFrame, Frames, one_plus_dot};
 use crate::energy::friction::SliderRates;
 use crate::energy::{Derivatives, bend_twist, dual_gradient_rate};
-use crate::numerics::abreast::on_the_unit;
+use crate::numerics::abreast::wide_on_the_unit;
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::lanes::{Lanes, all, dot as lanes_dot};
 use crate::numerics::vector::{Vector, add, combine, components, cross, dot, each};
@@ -167,7 +167,7 @@ impl<const G: usize> pulp::NullaryFnOnce for FrameChange<'_, G> {
         for (j, (edge, rate)) in geometry.edges.iter().zip(frames).enumerate() {
             let theta = STRIDE * j + 3;
             let psi = rate.turn + lanes_dot(&edge.follow, &rate.tangent) * edge.length;
-            tangent.add_column(theta, psi.0, out);
+            tangent.add_column_here(theta, psi.0, out);
             // g = t x t_ref / (l (1 + t.t_ref))
             let torque = gradient[theta];
             let sideways = torque * edge.by_chi * edge.inverse_length;
@@ -376,7 +376,7 @@ impl Sensitive<HALF_BANDWIDTH> for SpatialRod<f64> {
         tangent: &BandMatrix<f64, HALF_BANDWIDTH>,
         out: &mut [[f64; G]],
     ) {
-        on_the_unit(FrameChange { frames, geometry, gradient, tangent, out });
+        wide_on_the_unit::<_, G>(FrameChange { frames, geometry, gradient, tangent, out });
     }
 
     fn rebase_rates<const G: usize>(
