@@ -314,6 +314,16 @@ impl Fit {
                 // What was found stays.
                 _ => {}
             }
+            // A start may be right where the first mesh is too coarse to tell.
+            if let Some(start) = search.given(Some(&optimum)) {
+                match search.polish(&start) {
+                    Ok(other) if other.cost < optimum.cost => {
+                        return self.settled((search, other), experiments, (about, None), round);
+                    }
+                    Err(Error::Interrupted) => return Err(Error::Interrupted),
+                    _ => {}
+                }
+            }
         }
         let (look, since) = about;
         let found = (search, &optimum);

@@ -98,6 +98,11 @@ impl Search<'_> {
         if hint.is_some() || unknown.is_stiffness() {
             return hint;
         }
+        self.here(unknown)
+    }
+
+    /// What the scene says of an unknown, in its unit, if a search can start there.
+    pub(super) fn here(&self, unknown: &Unknown) -> Option<f64> {
         let own = self.experiments.iter().find(|e| unknown.is_of(e))?;
         let here = unknown.parameter.of(own.problem.scene())?;
         // A logarithm cannot start at zero.

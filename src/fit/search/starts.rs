@@ -15,7 +15,7 @@ use crate::fit::search::journal::{Stage, Visit};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
+use crate::numerics::{half_square, order};
 use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
@@ -57,6 +57,9 @@ const EFFORTS: [Effort; 4] = [
     Effort { stretch: 0.5, grid: 2, trusted_periods: 1.0, growth: 1.5 },
     Effort { stretch: 2.0, grid: 2, trusted_periods: 1.0, growth: 1.5 },
 ];
+
+/// Of a start that is nearly right: the whole record from there.
+const AT_ONCE: Effort = Effort { stretch: 1.0, grid: 1, trusted_periods: f64::MAX, growth: 4.0 };
 
 impl Effort {
     /// Whether its coarse models are another's.
@@ -122,9 +125,11 @@ impl Search<'_> {
             if std::mem::take(&mut untried)
                 && let Some(start) = self.given(best.as_ref())
             {
-                self.try_start(&start, &EFFORTS[1], (&mut best, &mut failure))?;
-                if best.as_ref().is_some_and(done) {
-                    break;
+                for effort in [&AT_ONCE, &EFFORTS[1]] {
+                    self.try_start(&start, effort, (&mut best, &mut failure))?;
+                    if best.as_ref().is_some_and(done) {
+                        break 'efforts;
+                    }
                 }
             }
             let hopeless = self.suspicious || self.simulations() > MOST_WORK;
@@ -156,20 +161,24 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The starts that were given, beside what was found of the other unknowns; none if the best that was found has
-    /// come from there, or may have.
-    fn given(&self, best: Option<&Optimum>) -> Option<Vec<f64>> {
-        let unknowns = || self.unknowns.iter();
-        if unknowns().all(|unknown| unknown.start.is_none()) {
-            return None;
-        }
+    /// The starts that were given, beside what was found of the other unknowns; where none was, what the scene says, if that
+    /// is better than what was found. None if the best that was found has come from there, or may have.
+    pub fn given(&self, best: Option<&Optimum>) -> Option<Vec<f64>> {
+        let told = self.unknowns.iter().any(|unknown| unknown.start.is_some());
         let at = |(i, unknown): (usize, &Unknown)| {
-            let given = |value| Some(unknown.to_scale(value?));
-            let found = || best.map(|best| best.x[i]);
-            given(unknown.start).or_else(found).or_else(|| given(self.led_start(unknown)))
+            let found = best.filter(|_| told).map(|best| best.x[i]);
+            let [low, high] = unknown.scaled_bounds();
+            let scaled = |value| unknown.to_scale(value).clamp(low, high);
+            unknown.start.map(scaled).or(found).or_else(|| self.here(unknown).map(scaled))
         };
-        let start: Vec<f64> = unknowns().enumerate().map(at).collect::<Option<_>>()?;
-        best.is_none_or(|best| distance(&best.x, &start) > BASIN).then_some(start)
+        let start: Vec<f64> = self.unknowns.iter().enumerate().map(at).collect::<Option<_>>()?;
+        let Some(best) = best else { return Some(start) };
+        let cost = |start: &Vec<f64>| {
+            let there = self.all_residuals().and_then(|residuals| residuals.residuals(start));
+            there.map_or(f64::INFINITY, |there| half_square(&there))
+        };
+        let is_other = distance(&best.x, &start) > BASIN && (told || cost(&start) < best.cost);
+        is_other.then_some(start)
     }
 
     /// Scans a coarse model.
