@@ -3,6 +3,7 @@
 use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
 use rodfit::resolution::Aim;
+use rodfit::scene::Resolution;
 use rodfit::vibration::About;
 use std::path::PathBuf;
 
@@ -25,6 +26,8 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let count = usize::from(options.count);
     limits::of_modes(&scene, count).admit(manner)?;
     let about = if options.rest { About::Rest } else { About::Equilibrium };
-    let found = scene.problem_for(Aim::Modes(count))?.modes(count, about)?;
+    let problem = scene.problem_for(Aim::Modes(count))?;
+    let mut found = problem.modes(count, about)?;
+    found.resolution = problem.resolution().copied().and_then(Resolution::of_mesh);
     Ok(conclude(0, [outputs.write_json(json, &found), outputs.summary(&found)]))
 }

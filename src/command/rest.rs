@@ -4,6 +4,7 @@ use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
 use rodfit::dynamics::shape_csv;
 use rodfit::resolution::Aim;
+use rodfit::scene::Resolution;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -22,7 +23,8 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let (scene, outputs, [json, out]) = open(&options.scene, wanted, manner)?;
     limits::of_rest(&scene).admit(manner)?;
     let problem = scene.problem_for(Aim::Rest)?;
-    let found = problem.equilibrium()?;
+    let mut found = problem.equilibrium()?;
+    found.resolution = problem.resolution().copied().and_then(Resolution::of_mesh);
     let written = [
         outputs.write_json(json, &found),
         outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes())),

@@ -48,7 +48,7 @@ pub struct Equilibrium {
     pub reactions: Reactions,
     /// Position of every node, m.
     pub nodes: Vec<[f64; 3]>,
-    /// The mesh, where the program chose it, and what it is worth.
+    /// The mesh, where the command chose it for this, and what it is worth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
 }
@@ -127,7 +127,7 @@ fn at_rest<M: Model<W>, const W: usize>(
         negative_directions: Pencil::resting(discretized, &rest.q, &rest.frames).below(-1.0)?,
         reactions,
         nodes,
-        resolution: problem.resolution().copied().and_then(Resolution::of_mesh),
+        resolution: None,
     })
 }
 

@@ -111,7 +111,7 @@ pub struct Modes {
     pub frequencies_rad_s: Vec<f64>,
     /// The modes, in the same order.
     pub modes: Vec<Mode>,
-    /// The mesh, where the program chose it, and what it is worth: an error of a frequency over it.
+    /// The mesh, where the command chose it for these modes, and what it is worth: an error of a frequency over it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
 }
@@ -143,13 +143,7 @@ impl Problem {
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
         let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();
-        Ok(Modes {
-            about,
-            unstable,
-            frequencies_rad_s,
-            modes,
-            resolution: self.resolution().copied().and_then(Resolution::of_mesh),
-        })
+        Ok(Modes { about, unstable, frequencies_rad_s, modes, resolution: None })
     }
 }
 

@@ -55,8 +55,15 @@ fn what_is_left_out_is_chosen() {
         (&true.into(), &"generalised-alpha".into())
     );
     assert!(found["error"].as_f64().unwrap() <= 1e-3, "{found}");
-    for command in ["static", "modes", "parameters"] {
-        succeeds(&folder.run(&[command, "scene.toml"]));
+    succeeds(&folder.run(&["parameters", "scene.toml"]));
+    for (command, whole) in [("static", "of the length"), ("modes", "of a frequency")] {
+        let ran = folder.run(&[command, "scene.toml", "--json", "still.json"]);
+        succeeds(&ran);
+        // The mesh for what was asked, and nothing of steps.
+        let (said, found) = (stdout(&ran), &folder.json("still.json")["resolution"]);
+        assert!(said.contains("chosen: ") && said.contains(whole), "{said}");
+        assert!(found["segments"].is_u64() && found["step"].is_null(), "{found}");
+        assert!(found["error"].as_f64().unwrap() <= 1e-3, "{found}");
     }
 
     let mut data = String::from("t,x,y\n");

@@ -164,7 +164,7 @@ pub(crate) fn newness(news: &[f64]) -> f64 {
 ///
 /// Of many values that sum is distributed as chi-squared. Of few its tail is longer, and is that of F with as many
 /// degrees of freedom as [`tail`] says: simulated noise of 16 to 400 values lies beyond what is said to be one in a
-/// thousand 0.7 to 1.3 times in a thousand, where chi-squared says up to 11.
+/// thousand 0.5 to 1.15 times in a thousand, by chi-squared up to 6.
 fn whiteness(r: &[f64]) -> f64 {
     let n = r.len();
     let lags = LAGS.min(n / 4);
