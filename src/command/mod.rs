@@ -24,7 +24,8 @@ mod terminal;
 use crate::command::output::{Output, Outputs};
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use rodfit::{Derivatives, Error, Scene};
+use rodfit::scene::{Chosen, Resolution};
+use rodfit::{Derivatives, Error, Problem, Scene};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -211,6 +212,13 @@ fn open<const N: usize>(
 /// 2 where the input is at fault, 3 where the computation is.
 fn code_of(error: &Error) -> u8 {
     if error.is_input() { 2 } else { 3 }
+}
+
+/// What a mesh chosen for what does not move is worth; none where the scene has its own.
+fn chosen_mesh(problem: &Problem) -> Option<Resolution> {
+    let chosen = Chosen { segments: true, ..Chosen::default() };
+    let found = problem.resolution().filter(|found| found.chosen.segments)?;
+    Some(Resolution { step: None, scheme: None, chosen, ..*found })
 }
 
 /// Says what could not be written, and what the run is worth then.

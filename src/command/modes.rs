@@ -1,9 +1,8 @@
 //! `rodfit modes`
 
-use crate::command::{Json, Manner, conclude, limits, open};
+use crate::command::{Json, Manner, chosen_mesh, conclude, limits, open};
 use rodfit::Error;
 use rodfit::resolution::Aim;
-use rodfit::scene::Resolution;
 use rodfit::vibration::About;
 use std::path::PathBuf;
 
@@ -28,6 +27,6 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let about = if options.rest { About::Rest } else { About::Equilibrium };
     let problem = scene.problem_for(Aim::Modes(count))?;
     let mut found = problem.modes(count, about)?;
-    found.resolution = problem.resolution().copied().and_then(Resolution::of_mesh);
+    found.resolution = chosen_mesh(&problem);
     Ok(conclude(0, [outputs.write_json(json, &found), outputs.summary(&found)]))
 }

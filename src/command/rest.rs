@@ -1,10 +1,9 @@
 //! `rodfit static`
 
-use crate::command::{Json, Manner, conclude, limits, open};
+use crate::command::{Json, Manner, chosen_mesh, conclude, limits, open};
 use rodfit::Error;
 use rodfit::dynamics::shape_csv;
 use rodfit::resolution::Aim;
-use rodfit::scene::Resolution;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -24,7 +23,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     limits::of_rest(&scene).admit(manner)?;
     let problem = scene.problem_for(Aim::Rest)?;
     let mut found = problem.equilibrium()?;
-    found.resolution = problem.resolution().copied().and_then(Resolution::of_mesh);
+    found.resolution = chosen_mesh(&problem);
     let written = [
         outputs.write_json(json, &found),
         outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes())),

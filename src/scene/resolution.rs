@@ -81,12 +81,6 @@ impl Resolution {
         self.words_over("the length")
     }
 
-    /// That of a mesh alone; none where the scene has its own.
-    pub(crate) fn of_mesh(self) -> Option<Self> {
-        let chosen = Chosen { segments: true, ..Chosen::default() };
-        self.chosen.segments.then_some(Self { step: None, scheme: None, chosen, ..self })
-    }
-
     /// The same of what does not move, whose errors are over the length or a frequency, with what speaks against it.
     pub(crate) fn told_over(&self, whole: &str) -> String {
         let warning = self.warning_over(whole);
