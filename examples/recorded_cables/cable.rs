@@ -56,8 +56,9 @@ impl Cable {
         Ok(Self { name, clips, table, lengths })
     }
 
-    /// A straight cable, or, `curved`, one with the turns it has on the table.
-    pub fn scene(&self, curved: bool) -> Scene {
+    /// A straight cable, or, `curved`, one with the turns it has on the table; with so many edges between any two
+    /// markers.
+    pub fn scene(&self, curved: bool, edges: usize) -> Scene {
         let shape = match &self.table {
             Some(table) if curved => Shape::polyline(table),
             _ => {
@@ -72,7 +73,7 @@ impl Cable {
         let modulus = 1e8;
         let material =
             Material { shear_modulus: Some(0.5 * modulus), ..Material::new(DENSITY, modulus) };
-        let mut scene = Scene::new(self.lengths.len(), shape, section, material);
+        let mut scene = Scene::new(self.lengths.len() * edges, shape, section, material);
         if let Shape::Polyline { lengths, .. } = &mut scene.rod.shape {
             *lengths = self.lengths.clone();
         }
@@ -120,7 +121,7 @@ impl Cable {
                 free.into_iter().fold(Experiment::new(self.name_of(*clip), &problem), observe),
             );
         }
-        // One edge between any two markers is part of the model.
+        // The edges between any two markers are part of the model.
         let same_mesh = Analysis { discretization_error: Refinement::None, ..Analysis::default() };
         Ok(Fit::of(experiments).analyse(same_mesh))
     }
@@ -133,10 +134,11 @@ impl Cable {
         // The recording as it is mended.
         let path = problem.scene().supports.path.as_ref();
         let track = path.and_then(|path| path.track.as_ref()).unwrap_or(&self.clips[clip].1);
+        let edges = scene.rod.segments.map_or(1, |segments| segments / self.lengths.len());
         let (mut sum, mut count) = (0.0, 0.0);
         for (k, time) in track.times().iter().enumerate().skip(2) {
-            for (node, marker) in track.markers().iter().enumerate() {
-                let found = run.at(Point::Node(node), *time)?.0;
+            for (j, marker) in track.markers().iter().enumerate() {
+                let found = run.at(Point::Node(j * edges), *time)?.0;
                 for (c, seen) in marker.seen[k].into_iter().flatten().enumerate() {
                     sum += (found[c] - seen).abs();
                     count += 1.0;

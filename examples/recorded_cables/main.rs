@@ -5,7 +5,7 @@
 //! and identifies it. With the environment variable `RODFIT_MOCAP_DIR` naming the folder of the DEFORM
 //! recordings (Chen et al., CoRL 2024, arXiv 2406.05931; files `DLO1_train_48.csv`, ..,
 //! `DLO1_rest_raw.csv`, ..) it identifies the real ones: all five, or those named behind `--`.
-//! Behind `--`, `k` adds a curvature at rest for every marker; `halves` fits B3, T5 and T7 to two halves of
+//! Behind `--`, `fine` puts two edges between any two markers; `k` adds a curvature at rest for every marker; `halves` fits B3, T5 and T7 to two halves of
 //! the recordings, each without the other; `twins` asks how often intervals hold: it makes recordings with
 //! known numbers between the same hands, twenty times for every cable, and identifies them.
 
@@ -27,7 +27,7 @@ fn spread(total: usize, most: usize) -> Vec<usize> {
     (0..count).map(|i| i * total / count).collect()
 }
 
-fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
+fn climb(cable: &Cable, edges: usize, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
     let total = cable.clips.len();
     let markers = cable.lengths.len() + 1;
     println!(
@@ -38,7 +38,7 @@ fn climb(cable: &Cable, with_curvatures: bool) -> Result<(), Box<dyn Error>> {
     let mut found = Found::new();
     // Rivals go on from the same rung; curvatures of every marker from those at the hands.
     let mut t7 = None;
-    for rung in ladder(markers) {
+    for rung in ladder(markers, edges) {
         if rung.name == "K" && !with_curvatures {
             continue;
         }
@@ -94,7 +94,7 @@ fn print(report: &FitReport, most: usize) {
 /// B3, T5 and T7 of both halves of the recordings, each without the other: whether the intervals tell how well the
 /// modulus over the density is known.
 fn halves(cable: &Cable) -> Result<(), Box<dyn Error>> {
-    let rungs = ladder(cable.lengths.len() + 1);
+    let rungs = ladder(cable.lengths.len() + 1, 1);
     let mut found = [Found::new(), Found::new()];
     for rung in rungs.iter().filter(|rung| matches!(rung.name, "B3" | "T5" | "T7")) {
         let mut logs = Vec::new();
@@ -142,7 +142,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let study = |cable: &Cable| match () {
         () if said("halves") => halves(cable),
         () if said("twins") => twins(cable),
-        () => climb(cable, said("k")),
+        () => climb(cable, if said("fine") { 2 } else { 1 }, said("k")),
     };
     let Some(folder) = std::env::var_os("RODFIT_MOCAP_DIR") else {
         println!("RODFIT_MOCAP_DIR names no folder of recordings: a synthetic cable instead");

@@ -7,18 +7,21 @@ use rodfit::{Parameter, Scene, Unknown};
 use std::collections::BTreeMap;
 use std::error::Error;
 
-/// A model: its name, how many clips it is fitted to at most, and its numbers.
+/// A model: its name, how many clips it is fitted to at most, its edges between any two markers, and its numbers.
 pub struct Rung {
     pub name: &'static str,
     pub most: usize,
+    pub edges: usize,
     pub numbers: Vec<String>,
 }
 
-/// The models for cables of so many markers, simplest first. The last two with ten numbers are rivals.
-pub fn ladder(markers: usize) -> Vec<Rung> {
+/// The models for cables of so many markers with so many edges between any two, simplest first. The last two with
+/// ten numbers are rivals.
+pub fn ladder(markers: usize, edges: usize) -> Vec<Rung> {
     let listed = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-    let rung = |name, most, numbers: Vec<String>| Rung { name, most, numbers };
-    let bending = |j: usize| ["d1", "d2"].map(|d| format!("rod.natural_bending.{j}.{d}"));
+    let rung = |name, most, numbers: Vec<String>| Rung { name, most, edges, numbers };
+    let bending =
+        |marker: usize| ["d1", "d2"].map(|d| format!("rod.natural_bending.{}.{d}", marker * edges));
     let b3 = listed(&["youngs_modulus", "damping.stiffness", "damping.mass"]);
     let t5 = [b3.clone(), listed(&["rod.natural_curvature", "shear_modulus"])].concat();
     let friction =
@@ -71,9 +74,8 @@ pub type Found = BTreeMap<String, f64>;
 
 /// The scene of a model with these values, the number's start where there is none.
 pub fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<dyn Error>> {
-    let markers = cable.lengths.len() + 1;
     let has = |part: &str| rung.numbers.iter().any(|name| name.contains(part));
-    let mut scene = cable.scene(has("shear_modulus"));
+    let mut scene = cable.scene(has("shear_modulus"), rung.edges);
     if has("friction") {
         scene.loads.damping.friction = Some(Friction { stiffness: 1.0, curvature: 1.5 });
     }
@@ -81,7 +83,7 @@ pub fn scene_of(cable: &Cable, rung: &Rung, found: &Found) -> Result<Scene, Box<
         scene.rod.taper = Taper { youngs_modulus: Some(vec![1.0; 3].into()), ..Taper::default() };
     }
     if has("natural_bending") {
-        scene.rod.natural_bending = vec![[0.0; 2]; markers];
+        scene.rod.natural_bending = vec![[0.0; 2]; cable.lengths.len() * rung.edges + 1];
     }
     if !has("damping.mass") {
         scene.loads.damping.mass = 0.0;

@@ -57,7 +57,7 @@ pub fn twin(folder: &Path) -> Result<(), Box<dyn Error>> {
             table: Some(folder.join("twin_rest_raw.csv")),
             lengths: lengths.clone(),
         };
-        let mut scene = truth.scene(true);
+        let mut scene = truth.scene(true, 1);
         scene.material.youngs_modulus = 2.5e8;
         scene.material.shear_modulus = Some(1e8);
         scene.rod.natural_curvature = 0.8.into();
@@ -90,7 +90,7 @@ const CLIPS: usize = 8;
 
 /// How often T7 has its numbers within their 95 % intervals.
 pub fn twins(cable: &Cable) -> Result<(), Box<dyn Error>> {
-    let rung = ladder(cable.lengths.len() + 1).into_iter().find(|rung| rung.name == "T7");
+    let rung = ladder(cable.lengths.len() + 1, 1).into_iter().find(|rung| rung.name == "T7");
     let rung = rung.ok_or("no T7 in the ladder")?;
     let mut inside = vec![0; rung.numbers.len()];
     let mut widths = vec![Vec::new(); rung.numbers.len()];
