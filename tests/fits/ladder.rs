@@ -28,7 +28,7 @@ fn what_came_out_at_zero_starts_afresh() {
         assert_eq!(begin("youngs_modulus", &from), Some(3e8));
         // What no simpler model had has a start of its own.
         assert_eq!(begin("shear_modulus", &from), Some(5e7));
-        for rung in ladder(7).iter().filter(|rung| ["B3", "T7", "T10"].contains(&rung.name)) {
+        for rung in ladder(7, 1).iter().filter(|rung| ["B3", "T7", "T10"].contains(&rung.name)) {
             let scene = scene_of(&cable, rung, &from).unwrap();
             let damping = scene.loads.damping;
             assert_eq!((damping.mass, damping.stiffness), (expected, 0.02), "{}", rung.name);
