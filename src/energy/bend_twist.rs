@@ -265,7 +265,7 @@ impl<D: Scalar> BendTwist<D> {
         let (mut gradient, mut hessian) =
             ([zero; EDGE_UNKNOWNS], [[zero; EDGE_UNKNOWNS]; EDGE_UNKNOWNS]);
         let mut own = |first: usize, edge: &EdgeState<D>, sum: &Sum<D>| {
-            let own = edge.derivatives(sum, zero, zero);
+            let own = edge.derivatives(sum, [zero; 2], zero);
             gradient[first..first + 4].copy_from_slice(&own.gradient);
             for r in 0..3 {
                 hessian[first + r][first..=first + r].copy_from_slice(&own.vector[r][..=r]);

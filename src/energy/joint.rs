@@ -182,7 +182,12 @@ impl<D: Scalar> EdgeState<D> {
     /// with the [turn](Self::turn) `g`, and one more block, `(dE/dh) dg/dx`. A tangent that moves by
     /// `p` and `q` of second order goes back along itself.
     #[inline(always)]
-    pub(crate) fn derivatives(&self, sum: &Sum<D>, force: D, stiffness: D) -> ByEdge<D> {
+    pub(crate) fn derivatives(
+        &self,
+        sum: &Sum<D>,
+        [force, tension]: [D; 2],
+        stiffness: D,
+    ) -> ByEdge<D> {
         let Edge { inverse_length, tangent, m } = &self.edge;
         let ([g1, g2], torque) = (self.turn, sum.gradient[2]);
         let [pp, qp, qq, hp, hq, hh] = sum.hessian;
@@ -195,7 +200,7 @@ impl<D: Scalar> EdgeState<D> {
         let qp = qp + g1 * uq + g2 * hp + (t1 * g1 - t2 * g2) * 0.5;
 
         let by_square = *inverse_length * *inverse_length;
-        let across = force * *inverse_length;
+        let across = tension * *inverse_length;
         let (pp, qq, qp) = (pp * by_square + across, qq * by_square + across, qp * by_square);
         let (tp, tq) = (-(p * by_square), -(q * by_square));
         let rows = [

@@ -86,6 +86,33 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         [self.force(squared, length), self.stiffness / self.rest_length]
     }
 
+    /// The axial force, N, of the edge `e`, m, to first order after it has changed by `change`.
+    #[inline]
+    pub(crate) fn tension_after(&self, e: &[D; M], change: &[D; M]) -> D {
+        let squared = squared(e);
+        let length = squared.sqrt();
+        let [force, along] = self.tension(squared, length);
+        let by = e.iter().zip(change).fold(D::from(0.0), |sum, (e, change)| sum + *e * *change);
+        force + along * by / length
+    }
+
+    /// What the Hessian by the edge `e` gains where its axial force counts as `tension`, N: `(T - F)/|e| (I - t t')`.
+    #[inline]
+    pub(crate) fn under(&self, e: &[D; M], tension: D) -> [[D; M]; M] {
+        let squared = squared(e);
+        let length = squared.sqrt();
+        let across = (tension - self.force(squared, length)) / length;
+        let over = across / squared;
+        let mut gain = [[across; M]; M];
+        for r in 0..M {
+            for c in 0..M {
+                let along = over * e[r] * e[c];
+                gain[r][c] = if r == c { across - along } else { -along };
+            }
+        }
+        gain
+    }
+
     /// The energy, J, at a length and its square.
     #[inline(always)]
     pub(crate) fn energy_at(&self, squared: D, length: D) -> D {

@@ -98,6 +98,22 @@ pub trait Rod<D: Scalar, const W: usize>: Clone + Send + Sync {
         tangent: &mut BandMatrix<D, W>,
     );
 
+    /// The same, but where there are `tensions`, N, of all edges: the tangent as it would be under these, whatever the
+    /// edges are stretched by. A rod that does not know how takes its own.
+    fn tangent_under(
+        &self,
+        q: &[D],
+        frames: &Self::Frames,
+        derivatives: Derivatives,
+        _tensions: Option<&[D]>,
+        (gradient, tangent): (&mut [D], &mut BandMatrix<D, W>),
+    ) {
+        self.tangent(q, frames, derivatives, gradient, tangent);
+    }
+
+    /// Writes the tensions of all edges, N, to first order after `change`, where the rod has come to `q` by that.
+    fn tensions_after(&self, _change: &[D], _q: &[D], _tensions: &mut Vec<D>) {}
+
     /// Measures the rod at `q`.
     fn measure(&self, q: &[D], frames: &Self::Frames, geometry: &mut Self::Geometry);
 

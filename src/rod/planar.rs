@@ -53,6 +53,13 @@ fn unknowns<D: Copy, const N: usize>(q: &[D], i: usize) -> &[D; N] {
     q[2 * i..].first_chunk().expect("an element's nodes are nodes of the rod")
 }
 
+/// The vector of edge `i`, m.
+#[inline(always)]
+fn edge<D: Scalar>(q: &[D], i: usize) -> [D; 2] {
+    let [x0, y0, x1, y1] = *unknowns(q, i);
+    [x1 - x0, y1 - y0]
+}
+
 #[inline(always)]
 fn scatter<D: Scalar, const N: usize>(from: &[D; N], to: &mut [D], i: usize) {
     let to: &mut [D; N] = to[2 * i..].first_chunk_mut().expect("an element's nodes are the rod's");
@@ -77,7 +84,7 @@ impl<D: Nestable> PlanarRod<D> {
     fn elements(&self) -> Elements<'_, D> {
         let Self { stretch, bend, load, sliders, .. } = self;
         let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
-        Elements { stretch, bend, load, springs }
+        Elements { stretch, bend, load, springs, tensions: None }
     }
 
     /// Bend `i` with its spring of internal friction, where the rod is at `q`.
@@ -87,13 +94,17 @@ impl<D: Nestable> PlanarRod<D> {
     }
 
     /// Shows all derivatives by num-dual.
-    fn each_edge_in_duals(&self, q: &[D], to: &mut impl TakesEdges<D>) {
+    fn each_edge_in_duals(&self, q: &[D], tensions: Option<&[D]>, to: &mut impl TakesEdges<D>) {
         let zero = D::from(0.0);
         let mut open = ByEdge { gradient: [zero; 2], vector: [zero; 3] };
         for (i, element) in self.stretch.iter().enumerate() {
             let Local { gradient: [.., gx, gy], hessian: h, .. } =
                 dual_tangent(element, unknowns(q, i));
             let mut own = open.plus([gx, gy], [h[2][2], h[3][2], h[3][3]]);
+            if let Some(tensions) = tensions {
+                let gain = element.under(&edge(q, i), tensions[i]);
+                own = own.plus([zero; 2], [gain[0][0], gain[1][0], gain[1][1]]);
+            }
             let mut after = [[zero; 2]; 2];
             if i < self.bend.len() {
                 let Local { gradient: g, hessian: h, .. } =
@@ -193,15 +204,35 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
+        self.tangent_under(q, &(), derivatives, None, (gradient, tangent));
+    }
+
+    fn tangent_under(
+        &self,
+        q: &[D],
+        (): &(),
+        derivatives: Derivatives,
+        tensions: Option<&[D]>,
+        (gradient, tangent): (&mut [D], &mut BandMatrix<D, HALF_BANDWIDTH>),
+    ) {
         if D::PLAIN && derivatives == Derivatives::Dual {
             let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
-            self.each_edge_in_duals(q, &mut nodes);
+            self.each_edge_in_duals(q, tensions, &mut nodes);
             nodes.end();
         } else {
-            let (at, gradient, tangent) = ((self.elements(), q), &mut *gradient, &mut *tangent);
+            let elements = Elements { tensions, ..self.elements() };
+            let (at, gradient, tangent) = ((elements, q), &mut *gradient, &mut *tangent);
             D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
         }
         self.add_to_tangent(q, derivatives, gradient, tangent);
+    }
+
+    fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
+        tensions.clear();
+        tensions.extend(self.stretch.iter().enumerate().map(|(i, stretch)| {
+            let (now, change) = (edge(q, i), edge(change, i));
+            stretch.tension_after(&[now[0] - change[0], now[1] - change[1]], &change)
+        }));
     }
 
     fn measure(&self, q: &[D], (): &(), geometry: &mut Geometry) {
@@ -243,7 +274,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.bend.len() };
         if D::PLAIN && derivatives == Derivatives::Dual {
-            self.each_edge_in_duals(q, &mut edges);
+            self.each_edge_in_duals(q, None, &mut edges);
         } else {
             D::side_by_side(EdgeTangent { at: (self.elements(), q), edges });
         }
@@ -286,7 +317,6 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
     }
 
     fn leapt(&self, before: &[D], now: &[D]) -> Option<usize> {
-        let edge = |q: &[D], i: usize| [q[2 * i + 2] - q[2 * i], q[2 * i + 3] - q[2 * i + 1]];
         (0..self.stretch.len()).find(|i| turned_far(edge(before, *i), edge(now, *i)))
     }
 

@@ -113,7 +113,7 @@ impl<D: Nestable> SpatialRod<D> {
     fn elements(&self) -> Elements<'_, D> {
         let Self { stretch, joint, load, sliders, .. } = self;
         let springs = sliders.as_ref().filter(|springs| !springs.acting.is_empty());
-        Elements { stretch, joint, load, springs }
+        Elements { stretch, joint, load, springs, tensions: None }
     }
 
     /// The spring of joint `i`, if one acts.
@@ -124,7 +124,13 @@ impl<D: Nestable> SpatialRod<D> {
     }
 
     /// Shows all derivatives by num-dual.
-    fn each_edge_in_duals(&self, q: &[D], frames: &Frames<D>, to: &mut impl TakesEdges<D>) {
+    fn each_edge_in_duals(
+        &self,
+        q: &[D],
+        frames: &Frames<D>,
+        tensions: Option<&[D]>,
+        to: &mut impl TakesEdges<D>,
+    ) {
         // Where the unknowns of the edges stand among those of an inner node, and their signs.
         const FIRST: [(usize, f64); 4] = [(0, -1.0), (1, -1.0), (2, -1.0), (3, 1.0)];
         const SECOND: [(usize, f64); 4] = [(8, 1.0), (9, 1.0), (10, 1.0), (7, 1.0)];
@@ -148,6 +154,10 @@ impl<D: Nestable> SpatialRod<D> {
                 for c in 0..3 {
                     own[r][c] += stretch.hessian[3 + r][3 + c];
                 }
+            }
+            if let Some(tensions) = tensions {
+                let gain = element.under(&edge(q, i), tensions[i]);
+                (0..3).for_each(|r| (0..3).for_each(|c| own[r][c] += gain[r][c]));
             }
             let mut after = [[zero; 4]; 4];
             if i < self.joint.len() {
@@ -221,16 +231,35 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         gradient: &mut [D],
         tangent: &mut BandMatrix<D, HALF_BANDWIDTH>,
     ) {
+        self.tangent_under(q, frames, derivatives, None, (gradient, tangent));
+    }
+
+    fn tangent_under(
+        &self,
+        q: &[D],
+        frames: &Frames<D>,
+        derivatives: Derivatives,
+        tensions: Option<&[D]>,
+        (gradient, tangent): (&mut [D], &mut BandMatrix<D, HALF_BANDWIDTH>),
+    ) {
         if D::PLAIN && derivatives == Derivatives::Dual {
             let mut nodes = ToNodes::<D, D>::new((), &self.load, gradient, tangent);
-            self.each_edge_in_duals(q, frames, &mut nodes);
+            self.each_edge_in_duals(q, frames, tensions, &mut nodes);
             nodes.end();
         } else {
-            let (at, gradient, tangent) =
-                ((self.elements(), q, frames), &mut *gradient, &mut *tangent);
+            let elements = Elements { tensions, ..self.elements() };
+            let (at, gradient, tangent) = ((elements, q, frames), &mut *gradient, &mut *tangent);
             D::side_by_side(Tangent { at, gradient, tangent, geometry: None });
         }
         self.own.add_tangent(q, &frames.edges, derivatives, gradient, tangent);
+    }
+
+    fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
+        tensions.clear();
+        tensions.extend(self.stretch.iter().enumerate().map(|(i, stretch)| {
+            let change = edge(change, i);
+            stretch.tension_after(&sub(edge(q, i), change), &change)
+        }));
     }
 
     fn measure(&self, q: &[D], frames: &Frames<D>, geometry: &mut Geometry) {
@@ -268,7 +297,7 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
         tangent.clear();
         let mut edges = ToEdges { tangent, last: self.joint.len() };
         if D::PLAIN && derivatives == Derivatives::Dual {
-            self.each_edge_in_duals(q, frames, &mut edges);
+            self.each_edge_in_duals(q, frames, None, &mut edges);
         } else {
             D::side_by_side(EdgeTangent { at: (self.elements(), q, frames), edges });
         }

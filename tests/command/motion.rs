@@ -85,5 +85,7 @@ fn rods_in_space_turn_and_runs_that_stop_are_shown() {
     let (_, text, _) = page(&folder);
     is_whole(&text.replace("infinite", ""));
     assert!(text.contains("class=\"verdict bad\"") && text.contains("Stopped: "), "{text}");
-    assert!(text.contains("<code>fold</code></summary>") && stderr(&output).contains("[fold]"));
+    let code = "energy-growth";
+    assert!(text.contains(&format!("<code>{code}</code></summary>")));
+    assert!(stderr(&output).contains(&format!("[{code}]")));
 }

@@ -138,6 +138,8 @@ struct Told {
     gradient: Vec<f64>,
     tangent: Vec<f64>,
     by_edges: Vec<f64>,
+    /// The tangent under other tensions than its own.
+    under: Vec<f64>,
     strains: Vec<f64>,
     energies: Energies,
     /// The gradient and the strains with frames that moved with the rod.
@@ -161,6 +163,18 @@ fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
     for (gradient, beside) in gradient.iter().zip(&beside) {
         assert!((gradient.value() - beside.value()).abs() <= 1e-13 * size);
     }
+    let mut tensions = own_tensions(rod, q);
+    let mut under = BandMatrix::zeros(q.len());
+    for shift in [0.0, SHIFT] {
+        tensions.iter_mut().enumerate().for_each(|(i, t)| *t += shift * (1.0 + i as f64));
+        let mut forces = gradient.clone();
+        rod.tangent_under(q, frames, derivatives, Some(&tensions), (&mut forces, &mut under));
+        assert!(forces.iter().zip(&beside).all(|(a, b)| a.value() == b.value()));
+        let off = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+        let off = off.map(|(i, j)| (under.get(i, j) - tangent.get(i, j)).value().abs());
+        let off = off.fold(0.0_f64, f64::max);
+        assert!(if shift == 0.0 { off < 1e-9 } else { off > 1.0 }, "{shift} {off:e}");
+    }
     let mut by_edges = BandMatrix::zeros(q.len());
     rod.edge_tangent(q, frames, derivatives, &mut by_edges);
     rod.strains(q, frames, &mut strains);
@@ -181,8 +195,54 @@ fn told<D: Nestable, R: Rod<D, W>, const W: usize>(
         gradient: values(&gradient),
         tangent: entries(&tangent),
         by_edges: entries(&by_edges),
+        under: entries(&under),
         strains: values(&strains),
         energies: rod.energies(q, frames),
+    }
+}
+
+/// By how much more the first edge is pulled, N; the others twice as much, three times, and so on.
+const SHIFT: f64 = 2.5;
+
+fn own_tensions<D: Nestable, R: Rod<D, W>, const W: usize>(rod: &R, q: &[D]) -> Vec<D> {
+    let mut tensions = Vec::new();
+    rod.tensions_after(&vec![D::from(0.0); q.len()], q, &mut tensions);
+    tensions
+}
+
+/// Tensions after a change are those before it with their slopes, and the tangent under some is that of a rod whose
+/// natural strains make them.
+fn tensions_are_consistent<R: Rod<f64, W>, const W: usize>(
+    (rod, pulled): (&R, &R),
+    (q, frames): (&[f64], &R::Frames),
+    under: &[f64],
+) {
+    let change: Vec<f64> = (0..q.len()).map(|i| 0.01 * (7.3 * i as f64).sin()).collect();
+    let at = |part: f64| {
+        let moved: Vec<f64> = q.iter().zip(&change).map(|(q, d)| q + part * d).collect();
+        own_tensions(rod, &moved)
+    };
+    let [after, before, ahead, behind] = [1.0, 0.0, 1e-4, -1e-4].map(at);
+    let moved: Vec<f64> = q.iter().zip(&change).map(|(q, d)| q + d).collect();
+    let mut expected = Vec::new();
+    rod.tensions_after(&change, &moved, &mut expected);
+    for i in 0..expected.len() {
+        let slope = (ahead[i] - behind[i]) / 2e-4;
+        assert!((expected[i] - (before[i] + slope)).abs() < 1e-6);
+        assert!((after[i] - expected[i]).abs() > 1e-9, "of second order");
+    }
+    let (mut gradient, mut tangent) = (vec![0.0; q.len()], BandMatrix::zeros(q.len()));
+    pulled.tangent(q, frames, Derivatives::Hand, &mut gradient, &mut tangent);
+    let all = (0..q.len()).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    for ((i, j), under) in all.zip(under) {
+        assert!((tangent.get(i, j) - under).abs() < 1e-9, "{i} {j}");
+    }
+}
+
+/// Pulls at an edge by another natural strain.
+fn pull<const M: usize>(stretch: &mut [Stretch<f64, M>]) {
+    for (i, edge) in stretch.iter_mut().enumerate() {
+        edge.natural_strain -= SHIFT * (1.0 + i as f64) / edge.stiffness;
     }
 }
 
@@ -193,6 +253,7 @@ fn difference(a: &Told, b: &Told) -> f64 {
         (&a.gradient, &b.gradient),
         (&a.tangent, &b.tangent),
         (&a.by_edges, &b.by_edges),
+        (&a.under, &b.under),
         (&a.strains, &b.strains),
         (&energies(&a.energies), &energies(&b.energies)),
         (&a.moved[0], &b.moved[0]),
@@ -225,6 +286,9 @@ fn every_lane_is_what_it_would_be_alone_in_the_plane() {
             let dual = told(&rod, &q, &(), Derivatives::Dual);
             let found = difference(&wide, &dual);
             assert!(found < 1e-12, "{edges} edges, {seed}: {found:e} from num-dual");
+            let mut pulled = rod.clone();
+            pull(&mut pulled.stretch);
+            tensions_are_consistent((&rod, &pulled), (&q, &()), &wide.under);
         }
     }
 }
@@ -247,6 +311,9 @@ fn every_lane_is_what_it_would_be_alone_in_space() {
             }
             let found = difference(&wide, &dual);
             assert!(found < 1e-12, "{edges} edges, {seed}: {found:e} from num-dual");
+            let mut pulled = rod.clone();
+            pull(&mut pulled.stretch);
+            tensions_are_consistent((&rod, &pulled), (&q, &frames), &wide.under);
         }
     }
 }

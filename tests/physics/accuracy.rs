@@ -127,7 +127,7 @@ fn more_is_asked() {
     }
 }
 
-/// Steps are solved as exactly as the accuracy needs, with fewer iterations, and the motion stays what it is; derivatives
+/// Steps are solved as exactly as the accuracy needs, with fewer tangents, and the motion stays what it is; derivatives
 /// are taken of steps that are solved.
 #[test]
 fn steps_are_solved_as_exactly_as_it_takes() {
@@ -138,10 +138,10 @@ fn steps_are_solved_as_exactly_as_it_takes() {
         let time =
             format!("step = {}\nscheme = \"generalised-alpha\"\nrho_inf = 0.8", step.unwrap());
         let exact = problem(scene, ["", &format!("segments = {segments}"), &time]).unwrap();
-        let iterations = |p: &Problem| p.simulate().unwrap().work().newton_iterations;
-        let [few, many] = [&chosen, &exact].map(iterations);
+        let tangents = |p: &Problem| p.simulate().unwrap().work().tangents;
+        let [few, many] = [&chosen, &exact].map(tangents);
         let off = apart(&seen(&chosen, Point::Tip), &seen(&exact, Point::Tip));
-        println!("{k}: {few} iterations instead of {many}, {off:.1e} off");
+        println!("{k}: {few} tangents instead of {many}, {off:.1e} off");
         assert!(few < many && off < 1e-5, "{k}: {few} {many} {off:e}");
         let finer = chosen.scene().reopened().problem_for(Aim::Guess).unwrap();
         assert_eq!(finer.scene().tolerance(), Tolerance::default());

@@ -31,6 +31,8 @@ pub(super) struct Elements<'a, D> {
     pub load: &'a [DeadLoad<D, 2>],
     /// Springs of internal friction, if they act.
     pub springs: Option<&'a Springs<D, [D; 2]>>,
+    /// The tensions of edges, where they are not to be what the stretching makes of them.
+    pub tensions: Option<&'a [D]>,
 }
 
 impl<D: Nestable> Elements<'_, D> {
@@ -101,6 +103,15 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         Stretch::side_by_side(self.level, all)
     }
 
+    /// The tension that edges turn under, of those that are stretched with a force.
+    #[inline(always)]
+    fn tension(&self, first: usize, force: V) -> V {
+        let Some(tensions) = self.elements.tensions else { return force };
+        let mut room = None;
+        let tensions = block::<D, V, _>(tensions, first, D::from(0.0), &mut room);
+        V::gather(self.level, |lane| tensions[lane])
+    }
+
     /// Shows all derivatives by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its
     /// length `l` turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
     #[inline(always)]
@@ -120,7 +131,9 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
             ];
             let torque = moment.before(moments) - moment;
             let both = stiffness.before(stiffnesses) + stiffness;
-            to.edges(first, &by_edge(&self.stretches(first), &e, torque, both), &after);
+            let [force, along] = self.stretches(first).tension(e.squared, e.length);
+            let axial = [force, self.tension(first, force), along];
+            to.edges(first, &by_edge(axial, &e, torque, both), &after);
             (moments, stiffnesses) = (moment, stiffness);
         }
     }
@@ -139,17 +152,17 @@ fn edges_at<D: Nestable, V: Wide<D>>(q: &[D], level: V::Level, first: usize) -> 
     ])
 }
 
-/// The derivatives by an edge, on which its joints act with the `moment` and the `stiffness` by its angle, N m.
+/// The derivatives by an edge that is stretched with a force, N, turns under a tension, N, and has the stiffness `along`
+/// it, N/m, and on which its joints act with the `moment` and the `stiffness` by its angle, N m.
 #[inline(always)]
 fn by_edge<V: Scalar>(
-    stretch: &Stretch<V, 2>,
+    [force, tension, along]: [V; 3],
     edge: &Edge<V>,
     moment: V,
     stiffness: V,
 ) -> ByEdge<V> {
-    let [force, along] = stretch.tension(edge.squared, edge.length);
     let ([t0, t1], [n0, n1]) = (edge.tangent, edge.normal);
-    let across = force * edge.inverse_length;
+    let across = tension * edge.inverse_length;
     let (along, half) = (along - across, stiffness * 0.5);
     let turned = moment * edge.inverse_length;
     // s n n' - m (t n' + n t')/l = n w' + w n'.

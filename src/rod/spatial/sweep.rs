@@ -27,6 +27,8 @@ pub(super) struct Elements<'a, D> {
     pub load: &'a [DeadLoad<D, 3>],
     /// Springs of internal friction, if they act.
     pub springs: Option<&'a Springs<D, Spring<D>>>,
+    /// The tensions of edges, where they are not to be what the stretching makes of them.
+    pub tensions: Option<&'a [D]>,
 }
 
 impl<D: Nestable> Elements<'_, D> {
@@ -109,6 +111,15 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         stretches(self.elements.stretch, self.level, first)
     }
 
+    /// The tension that edges turn under, of those that are stretched with a force.
+    #[inline(always)]
+    fn tension(&self, first: usize, force: V) -> V {
+        let Some(tensions) = self.elements.tensions else { return force };
+        let mut room = None;
+        let tensions = block::<D, V, _>(tensions, first, D::from(0.0), &mut room);
+        V::gather(self.level, |lane| tensions[lane])
+    }
+
     /// The stiffness of joints and their stresses.
     #[inline(always)]
     pub fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
@@ -143,7 +154,7 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
             let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
             let [force, along] = self.stretches(*first).tension(e.squared, e.length);
             let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
-            let own = e.derivatives(&sum, force, along);
+            let own = e.derivatives(&sum, [force, self.tension(*first, force)], along);
             to.edges(*first, &own, &between(e, f, tangent.fe));
             open = tangent.f;
         }

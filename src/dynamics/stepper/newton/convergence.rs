@@ -8,6 +8,10 @@
 //! known without looking, and what another correction with the old factors or with new ones would
 //! leave.
 //!
+//! A tangent under [tensions](super::tensions) that are expected leaves an error of their error times `d` beside that.
+//! Both shrink together: what is left is a tenth at most of the part that the correction before has left (a hundredth
+//! where it was measured), and a chord with such factors need not lead anywhere.
+//!
 //! A rod that turns quickly about itself hides how curved its other equations are: it may turn by a radian in a
 //! correction that leaves nothing of that, since twist is linear. So a correction is taken to leave no smaller part
 //! than edges leave that turn by as much as it moves their ends, or whose directors turn by as much: what the
@@ -30,6 +34,20 @@ const SPREAD: f64 = 20.0;
 /// it turns directors, rad. Of the shipped planar scene nine in ten corrections leave more than the first says, of the helix
 /// than the second.
 const LEAST: [f64; 2] = [0.2, 0.1];
+
+/// The part of a correction under expected tensions that is left, over that of the one before.
+const EXPECTING: f64 = 0.1;
+
+/// Where the tangent of a correction was formed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Formed {
+    /// Where the correction starts from.
+    Here,
+    /// There, but under tensions that were expected.
+    Expecting,
+    /// Where one before started from: the correction is a chord.
+    Before,
+}
 
 /// What is to be done after a correction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,30 +89,42 @@ impl Convergence {
         self.last = None;
     }
 
-    /// Takes note of a correction, by how far nodes are moved, m, and directors turned, times the rod's length, m: made with the
-    /// tangent of its own place (`fresh`) or an earlier one.
-    pub fn corrected(&mut self, [moved, turned]: [f64; 2], fresh: bool) -> Next {
+    /// Takes note of a correction, by how far nodes are moved, m, and directors turned, times the rod's length, m, and of its
+    /// tangent.
+    pub fn corrected(&mut self, [moved, turned]: [f64; 2], formed: Formed) -> Next {
+        let fresh = formed != Formed::Before;
         let size = moved.max(turned);
         let least = self.least[0] * moved + self.least[1] * turned;
         if fresh {
             self.base = (size, least);
         }
         // What the correction before has left is what this one has found.
-        let mut slowness = 0.0;
-        match self.last {
-            Some((before, true)) => self.curvature = size / (before * before),
-            Some((before, false)) => slowness = size / before,
-            None => {}
+        let (mut slowness, mut part) = (0.0, f64::INFINITY);
+        if let Some((before, fresh)) = self.last {
+            part = size / before;
+            match fresh {
+                true => self.curvature = part / before,
+                false => slowness = part,
+            }
         }
         let observed = self.last.is_some();
         self.last = Some((size, fresh));
         let chord = slowness.max(SPREAD * (self.curvature * self.base.0).max(self.base.1));
-        let left = size * if fresh { (self.curvature * size).max(least) } else { chord };
+        let own = (self.curvature * size).max(least);
+        let left = size
+            * match formed {
+                Formed::Here => own,
+                Formed::Expecting => own.max(EXPECTING * part),
+                Formed::Before => chord,
+            };
         // The first correction has nothing but the last step's word for it.
         if size <= self.tolerance || (observed && left <= self.tolerance) {
             return Next::Done;
         }
         let chords = self.corrections(left, chord);
+        if formed == Formed::Expecting {
+            return Next::Tangent;
+        }
         let own = self.curvature * left;
         let own = TANGENT + self.corrections(own * left, SPREAD * own);
         match chord < SLOWEST && chords <= own {
@@ -165,7 +195,8 @@ mod tests {
             }
             let d = -(x + c * x * x) / slope;
             x += d;
-            next = convergence.corrected([d.abs(), 0.0], fresh);
+            let formed = if fresh { Formed::Here } else { Formed::Before };
+            next = convergence.corrected([d.abs(), 0.0], formed);
             if next == Next::Done {
                 return (x.abs(), tangents, corrections + 1);
             }
@@ -199,7 +230,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_not_done() {
         let mut convergence = Convergence::new(1e-12, 1.0, f64::INFINITY);
-        assert_ne!(convergence.corrected([f64::NAN; 2], true), Next::Done);
-        assert_ne!(convergence.corrected([f64::NAN; 2], false), Next::Done);
+        assert_ne!(convergence.corrected([f64::NAN; 2], Formed::Here), Next::Done);
+        assert_ne!(convergence.corrected([f64::NAN; 2], Formed::Before), Next::Done);
     }
 }

@@ -15,6 +15,7 @@ mod dragging;
 mod guess;
 mod rounding;
 mod sliding;
+mod tensions;
 
 pub(crate) use acceleration::acceleration_within;
 pub(crate) use sliding::stretched;
@@ -28,11 +29,12 @@ use crate::numerics::banded::{BandMatrix, Ldlt};
 use crate::numerics::scalar::{Nestable, is_finite};
 use crate::rod::{InternalVariables, Rod, State, Viscosity};
 use crate::scene::{Scheme, Tolerance};
-use convergence::{Convergence, Next, sizes};
+use convergence::{Convergence, Formed, Next, sizes};
 use dragging::Dragging;
 use guess::Guess;
 use sliding::Sliding;
 use std::ops::Range;
+use tensions::Tensions;
 
 /// Corrections that a step takes without trouble. After these, and before another tangent is formed,
 /// its residual is looked at: a tolerance may be below what rounding errors leave. Where corrections are still
@@ -84,6 +86,7 @@ pub(crate) struct Newton<D: Nestable, R: Rod<D, W>, const W: usize> {
     weights: [D; 2],
     factors: Ldlt<D, W>,
     correction: Vec<D>,
+    tensions: Tensions<D>,
     /// The rounding level of every residual, N s^2.
     rounding: Vec<f64>,
     /// Where the forces of an averaging scheme were taken.
@@ -139,6 +142,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             weights: [D::from(1.0), D::from(0.0)],
             factors: Ldlt::with_order(n),
             correction: vec![D::from(0.0); n],
+            tensions: Tensions::unknown(length / edges),
             rounding: vec![0.0; n],
             stages: Vec::new(),
             end: R::Geometry::default(),
@@ -313,10 +317,11 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             self.average(step, before, state, with_tangent);
         } else {
             let (q, frames, derivatives) = (&state.q, &state.frames, step.system.derivatives);
-            let Self { gradient, tangent, viscous, .. } = self;
+            let Self { gradient, tangent, viscous, tensions, .. } = self;
             let rod = viscous.as_ref().unwrap_or(&step.system.rod);
+            let tensions = tensions.expected();
             match with_tangent {
-                true => rod.tangent(q, frames, derivatives, gradient, tangent),
+                true => rod.tangent_under(q, frames, derivatives, tensions, (gradient, tangent)),
                 false => rod.gradient(q, frames, derivatives, gradient),
             }
         }
@@ -355,9 +360,14 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
     ) -> Result<(), Error> {
         self.convergence.begin();
         let mut next = Next::Tangent;
-        let mut size = f64::INFINITY;
+        let (mut tangents, mut size) = (0, f64::INFINITY);
         for iteration in 0..=MAX_ITERATIONS {
             let fresh = next == Next::Tangent;
+            let formed = match next {
+                Next::Chord => Formed::Before,
+                _ if self.tensions.expected().is_some() => Formed::Expecting,
+                _ => Formed::Here,
+            };
             let large = size > UNTROUBLED.1 * self.length;
             let untroubled = if large { MOSTLY_UNTROUBLED } else { UNTROUBLED.0 };
             let troubled = iteration >= untroubled + usize::from(!fresh);
@@ -382,6 +392,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                     self.evaluate(step, before, state, true, work);
                 }
                 self.factor(step, work)?;
+                tangents += 1;
             }
             let by_end = self.coefficients.end.recip();
             let right = &self.correction[free.clone()];
@@ -391,10 +402,15 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             }
             let [moved, turned] = self.correct(step, state, work);
             size = moved.max(turned);
-            next = self.convergence.corrected([moved, turned], fresh);
+            next = self.convergence.corrected([moved, turned], formed);
             if next == Next::Done && !self.slides_on(step, before, state, size) {
                 // What is left cannot be predicted where springs begin to slip, or stick again.
                 next = Next::Tangent;
+            }
+            if next != Next::Chord {
+                let rod = self.viscous.as_ref().unwrap_or(&step.system.rod);
+                let so_far = (tangents, next == Next::Done);
+                self.tensions.corrected(rod, (&self.correction, moved), &state.q, so_far);
             }
             if next == Next::Done {
                 // The forces at the end, by the linear system: its matrix is M + end dn1/dq1.

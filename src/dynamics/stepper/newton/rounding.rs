@@ -27,6 +27,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         state: &mut State<D, R::Frames>,
         work: &mut Work,
     ) -> Result<(), Error> {
+        self.tensions.forget();
         let mut expect_solution = false;
         let mut last = false;
         let mut polish = D::ORDER;
