@@ -359,6 +359,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work: &mut Work,
     ) -> Result<(), Error> {
         self.convergence.begin();
+        self.tensions.begin();
         let mut next = Next::Tangent;
         let (mut tangents, mut size) = (0, f64::INFINITY);
         for iteration in 0..=MAX_ITERATIONS {

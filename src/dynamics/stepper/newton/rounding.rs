@@ -28,11 +28,12 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
         work: &mut Work,
     ) -> Result<(), Error> {
         self.tensions.forget();
-        let mut expect_solution = false;
+        let (mut largest, mut shrinks) = (f64::INFINITY, true);
         let mut last = false;
         let mut polish = D::ORDER;
         for iteration in 0..=MAX_ITERATIONS + D::ORDER {
-            let with_tangent = !expect_solution;
+            let close = largest <= LAST_STEP * self.length;
+            let with_tangent = !close || self.keeps_tangent;
             self.evaluate(step, before, state, with_tangent, work);
             if iteration == 0 {
                 self.set_rounding(step, state);
@@ -44,7 +45,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
                 let (time, iterations) = (step.time, iteration);
                 return Err(Error::Newton { time, iterations, residual, tolerance });
             }
-            let done = last || at_rounding;
+            // Of soft rods with many edges rounding errors may hide what a large correction has left.
+            let settled = close || !shrinks || iteration >= MAX_ITERATIONS;
+            let done = last || (at_rounding && settled);
             if done && polish == 0 {
                 if self.keeps_tangent {
                     if !with_tangent {
@@ -68,9 +71,9 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             }
             self.factor(step, work)?;
             let [moved, turned] = self.correct(step, state, work);
-            let largest = moved.max(turned);
+            let size = moved.max(turned);
+            (largest, shrinks) = (size, size < 0.5 * largest);
             last = done || largest <= SMALLEST_STEP * self.length;
-            expect_solution = !self.keeps_tangent && largest <= LAST_STEP * self.length;
         }
         unreachable!("the last iteration returns")
     }

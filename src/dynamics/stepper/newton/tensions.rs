@@ -9,14 +9,15 @@
 //! convergence stays quadratic, in places and tensions together (the "mixed integration points" of Magisano, Leonetti and
 //! Garcea, Comput. Methods Appl. Mech. Engrg. 313, 2017, doi:10.1016/j.cma.2016.10.023).
 //!
-//! The cables of `data/cables` take 4 to 6 corrections a step without that, and 3.1 to 3.4 with it. Steps that two tangents
-//! do for gain nothing, so it begins with a third one.
+//! The cables of `data/cables` take 4 to 6 corrections a step without that, and 3.1 to 3.4 with it. No chord
+//! follows such a tangent, so steps that three tangents of the usual kind do for gain nothing: it begins with a fourth one,
+//! and ends where a step takes as many as the last of the usual kind, or no more than two.
 
 use crate::numerics::scalar::Nestable;
 use crate::rod::Rod;
 
-/// Tangents that a step takes without trouble.
-const ENOUGH: usize = 2;
+/// Tangents of the usual kind that a step takes without trouble, and under tensions where the usual kind may do again.
+const ENOUGH: [usize; 2] = [3, 2];
 /// After so many tangents the way was not the right one.
 const MOST: usize = 8;
 /// A correction of nodes by more than this part of an edge is not small.
@@ -27,6 +28,10 @@ const SMALL: f64 = 0.1;
 pub(super) struct Tensions<D> {
     expected: Vec<D>,
     known: bool,
+    /// Whether they were when the step began.
+    begun: bool,
+    /// How many tangents the last step took that began without them.
+    usual: usize,
     /// Length of an edge, m.
     edge: f64,
 }
@@ -34,7 +39,12 @@ pub(super) struct Tensions<D> {
 impl<D: Nestable> Tensions<D> {
     /// Before the first step of a rod with edges as long as `edge`, m.
     pub fn unknown(edge: f64) -> Self {
-        Self { expected: Vec::new(), known: false, edge }
+        Self { expected: Vec::new(), known: false, begun: false, usual: 0, edge }
+    }
+
+    /// A step begins.
+    pub fn begin(&mut self) {
+        self.begun = self.known;
     }
 
     pub fn expected(&self) -> Option<&[D]> {
@@ -50,8 +60,17 @@ impl<D: Nestable> Tensions<D> {
         q: &[D],
         (tangents, done): (usize, bool),
     ) {
-        let troubled = if done { tangents > ENOUGH } else { self.known || tangents >= ENOUGH };
-        self.known = troubled && tangents <= MOST && moved <= SMALL * self.edge;
+        let [usual, few] = ENOUGH;
+        let gains = match (self.begun, done) {
+            (true, true) => tangents > few && tangents < self.usual,
+            (true, false) => true,
+            (false, true) => tangents > usual,
+            (false, false) => tangents >= usual,
+        };
+        if done && !self.begun {
+            self.usual = tangents;
+        }
+        self.known = gains && tangents <= MOST && moved <= SMALL * self.edge;
         if self.known {
             rod.tensions_after(correction, q, &mut self.expected);
         }
