@@ -23,12 +23,23 @@ pub struct EdgeFrame<D> {
 }
 
 /// The reference of all edges and inner nodes.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Frames<D> {
     /// The frame of every edge, from the start.
     pub edges: Vec<EdgeFrame<D>>,
     /// Reference twist, one per inner node, rad.
     pub twist: Vec<D>,
+}
+
+impl<D: Clone> Clone for Frames<D> {
+    fn clone(&self) -> Self {
+        Self { edges: self.edges.clone(), twist: self.twist.clone() }
+    }
+    /// Allocates nothing where there is room.
+    fn clone_from(&mut self, from: &Self) {
+        self.edges.clone_from(&from.edges);
+        self.twist.clone_from(&from.twist);
+    }
 }
 
 /// `1 + a.b` of two unit vectors, to full accuracy when they nearly oppose each other.

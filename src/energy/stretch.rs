@@ -86,14 +86,12 @@ impl<D: Scalar, const M: usize> Stretch<D, M> {
         [self.force(squared, length), self.stiffness / self.rest_length]
     }
 
-    /// The axial force, N, of the edge `e`, m, to first order after it has changed by `change`.
-    #[inline]
-    pub(crate) fn tension_after(&self, e: &[D; M], change: &[D; M]) -> D {
-        let squared = squared(e);
-        let length = squared.sqrt();
-        let [force, along] = self.tension(squared, length);
-        let by = e.iter().zip(change).fold(D::from(0.0), |sum, (e, change)| sum + *e * *change);
-        force + along * by / length
+    /// The axial force, N, to first order where an edge that was `e`, m, has become `now`: a strain of `t.now/l - 1`.
+    #[inline(always)]
+    pub(crate) fn tension_after(&self, e: &[D; M], now: &[D; M]) -> D {
+        let along = e.iter().zip(now).fold(D::from(0.0), |sum, (e, now)| sum + *e * *now);
+        let strain = along / (squared(e).sqrt() * self.rest_length) - 1.0;
+        self.stiffness * (strain - self.natural_strain)
     }
 
     /// What the Hessian by the edge `e` gains where its axial force counts as `tension`, N: `(T - F)/|e| (I - t t')`.

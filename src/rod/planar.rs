@@ -229,10 +229,11 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for PlanarRod<D> {
 
     fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
         tensions.clear();
-        tensions.extend(self.stretch.iter().enumerate().map(|(i, stretch)| {
+        for (i, stretch) in self.stretch.iter().enumerate() {
             let (now, change) = (edge(q, i), edge(change, i));
-            stretch.tension_after(&[now[0] - change[0], now[1] - change[1]], &change)
-        }));
+            let before = [now[0] - change[0], now[1] - change[1]];
+            tensions.push(stretch.tension_after(&before, &now));
+        }
     }
 
     fn measure(&self, q: &[D], (): &(), geometry: &mut Geometry) {

@@ -256,10 +256,11 @@ impl<D: Nestable> Rod<D, HALF_BANDWIDTH> for SpatialRod<D> {
 
     fn tensions_after(&self, change: &[D], q: &[D], tensions: &mut Vec<D>) {
         tensions.clear();
-        tensions.extend(self.stretch.iter().enumerate().map(|(i, stretch)| {
-            let change = edge(change, i);
-            stretch.tension_after(&sub(edge(q, i), change), &change)
-        }));
+        let edge = |[x0, y0, z0, x1, y1, z1]: [D; 6]| [x1 - x0, y1 - y0, z1 - z0];
+        for (i, stretch) in self.stretch.iter().enumerate() {
+            let now = edge(ends(q, i));
+            tensions.push(stretch.tension_after(&sub(now, edge(ends(change, i))), &now));
+        }
     }
 
     fn measure(&self, q: &[D], frames: &Frames<D>, geometry: &mut Geometry) {
