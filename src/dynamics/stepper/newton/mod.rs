@@ -371,9 +371,7 @@ impl<D: Nestable, R: Rod<D, W>, const W: usize> Newton<D, R, W> {
             };
             let large = size > UNTROUBLED.1 * self.length;
             let untroubled = if large { MOSTLY_UNTROUBLED } else { UNTROUBLED.0 };
-            // A third tangent is nothing unusual where one of them expects what the next one has.
-            let more = usize::from(formed != Formed::Here);
-            let troubled = iteration >= untroubled + more;
+            let troubled = iteration >= untroubled + usize::from(!fresh);
             self.evaluate(step, before, state, fresh && !troubled, work);
             if troubled {
                 self.set_rounding(step, state);
