@@ -9,7 +9,7 @@
 //! convergence stays quadratic, in places and tensions together (the "mixed integration points" of Magisano, Leonetti and
 //! Garcea, Comput. Methods Appl. Mech. Engrg. 313, 2017, doi:10.1016/j.cma.2016.10.023).
 //!
-//! The cables of `data/cables` take 4 to 6 corrections a step without that, and 3.1 to 3.4 with it. No chord
+//! The cables of `data/cables` take 4 to 6 corrections a step without that, and 3.0 to 3.4 with it. No chord
 //! follows such a tangent, so steps that three tangents of the usual kind do for gain nothing: it begins with a fourth one,
 //! and ends where a step takes as many as the last of the usual kind, or no more than two.
 
