@@ -37,6 +37,21 @@ fn pad<T: Copy>(block: &mut [T; MOST], left: &[T]) {
     }
 }
 
+/// The tensions that edges from `first` on turn under, of those that are stretched with a `force`, N: that, unless there
+/// are others.
+#[inline(always)]
+pub(super) fn tension<D: Scalar, V: Wide<D>>(
+    others: Option<&[D]>,
+    level: V::Level,
+    first: usize,
+    force: V,
+) -> V {
+    let Some(others) = others else { return force };
+    let mut room = None;
+    let others = block::<D, V, _>(others, first, D::from(0.0), &mut room);
+    V::gather(level, |lane| others[lane])
+}
+
 /// The unknowns of `LANES` edges from `first` on, `stride` for each node; a rod that ends before is taken to go
 /// straight on.
 #[inline(always)]

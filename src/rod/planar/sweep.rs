@@ -6,7 +6,7 @@ use crate::energy::{DeadLoad, PlanarBend, Stretch};
 use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Scalar, Sweep, Wide};
 use crate::rod::Energies;
-use crate::rod::blocks::{MOST, block, window};
+use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::planar::edges::{ByEdge, HALF_BANDWIDTH, TakesEdges, ToEdges, ToNodes};
 use crate::rod::planar::geometry::{Edge, Geometry, Measure};
 
@@ -103,15 +103,6 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         Stretch::side_by_side(self.level, all)
     }
 
-    /// The tension that edges turn under, of those that are stretched with a force.
-    #[inline(always)]
-    fn tension(&self, first: usize, force: V) -> V {
-        let Some(tensions) = self.elements.tensions else { return force };
-        let mut room = None;
-        let tensions = block::<D, V, _>(tensions, first, D::from(0.0), &mut room);
-        V::gather(self.level, |lane| tensions[lane])
-    }
-
     /// Shows all derivatives by the hand-derived formulas: an edge of the tangent `t` and the normal `n` over its
     /// length `l` turns by `n.dx`, and `n` by `-(t n' + n t') dx/l`.
     #[inline(always)]
@@ -132,7 +123,8 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
             let torque = moment.before(moments) - moment;
             let both = stiffness.before(stiffnesses) + stiffness;
             let [force, along] = self.stretches(first).tension(e.squared, e.length);
-            let axial = [force, self.tension(first, force), along];
+            let tension = tension(self.elements.tensions, self.level, first, force);
+            let axial = [force, tension, along];
             to.edges(first, &by_edge(axial, &e, torque, both), &after);
             (moments, stiffnesses) = (moment, stiffness);
         }

@@ -9,7 +9,7 @@ use crate::numerics::banded::BandMatrix;
 use crate::numerics::scalar::{Nestable, Sweep, Wide};
 use crate::numerics::vector::{Vector, add, sub};
 use crate::rod::Energies;
-use crate::rod::blocks::{MOST, block, window};
+use crate::rod::blocks::{MOST, block, tension, window};
 use crate::rod::edges::{HALF_BANDWIDTH, STRIDE, TakesEdges, ToEdges, ToNodes};
 use crate::rod::spatial::geometry::{Geometry, Measure};
 
@@ -111,15 +111,6 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
         stretches(self.elements.stretch, self.level, first)
     }
 
-    /// The tension that edges turn under, of those that are stretched with a force.
-    #[inline(always)]
-    fn tension(&self, first: usize, force: V) -> V {
-        let Some(tensions) = self.elements.tensions else { return force };
-        let mut room = None;
-        let tensions = block::<D, V, _>(tensions, first, D::from(0.0), &mut room);
-        V::gather(self.level, |lane| tensions[lane])
-    }
-
     /// The stiffness of joints and their stresses.
     #[inline(always)]
     pub fn response(&self, Pairs { first, law, bent, .. }: &Pairs<V>) -> (Stiffness<V>, [V; 3]) {
@@ -154,7 +145,8 @@ impl<'a, D: Nestable, V: Wide<D>> Along<'a, D, V> {
             let tangent = bent.tangent(&e.edge, &f.edge, &stiffness, &stress);
             let [force, along] = self.stretches(*first).tension(e.squared, e.length);
             let sum = tangent.f.before::<D>(&open).plus(&tangent.e);
-            let own = e.derivatives(&sum, [force, self.tension(*first, force)], along);
+            let tension = tension(self.elements.tensions, self.level, *first, force);
+            let own = e.derivatives(&sum, [force, tension], along);
             to.edges(*first, &own, &between(e, f, tangent.fe));
             open = tangent.f;
         }
