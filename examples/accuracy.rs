@@ -1,5 +1,5 @@
 //! What mesh, step and scheme of the program's own choice are worth: over random scenes the true error against
-//! the one that was asked for, and the cost of choosing and running over that of the cheapest fixed setting.
+//! the one that was asked for, and the cost of choosing and running over that of the cheapest fixed setting, by work and by time.
 //!
 //! `cargo run --release --example accuracy -- [costs] [SCENES] [FIRST SEED]`, of 6 scenes if no number is given; without
 //! `costs` no cheapest setting is looked for, which takes many times as long. And `-- schemes [SCENES]` for the errors of schemes
@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use rodfit::scene::Scheme;
 use rodfit::{Error, Point, Problem, Scene};
 use std::f64::consts::{PI, TAU};
+use std::time::Instant;
 
 /// Accuracies that are asked for.
 const ASKED: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -112,14 +113,22 @@ fn apart(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).map(distance).fold(0.0, f64::max)
 }
 
-/// The work of the cheapest fixed setting of this accuracy, and which it is: on the coarsest mesh that can be as
+/// A fixed setting and its work.
+struct Fixed {
+    segments: usize,
+    steps: f64,
+    scheme: &'static str,
+    work: f64,
+}
+
+/// The cheapest fixed setting of this accuracy: on the coarsest mesh that can be as
 /// exact and two finer ones, the largest step of each scheme that is, in factors of the root of two.
 fn cheapest(
     text: &str,
     asked: f64,
     truth: &[[f64; 3]],
     (segments, steps, end): (f64, f64, f64),
-) -> Option<(f64, String)> {
+) -> Option<Fixed> {
     let good = |segments: f64, steps: f64, scheme: &str| {
         let ran =
             fixed(text, segments as usize, end / steps, scheme).and_then(|problem| run(&problem));
@@ -131,22 +140,19 @@ fn cheapest(
     let can =
         |n: &f64| [2.0, 12.0].iter().any(|finer| good(*n, finer * steps, SCHEMES[1]).is_some());
     let first = meshes.iter().position(can)?;
-    let mut best: Option<(f64, String)> = None;
+    let mut best: Option<Fixed> = None;
     for segments in &meshes[first..(first + 3).min(meshes.len())] {
         for scheme in SCHEMES {
             for k in -8..9 {
                 let steps = (steps * 2f64.powf(0.5 * f64::from(k))).round();
                 // Nothing does a step in less.
-                let least = best.as_ref().map_or(f64::INFINITY, |(least, _)| *least);
+                let least = best.as_ref().map_or(f64::INFINITY, |best| best.work);
                 if 1.5 * steps * segments > least {
                     break;
                 }
                 if let Some(work) = good(*segments, steps, scheme) {
                     if work < least {
-                        best = Some((
-                            work,
-                            format!("{segments} edges, {steps} steps, {}", &scheme[10..16]),
-                        ));
+                        best = Some(Fixed { segments: *segments as usize, steps, scheme, work });
                     }
                     break;
                 }
@@ -154,6 +160,21 @@ fn cheapest(
         }
     }
     best
+}
+
+/// The time that a scene takes which leaves its numerics to the program, over that with a fixed setting: from the text to the
+/// motion, the shortest of five each, in turn.
+fn time_over(open: &str, text: &str, end: f64, best: &Fixed) -> Result<f64, Error> {
+    let mut shortest = [f64::INFINITY; 2];
+    for _ in 0..5 {
+        let start = Instant::now();
+        Scene::from_toml(open, ".")?.problem()?.simulate()?;
+        shortest[0] = shortest[0].min(start.elapsed().as_secs_f64());
+        let start = Instant::now();
+        fixed(text, best.segments, end / best.steps, best.scheme)?.simulate()?;
+        shortest[1] = shortest[1].min(start.elapsed().as_secs_f64());
+    }
+    Ok(shortest[0] / shortest[1])
 }
 
 /// The motion that both mesh and step have no part in, from runs beside one of an accuracy of 1e-4.
@@ -196,10 +217,19 @@ fn accuracy(seeds: std::ops::Range<u64>, with_costs: bool) -> Result<(), Error> 
             let (error, time) = (apart(tips, &truth), problem.time()?);
             let own = (problem.segments() as f64, time.steps() as f64, time.end);
             let best = with_costs.then(|| cheapest(&text, *asked, &truth, own)).flatten();
-            let ratio = best.as_ref().map(|(best, _)| (choosing + running) / best);
-            let cost = match (best, ratio) {
-                (Some((_, words)), Some(ratio)) => format!("; {ratio:.1} times {words}"),
-                _ => String::new(),
+            let cost = match &best {
+                None => String::new(),
+                Some(best) => {
+                    let open = open.replace("ACCURACY", &format!("accuracy = {asked}"));
+                    let by_time = time_over(&open, &text, time.end, best)?;
+                    let by_work = (choosing + running) / best.work;
+                    costs[k].push([by_work, by_time]);
+                    let Fixed { segments, steps, scheme, .. } = best;
+                    let name = scheme.split('"').nth(1).unwrap_or_default();
+                    format!(
+                        "; {by_work:.1} times the work and {by_time:.1} the time of {segments} edges, {steps} steps, {name}"
+                    )
+                }
             };
             println!(
                 "{seed} {:7} {asked:.0e}: error {error:.1e} estimated {:.1e}{} by {} edges, {} steps, {}; choosing {:.1} \
@@ -215,20 +245,25 @@ fn accuracy(seeds: std::ops::Range<u64>, with_costs: bool) -> Result<(), Error> 
             if resolution.bound.is_none() {
                 ratios[k].push(error / asked);
             }
-            costs[k].extend(ratio);
         }
     }
-    for ((asked, mut ratios), mut costs) in ASKED.iter().zip(ratios).zip(costs) {
+    for ((asked, mut ratios), costs) in ASKED.iter().zip(ratios).zip(costs) {
         ratios.sort_by(f64::total_cmp);
-        costs.sort_by(f64::total_cmp);
         let good = ratios.iter().filter(|ratio| **ratio <= 1.0).count();
+        let median = |k: usize| {
+            let mut costs: Vec<f64> = costs.iter().map(|costs| costs[k]).collect();
+            costs.sort_by(f64::total_cmp);
+            costs.get(costs.len() / 2).copied()
+        };
+        let cost = median(0).zip(median(1)).map_or(String::new(), |(work, time)| {
+            format!(
+                "; in the median {work:.1} times the work and {time:.1} the time of the cheapest"
+            )
+        });
         println!(
-            "asked {asked:.0e}: kept in {good} of {}, median error {:.2} of it{}",
+            "asked {asked:.0e}: kept in {good} of {}, median error {:.2} of it{cost}",
             ratios.len(),
             ratios.get(ratios.len() / 2).unwrap_or(&f64::NAN),
-            costs.get(costs.len() / 2).map_or(String::new(), |cost| {
-                format!("; median cost {cost:.1} times the cheapest")
-            })
         );
     }
     Ok(())
