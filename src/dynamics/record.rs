@@ -189,6 +189,22 @@ impl<D: Scalar> Recorded<'_, D> {
         self.interpolate(&self.columns(stencil)?, k, &hermite)
     }
 
+    /// The positions of a point at these times, m, likewise: soonest where they ascend.
+    pub fn places(
+        &self,
+        stencil: &Stencil<D>,
+        times: impl Iterator<Item = D>,
+    ) -> Result<Vec<[D; 3]>, Error> {
+        let columns = self.columns(stencil)?;
+        let mut step = 1;
+        let place = |time: D| {
+            self.check(time.value())?;
+            step = self.step_from(step, time.value());
+            self.interpolate(&columns, step, &self.hermite(step, time))
+        };
+        times.map(place).collect()
+    }
+
     /// The position of a marker at a time, m, likewise.
     pub fn marker(&self, marker: &Marker<D>, time: D) -> Result<[D; 3], Error> {
         let (k, hermite) = self.around(time)?;
@@ -230,19 +246,45 @@ impl<D: Scalar> Recorded<'_, D> {
 
     /// The step a time lies in, by its end, and the interpolant there.
     fn around<E: Scalar>(&self, time: E) -> Result<(usize, Hermite<E>), Error> {
+        self.check(time.value())?;
+        let k = self.step_at(time.value());
+        Ok((k, self.hermite(k, time)))
+    }
+
+    /// Refuses times that were not recorded.
+    fn check(&self, time: f64) -> Result<(), Error> {
         let Some(&last) = self.times.last() else {
             return Err(Error::invalid("trajectory", "no records", "one that has run"));
         };
-        let t = time.value();
-        if !(t >= 0.0 && t <= last * (1.0 + 1e-9)) {
-            return Err(Error::OutOfRange { what: "time", found: t, low: 0.0, high: last });
+        match time >= 0.0 && time <= last * (1.0 + 1e-9) {
+            true => Ok(()),
+            false => Err(Error::OutOfRange { what: "time", found: time, low: 0.0, high: last }),
         }
-        let k = self.times.partition_point(|end| *end <= t).clamp(1, self.times.len().max(2) - 1);
-        let hermite = match self.times.get(k) {
+    }
+
+    /// The step a time lies in, by its end.
+    fn step_at(&self, time: f64) -> usize {
+        let k = self.times.partition_point(|end| *end <= time);
+        k.clamp(1, self.times.len().max(2) - 1)
+    }
+
+    /// The same, looked for from a step on.
+    fn step_from(&self, mut k: usize, time: f64) -> usize {
+        if self.times[k - 1] > time {
+            return self.step_at(time);
+        }
+        while k + 1 < self.times.len() && self.times[k] <= time {
+            k += 1;
+        }
+        k
+    }
+
+    /// The interpolant at a time in the step that ends with record `k`.
+    fn hermite<E: Scalar>(&self, k: usize, time: E) -> Hermite<E> {
+        match self.times.get(k) {
             Some(end) => Hermite::new(self.times[k - 1], *end, time),
             None => Hermite::new(0.0, 1.0, E::from(0.0)),
-        };
-        Ok((k, hermite))
+        }
     }
 
     /// The interpolant in the step that ends with record `k`.
@@ -308,4 +350,28 @@ fn both(motion: &Motion, rates: &Motion) -> Motion<Dual64> {
         }
     }
     both
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_positions_in_any_order() {
+        let mut record = Record::<f64>::new(vec![3], 0);
+        for k in 0..9_u32 {
+            let t = f64::from(k * k);
+            record.push(t, std::iter::once([[t.sin(), t, -t], [t.cos(), 1.0, -1.0]]));
+        }
+        let (read, stencil) = (record.read(), Stencil { nodes: vec![(3, 1.0)] });
+        let ascending = (0..=640).map(|k| 0.1 * f64::from(k));
+        let times: Vec<f64> = ascending.chain([63.0, 0.5, 64.0, 0.0, 1.0]).collect();
+        let places = read.places(&stencil, times.iter().copied()).unwrap();
+        for (time, place) in times.iter().zip(places) {
+            assert_eq!(read.position(&stencil, *time).unwrap(), place, "{time}");
+        }
+        assert!(read.places(&stencil, [1.0, 65.0].into_iter()).is_err());
+        assert!(read.places(&stencil, std::iter::once(f64::NAN)).is_err());
+        assert!(Record::<f64>::new(vec![3], 0).read().places(&stencil, [0.0].into_iter()).is_err());
+    }
 }

@@ -17,8 +17,6 @@ pub enum Aim {
     Guess,
 }
 
-/// Part of the accuracy that mesh and step may take each: errors of errors take the rest.
-pub(super) const PART: f64 = 0.39;
 /// Newton's tolerance in a step over the accuracy, of the run and of those on the way, and the most that a scene may have. What a
 /// step leaves is foreseen as too much rather than as too little, and errors of many steps do not add up: a run stays what it is
 /// to three digits of its error.
@@ -29,6 +27,9 @@ pub(super) const MOST_LEFT: f64 = 1e-6;
 /// of the edges, and 1e3 of them leave some 1e-5.
 pub(super) const MOST_EDGES: usize = 20_000;
 pub(super) const MOST_OF_MODES: usize = 1_000;
+
+/// The order that is believed of steps of a struck rod.
+const ORDER_STRUCK: f64 = 1.0;
 
 /// Edges, step, the error that is left over the length, and what kept it from being smaller.
 pub(super) type Found = (usize, f64, Option<f64>, Option<Bound>);
@@ -48,8 +49,20 @@ pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
     edges.div_ceil(spans) * spans
 }
 
+/// Whether velocities jump at the start where the rod is held.
+pub(super) fn is_struck(Scene { initial, supports, .. }: &Scene) -> bool {
+    supports.move_ends() || [initial.velocity, initial.angular_velocity] != [[0.0; 3]; 2]
+}
+
 /// The order that errors of the mesh fall with: what walls at nodes cut off, or hold, goes with the length of an edge, all
-/// else with its square.
+/// else with its square. But in a struck rod mode `k` moves by `k^-3`, and is out of phase from the root of the number of edges
+/// on: what those move by in all goes with the length of an edge.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
-    if scene.supports.cut_edges() { 1.0 } else { 2.0 }
+    if scene.supports.cut_edges() || is_struck(scene) { 1.0 } else { 2.0 }
+}
+
+/// The order that is believed of a scheme whose own is `order`: of a struck rod hardly any sees it, as modes are out of phase
+/// from some on, the sooner the larger the step.
+pub(super) fn order_of_step(scene: &Scene, order: u32) -> f64 {
+    if is_struck(scene) { ORDER_STRUCK } else { f64::from(order) }
 }

@@ -1,13 +1,15 @@
 //! Mesh, step and scheme where a scene leaves them to the program.
 //!
 //! A motion is looked at where the rod moves most freely: at its free ends, or halfway. Runs of which each is twice as
-//! fine as the one before tell the error of the last and the order it falls with (`ladder`); what is chosen is as
-//! fine as the error that is asked for needs it (`motion`, `steps`, `still`). `cargo run --release --example accuracy --
+//! fine as the one before tell what the last is off by (`off`) and the order this falls with (`ladder`); what is chosen is as
+//! fine as the error that is asked for needs it (`motion`, `steps`, `mix`, `still`). `cargo run --release --example accuracy --
 //! costs` tells what that costs.
 
 mod aim;
 mod ladder;
+mod mix;
 mod motion;
+mod off;
 mod runs;
 mod steps;
 mod still;
@@ -16,18 +18,23 @@ pub use aim::Aim;
 
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::resolution::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
+use crate::resolution::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, is_struck, solved_for};
 use crate::resolution::motion::Search;
 use crate::resolution::still::still;
 use crate::scene::Scene;
 
 /// Fewest edges of a first mesh, at an accuracy of 1 %; the number goes with the fourth root of the accuracy, as a
 /// better one needs higher modes in the coarse runs too.
-const FIRST_EDGES: f64 = 6.0;
+const FIRST_EDGES: f64 = 4.0;
+/// The same where supports move or what they do not hold starts with a velocity: that strikes higher modes than loads do.
+const FIRST_EDGES_STRUCK: f64 = 8.0;
+/// The same for what does not move, whose meshes cost little.
+const FIRST_EDGES_STILL: f64 = 6.0;
 /// Largest turn of an edge of a first mesh, rad.
-const FIRST_TURN: f64 = 1.0;
+const FIRST_TURN: f64 = 1.5;
 /// First steps in the shortest of the times that a scene is made of, likewise, and fewest in all.
-const FIRST_STEPS: f64 = 10.0;
+const FIRST_STEPS: f64 = 7.0;
+
 impl Scene {
     /// Validates the scene, [chooses](self) mesh, step and scheme where they are left out, and builds what a
     /// simulation needs.
@@ -84,7 +91,12 @@ impl Scene {
 /// Edges of a first mesh.
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let turning = scene.rod.shape.turning().unwrap_or(0.0);
-    let fine = FIRST_EDGES * fineness(scene);
+    let first = match aim {
+        Aim::Motion if is_struck(scene) => FIRST_EDGES_STRUCK,
+        Aim::Motion => FIRST_EDGES,
+        _ => FIRST_EDGES_STILL,
+    };
+    let fine = first * fineness(scene);
     let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
     let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
     if edges > MOST_EDGES {

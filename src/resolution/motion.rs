@@ -1,21 +1,34 @@
 //! Mesh, step and scheme for a motion.
 //!
 //! Errors of mesh and step hardly depend on each other. So [steps](crate::resolution::steps) are found on a coarse mesh, and edges doubled
-//! in steps that are a few times too large, until the differences between one mesh and the next say which will do;
-//! only the run itself is as fine as it must be.
+//! in steps that are a few times too large, until the differences between one mesh and the next say what finer ones leave. Then
+//! the cheapest mesh and step are taken that leave little enough [together](crate::resolution::mix); only the run itself is as
+//! fine as it must be.
 
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::resolution::aim::{Found, PART, allowed_edges, order_of_mesh};
+use crate::resolution::aim::{Found, allowed_edges, order_of_mesh};
 use crate::resolution::ladder::Ladder;
+use crate::resolution::mix::{Finest, Mixed, mixed};
+use crate::resolution::off::Off;
 use crate::resolution::runs::Runs;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 
-/// How many times as fine as the finest of three meshes that were looked at, or of two, the one that is chosen may be.
-const FAR: [f64; 2] = [2.0, 1.5];
-/// Most of the accuracy that the mesh may take where the step leaves some of its part.
-const MOST: f64 = 0.5;
+/// Part of the accuracy that mesh and step may take each in the finest runs that are looked at, or in what these reach.
+const PART: f64 = 0.45;
+/// How many times as fine as the finest of three meshes that were looked at, or of two, the one that is chosen may be; and how
+/// coarse.
+const FAR: [f64; 2] = [3.0, 2.5];
+const COARSER: f64 = 0.5;
+/// What two meshes alone say counts so many times.
+const UNSURE: f64 = 1.0;
+/// Where steps of another scheme are taken than those that meshes are compared in, what meshes are off by counts so many times:
+/// large steps of the first hide some of what finer edges change.
+const HIDDEN: f64 = 1.2;
+/// Meshes that are looked at for the cheapest are finer by this factor, and have so many edges at least.
+const NEXT: f64 = 1.09;
+const FEWEST: f64 = 4.0;
 /// Differences of meshes without an order that show steps to be too large.
 const ORDERLESS: usize = 3;
 
@@ -42,20 +55,39 @@ impl<'a> Search<'a> {
             true => self.steps(coarse_mesh, first, part)?,
             false => self.given_steps(coarse_mesh, part)?,
         };
-        let left = (2.0 * part - steps.error).clamp(part, MOST * asked);
-        let (segments, mesh_error, mesh_bound) = match given && self.comes_with_points() {
-            true => (own, 0.0, None),
-            false => self.edges((coarse_mesh, own), steps.coarse, left)?,
+        let mut meshes = match given && self.comes_with_points() {
+            true => {
+                let finest = Finest { off: Off::none(1.0), range: [1.0; 2] };
+                Meshes { edges: own, finest, bound: None }
+            }
+            false => self.edges((coarse_mesh, own), steps.coarse, part)?,
         };
-        let count = (time.end / steps.step - 1e-6).ceil().max(1.0);
+        if steps.scheme != time.scheme {
+            meshes.finest.off = meshes.finest.off.times(HIDDEN);
+        }
+        let Mixed { mesh, step: finer, error } =
+            mixed(self.meshes(&meshes).into_iter(), &meshes.finest, &steps.finest, asked);
+        let segments = (mesh * meshes.edges as f64 - 1e-6).ceil() as usize;
+        let segments = if given { own } else { allowed_edges(self.scene, segments) };
+        let count = (time.end * finer / steps.step - 1e-6).ceil().max(1.0);
         let step = if open.step { time.end / count } else { time.step };
-        let error = steps.error + mesh_error;
-        let bound = match (error > asked, steps.bound.or(mesh_bound)) {
-            (false, _) => None,
-            (true, Some(Bound::Work)) if open.any() => Some(Bound::Work),
-            (true, _) => Some(Bound::Given),
-        };
+        // Where all was open and nothing was in the way, this is the end of what runs say.
+        let bound = steps.bound.or(meshes.bound).filter(|_| error > asked);
         Ok(((segments, step, Some(error), bound), steps.scheme))
+    }
+
+    /// The meshes that may be chosen, by how many times as fine as the finest that was looked at they are.
+    fn meshes(&self, Meshes { edges, finest, .. }: &Meshes) -> Vec<f64> {
+        let (edges, [least, most]) = (*edges as f64, finest.range);
+        if least == most {
+            return vec![least];
+        }
+        let count = ((most / least).ln() / NEXT.ln()).ceil() as i32;
+        let number = |k| (edges * (least * NEXT.powi(k)).min(most)).max(FEWEST).ceil() as usize;
+        let mut numbers: Vec<usize> =
+            (0..=count).map(|k| allowed_edges(self.scene, number(k))).collect();
+        numbers.dedup();
+        numbers.into_iter().map(|number| number as f64 / edges).collect()
     }
 
     /// Whether the mesh is that of a polyline's points.
@@ -63,55 +95,64 @@ impl<'a> Search<'a> {
         self.scene.rod.segments.is_none()
     }
 
-    /// The edges that make no more than `allowed`, in steps of one length: from a mesh, and the scene's own
+    /// Meshes down to about what makes no more than `allowed`, in steps of one length: from a mesh, and the scene's own
     /// where it has one.
     fn edges(
         &self,
         (first, own): (usize, usize),
         (step, scheme): (f64, Scheme),
         allowed: f64,
-    ) -> Result<(usize, f64, Option<Bound>), Error> {
+    ) -> Result<Meshes, Error> {
         let (end, order) = (self.runs.guess.time()?.end, order_of_mesh(self.scene));
-        let seen = |segments: usize, step: f64| {
-            Ok::<_, Error>(self.runs.run((segments, step, scheme))?.map(|ran| ran.seen))
+        let seen = |edges: usize, step: f64| {
+            Ok::<_, Error>(self.runs.run((edges, step, scheme))?.map(|ran| ran.seen))
         };
-        let mut ladder = Ladder::default();
+        let found =
+            |edges, off, range, bound| Ok(Meshes { edges, finest: Finest { off, range }, bound });
+        let mut ladder = Ladder::new(UNSURE);
         if !self.runs.open.segments {
             ladder.add(seen(first, step)?);
             ladder.add(seen(own, step)?);
             let ratio = own as f64 / first as f64;
-            let error =
-                ladder.apart().last().map(|apart| apart / (ratio.powf(order) - 1.0).max(0.1));
-            return Ok((own, error.unwrap_or(0.0), Some(Bound::Given)));
+            let off = match ladder.apart() {
+                [] => Off::none(order),
+                _ => ladder.last_change((ratio.powf(order) - 1.0).max(0.1).recip(), order),
+            };
+            return found(own, off, [1.0; 2], Some(Bound::Given));
         }
-        let (mut segments, mut step) = (first, step);
+        let (mut edges, mut step) = (first, step);
         loop {
-            let ran = seen(segments, step)?;
+            let ran = seen(edges, step)?;
             let failed = ran.is_none();
             ladder.add(ran);
-            if failed || ladder.apart().len() >= ORDERLESS && ladder.error(order).is_none() {
+            if failed || ladder.apart().len() >= ORDERLESS && ladder.off(order).is_none() {
                 // Finer edges may not take the steps that coarse ones take: all again in smaller ones.
                 step *= 0.5;
-                if end / step * segments as f64 > self.runs.most_work {
-                    return Ok((segments, f64::INFINITY, Some(Bound::Work)));
+                if end / step * edges as f64 > self.runs.most_work {
+                    return found(edges, Off::unknown(order), [1.0; 2], Some(Bound::Work));
                 }
-                ladder = Ladder::default();
-                segments = (segments / 4).max(first);
+                ladder = Ladder::new(UNSURE);
+                edges = (edges / 4).max(first);
                 continue;
             }
-            if let Some((finer, [error, order])) = ladder.reaches(allowed, order, FAR) {
-                let chosen = (segments as f64 * finer.max(0.4)).ceil().max(4.0);
-                let chosen = allowed_edges(self.scene, chosen as usize);
-                let error = error * (segments as f64 / chosen as f64).powf(order);
-                return Ok((chosen, error, None));
+            if let Some((off, far)) = ladder.reaches(allowed, order, FAR) {
+                return found(edges, off, [COARSER, far], None);
             }
-            if 2.0 * end / step * 2.0 * segments as f64 > self.runs.most_work {
-                let last = ladder.apart().last().copied().unwrap_or(f64::INFINITY);
-                return Ok((segments, last, Some(Bound::Work)));
+            if 2.0 * end / step * 2.0 * edges as f64 > self.runs.most_work {
+                let off = ladder.last_change(1.0, order);
+                return found(edges, off, [1.0; 2], Some(Bound::Work));
             }
-            segments *= 2;
+            edges *= 2;
         }
     }
+}
+
+/// What is found of meshes.
+struct Meshes {
+    /// Edges of the finest that was looked at.
+    edges: usize,
+    finest: Finest,
+    bound: Option<Bound>,
 }
 
 /// Fewer edges than a problem's own.

@@ -4,7 +4,7 @@ use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::resolution::aim::{OF_TRIAL, solved_for};
-use crate::resolution::ladder::Seen;
+use crate::resolution::off::Seen;
 use crate::scene::{Chosen, End, Point, Scene, Scheme, Support};
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const SAMPLES: usize = 200;
 /// Most work of a run that is looked at on the way, steps times edges, in a plane and in space: some seconds.
 const MOST_WORK: [f64; 2] = [2e6, 5e5];
-/// A step of `rodas4` takes as long as so many of Newton's iterations.
-pub(super) const OF_ROSENBROCK: usize = 5;
+/// A step of `rodas4` takes as long as so many of Newton's iterations, in a plane and in space.
+const OF_ROSENBROCK: [usize; 2] = [5, 3];
 
 /// A run, if its steps did not fail.
 #[derive(Clone)]
@@ -36,6 +36,8 @@ pub(super) struct Runs<'a> {
     pub guess: Problem,
     points: Vec<Point>,
     pub most_work: f64,
+    /// A step of `rodas4` takes as long as so many of Newton's iterations.
+    pub of_rosenbrock: usize,
     /// Those so far, which are asked for again.
     known: RefCell<Vec<(Asked, Option<Ran>)>>,
     /// Their work, edges times Newton iterations.
@@ -45,10 +47,20 @@ pub(super) struct Runs<'a> {
 impl<'a> Runs<'a> {
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
         let guess = guess.posed()?;
-        let most_work = MOST_WORK[usize::from(guess.planar().is_none())];
+        let dimension = usize::from(guess.planar().is_none());
+        let (most_work, of_rosenbrock) = (MOST_WORK[dimension], OF_ROSENBROCK[dimension]);
         let points = looked_at(&guess);
         let (known, work) = Default::default();
-        Ok(Self { points, open: scene.left_open(), scene, guess, most_work, known, work })
+        Ok(Self {
+            points,
+            open: scene.left_open(),
+            scene,
+            guess,
+            most_work,
+            of_rosenbrock,
+            known,
+            work,
+        })
     }
 
     /// A run with so many edges; none where its steps fail.
@@ -97,7 +109,7 @@ impl<'a> Runs<'a> {
         });
         let work = run.work();
         let iterations = match scheme {
-            Scheme::Rodas4 => OF_ROSENBROCK * work.steps,
+            Scheme::Rodas4 => self.of_rosenbrock * work.steps,
             _ => work.newton_iterations.max(work.steps),
         } as f64;
         self.work.set(self.work.get() + iterations * problem.segments() as f64);
@@ -111,11 +123,10 @@ impl<'a> Runs<'a> {
         }
         let over = problem.length().recip();
         let mut seen = Vec::with_capacity(SAMPLES * self.points.len());
+        let times = || (1..=SAMPLES).map(|k| end * k as f64 / SAMPLES as f64);
         for point in &self.points {
-            for k in 1..=SAMPLES {
-                let (place, _) = run.at(*point, end * k as f64 / SAMPLES as f64)?;
-                seen.push(place.map(|x| over * x));
-            }
+            let places = run.record().read().places(&problem.stencil(*point)?, times())?;
+            seen.extend(places.iter().map(|place| place.map(|x| over * x)));
         }
         Ok(Some(Ran { seen, iterations }))
     }

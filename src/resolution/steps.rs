@@ -5,51 +5,67 @@
 //! taken where it is the cheaper.
 
 use crate::error::Error;
-use crate::resolution::ladder::{Ladder, apart};
+use crate::resolution::aim::{is_struck, order_of_step};
+use crate::resolution::ladder::Ladder;
+use crate::resolution::mix::Finest;
 use crate::resolution::motion::Search;
-use crate::resolution::runs::{OF_ROSENBROCK, Ran};
+use crate::resolution::off::{Off, apart};
+use crate::resolution::runs::Ran;
 use crate::scene::Scheme;
 use crate::scene::resolution::Bound;
-use std::f64::consts::SQRT_2;
 
 /// How many times as fine as the finest of three runs, or of two, what is chosen may be: errors of steps may stay what they are
 /// over some halvings before they fall.
-const FAR: [f64; 2] = [2.0, 1.5];
+const FAR: [f64; 2] = [2.0, 1.2];
+/// What two runs alone say of a step counts so many times.
+const UNSURE: f64 = 1.35;
 /// Step errors may be so many times the step's part where meshes are compared: they are alike on both. But of a scheme that damps
 /// what its steps do not resolve, and with that what finer meshes change.
 const ALIKE: f64 = 30.0;
 const ALIKE_DAMPED: f64 = 5.0;
-/// And not more than this part of the length.
+/// And not more than this part of the length, nor those of so many times the finest step.
 const LARGE: f64 = 0.02;
+const COARSEST: f64 = 4.0;
 /// Runs of the first scheme before the rival is tried, and edges that it takes to see where the rival's errors fall off.
 const TRIED: usize = 3;
-const ENOUGH_EDGES: usize = 7;
-/// The scheme that is tried beside the first.
+const ENOUGH_EDGES: usize = 5;
+/// The scheme that is tried beside the first, and the first step of it that is: so many times that of the first.
 const RIVAL: Scheme = Scheme::Rodas4;
-/// The order that is believed of it from two runs: its errors fall faster, but not from the first step on.
+const COARSER: f64 = 4.0;
+/// What a step of it may make, over what one of the first may: a run is as fine as that only to see where errors fall off.
+const ENOUGH: f64 = 1.5;
+/// Steps of it are tried that cost up to so many times as much: what is chosen may be coarser.
+const DEAR: f64 = 1.4;
+/// The order that is believed of it from two runs, and from one beside the first scheme: its errors fall faster, but not from the
+/// first step on.
 const BELIEVED: f64 = 2.5;
-/// Part of what is allowed that a step of it may make that is larger than it must be: on few edges its errors fall off a little
-/// earlier.
-const SURE: f64 = 0.5;
+const BELIEVED_OF_ONE: f64 = 3.0;
+/// What is seen of its errors counts so many times, on two of its runs and beside the first scheme: on more edges they fall off a
+/// little later.
+const ON_MORE_EDGES: f64 = 2.5;
+const BESIDE: f64 = 1.5;
+/// How many times as fine as a run of it what is chosen may be, at least and at most.
+const OF_RIVAL: [f64; 2] = [0.5, 1.25];
+const OF_ONE: [f64; 2] = [0.8, 1.25];
 
 /// What is found of steps.
 pub(super) struct Steps {
+    /// The finest that was looked at, s.
     pub step: f64,
+    pub finest: Finest,
     pub scheme: Scheme,
     /// Step, s, and scheme in which meshes are compared.
     pub coarse: (f64, Scheme),
-    /// That of the step, over the length.
-    pub error: f64,
     pub bound: Option<Bound>,
 }
 
 impl Search<'_> {
-    /// Scheme and step that make no more than `allowed`, from halving the first step on a mesh.
+    /// Scheme, and steps down to about what makes no more than `allowed`, from halving the first step on a mesh.
     pub fn steps(&self, segments: usize, first: f64, allowed: f64) -> Result<Steps, Error> {
         let time = self.runs.guess.time()?;
         let (own, end) = (time.scheme, time.end);
-        let order = f64::from(own.traits().order);
-        let (mut step, mut ladder) = (first, Ladder::default());
+        let order = order_of_step(self.scene, own.traits().order);
+        let (mut step, mut ladder) = (first, Ladder::new(UNSURE));
         let mut tried = Tried { allowed, runs: Vec::new() };
         let mut rival =
             self.has_rival().then(|| Rival { next: f64::INFINITY, ladder: Ladder::default() });
@@ -57,126 +73,136 @@ impl Search<'_> {
             let ran = self.runs.run((segments, step, own))?;
             ladder.add(ran.as_ref().map(|ran| ran.seen.clone()));
             tried.runs.push((step, own, ran.clone()));
-            let known = ladder.error(order);
+            let known = ladder.off(order);
             if tried.runs.len() >= TRIED
                 && let Some(other) = &mut rival
             {
-                // As far as that is known.
-                let cost =
-                    ran.as_ref().zip(known).map_or(f64::INFINITY, |(ran, [error, order])| {
-                        ran.iterations * (error / allowed).powf(order.recip()).max(0.5)
-                    });
-                match self.cheaper(segments, (step, cost), other, &mut tried)? {
+                let first = First { step, known: ran.as_ref().zip(known.as_ref()) };
+                match self.cheaper(segments, first, other, &mut tried)? {
                     Beside::Found(steps) => return Ok(steps),
                     Beside::Dear => rival = None,
                     Beside::Open => {}
                 }
             }
-            let chosen = |step: f64, error: f64, bound| {
+            let chosen = |off: Off, range: [f64; 2], bound| {
                 let coarse = tried.coarse(ran.as_ref(), (step, own));
-                Ok(Steps { step, scheme: own, coarse, error, bound })
+                Ok(Steps { step, finest: Finest { off, range }, scheme: own, coarse, bound })
             };
-            if let Some((finer, [error, order])) = ladder.reaches(allowed, order, FAR) {
-                let finer = finer.max(0.5);
-                return chosen(step / finer, error * finer.powf(-order), None);
+            if let Some((off, far)) = ladder.reaches(allowed, order, FAR) {
+                return chosen(off, [0.5, far], None);
             }
             if let [.., before, last] = ladder.apart()[..]
                 && before.max(last) <= 0.5 * allowed
             {
-                return chosen(step, 2.0 * last, None);
+                return chosen(ladder.last_change(2.0, order), [1.0; 2], None);
             }
             if 2.0 * end / step * segments as f64 > self.runs.most_work {
-                let last = ladder.apart().last().map_or(f64::INFINITY, |last| 2.0 * last);
                 // Where nothing could be simulated, whoever runs it is told why.
-                let [error, _] = known.unwrap_or([last, 1.0]);
-                return chosen(step, if last.is_finite() { error } else { 1.0 }, Some(Bound::Work));
+                let off = known.unwrap_or_else(|| ladder.last_change(2.0, order));
+                return chosen(off, [1.0; 2], Some(Bound::Work));
             }
             step *= 0.5;
         }
     }
 
-    /// Whether there is another scheme to be tried.
+    /// Whether there is another scheme to be tried: not for a struck rod, whose high modes it damps.
     fn has_rival(&self) -> bool {
-        let enough = self.runs.guess.segments() >= ENOUGH_EDGES;
-        self.runs.open.scheme && enough && self.scene.is_taken_by(RIVAL)
+        let sees = self.runs.guess.segments() >= ENOUGH_EDGES && !is_struck(self.scene);
+        self.runs.open.scheme && sees && self.scene.is_taken_by(RIVAL)
     }
 
-    /// The rival's step, if there is one down to `step` that takes less than `cost`, in Newton iterations.
+    /// The rival's step, if there is one down to that of the first scheme that takes less.
     fn cheaper(
         &self,
         segments: usize,
-        (step, cost): (f64, f64),
+        first: First<'_>,
         rival: &mut Rival,
         tried: &mut Tried,
     ) -> Result<Beside, Error> {
         let end = self.runs.guess.time()?.end;
-        let takes = |step: f64| OF_ROSENBROCK as f64 * end / step;
-        rival.next = rival.next.min(2.0 * step);
-        while rival.next > 0.99 * step {
-            if takes(rival.next) >= cost {
+        let takes = |step: f64| self.runs.of_rosenbrock as f64 * end / step;
+        // As far as that is known.
+        let cost = first
+            .known
+            .map_or(f64::INFINITY, |(ran, off)| ran.iterations * off.finer(tried.allowed).max(0.5));
+        rival.next = rival.next.min(COARSER * first.step);
+        while rival.next > 0.99 * first.step {
+            let step = rival.next;
+            if takes(step) >= DEAR * cost {
                 return Ok(Beside::Dear);
             }
-            if let Some((step, error, finest)) = self.does(segments, rival, tried)? {
-                let coarse = tried.coarse(Some(&finest), (step, RIVAL));
-                let steps = Steps { step, scheme: RIVAL, coarse, error, bound: None };
-                return Ok(if takes(step) <= cost { Beside::Found(steps) } else { Beside::Dear });
+            let Some(ran) = self.rivals_run(segments, rival, tried)? else { continue };
+            let Some(finest) = does(&ran, first.known, rival, ENOUGH * tried.allowed) else {
+                continue;
+            };
+            let finer = finest.off.finer(ENOUGH * tried.allowed);
+            if takes(step) * finer.clamp(finest.range[0], finest.range[1]) > cost {
+                return Ok(Beside::Dear);
             }
+            let coarse = tried.coarse(Some(&ran), (step, RIVAL));
+            return Ok(Beside::Found(Steps { step, finest, scheme: RIVAL, coarse, bound: None }));
         }
         Ok(Beside::Open)
     }
 
-    /// Another run by the rival; if it does, the largest step that is known to, its error and the finest run.
-    fn does(
+    /// The next run by the rival; none where it failed.
+    fn rivals_run(
         &self,
         segments: usize,
-        Rival { next, ladder }: &mut Rival,
+        rival: &mut Rival,
         tried: &mut Tried,
-    ) -> Result<Option<(f64, f64, Ran)>, Error> {
-        let (step, allowed) = (*next, tried.allowed);
-        *next *= 0.5;
+    ) -> Result<Option<Ran>, Error> {
+        let step = rival.next;
+        rival.next *= 0.5;
         let ran = self.runs.run((segments, step, RIVAL))?;
-        ladder.add(ran.as_ref().map(|ran| ran.seen.clone()));
+        rival.ladder.add(ran.as_ref().map(|ran| ran.seen.clone()));
         tried.runs.push((step, RIVAL, ran.clone()));
-        let (Some(finest), [.., last]) = (ran, ladder.apart()) else { return Ok(None) };
-        // What the step before is off by, twice as large.
-        let last = *last;
-        if last <= SURE * allowed {
-            return Ok(Some((2.0 * step, last, finest)));
-        }
-        if last <= allowed {
-            return Ok(Some((SQRT_2 * step, SURE * last, finest)));
-        }
-        let error = match ladder.apart() {
-            [_] => Some(last / (BELIEVED.exp2() - 1.0)),
-            _ => ladder.error(f64::from(RIVAL.traits().order)).map(|[error, _]| error),
-        };
-        let Some(error) = error.filter(|error| *error <= allowed) else { return Ok(None) };
-        let between = self.runs.run((segments, SQRT_2 * step, RIVAL))?;
-        let off = between.map_or(f64::INFINITY, |between| apart(&between.seen, &finest.seen));
-        Ok(Some(match off <= SURE * allowed {
-            true => (SQRT_2 * step, off, finest),
-            false => (step, error, finest),
-        }))
+        Ok(ran)
     }
 
     /// The step is given: what it does is only seen.
     pub fn given_steps(&self, segments: usize, allowed: f64) -> Result<Steps, Error> {
         let time = self.runs.guess.time()?;
         let (own, scheme) = (time.step, time.scheme);
-        let mut ladder = Ladder::default();
+        let mut ladder = Ladder::new(UNSURE);
         let mut tried = Tried { allowed, runs: Vec::new() };
         for step in [4.0 * own, 2.0 * own, own] {
             let ran = self.runs.run((segments, step, scheme))?;
             ladder.add(ran.as_ref().map(|ran| ran.seen.clone()));
             tried.runs.push((step, scheme, ran));
         }
-        let known = ladder.error(f64::from(scheme.traits().order)).map(|[error, _]| error);
-        let last = ladder.apart().last().map(|last| 1.5 * last);
-        let error = known.or(last).unwrap_or(f64::INFINITY);
-        let finest = tried.runs.last().and_then(|(.., ran)| ran.clone());
-        let coarse = tried.coarse(finest.as_ref(), (own, scheme));
-        Ok(Steps { step: own, scheme, coarse, error, bound: Some(Bound::Given) })
+        let order = order_of_step(self.scene, scheme.traits().order);
+        let off = ladder.off(order).unwrap_or_else(|| ladder.last_change(1.5, order));
+        let ran = tried.runs.last().and_then(|(.., ran)| ran.clone());
+        let coarse = tried.coarse(ran.as_ref(), (own, scheme));
+        let finest = Finest { off, range: [1.0; 2] };
+        Ok(Steps { step: own, finest, scheme, coarse, bound: Some(Bound::Given) })
     }
+}
+
+/// What the rival's last run is off by, where that is at most `allowed`: beside what the first scheme would make of finer
+/// steps, or beside its own run before.
+fn does(ran: &Ran, first: Option<(&Ran, &Off)>, rival: &Rival, allowed: f64) -> Option<Finest> {
+    let beside = first.map(|(first, off)| {
+        Off::of(&ran.seen, &first.seen, 1.0, BELIEVED_OF_ONE).plus(off).times(BESIDE)
+    });
+    if let Some(off) = beside.filter(|off| off.size() <= allowed) {
+        return Some(Finest { off, range: OF_ONE });
+    }
+    let order = match *rival.ladder.apart() {
+        [] => return None,
+        [_] => BELIEVED,
+        [.., before, last] => (before / last).log2().clamp(1.0, f64::from(RIVAL.traits().order)),
+    };
+    // The run before is off by about what the last one changed.
+    let off = rival.ladder.last_change(ON_MORE_EDGES * (-order).exp2(), order);
+    (off.size() <= allowed).then_some(Finest { off, range: OF_RIVAL })
+}
+
+/// What is known of the first scheme: its finest step, s, and run, and by how much that is off.
+struct First<'a> {
+    step: f64,
+    known: Option<(&'a Ran, &'a Off)>,
 }
 
 /// Another scheme beside the first.
@@ -212,7 +238,8 @@ impl Tried {
         };
         let runs = self.runs.iter().filter_map(|(step, scheme, ran)| {
             let ran = ran.as_ref().filter(|ran| near(*scheme, ran))?;
-            Some((ran.iterations, (*step, *scheme)))
+            let fine = *step <= 1.01 * COARSEST * chosen.0;
+            fine.then_some((ran.iterations, (*step, *scheme)))
         });
         let cheapest = runs.min_by(|a, b| a.0.total_cmp(&b.0));
         cheapest.map_or(chosen, |(_, cheapest)| cheapest)

@@ -2,15 +2,17 @@
 
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::resolution::aim::{
-    Aim, Found, MOST_EDGES, MOST_OF_MODES, PART, allowed_edges, order_of_mesh,
-};
-use crate::resolution::ladder::{Ladder, Seen};
+use crate::resolution::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges, order_of_mesh};
+use crate::resolution::ladder::Ladder;
+use crate::resolution::off::Seen;
 use crate::resolution::runs::looked_at;
 use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
 use crate::vibration::About;
 
+/// Part of the accuracy that the mesh may take: errors of errors take the rest. What two meshes alone say counts so many times.
+const MOST: f64 = 0.78;
+const UNSURE: f64 = 1.5;
 /// What is chosen is at most so many times as fine as the finest of three meshes that were looked at, or of two.
 const FAR: f64 = 2.0;
 const FAR_BY_TWO: f64 = 1.3;
@@ -19,18 +21,18 @@ const ROUNDING: f64 = 1e-4;
 
 /// A mesh for what does not move.
 pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Result<Found, Error> {
-    let (mut ladder, mut segments) = (Ladder::default(), edges);
-    let (order, allowed) = (order_of_mesh(scene), 2.0 * PART * scene.asked());
+    let (mut ladder, mut segments) = (Ladder::new(UNSURE), edges);
+    let (order, allowed) = (order_of_mesh(scene), MOST * scene.asked());
     let (most, least) = match aim {
         Aim::Modes(count) => (MOST_OF_MODES.max(edges), 2 * count),
         _ => (MOST_EDGES, 2),
     };
     loop {
         ladder.add(Some(seen(&scene.resolved(segments, step).posed()?, aim)?));
-        if let Some((finer, [error, order])) = ladder.reaches(allowed, order, [FAR, FAR_BY_TWO]) {
-            let chosen = (segments as f64 * finer.max(0.5)).ceil() as usize;
+        if let Some((off, _)) = ladder.reaches(allowed, order, [FAR, FAR_BY_TWO]) {
+            let chosen = (segments as f64 * off.finer(allowed).max(0.5)).ceil() as usize;
             let chosen = allowed_edges(scene, chosen.max(least));
-            let error = error * (segments as f64 / chosen as f64).powf(order);
+            let error = off.size() * off.left(chosen as f64 / segments as f64, 1.0);
             return Ok((chosen, step, Some(error), None));
         }
         let last = ladder.apart().last().copied();
@@ -42,7 +44,7 @@ pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Res
             return Ok((segments / 2, step, Some(last), Some(Bound::Work)));
         }
         if 2 * segments > most {
-            let error = ladder.error(order).map(|[error, _]| error);
+            let error = ladder.off(order).map(|off| off.size());
             return Ok((segments, step, error.or(last), Some(Bound::Work)));
         }
         segments *= 2;
