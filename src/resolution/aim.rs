@@ -51,7 +51,7 @@ pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
 
 /// Whether velocities jump at the start where the rod is held.
 pub(super) fn is_struck(Scene { initial, supports, .. }: &Scene) -> bool {
-    supports.move_ends() || [initial.velocity, initial.angular_velocity] != [[0.0; 3]; 2]
+    !supports.motion.is_empty() || [initial.velocity, initial.angular_velocity] != [[0.0; 3]; 2]
 }
 
 /// The order that errors of the mesh fall with: what walls at nodes cut off, or hold, goes with the length of an edge, all

@@ -6,7 +6,7 @@
 use crate::resolution::off::Off;
 
 /// Part of the accuracy that both may take together, and each alone.
-const TOGETHER: f64 = 0.8;
+const TOGETHER: f64 = 0.75;
 const ALONE: f64 = 0.6;
 /// Part of their sizes that is added to the sum: they are known from coarser runs, where they cancel too.
 const NOT_KNOWN: f64 = 0.2;

@@ -26,7 +26,7 @@ use crate::scene::Scene;
 /// Fewest edges of a first mesh, at an accuracy of 1 %; the number goes with the fourth root of the accuracy, as a
 /// better one needs higher modes in the coarse runs too.
 const FIRST_EDGES: f64 = 4.0;
-/// The same where supports move or what they do not hold starts with a velocity: that strikes higher modes than loads do.
+/// The same where supports move or the rod starts with a velocity: that strikes higher modes than loads do.
 const FIRST_EDGES_STRUCK: f64 = 8.0;
 /// The same for what does not move, whose meshes cost little.
 const FIRST_EDGES_STILL: f64 = 6.0;
@@ -92,7 +92,7 @@ impl Scene {
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let turning = scene.rod.shape.turning().unwrap_or(0.0);
     let first = match aim {
-        Aim::Motion if is_struck(scene) => FIRST_EDGES_STRUCK,
+        Aim::Motion if is_struck(scene) || scene.supports.path.is_some() => FIRST_EDGES_STRUCK,
         Aim::Motion => FIRST_EDGES,
         _ => FIRST_EDGES_STILL,
     };
