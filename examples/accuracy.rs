@@ -172,7 +172,8 @@ fn cheapest(
         ran.ok().filter(|ran| apart(&ran.tips, truth) <= asked)
     };
     let meshes = (-7..3).map(|k| (segments * 2f64.powf(0.5 * f64::from(k))).round().max(4.0));
-    let meshes: Vec<f64> = meshes.collect();
+    let mut meshes: Vec<f64> = meshes.collect();
+    meshes.dedup();
     // Steps may have been chosen for a scheme that takes larger ones than another.
     let can =
         |n: &f64| [2.0, 12.0].iter().any(|finer| good(*n, finer * steps, SCHEMES[1]).is_some());

@@ -294,6 +294,11 @@ impl Trajectory {
 }
 
 impl Trajectory {
+    /// The record alone.
+    pub(crate) fn into_record(self) -> Record {
+        self.record
+    }
+
     /// The record itself, to be written.
     pub(super) fn record_mut(&mut self) -> &mut Record {
         &mut self.record

@@ -20,12 +20,18 @@ const NEXT: f64 = 1.06;
 
 /// The finest run that was looked at: by how much it is off, and how many times as fine what is chosen may be, at least and at
 /// most.
+#[derive(Clone)]
 pub(super) struct Finest {
     pub off: Off,
     pub range: [f64; 2],
 }
 
 impl Finest {
+    /// Off by so many times as much.
+    pub fn times(&self, factor: f64) -> Self {
+        Self { off: self.off.clone().times(factor), range: self.range }
+    }
+
     /// How many times as fine it takes to be off by `allowed` at most.
     fn alone(&self, allowed: f64) -> f64 {
         match self.range {

@@ -11,6 +11,7 @@ mod mix;
 mod motion;
 mod off;
 mod runs;
+mod small;
 mod steps;
 mod still;
 

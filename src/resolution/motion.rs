@@ -12,6 +12,7 @@ use crate::resolution::ladder::Ladder;
 use crate::resolution::mix::{Finest, Mixed, mixed};
 use crate::resolution::off::Off;
 use crate::resolution::runs::Runs;
+use crate::resolution::steps::Steps;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 
@@ -26,6 +27,8 @@ const UNSURE: f64 = 1.0;
 /// Where steps of another scheme are taken than those that meshes are compared in, what meshes are off by counts so many times:
 /// large steps of the first hide some of what finer edges change.
 const HIDDEN: f64 = 1.2;
+/// What small motions are off by counts so many times more for every length that loads would bend the rod by.
+const BENT: f64 = 1.0;
 /// Meshes that are looked at for the cheapest are finer by this factor, and have so many edges at least.
 const NEXT: f64 = 1.09;
 const FEWEST: f64 = 4.0;
@@ -46,7 +49,6 @@ impl<'a> Search<'a> {
     /// Mesh, step and scheme for the motion, from a first step, s.
     pub fn motion(&self, first: f64) -> Result<(Found, Scheme), Error> {
         let Runs { guess, open, .. } = &self.runs;
-        let time = guess.time()?;
         let (own, given) = (guess.segments(), !open.segments);
         let asked = self.scene.asked();
         let part = PART * asked;
@@ -55,20 +57,40 @@ impl<'a> Search<'a> {
             true => self.steps(coarse_mesh, first, part)?,
             false => self.given_steps(coarse_mesh, part)?,
         };
-        let mut meshes = match given && self.comes_with_points() {
+        let meshes = match given && self.comes_with_points() {
             true => {
                 let finest = Finest { off: Off::none(1.0), range: [1.0; 2] };
                 Meshes { edges: own, finest, bound: None }
             }
             false => self.edges((coarse_mesh, own), steps.coarse, part)?,
         };
-        if steps.scheme != time.scheme {
-            meshes.finest.off = meshes.finest.off.times(HIDDEN);
+        let mut chosen = self.chosen(&meshes, &steps)?;
+        if self.runs.small.is_some() {
+            let (edges, step, ..) = chosen.0;
+            if let Some(steps) = self.rivals(coarse_mesh, (edges, step), part)? {
+                chosen = self.chosen(&meshes, &steps)?;
+            }
+        }
+        Ok(chosen)
+    }
+
+    /// The cheapest of these meshes and steps.
+    fn chosen(&self, meshes: &Meshes, steps: &Steps) -> Result<(Found, Scheme), Error> {
+        let Runs { guess, open, .. } = &self.runs;
+        let (time, asked) = (guess.time()?, self.scene.asked());
+        let mut finest = [&meshes.finest, &steps.finest].map(Finest::clone);
+        match self.runs.small {
+            Some(bent) => finest = finest.map(|finest| finest.times(1.0 + BENT * bent)),
+            None if steps.scheme != time.scheme => finest[0] = finest[0].times(HIDDEN),
+            None => {}
         }
         let Mixed { mesh, step: finer, error } =
-            mixed(self.meshes(&meshes).into_iter(), &meshes.finest, &steps.finest, asked);
+            mixed(self.meshes(meshes).into_iter(), &finest[0], &finest[1], asked);
         let segments = (mesh * meshes.edges as f64 - 1e-6).ceil() as usize;
-        let segments = if given { own } else { allowed_edges(self.scene, segments) };
+        let segments = match open.segments {
+            true => allowed_edges(self.scene, segments),
+            false => guess.segments(),
+        };
         let count = (time.end * finer / steps.step - 1e-6).ceil().max(1.0);
         let step = if open.step { time.end / count } else { time.step };
         // Where all was open and nothing was in the way, this is the end of what runs say.

@@ -1,10 +1,12 @@
 //! Runs that mesh, step and scheme are found by.
 
 use crate::dynamics::Trajectory;
+use crate::dynamics::record::Record;
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::resolution::aim::{OF_TRIAL, solved_for};
 use crate::resolution::off::Seen;
+use crate::resolution::small::little_bent;
 use crate::scene::{Chosen, End, Point, Scene, Scheme, Support};
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
@@ -16,6 +18,11 @@ const SAMPLES: usize = 200;
 const MOST_WORK: [f64; 2] = [2e6, 5e5];
 /// A step of `rodas4` takes as long as so many of Newton's iterations, in a plane and in space.
 const OF_ROSENBROCK: [usize; 2] = [5, 3];
+
+/// A step takes as long as so many edges more would.
+pub(super) const OF_STEP: f64 = 8.0;
+/// A step of a small motion takes as long as this part of a Newton iteration.
+const OF_SMALL: f64 = 0.15;
 
 /// A run, if its steps did not fail.
 #[derive(Clone)]
@@ -32,6 +39,8 @@ type Asked = (usize, f64, Scheme);
 pub(super) struct Runs<'a> {
     scene: &'a Scene,
     pub open: Chosen,
+    /// How far loads bend a rod whose small motions are run by the first scheme instead of its own.
+    pub small: Option<f64>,
     /// The scene with its first mesh and step.
     pub guess: Problem,
     points: Vec<Point>,
@@ -54,6 +63,7 @@ impl<'a> Runs<'a> {
         Ok(Self {
             points,
             open: scene.left_open(),
+            small: little_bent(scene, &guess),
             scene,
             guess,
             most_work,
@@ -92,15 +102,45 @@ impl<'a> Runs<'a> {
             }
             problem = scene.posed()?.stop_when(stop.clone());
         }
-        let time = problem.time()?;
-        let (steps, end) = (time.steps(), time.end);
         let mut tracked = Vec::new();
         for point in &self.points {
             tracked.extend(problem.nodes_around(*point)?);
         }
-        let mut run = Trajectory::new(&problem, &tracked, &[])?;
+        tracked.sort_unstable();
+        tracked.dedup();
+        let small = self.small.is_some() && scheme == Scheme::GeneralisedAlpha;
+        let (ran, iterations) = match small {
+            true => (problem.small_motion(&tracked), OF_SMALL * problem.time()?.steps() as f64),
+            false => self.simulated(&problem, scheme, &tracked, &stop)?,
+        };
+        self.work.set(self.work.get() + iterations * problem.segments() as f64);
+        let record = match ran {
+            Ok(record) => record,
+            Err(error @ (Error::Invalid { .. } | Error::Io { .. })) => return Err(error),
+            Err(_) => return Ok(None),
+        };
+        let end = problem.time()?.end;
+        let over = problem.length().recip();
+        let mut seen = Vec::with_capacity(SAMPLES * self.points.len());
+        let times = || (1..=SAMPLES).map(|k| end * k as f64 / SAMPLES as f64);
+        for point in &self.points {
+            let places = record.read().places(&problem.stencil(*point)?, times())?;
+            seen.extend(places.iter().map(|place| place.map(|x| over * x)));
+        }
+        Ok(Some(Ran { seen, iterations }))
+    }
+
+    /// The record of a simulation or what it failed by, and Newton iterations, or what takes as long.
+    fn simulated(
+        &self,
+        problem: &Problem,
+        scheme: Scheme,
+        tracked: &[usize],
+        stop: &AtomicBool,
+    ) -> Result<(Result<Record, Error>, f64), Error> {
+        let mut run = Trajectory::new(problem, tracked, &[])?;
         let mut taken = 0;
-        let outcome = run.run(&problem, steps, |run| {
+        let outcome = run.run(problem, problem.time()?.steps(), |run| {
             // Steps of this scheme that fail are far too large.
             if scheme == Scheme::Rodas4 && run.work().steps > taken {
                 stop.store(true, Ordering::Relaxed);
@@ -111,24 +151,8 @@ impl<'a> Runs<'a> {
         let iterations = match scheme {
             Scheme::Rodas4 => self.of_rosenbrock * work.steps,
             _ => work.newton_iterations.max(work.steps),
-        } as f64;
-        self.work.set(self.work.get() + iterations * problem.segments() as f64);
-        match outcome {
-            Ok(()) => {}
-            Err(Error::Interrupted) => return Ok(None),
-            Err(error @ (Error::Invalid { .. } | Error::Io { .. })) => {
-                return Err(error);
-            }
-            Err(_) => return Ok(None),
-        }
-        let over = problem.length().recip();
-        let mut seen = Vec::with_capacity(SAMPLES * self.points.len());
-        let times = || (1..=SAMPLES).map(|k| end * k as f64 / SAMPLES as f64);
-        for point in &self.points {
-            let places = run.record().read().places(&problem.stencil(*point)?, times())?;
-            seen.extend(places.iter().map(|place| place.map(|x| over * x)));
-        }
-        Ok(Some(Ran { seen, iterations }))
+        };
+        Ok((outcome.map(|()| run.into_record()), iterations as f64))
     }
 }
 

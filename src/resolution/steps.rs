@@ -10,7 +10,7 @@ use crate::resolution::ladder::Ladder;
 use crate::resolution::mix::Finest;
 use crate::resolution::motion::Search;
 use crate::resolution::off::{Off, apart};
-use crate::resolution::runs::Ran;
+use crate::resolution::runs::{OF_STEP, Ran};
 use crate::scene::Scheme;
 use crate::scene::resolution::Bound;
 
@@ -28,6 +28,11 @@ const LARGE: f64 = 0.02;
 const COARSEST: f64 = 4.0;
 /// Runs of the first scheme before the rival is tried, and edges that it takes to see where the rival's errors fall off.
 const TRIED: usize = 3;
+/// Where small motions chose for the first scheme, the rival is tried on a mesh that is so much less to compute, and from so
+/// many times its step on. It takes so many Newton iterations a step.
+const TRIAL: f64 = 0.5;
+const COARSER_TRIAL: f64 = 16.0;
+const ITERATIONS: f64 = 2.1;
 const ENOUGH_EDGES: usize = 5;
 /// The scheme that is tried beside the first, and the first step of it that is: so many times that of the first.
 const RIVAL: Scheme = Scheme::Rodas4;
@@ -41,8 +46,9 @@ const DEAR: f64 = 1.4;
 const BELIEVED: f64 = 2.5;
 const BELIEVED_OF_ONE: f64 = 3.0;
 /// What is seen of its errors counts so many times, on two of its runs and beside the first scheme: on more edges they fall off a
-/// little later.
+/// little later; where small motions chose what it is beside, less often.
 const ON_MORE_EDGES: f64 = 2.5;
+const ON_MORE_EDGES_BENT_LITTLE: f64 = 1.5;
 const BESIDE: f64 = 1.5;
 /// How many times as fine as a run of it what is chosen may be, at least and at most.
 const OF_RIVAL: [f64; 2] = [0.5, 1.25];
@@ -67,8 +73,8 @@ impl Search<'_> {
         let order = order_of_step(self.scene, own.traits().order);
         let (mut step, mut ladder) = (first, Ladder::new(UNSURE));
         let mut tried = Tried { allowed, runs: Vec::new() };
-        let mut rival =
-            self.has_rival().then(|| Rival { next: f64::INFINITY, ladder: Ladder::default() });
+        let mut rival = (self.runs.small.is_none() && self.has_rival())
+            .then(|| Rival::new(f64::INFINITY, ON_MORE_EDGES));
         loop {
             let ran = self.runs.run((segments, step, own))?;
             ladder.add(ran.as_ref().map(|ran| ran.seen.clone()));
@@ -77,7 +83,13 @@ impl Search<'_> {
             if tried.runs.len() >= TRIED
                 && let Some(other) = &mut rival
             {
-                let first = First { step, known: ran.as_ref().zip(known.as_ref()) };
+                let known = ran.as_ref().zip(known.as_ref());
+                // As far as that is known.
+                let cost = known.map_or(f64::INFINITY, |(ran, off)| {
+                    ran.iterations * off.finer(allowed).max(0.5)
+                });
+                other.next = other.next.min(COARSER * step);
+                let first = First { step, cost, known };
                 match self.cheaper(segments, first, other, &mut tried)? {
                     Beside::Found(steps) => return Ok(steps),
                     Beside::Dear => rival = None,
@@ -111,6 +123,28 @@ impl Search<'_> {
         self.runs.open.scheme && sees && self.scene.is_taken_by(RIVAL)
     }
 
+    /// The rival's steps, tried on a mesh, if they take less than those that small motions chose for the first scheme on another.
+    pub fn rivals(
+        &self,
+        segments: usize,
+        chosen: (usize, f64),
+        allowed: f64,
+    ) -> Result<Option<Steps>, Error> {
+        let (edges, step) = chosen;
+        let takes = |edges: usize| edges as f64 + OF_STEP;
+        if !self.has_rival() || takes(segments) > TRIAL * takes(edges) {
+            return Ok(None);
+        }
+        let cost = ITERATIONS * self.runs.guess.time()?.end / step;
+        let mut tried = Tried { allowed, runs: Vec::new() };
+        let mut rival = Rival::new(COARSER_TRIAL * step, ON_MORE_EDGES_BENT_LITTLE);
+        let first = First { step, cost, known: None };
+        Ok(match self.cheaper(segments, first, &mut rival, &mut tried)? {
+            Beside::Found(steps) => Some(steps),
+            Beside::Dear | Beside::Open => None,
+        })
+    }
+
     /// The rival's step, if there is one down to that of the first scheme that takes less.
     fn cheaper(
         &self,
@@ -121,11 +155,7 @@ impl Search<'_> {
     ) -> Result<Beside, Error> {
         let end = self.runs.guess.time()?.end;
         let takes = |step: f64| self.runs.of_rosenbrock as f64 * end / step;
-        // As far as that is known.
-        let cost = first
-            .known
-            .map_or(f64::INFINITY, |(ran, off)| ran.iterations * off.finer(tried.allowed).max(0.5));
-        rival.next = rival.next.min(COARSER * first.step);
+        let cost = first.cost;
         while rival.next > 0.99 * first.step {
             let step = rival.next;
             if takes(step) >= DEAR * cost {
@@ -195,13 +225,15 @@ fn does(ran: &Ran, first: Option<(&Ran, &Off)>, rival: &Rival, allowed: f64) -> 
         [.., before, last] => (before / last).log2().clamp(1.0, f64::from(RIVAL.traits().order)),
     };
     // The run before is off by about what the last one changed.
-    let off = rival.ladder.last_change(ON_MORE_EDGES * (-order).exp2(), order);
+    let off = rival.ladder.last_change(rival.on_more_edges * (-order).exp2(), order);
     (off.size() <= allowed).then_some(Finest { off, range: OF_RIVAL })
 }
 
-/// What is known of the first scheme: its finest step, s, and run, and by how much that is off.
+/// What is known of the first scheme: its finest step, s, the Newton iterations that it takes, and its run, and by how much that is
+/// off.
 struct First<'a> {
     step: f64,
+    cost: f64,
     known: Option<(&'a Ran, &'a Off)>,
 }
 
@@ -210,6 +242,14 @@ struct Rival {
     /// Its next step, s.
     next: f64,
     ladder: Ladder,
+    /// What is seen of its errors counts so many times.
+    on_more_edges: f64,
+}
+
+impl Rival {
+    fn new(next: f64, on_more_edges: f64) -> Self {
+        Self { next, ladder: Ladder::default(), on_more_edges }
+    }
 }
 
 /// What is known of it.

@@ -122,6 +122,13 @@ impl<D: Scalar> RodSpec<D> {
 }
 
 impl RodSpec {
+    /// Whether the rod is free of stress in its rest shape.
+    pub(crate) fn is_unstressed(&self) -> bool {
+        self.natural_curvature == one()
+            && is_zero(&self.natural_twist)
+            && self.natural_bending.is_empty()
+    }
+
     pub(super) fn over<D>(&self, n: &mut Numbers<'_, D>) -> RodSpec<D> {
         let factor = Quantity::signed("").within(-1e3, 1e3);
         let twist = Quantity::signed("rad/m").within(-1e6, 1e6);

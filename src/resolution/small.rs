@@ -1,0 +1,50 @@
+//! Rods whose small motions tell what mesh and step their motions need.
+//!
+//! Of a rod that one clamp holds and constant loads bend by a part of its length the linear motion is off by what the motion itself
+//! is off by: both are let go by the same forces, and what is lost is lost in the higher modes, which are small. A step of it takes
+//! a solve instead of Newton's iterations.
+
+use crate::problem::Problem;
+use crate::scene::{Damping, InitialState, Scene, Support};
+
+/// How far loads may bend a rod, over its length, as if they were across it all.
+const MOST_BENT: f64 = 0.4;
+
+/// How far, over its length, loads may bend a rod whose small motions tell; none of others.
+pub(super) fn little_bent(scene: &Scene, guess: &Problem) -> Option<f64> {
+    let Scene { rod, supports, loads, initial, .. } = scene;
+    let Damping { bending, twisting, stretching, maxwell, friction, .. } = &loads.damping;
+    let one_clamp = matches!(
+        (supports.start, supports.end),
+        (Support::Clamped, Support::Free) | (Support::Free, Support::Clamped)
+    );
+    let still = supports.motion.is_empty() && supports.path.is_none() && !initial.moves();
+    let starts = matches!(initial.state, InitialState::Rest | InitialState::Equilibrium);
+    let linear = [bending, twisting, stretching].iter().all(|time| **time == 0.0)
+        && maxwell.is_none()
+        && friction.is_none()
+        && loads.drag.is_none()
+        && scene.energies.is_empty();
+    let open = scene.left_open();
+    let open = open.segments && open.step && open.scheme;
+    (open && one_clamp && still && starts && linear && rod.is_unstressed())
+        .then(|| bent(scene, guess))
+        .filter(|bent| *bent <= MOST_BENT)
+}
+
+/// How far the loads would bend the rod, were it straight and they across it, over its length.
+fn bent(scene: &Scene, guess: &Problem) -> f64 {
+    let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let (section, material) = scene.at(0.5);
+    let (moments, length) = (section.moments(), guess.length());
+    let gravity = size(&scene.loads.gravity);
+    let weight = material.density * moments.area * length * gravity;
+    let bobs = scene.rod.mass.iter().map(|bob| bob.mass * gravity).sum::<f64>();
+    let points = scene.loads.point.iter().chain(&scene.initial.point);
+    let [forces, turning] = points.fold([0.0; 2], |[forces, turning], point| {
+        [forces + size(&point.force), turning + size(&point.moment)]
+    });
+    let [i1, i2] = moments.second_moments;
+    let stiffness = material.youngs_modulus * i1.min(i2) / (length * length);
+    (weight / 8.0 + (bobs + forces) / 3.0 + turning / (2.0 * length)) / stiffness
+}
