@@ -28,7 +28,7 @@ const UNSURE: f64 = 1.0;
 /// large steps of the first hide some of what finer edges change.
 const HIDDEN: f64 = 1.2;
 /// What small motions are off by counts so many times more for every length that loads would bend the rod by.
-const BENT: f64 = 1.0;
+const BENT: f64 = 1.2;
 /// Meshes that are looked at for the cheapest are finer by this factor, and have so many edges at least.
 const NEXT: f64 = 1.09;
 const FEWEST: f64 = 4.0;
@@ -67,7 +67,7 @@ impl<'a> Search<'a> {
         let mut chosen = self.chosen(&meshes, &steps)?;
         if self.runs.small.is_some() {
             let (edges, step, ..) = chosen.0;
-            if let Some(steps) = self.rivals(coarse_mesh, (edges, step), part)? {
+            if let Some(steps) = self.rivals((edges, step), part)? {
                 chosen = self.chosen(&meshes, &steps)?;
             }
         }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Times at which runs are compared.
-const SAMPLES: usize = 200;
+const SAMPLES: usize = 100;
 /// Most work of a run that is looked at on the way, steps times edges, in a plane and in space: some seconds.
 const MOST_WORK: [f64; 2] = [2e6, 5e5];
 /// A step of `rodas4` takes as long as so many of Newton's iterations, in a plane and in space.

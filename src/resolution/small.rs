@@ -8,7 +8,7 @@ use crate::problem::Problem;
 use crate::scene::{Damping, InitialState, Scene, Support};
 
 /// How far loads may bend a rod, over its length, as if they were across it all.
-const MOST_BENT: f64 = 0.4;
+const MOST_BENT: f64 = 0.5;
 
 /// How far, over its length, loads may bend a rod whose small motions tell; none of others.
 pub(super) fn little_bent(scene: &Scene, guess: &Problem) -> Option<f64> {

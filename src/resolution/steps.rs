@@ -28,11 +28,6 @@ const LARGE: f64 = 0.02;
 const COARSEST: f64 = 4.0;
 /// Runs of the first scheme before the rival is tried, and edges that it takes to see where the rival's errors fall off.
 const TRIED: usize = 3;
-/// Where small motions chose for the first scheme, the rival is tried on a mesh that is so much less to compute, and from so
-/// many times its step on. It takes so many Newton iterations a step.
-const TRIAL: f64 = 0.5;
-const COARSER_TRIAL: f64 = 16.0;
-const ITERATIONS: f64 = 2.1;
 const ENOUGH_EDGES: usize = 5;
 /// The scheme that is tried beside the first, and the first step of it that is: so many times that of the first.
 const RIVAL: Scheme = Scheme::Rodas4;
@@ -46,10 +41,17 @@ const DEAR: f64 = 1.4;
 const BELIEVED: f64 = 2.5;
 const BELIEVED_OF_ONE: f64 = 3.0;
 /// What is seen of its errors counts so many times, on two of its runs and beside the first scheme: on more edges they fall off a
-/// little later; where small motions chose what it is beside, less often.
+/// little later; fewer times where small motions tell what the mesh is off by.
 const ON_MORE_EDGES: f64 = 2.5;
-const ON_MORE_EDGES_BENT_LITTLE: f64 = 1.5;
+const ON_MORE_EDGES_BENT_LITTLE: f64 = 1.2;
 const BESIDE: f64 = 1.5;
+/// Where small motions chose for the first scheme, the rival is tried on a mesh of so many times the edges of the first, if a step there
+/// takes no more than a part of one on the mesh that was chosen; from so many times the chosen step on. The first scheme
+/// takes so many Newton iterations a step.
+const EDGES_OF_TRIAL: f64 = 0.65;
+const TRIAL: f64 = 0.5;
+const COARSER_TRIAL: f64 = 16.0;
+const ITERATIONS: f64 = 2.1;
 /// How many times as fine as a run of it what is chosen may be, at least and at most.
 const OF_RIVAL: [f64; 2] = [0.5, 1.25];
 const OF_ONE: [f64; 2] = [0.8, 1.25];
@@ -123,23 +125,24 @@ impl Search<'_> {
         self.runs.open.scheme && sees && self.scene.is_taken_by(RIVAL)
     }
 
-    /// The rival's steps, tried on a mesh, if they take less than those that small motions chose for the first scheme on another.
+    /// The rival's steps, if they take less than those that small motions chose for the first scheme, with so many edges.
     pub fn rivals(
         &self,
-        segments: usize,
-        chosen: (usize, f64),
+        (edges, step): (usize, f64),
         allowed: f64,
     ) -> Result<Option<Steps>, Error> {
-        let (edges, step) = chosen;
+        let guess = &self.runs.guess;
+        let trial = (EDGES_OF_TRIAL * guess.segments() as f64) as usize;
+        let trial = trial.max(ENOUGH_EDGES);
         let takes = |edges: usize| edges as f64 + OF_STEP;
-        if !self.has_rival() || takes(segments) > TRIAL * takes(edges) {
+        if !self.has_rival() || takes(trial) > TRIAL * takes(edges) {
             return Ok(None);
         }
-        let cost = ITERATIONS * self.runs.guess.time()?.end / step;
+        let cost = ITERATIONS * guess.time()?.end / step;
         let mut tried = Tried { allowed, runs: Vec::new() };
         let mut rival = Rival::new(COARSER_TRIAL * step, ON_MORE_EDGES_BENT_LITTLE);
         let first = First { step, cost, known: None };
-        Ok(match self.cheaper(segments, first, &mut rival, &mut tried)? {
+        Ok(match self.cheaper(trial, first, &mut rival, &mut tried)? {
             Beside::Found(steps) => Some(steps),
             Beside::Dear | Beside::Open => None,
         })
