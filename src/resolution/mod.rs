@@ -2,18 +2,21 @@
 //!
 //! A motion is looked at where the rod moves most freely: at its free ends, or halfway. Runs of which each is twice as
 //! fine as the one before tell what the last is off by (`off`) and the order this falls with (`ladder`); what is chosen is as
-//! fine as the error that is asked for needs it (`motion`, `steps`, `mix`, `still`). `cargo run --release --example accuracy --
-//! costs` tells what that costs.
+//! fine as the error that is asked for needs it (`motion`, `steps`, `rival`, `mix`, `still`). Where loads bend the rod little its
+//! small motions tell as well, at a fraction of the work (`small`). `cargo run --release --example accuracy -- costs` tells what
+//! all that costs.
 
 mod aim;
 mod ladder;
 mod mix;
 mod motion;
 mod off;
+mod rival;
 mod runs;
 mod small;
 mod steps;
 mod still;
+mod tried;
 
 pub use aim::Aim;
 

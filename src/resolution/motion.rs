@@ -12,7 +12,7 @@ use crate::resolution::ladder::Ladder;
 use crate::resolution::mix::{Finest, Mixed, mixed};
 use crate::resolution::off::Off;
 use crate::resolution::runs::Runs;
-use crate::resolution::steps::Steps;
+use crate::resolution::tried::Steps;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 
@@ -28,7 +28,7 @@ const UNSURE: f64 = 1.0;
 /// large steps of the first hide some of what finer edges change.
 const HIDDEN: f64 = 1.2;
 /// What small motions are off by counts so many times more for every length that loads would bend the rod by.
-const BENT: f64 = 1.2;
+const BENT: f64 = 1.5;
 /// Meshes that are looked at for the cheapest are finer by this factor, and have so many edges at least.
 const NEXT: f64 = 1.09;
 const FEWEST: f64 = 4.0;

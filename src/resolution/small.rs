@@ -48,3 +48,48 @@ fn bent(scene: &Scene, guess: &Problem) -> f64 {
     let stiffness = material.youngs_modulus * i1.min(i2) / (length * length);
     (weight / 8.0 + (bobs + forces) / 3.0 + turning / (2.0 * length)) / stiffness
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Point, PointForce, Section, Shape, Time};
+
+    fn bent_of(change: impl Fn(&mut Scene)) -> Option<f64> {
+        let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+        let section = Section::Circle { radius: 0.005 };
+        let mut scene = Scene::new(8, shape, section, Material::new(1273.52, 1e8));
+        scene.rod.segments = None;
+        scene.loads.gravity = [0.0, -9.8, 0.0];
+        scene.time = Some(Time::lasting(1.0));
+        change(&mut scene);
+        let guess = scene.resolved(8, 1e-2).posed().unwrap();
+        little_bent(&scene, &guess)
+    }
+
+    #[test]
+    fn a_cantilever_sags_as_beam_theory_says() {
+        // q L^3/(8 EI), and F L^2/(3 EI) more.
+        let weight = 1273.52 * 9.8 * 0.5_f64.powi(3) / (2.0 * 1e8 * 0.005 * 0.005);
+        let bent = bent_of(|_| {}).unwrap();
+        assert!((bent / weight - 1.0).abs() < 1e-3, "{bent} {weight}");
+        let force = 0.01;
+        let tip = force * 0.25 * 4.0 / (3.0 * 1e8 * std::f64::consts::PI * 0.005_f64.powi(4));
+        let pulled = |scene: &mut Scene| {
+            let force = [0.0, force, 0.0];
+            scene.loads.point = vec![PointForce { node: Point::Tip, force, moment: [0.0; 3] }];
+        };
+        let more = bent_of(pulled).unwrap();
+        assert!(((more - bent) / tip - 1.0).abs() < 1e-3, "{more} {tip}");
+    }
+
+    #[test]
+    fn others_are_run_themselves() {
+        assert!(bent_of(|scene| scene.material.youngs_modulus = 1e7).is_none());
+        assert!(bent_of(|scene| scene.supports.end = Support::Clamped).is_none());
+        assert!(bent_of(|scene| scene.supports.start = Support::Pinned).is_none());
+        assert!(bent_of(|scene| scene.initial.velocity = [0.0, 1.0, 0.0]).is_none());
+        assert!(bent_of(|scene| scene.loads.damping.bending = 1e-3).is_none());
+        assert!(bent_of(|scene| scene.rod.segments = Some(8)).is_none());
+        assert!(bent_of(|scene| scene.time = Some(Time::new(1.0, 1e-2))).is_none());
+    }
+}

@@ -145,6 +145,29 @@ fn more_is_asked() {
     }
 }
 
+/// Where loads bend a rod little, small motions choose its mesh and step by less work than half a run; where they bend it
+/// by more, runs do.
+#[test]
+fn what_bends_little_is_chosen_by_small_motions() {
+    let gravity = "[loads]\ngravity = [0, -9.8, 0]\n[time]\nend = 1.0\n";
+    for accuracy in [1e-2, 1e-3] {
+        let over_a_run = |scene: &str| {
+            let chosen = open(scene, accuracy);
+            let off = error(scene, &chosen, 6);
+            assert!(off < accuracy, "{accuracy}: {off:e}");
+            let run = chosen.simulate().unwrap();
+            chosen.resolution().unwrap().work
+                / (run.work().newton_iterations * chosen.segments()) as f64
+        };
+        let little = format!("{STRAIGHT}{gravity}");
+        let work = over_a_run(&little);
+        assert!(work < 0.5, "{accuracy}: {work}");
+        let more = little.replace("youngs_modulus = 1e8", "youngs_modulus = 1e7");
+        let work = over_a_run(&more);
+        assert!(work > 0.5, "{accuracy}: {work}");
+    }
+}
+
 /// Steps are solved as exactly as the accuracy needs, with fewer tangents, and the motion stays what it is; derivatives
 /// are taken of steps that are solved.
 #[test]
