@@ -56,6 +56,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         // The elastic forces with the loads, and those of the rates of strain in the step before.
         let (mut forces, mut viscous) = (gradient, vec![0.0; n]);
         let mut change = vec![0.0; n];
+        let (mass, rate) = (&mass[free.clone()], damping.stiffness / h);
         let mut record = Record::new(tracked, 0);
         for k in 0..=steps {
             let motion = |i: &usize| [self.model.position(&q, *i), self.model.rate(&v, *i)];
@@ -64,21 +65,26 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             if k == steps {
                 break;
             }
-            for i in free.clone() {
+            // Over slices of one length loops need not look at their ends.
+            let count = free.len();
+            let [q, v, a, forces, viscous] = [&mut q, &mut v, &mut a, &mut forces, &mut viscous]
+                .map(|list| &mut list[free.clone()][..count]);
+            for i in 0..count {
                 let damped = |v: f64| damping.mass * mass[i] * v;
                 let before = forces[i] + viscous[i] + damped(v[i]);
                 let past = coefficients.viscous_past(0.0, viscous[i]);
                 let after = forces[i] - past + damped(coefficients.velocity(0.0, v[i], a[i]));
-                change[i] = -coefficients.residual(mass[i], 0.0, [v[i], a[i]], after, before);
+                viscous[i] = -coefficients.residual(mass[i], 0.0, [v[i], a[i]], after, before);
             }
             // The right-hand sides are of use once more.
-            let sides = &mut viscous;
-            sides.copy_from_slice(&change);
+            let sides = viscous;
+            change[free.clone()].copy_from_slice(sides);
             factors.solve(&mut change);
-            for i in free.clone() {
+            let change = &change[free.clone()][..count];
+            for i in 0..count {
                 let stiff = (sides[i] - inertial * mass[i] * change[i]) / elastic;
                 forces[i] += stiff;
-                sides[i] = damping.stiffness / h * stiff;
+                sides[i] = rate * stiff;
                 let before = [v[i], a[i]];
                 q[i] += change[i];
                 v[i] = coefficients.velocity(change[i], before[0], before[1]);

@@ -28,7 +28,7 @@ const UNSURE: f64 = 1.0;
 /// large steps of the first hide some of what finer edges change.
 const HIDDEN: f64 = 1.2;
 /// What small motions are off by counts so many times more for every length that loads would bend the rod by.
-const BENT: f64 = 1.5;
+const BENT: f64 = 1.6;
 /// Meshes that are looked at for the cheapest are finer by this factor, and have so many edges at least.
 const NEXT: f64 = 1.09;
 const FEWEST: f64 = 4.0;

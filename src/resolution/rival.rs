@@ -35,7 +35,7 @@ const BESIDE: f64 = 1.5;
 /// takes so many Newton iterations a step.
 const EDGES_OF_TRIAL: f64 = 0.65;
 const TRIAL: f64 = 0.5;
-const COARSER_TRIAL: f64 = 16.0;
+const COARSER_TRIAL: f64 = 24.0;
 const ITERATIONS: f64 = 2.1;
 /// How many times as fine as a run of it what is chosen may be, at least and at most.
 const OF_RIVAL: [f64; 2] = [0.5, 1.25];

@@ -22,7 +22,7 @@ const OF_ROSENBROCK: [usize; 2] = [5, 3];
 /// A step takes as long as so many edges more would.
 pub(super) const OF_STEP: f64 = 8.0;
 /// A step of a small motion takes as long as this part of a Newton iteration.
-const OF_SMALL: f64 = 0.15;
+const OF_SMALL: f64 = 0.25;
 
 /// A run, if its steps did not fail.
 #[derive(Clone)]

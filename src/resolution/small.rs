@@ -5,7 +5,7 @@
 //! a solve instead of Newton's iterations.
 
 use crate::problem::Problem;
-use crate::scene::{Damping, InitialState, Scene, Support};
+use crate::scene::{Compliance, Damping, InitialState, Scene, Scheme, Support};
 
 /// How far loads may bend a rod, over its length, as if they were across it all.
 const MOST_BENT: f64 = 0.5;
@@ -18,6 +18,9 @@ pub(super) fn little_bent(scene: &Scene, guess: &Problem) -> Option<f64> {
         (supports.start, supports.end),
         (Support::Clamped, Support::Free) | (Support::Free, Support::Clamped)
     );
+    let rigid = [&supports.start_compliance, &supports.end_compliance]
+        .into_iter()
+        .all(|gives| *gives == Compliance::default());
     let still = supports.motion.is_empty() && supports.path.is_none() && !initial.moves();
     let starts = matches!(initial.state, InitialState::Rest | InitialState::Equilibrium);
     let linear = [bending, twisting, stretching].iter().all(|time| **time == 0.0)
@@ -26,8 +29,8 @@ pub(super) fn little_bent(scene: &Scene, guess: &Problem) -> Option<f64> {
         && loads.drag.is_none()
         && scene.energies.is_empty();
     let open = scene.left_open();
-    let open = open.segments && open.step && open.scheme;
-    (open && one_clamp && still && starts && linear && rod.is_unstressed())
+    let open = open.segments && open.step && guess.scene().scheme() == Scheme::GeneralisedAlpha;
+    (open && one_clamp && rigid && still && starts && linear && rod.is_unstressed())
         .then(|| bent(scene, guess))
         .filter(|bent| *bent <= MOST_BENT)
 }
@@ -44,8 +47,14 @@ fn bent(scene: &Scene, guess: &Problem) -> f64 {
     let [forces, turning] = points.fold([0.0; 2], |[forces, turning], point| {
         [forces + size(&point.force), turning + size(&point.moment)]
     });
-    let [i1, i2] = moments.second_moments;
-    let stiffness = material.youngs_modulus * i1.min(i2) / (length * length);
+    // Of a tapered rod its ends too.
+    let stiffness = |place: f64| {
+        let (section, material) = scene.at(place);
+        let [i1, i2] = section.moments().second_moments;
+        material.youngs_modulus * i1.min(i2)
+    };
+    let softest = [0.0, 0.5, 1.0].into_iter().map(stiffness).fold(f64::INFINITY, f64::min);
+    let stiffness = softest / (length * length);
     (weight / 8.0 + (bobs + forces) / 3.0 + turning / (2.0 * length)) / stiffness
 }
 
@@ -87,6 +96,7 @@ mod tests {
         assert!(bent_of(|scene| scene.material.youngs_modulus = 1e7).is_none());
         assert!(bent_of(|scene| scene.supports.end = Support::Clamped).is_none());
         assert!(bent_of(|scene| scene.supports.start = Support::Pinned).is_none());
+        assert!(bent_of(|scene| scene.supports.start_compliance.rotation = 1.0).is_none());
         assert!(bent_of(|scene| scene.initial.velocity = [0.0, 1.0, 0.0]).is_none());
         assert!(bent_of(|scene| scene.loads.damping.bending = 1e-3).is_none());
         assert!(bent_of(|scene| scene.rod.segments = Some(8)).is_none());

@@ -52,7 +52,7 @@ fn what_is_left_out_is_chosen() {
     );
     assert_eq!(
         (&found["chosen"]["scheme"], &found["scheme"]),
-        (&true.into(), &"generalised-alpha".into())
+        (&true.into(), &scene["time"]["scheme"])
     );
     assert!(found["error"].as_f64().unwrap() <= 1e-3, "{found}");
     succeeds(&folder.run(&["parameters", "scene.toml"]));
