@@ -145,8 +145,8 @@ fn more_is_asked() {
     }
 }
 
-/// Where loads bend a rod little, small motions choose its mesh and step by less work than half a run; where they bend it
-/// by more, runs do.
+/// Where loads bend a rod little, small motions choose its mesh and step by less than a sixth of a run's work; where they
+/// bend it by more, runs do.
 #[test]
 fn what_bends_little_is_chosen_by_small_motions() {
     let gravity = "[loads]\ngravity = [0, -9.8, 0]\n[time]\nend = 1.0\n";
@@ -155,16 +155,22 @@ fn what_bends_little_is_chosen_by_small_motions() {
             let chosen = open(scene, accuracy);
             let off = error(scene, &chosen, 6);
             assert!(off < accuracy, "{accuracy}: {off:e}");
-            let run = chosen.simulate().unwrap();
-            chosen.resolution().unwrap().work
-                / (run.work().newton_iterations * chosen.segments()) as f64
+            let work = chosen.simulate().unwrap().work();
+            // A step of rodas4 takes as long as five iterations.
+            let iterations = match work.newton_iterations {
+                0 => 5 * work.steps,
+                iterations => iterations,
+            };
+            chosen.resolution().unwrap().work / (iterations * chosen.segments()) as f64
         };
         let little = format!("{STRAIGHT}{gravity}");
         let work = over_a_run(&little);
-        assert!(work < 0.5, "{accuracy}: {work}");
+        println!("{accuracy}: {work:.2} of a run");
+        assert!(work < 0.15, "{accuracy}: {work}");
         let more = little.replace("youngs_modulus = 1e8", "youngs_modulus = 1e7");
         let work = over_a_run(&more);
-        assert!(work > 0.5, "{accuracy}: {work}");
+        println!("{accuracy}: {work:.2} where loads bend it by more");
+        assert!(work > 0.2, "{accuracy}: {work}");
     }
 }
 
