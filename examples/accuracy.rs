@@ -3,7 +3,8 @@
 //!
 //! `cargo run --release --example accuracy -- [costs] [SCENES] [FIRST SEED]`, of 6 scenes if no number is given; without
 //! `costs` no cheapest setting is looked for, which takes many times as long. And `-- schemes [SCENES]` for the errors of schemes
-//! by their steps, `-- struck [SCENES] [FIRST SEED]` for rods that start with a velocity.
+//! by their steps, `-- struck [SCENES] [FIRST SEED]` for rods that start with a velocity, `-- tilted [SCENES] [FIRST SEED]` for
+//! cantilevers in any direction.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -85,6 +86,62 @@ fn scene(seed: u64, struck: bool) -> String {
         "ACCURACY\n[rod]\nSEGMENTS\nshape = {shape}\nsection = {{ kind = \"circle\", radius = {radius} }}\n\
          [material]\ndensity = {density}\nyoungs_modulus = {modulus}\npoisson_ratio = 0.35\n\
          [loads]\ngravity = [0, {}, {along_z}]\ndamping = {{ {damping} }}\n{load}\n[initial]\n{initial}\n\
+         [time]\nend = {end}\nSTEP\n",
+        -gravity
+    )
+}
+
+/// A cantilever that its loads would bend by 3 to 50 % of its length, were they across it: straight in any direction, a third
+/// of them nearly upright or hanging, or an arc; half of them with a force and a third with a mass at the tip, and some plucked.
+fn tilted(seed: u64) -> String {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut between = |a: f64, b: f64| a + (b - a) * random.random::<f64>();
+    let gravity = 9.81;
+    let length = 0.1 * 10f64.powf(between(0.0, 1.0));
+    let radius = length * 10f64.powf(between(-2.7, -1.5));
+    let density = between(900.0, 8000.0);
+    let rod = density * PI * radius * radius * length;
+    let weight = rod * gravity;
+    let shape = match between(0.0, 10.0) as usize {
+        0..=1 => format!("{{ kind = \"arc\", length = {length}, angle = {} }}", between(0.3, 2.0)),
+        kind => {
+            let upright = (kind % 2) as f64 * PI + PI / 2.0 + between(-0.05, 0.05);
+            let angle = if kind < 6 { between(0.0, TAU) } else { upright };
+            let aside = if kind % 3 == 0 { between(-1.0, 1.0) } else { 0.0 };
+            let direction = [angle.cos(), angle.sin(), aside];
+            format!("{{ kind = \"straight\", length = {length}, direction = {direction:?} }}")
+        }
+    };
+    let [force, mass] = [between(-1.5, 1.5), between(-1.0, 0.5)].map(|part| part.max(0.0));
+    let (towards, damped, plucked) =
+        (between(0.0, TAU), between(0.0, 3.0) as usize, between(0.0, 3.0) < 1.0);
+    let pull = |part: f64| {
+        let [x, y] = [towards.cos(), towards.sin()].map(|c| part * weight * c);
+        format!("point = [{{ node = \"tip\", force = [{x}, {y}, 0] }}]")
+    };
+    let bent = 10f64.powf(between(-1.5, -0.3));
+    let across = weight * (0.125 + (force + mass) / 3.0);
+    let modulus = across * length.powi(2) / (bent * PI / 4.0 * radius.powi(4));
+    let rate = 3.516 * (modulus * radius * radius / 4.0 / density).sqrt() / length.powi(2);
+    let end = between(1.0, 6.0) * TAU / rate;
+    let damping = match damped {
+        0 => format!("mass = {}", between(0.02, 0.3) * rate),
+        1 => format!("stiffness = {}", between(0.005, 0.05) / rate),
+        _ => String::new(),
+    };
+    let bob = match mass {
+        0.0 => String::new(),
+        _ => format!("mass = [{{ node = \"tip\", mass = {} }}]", mass * rod),
+    };
+    let load = if force > 0.0 { pull(force) } else { String::new() };
+    let initial = match plucked {
+        true => format!("state = \"equilibrium\"\n{}", pull(0.3)),
+        false => String::new(),
+    };
+    format!(
+        "ACCURACY\n[rod]\nSEGMENTS\nshape = {shape}\nsection = {{ kind = \"circle\", radius = {radius} }}\n{bob}\n\
+         [material]\ndensity = {density}\nyoungs_modulus = {modulus}\npoisson_ratio = 0.35\n\
+         [loads]\ngravity = [0, {}, 0]\ndamping = {{ {damping} }}\n{load}\n[initial]\n{initial}\n\
          [time]\nend = {end}\nSTEP\n",
         -gravity
     )
@@ -305,19 +362,28 @@ fn accuracy(seeds: std::ops::Range<u64>, with_costs: bool) -> Result<(), Error> 
     Ok(())
 }
 
-/// Rods that start with a velocity: errors at 1 %, against four times as many edges and steps.
-fn struck(seeds: std::ops::Range<u64>) -> Result<(), Error> {
+/// Errors at an accuracy, against four times as many edges and steps.
+fn errors(
+    scene: impl Fn(u64) -> String,
+    asked: f64,
+    seeds: std::ops::Range<u64>,
+) -> Result<(), Error> {
     let (mut count, mut kept) = (seeds.end - seeds.start, 0);
-    let asked = ASKED[0];
     for seed in seeds {
-        let text = scene(seed, true);
+        let text = scene(seed);
         let open = text.replace("ACCURACY", &format!("accuracy = {asked}"));
         let open = open.replace("SEGMENTS", "").replace("STEP", "");
         let problem = Scene::from_toml(&open, ".")?.problem()?;
         let (segments, time) = (problem.segments(), problem.time()?);
         let scheme = if time.scheme == Scheme::Rodas4 { SCHEMES[2] } else { SCHEMES[1] };
         let fine = run(&fixed(&text, 4 * segments, time.step / 4.0, scheme)?)?;
-        let error = apart(&run(&problem)?.tips, &fine.tips);
+        let error = match run(&problem) {
+            Ok(ran) => apart(&ran.tips, &fine.tips),
+            Err(error) => {
+                println!("{seed}: {error}");
+                continue;
+            }
+        };
         let resolution = problem.resolution().expect("it was chosen");
         let says_so = resolution.bound.is_some();
         count -= u64::from(says_so);
@@ -367,6 +433,7 @@ fn main() -> Result<(), Error> {
     let mut words = std::env::args().skip(1).peekable();
     let of_schemes = words.next_if(|word| word == "schemes").is_some();
     let of_struck = words.next_if(|word| word == "struck").is_some();
+    let of_tilted = words.next_if(|word| word == "tilted").is_some();
     let with_costs = words.next_if(|word| word == "costs").is_some();
     let mut number =
         |default: u64| words.next().and_then(|word| word.parse().ok()).unwrap_or(default);
@@ -374,7 +441,10 @@ fn main() -> Result<(), Error> {
     if of_schemes {
         schemes(first..first + count)
     } else if of_struck {
-        struck(first..first + count)
+        errors(|seed| scene(seed, true), ASKED[0], first..first + count)
+    } else if of_tilted {
+        errors(tilted, ASKED[0], first..first + count)?;
+        errors(tilted, ASKED[1], first..first + count)
     } else {
         accuracy(first..first + count, with_costs)
     }
