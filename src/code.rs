@@ -42,6 +42,7 @@ codes! {
     // Grades of a fit.
     Trustworthy "trustworthy",
     RefineNumerics "refine-numerics",
+    CorrelatedOrMissing "correlated-or-missing",
     ModelDoesNotExplain "model-does-not-explain",
     NotIdentifiable "not-identifiable",
     Interrupted "interrupted",
@@ -58,6 +59,10 @@ codes! {
     Unexplained "unexplained",
     NotNoise "not-noise",
     BeyondSigma "beyond-sigma",
+    ExceedsNoiseScale "exceeds-noise-scale",
+    UnresolvedCorrelation "unresolved-correlation",
+    SigmaDoubtful "sigma-doubtful",
+    ConstantAxis "constant-axis",
     LooksLike "looks-like",
     CouldHide "could-hide",
     Outliers "outliers",

@@ -43,8 +43,8 @@ fn outcome(seed: u64) -> Result<Outcome, Error> {
     let report = fitted(&laboratory)?;
     let of = |(parameter, truth): (Parameter, f64)| {
         let estimate = report.estimate(parameter)?;
-        let (value, half) = (estimate.value?, estimate.expanded95?);
-        Some(((value - truth) / estimate.combined_std?, (value - truth).abs() <= half))
+        let (value, [low, high]) = (estimate.value?, estimate.expanded95?);
+        Some(((value - truth) / estimate.combined_std?, (low..=high).contains(&truth)))
     };
     let chosen = report.resolution.first().copied().flatten();
     Ok(Outcome {

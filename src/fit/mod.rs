@@ -62,6 +62,7 @@ pub use search::Progress;
 pub use search::basins::{Basin, Basins, SeenBy};
 pub use search::grid::Landscape;
 pub use search::journal::Iterate;
+pub use uncertainty::adequacy::NoiseScale;
 pub use uncertainty::analysis::{Analysis, Refinement};
 pub use uncertainty::bootstrap::Bootstrap;
 pub use uncertainty::discretization::DiscretizationError;
@@ -77,6 +78,7 @@ pub use unknown::{Prior, Unknown};
 
 use crate::error::Error;
 use crate::fit::design::plan::Plan;
+use crate::fit::measurement::constant_axes::{all_constant_axes, without_constant_axes};
 use crate::fit::measurement::experiment::{fitted, full_work};
 use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
@@ -251,7 +253,8 @@ impl Fit {
         self.check()?;
         let experiments = begun(self.laid_out()?)?;
         let measured = fitted(&experiments);
-        let look = FirstLook::at(&measured, &self.unknowns)?;
+        let mut look = FirstLook::at(&measured, &self.unknowns)?;
+        look.constant_axes = all_constant_axes(&self.experiments);
         let (progress, tolerance) = (self.progress.clone(), self.analysis.tolerance);
         let mut search = Search::new(&measured, &self.unknowns, progress, tolerance)?;
         search.suspicious = !look.suspicions.is_empty();
@@ -329,7 +332,8 @@ impl Fit {
         let found = (search, &optimum);
         let given = (&self.analysis, &self.knowns[..]);
         let about = (local, shifts, warnings);
-        let assessment = assess(found, about, given, experiments, &look.suspicions)?;
+        let mut assessment = assess(found, about, given, experiments, &look.suspicions)?;
+        look.note_constant_axes(&mut assessment.warnings);
         let ending = Ending::assessed(found, assessment, experiments, self.keep_plot_data);
         Ok(FitReport::new(ending, search, experiments, since))
     }
@@ -337,8 +341,10 @@ impl Fit {
     /// The experiments, laid out for generic values of all that they are differentiated by.
     fn laid_out(&self) -> Result<Vec<Experiment>, Error> {
         let knowns = self.knowns.iter().map(Known::as_unknown);
+        let experiments: Vec<Experiment> =
+            self.experiments.iter().map(without_constant_axes).collect();
         laid_out(
-            &self.experiments,
+            &experiments,
             &self.unknowns.iter().cloned().chain(knowns).collect::<Vec<_>>(),
         )
     }

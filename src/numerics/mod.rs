@@ -11,6 +11,7 @@ pub mod lanes;
 pub mod led;
 pub mod levenberg_marquardt;
 mod linearized;
+pub(crate) mod noise_scale;
 pub mod order;
 pub mod scalar;
 pub mod terms;

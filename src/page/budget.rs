@@ -32,7 +32,7 @@ fn table(e: &Estimate) -> String {
                     if per == ["1", "1"] { String::new() } else { per.join(" / ") }
                 )
             }),
-            line.relative_sensitivity.map_or(String::new(), |c| format!("{} %", short(c))),
+            line.relative_sensitivity.map_or(String::new(), short),
             two(line.contribution),
             format!("{:.1} %", 100.0 * line.share),
         ];
@@ -43,15 +43,22 @@ fn table(e: &Estimate) -> String {
     let rows: String = e.budget.iter().map(row).collect();
     format!(
         "<h3>{}</h3>\n<div class=\"wide\" tabindex=\"0\"><table class=\"budget\"><thead><tr><th>source</th><th>standard \
-         uncertainty</th><th>sensitivity</th><th>% a %</th><th>contribution, {unit}</th><th>share</th></tr></thead>\n\
+         uncertainty</th><th>sensitivity</th><th>relative sensitivity</th><th>contribution, {unit}</th><th>share</th></tr></thead>\n\
          <tbody>{rows}</tbody></table></div>\n<p class=\"note\">Combined standard uncertainty {combined} \
-         {unit}; with a coverage factor of {factor:.2} the expanded uncertainty (95 %) is \
-         <b>{expanded} {unit}</b>.</p>\n",
+         {unit}; with a coverage factor of {factor:.2} the expanded interval (95 %) is \
+         <b>{expanded}</b>.</p>\n",
         escaped(&e.label()),
         unit = escaped(&scale.unit),
         combined = two(combined),
-        expanded = two(expanded),
+        expanded = interval(expanded, combined, unit),
     )
+}
+
+/// An interval, with as many digits as its standard uncertainty asks for.
+fn interval(ends: [f64; 2], uncertainty: f64, unit: &str) -> String {
+    let scale = Scale::of(ends[1], unit);
+    let ends = ends.map(|end| scale.show(end, Some(uncertainty)));
+    escaped(&format!("{} to {} {}", ends[0], ends[1], scale.unit))
 }
 
 fn per_cents(e: &Estimate) -> String {
@@ -61,7 +68,7 @@ fn per_cents(e: &Estimate) -> String {
         .take(NAMED)
         .map(|p| {
             let change = match p.relative {
-                Some(relative) => format!("{} %", short(relative)),
+                Some(relative) => format!("{} %", short(100.0 * relative)),
                 None => quantity(p.change, e.name.unit()),
             };
             format!("{}: {change}", p.source)
@@ -70,7 +77,7 @@ fn per_cents(e: &Estimate) -> String {
     match words.is_empty() {
         true => String::new(),
         false => format!(
-            "<p class=\"note\">One per cent more of what is not said to be known changes {} by: {}.</p>\n",
+            "<p class=\"note\">Sensitivity of {} to +1 % of inputs without a stated uncertainty: {}.</p>\n",
             escaped(&e.label()),
             escaped(&words.join(", "))
         ),

@@ -35,8 +35,8 @@ impl fmt::Display for Design {
             }
             budget::write(f, e)?;
         }
-        for hidden in hidden(&self.could_hide, &self.parameters) {
-            writeln!(f, "  could hide: {}", Code::CouldHide.behind(hidden))?;
+        for hidden in hidden(&self.could_hide) {
+            writeln!(f, "  undetected bias: {}", Code::CouldHide.behind(hidden))?;
         }
         let tells = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
         for advice in self.advice.iter().filter(|advice| advice.choices.iter().any(tells)) {

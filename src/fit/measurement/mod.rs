@@ -1,5 +1,6 @@
 //! What may be measured of a rod: its motion, its shape at rest, its frequencies.
 
+pub(crate) mod constant_axes;
 pub(crate) mod experiment;
 pub(crate) mod frequencies;
 pub(crate) mod gauge;

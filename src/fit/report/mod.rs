@@ -1,6 +1,7 @@
 //! The result of a fit, as it is shown and written.
 
 pub(crate) mod budget;
+mod display;
 pub(crate) mod ending;
 pub(crate) mod plot_data;
 pub(crate) mod recorded;
@@ -14,7 +15,7 @@ use crate::fit::report::ending::Ending;
 use crate::fit::report::plot_data::PlotData;
 use crate::fit::search::Search;
 use crate::fit::search::basins::Basins;
-use crate::fit::uncertainty::bootstrap::Bootstrap;
+use crate::fit::uncertainty::adequacy::NoiseScale;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::identifiability::Finding;
@@ -26,10 +27,9 @@ use crate::fit::uncertainty::verdict::Grade;
 use crate::numerics::abreast::level;
 use crate::scene::{Parameter, Resolution};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::time::Instant;
 
-/// So many things that could hide are named.
+/// Omitted effects that are named with their biases.
 const HIDDEN: usize = 3;
 
 /// Rows of a file that the fit does not use.
@@ -77,6 +77,9 @@ pub struct FitReport {
     pub resolution: Vec<Option<Resolution>>,
     /// Whether what is left looks like noise, for every coordinate of every observation.
     pub residual_tests: Vec<ResidualTests>,
+    /// Noise of every coordinate of the recorded motions, estimated from differences of the samples, beside its residuals.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub noise_scale: Vec<NoiseScale>,
     /// Rows of the files that were left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dropped: Vec<DroppedRows>,
@@ -152,6 +155,7 @@ impl FitReport {
             discretization_error: assessment.discretization,
             resolution: resolutions(experiments),
             residual_tests: assessment.residual_tests,
+            noise_scale: assessment.noise_scale,
             dropped: dropped(experiments),
             losses: assessment.losses,
             predictions: assessment.predictions,
@@ -192,10 +196,9 @@ impl FitReport {
         looks_like(&self.score_tests)
     }
 
-    /// In words the three things that could hide with the largest effects above a standard error, but for
-    /// numbers of which it is said what one per cent would change.
+    /// Descriptions of the omitted effects with the largest biases above a standard error.
     pub fn hidden(&self) -> Vec<String> {
-        hidden(&self.could_hide, &self.parameters)
+        hidden(&self.could_hide)
     }
 
     /// In words what was chosen of mesh, step and scheme, and by how many experiments.
@@ -207,7 +210,6 @@ impl FitReport {
                 None => all.push((words, 1)),
             }
         }
-        all.truncate(3);
         all
     }
 
@@ -241,14 +243,9 @@ impl FitReport {
     }
 }
 
-/// In words the three of `all` with the largest effects above a standard error, but for numbers of which the
-/// estimates say what one per cent would change.
-pub(crate) fn hidden(all: &[CouldHide], estimates: &[Estimate]) -> Vec<String> {
-    let said = |hidden: &CouldHide| {
-        let mut said = estimates.iter().flat_map(|e| &e.one_per_cent);
-        said.any(|per_cent| per_cent.source == hidden.source)
-    };
-    let large = all.iter().filter(|h| h.std_errors > 1.0 && !said(h));
+/// Descriptions of the effects with the largest biases above a standard error, one for each effect.
+pub(crate) fn hidden(all: &[CouldHide]) -> Vec<String> {
+    let large = all.iter().filter(|h| h.std_errors > 1.0);
     let mut named: Vec<Vec<&CouldHide>> = Vec::new();
     for hidden in large {
         match named.iter_mut().find(|all| all[0].source == hidden.source) {
@@ -270,144 +267,6 @@ fn resolutions(experiments: &[Experiment]) -> Vec<Option<Resolution>> {
 fn dropped(experiments: &[Experiment]) -> Vec<DroppedRows> {
     let all = all(experiments).filter(|(_, m)| m.dropped() != Dropped::default());
     all.map(|(e, m)| DroppedRows { observation: e.label(m), rows: m.dropped() }).collect()
-}
-
-impl fmt::Display for FitReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.grade {
-            Grade::Trustworthy => writeln!(f, "{}: {}", self.grade, self.verdict)?,
-            grade => writeln!(f, "{grade}: {}", grade.code().behind(&self.verdict))?,
-        }
-        if self.status != "converged" && self.grade != Grade::NotUsable {
-            writeln!(f, "{}", self.status)?;
-        }
-        for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
-        }
-        let width = self.parameters.iter().map(|e| e.label().len()).fold(18, usize::max);
-        for (i, e) in self.parameters.iter().enumerate() {
-            let unit = e.name.unit();
-            match (e.value, e.std_error, e.interval95) {
-                (Some(value), None, Some([_, upper])) if e.upper95.is_some() => writeln!(
-                    f,
-                    "  {:<width$} {value:.2e} {unit}   95 % at most {upper:.2e}",
-                    e.label()
-                )?,
-                (Some(value), Some(error), Some([low, high])) => writeln!(
-                    f,
-                    "  {:<width$} {} +- {} {unit}   95 % [{}, {}]",
-                    e.label(),
-                    digits(value, error),
-                    digits(error, error),
-                    digits(low, error),
-                    digits(high, error)
-                )?,
-                (Some(value), ..) => {
-                    writeln!(f, "  {:<width$} {value:e} {unit}   no error", e.label())?
-                }
-                _ => writeln!(f, "  {:<width$} not identifiable", e.label())?,
-            }
-            let error = e.std_error.unwrap_or(0.0);
-            if let Some(d) = self.discretization_error.get(i)
-                && let Some(relative) = d.relative
-            {
-                write!(f, "    mesh and step      at most {relative:.1e} of it")?;
-                if let Some(correction) = d.correction {
-                    write!(f, ", after a correction by {correction:+.1e}")?;
-                }
-                writeln!(f)?;
-            }
-            if let Some(observed) = e.observed_std_error {
-                writeln!(f, "    observed Hessian   +- {} {unit}", digits(observed, error))?;
-            }
-            if let Some(across) = &e.across_experiments {
-                let said = |error, [low, high]: [f64; 2]| {
-                    let [error, low, high] = [error, low, high].map(|x| digits(x, error));
-                    format!("+- {error} {unit}   95 % [{low}, {high}]")
-                };
-                let (reported, other) = match across.reported {
-                    true => ("reported", "too narrow"),
-                    false => ("narrower", "reported"),
-                };
-                writeln!(
-                    f,
-                    "    how {} experiments differ: {}, {reported}",
-                    across.experiments,
-                    said(across.std_error, across.interval95)
-                )?;
-                writeln!(
-                    f,
-                    "    residuals alone: {}, {other}",
-                    said(across.residual_std_error, across.residual_interval95)
-                )?;
-            }
-            if let Some(ends) = e.profile95 {
-                let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
-                writeln!(f, "    profile            95 % [{}, {}]", end(ends[0]), end(ends[1]))?;
-            }
-            if let Some(Bootstrap { std_error, interval95: [low, high], .. }) = &e.bootstrap {
-                writeln!(
-                    f,
-                    "    bootstrap          +- {} {unit}   95 % [{}, {}]",
-                    digits(*std_error, error),
-                    digits(*low, error),
-                    digits(*high, error)
-                )?;
-            }
-            budget::write(f, e)?;
-        }
-        for words in looks_like(&self.score_tests) {
-            writeln!(f, "  what is left looks like {}", Code::LooksLike.behind(words))?;
-        }
-        for hidden in self.hidden() {
-            writeln!(f, "  could hide: {}", Code::CouldHide.behind(hidden))?;
-        }
-        for (words, count) in self.chosen_in_words() {
-            let of = if count > 1 { format!(" ({count} experiments)") } else { String::new() };
-            writeln!(f, "  {words}{of}")?;
-        }
-        for d in &self.dropped {
-            writeln!(f, "  {}: rows left out: {}", d.observation, d.rows)?;
-        }
-        for l in &self.losses {
-            writeln!(
-                f,
-                "  {}: {} of {} values count less, {} are beyond 5 sigma; standard errors times {:.2}",
-                l.observation, l.beyond_scale, l.values, l.beyond_5_sigma, l.error_factor
-            )?;
-        }
-        for p in &self.predictions {
-            writeln!(
-                f,
-                "  {}, held out: off by {:.3e} {}, {:.3e} expected",
-                p.observation, p.rms, p.unit, p.expected
-            )?;
-        }
-        if let Some(recordings) = &self.recordings {
-            write!(f, "{recordings}")?;
-        }
-        if !self.basins.words.is_empty() {
-            writeln!(f, "  {}", self.basins.words)?;
-        }
-        let pairs = self.sigma.iter().zip(&self.units);
-        let sigma: Vec<String> = pairs.map(|(s, unit)| format!("{s:.3e} {unit}")).collect();
-        let alike = sigma.chunk_by(|a, b| a == b).map(|same| match same.len() {
-            ..3 => same.join(", "),
-            n => format!("{} (of {n})", same[0]),
-        });
-        let sigma: Vec<String> = alike.collect();
-        // Positions come before frequencies.
-        let unit = self.units.iter().find(|unit| **unit == "m").or(self.units.first());
-        write!(
-            f,
-            "  residual rms {:.3e} {}, sigma {}, {:.1} simulations, {:.3} s",
-            self.residual_rms,
-            unit.map_or("m", String::as_str),
-            sigma.join(", "),
-            self.simulations,
-            self.wall_seconds
-        )
-    }
 }
 
 /// A value with two digits more than its error is large, at most what a double holds.

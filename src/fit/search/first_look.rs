@@ -9,11 +9,13 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::constant_axes::ConstantAxis;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::{ResidualTests, doubt};
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 use crate::numerics::vector::{Vector, dot, scale, sub};
@@ -32,12 +34,14 @@ const SLOWEST: f64 = 0.2;
 const HARDLY: f64 = 5e-3;
 
 /// What looks wrong before anything is computed.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(crate) struct FirstLook {
     /// Why the search is not worth its time.
     pub hopeless: Option<String>,
     /// What is likely wrong, should the fit leave much of the data.
     pub suspicions: Vec<(Code, String)>,
+    /// Coordinates that are left out of the fit.
+    pub constant_axes: Vec<ConstantAxis>,
 }
 
 impl FirstLook {
@@ -55,6 +59,18 @@ impl FirstLook {
 }
 
 impl FirstLook {
+    /// Notes the coordinates that are left out.
+    pub fn note_constant_axes(&self, warnings: &mut Warnings) {
+        for ConstantAxis { observation, axis, value, samples } in &self.constant_axes {
+            let words = format!(
+                "{observation}, {axis}: all {samples} values are {value} m. The coordinate is left out of the fit and \
+                 of the noise estimate. Leave the column out of the file"
+            );
+            let kind = ("coordinates with one value only", "");
+            warnings.add_alike(Weight::Note, Code::ConstantAxis, kind, words);
+        }
+    }
+
     /// Looks at `fitted` experiments; an error is a recording that cannot be of this rod.
     pub fn at(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut look = Self::default();
@@ -383,7 +399,8 @@ mod tests {
                 let look = FirstLook::at(&fitted, &[Parameter::YoungsModulus.into()]).unwrap();
                 assert!(
                     look.hopeless.is_none() && look.suspicions.is_empty(),
-                    "E = 1e{exponent}, {damping} 1/s, {end} s, {point:?}: {look:?}"
+                    "E = 1e{exponent}, {damping} 1/s, {end} s, {point:?}: {:?}",
+                    look.suspicions
                 );
             }
         }

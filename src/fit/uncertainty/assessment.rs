@@ -8,6 +8,7 @@ use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::across::{across_experiments, are_across};
+use crate::fit::uncertainty::adequacy::{Adequacy, NoiseScale};
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::budget::{Given, budgeted};
@@ -22,13 +23,13 @@ use crate::fit::uncertainty::observed;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::uncertainty::score::{Found, Unsaid, explained_by, unsaid};
+use crate::fit::uncertainty::score::{Found, Statistics, Unsaid, explained_by, unsaid};
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::vanishing::{Vanishing, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
-    against_priors, bounds_reached, faulty_recordings, is_noise, jumps, may_be_zero, runaways,
-    steps_too_large, test_residuals, unexplained,
+    against_noise_scale, against_priors, bounds_reached, faulty_recordings, is_noise, jumps,
+    may_be_zero, runaways, stated_sigmas, steps_too_large, test_residuals, unexplained,
 };
 use crate::numerics::half_square;
 
@@ -44,6 +45,7 @@ pub(crate) struct Assessment {
     pub losses: Vec<LossEffect>,
     pub discretization: Vec<DiscretizationError>,
     pub residual_tests: Vec<ResidualTests>,
+    pub noise_scale: Vec<NoiseScale>,
     pub predictions: Vec<Prediction>,
     pub unsaid: Unsaid,
     pub recordings: Option<RecordingErrors>,
@@ -55,6 +57,7 @@ pub(crate) struct Assessment {
 pub(crate) struct Local {
     pub noise: Noise,
     pub correlations: Correlations,
+    pub adequacy: Adequacy,
     pub covariance: Covariance,
     vanishing: Vec<Option<Vanishing>>,
 }
@@ -66,6 +69,7 @@ pub(crate) fn local(search: &Search, optimum: &Optimum) -> Result<Local, Error> 
     let residuals = search.all_residuals()?;
     let rows = weighted(&optimum.jacobian, &noise.weights);
     let correlations = Correlations::of((search, optimum), &rows, &noise);
+    let adequacy = Adequacy::of(search, optimum, &correlations);
     let about = (&noise, &correlations);
     let vanishing = vanishing(unknowns, (optimum, &rows, &residuals.losses()), about, &residuals);
     let rise = |step: &[f64]| {
@@ -83,7 +87,7 @@ pub(crate) fn local(search: &Search, optimum: &Optimum) -> Result<Local, Error> 
         // Half an analysis is none.
         return Err(Error::Interrupted);
     }
-    Ok(Local { noise, correlations, covariance, vanishing })
+    Ok(Local { noise, correlations, adequacy, covariance, vanishing })
 }
 
 /// How far the unknowns of an optimum are from those of the continuum, where it is looked for; what keeps that
@@ -143,7 +147,7 @@ pub(crate) fn assess(
         None => local,
     };
     // and what numerics do not leave, where they are no noise.
-    let is_noise = is_noise((search, explained.as_ref().unwrap_or(fitted)), &local.correlations);
+    let is_noise = is_noise(search, explained.as_ref().unwrap_or(fitted), &local);
     let mut warnings_there = before;
     let finest = if is_noise { None } else { on_finer(&mut warnings_there) };
     let is_finest = finest.is_some();
@@ -154,7 +158,7 @@ pub(crate) fn assess(
     }
     let optimum = explained.as_ref().unwrap_or(fitted);
     let finest = || (!is_finest).then(|| on_finer(&mut Warnings::default())).flatten();
-    let Local { noise, correlations, covariance, vanishing } = &local;
+    let Local { noise, correlations, adequacy, covariance, vanishing } = &local;
     let reach = (&correlations.reach[..], &corrected);
     let estimates = estimates(unknowns, optimum, (covariance, vanishing), reach);
     let estimates = across_experiments(estimates, (search, fitted), &corrected);
@@ -166,7 +170,7 @@ pub(crate) fn assess(
 
     may_be_zero(&estimates, &mut warnings);
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
-    unexplained((search, optimum), correlations, sigma_narrow, &mut warnings);
+    unexplained(search, optimum, &local, sigma_narrow, &mut warnings);
     runaways(search, optimum, &mut warnings);
     faulty_recordings(experiments, &mut warnings);
     against_priors(unknowns, optimum, &mut warnings);
@@ -190,14 +194,16 @@ pub(crate) fn assess(
     };
     let (asked, spent) = ((analysis, knowns), search.simulations());
     let found: Found = (search, optimum, &finest);
-    let around = (&estimates[..], noise, correlations);
+    let statistics = Statistics { estimates: &estimates, noise, correlations, adequacy };
     // Runs on other meshes, and one of a coarse model: neither waits for the other.
     let (shifts, (mut unsaid, not_looked)) =
-        rayon::join(shifts, || unsaid_of(found, around, asked, spent));
+        rayon::join(shifts, || unsaid_of(found, statistics, asked, spent));
     let (shifts, not_known) = shifts?;
     if is_tested {
         residual_tests =
             test_residuals((search, optimum), correlations, test_narrow, &mut warnings);
+        against_noise_scale(search, adequacy, &mut warnings);
+        stated_sigmas(search, adequacy, &mut warnings);
         jumps(search, optimum, &mut warnings);
         warnings.append(not_known);
         if let Some(shifts) = &shifts {
@@ -233,6 +239,7 @@ pub(crate) fn assess(
     let about = (covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), about, &mut warnings);
     let losses = losses(search, optimum, noise);
+    let noise_scale = adequacy.coordinates.iter().map(|c| c.scale.clone()).collect();
     Ok(Assessment {
         estimates,
         residual_rms: residual_rms(search, fitted),
@@ -241,6 +248,7 @@ pub(crate) fn assess(
         sigma,
         discretization,
         residual_tests,
+        noise_scale,
         predictions,
         unsaid,
         recordings: RecordingErrors::of(experiments, (search, optimum)),
@@ -278,7 +286,7 @@ pub(crate) fn expected(
     let local = local(search, optimum)?;
     let mut warnings = Warnings::default();
     let known = known_errors((search, optimum), &local, knowns, &mut warnings);
-    let Local { noise, correlations, covariance, vanishing } = &local;
+    let Local { noise, correlations, adequacy, covariance, vanishing } = &local;
     let reach = (&correlations.reach[..], &Shifts::default());
     let estimates = estimates(search.unknowns, optimum, (covariance, vanishing), reach);
     may_be_zero(&estimates, &mut warnings);
@@ -295,8 +303,8 @@ pub(crate) fn expected(
     let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
     let asked = (analysis, knowns);
     let found: Found = (search, optimum, &|| None);
-    let around = (&estimates[..], noise, correlations);
-    let (mut unsaid, not_looked) = unsaid_of(found, around, asked, search.simulations());
+    let statistics = Statistics { estimates: &estimates, noise, correlations, adequacy };
+    let (mut unsaid, not_looked) = unsaid_of(found, statistics, asked, search.simulations());
     unsaid.give_per_cents(&mut estimates);
     warnings.append(not_looked);
     let covariance = Some(covariance.clone());
@@ -306,14 +314,14 @@ pub(crate) fn expected(
 /// What the scene may lack and what could hide, after a search of so many simulations.
 fn unsaid_of(
     found: Found,
-    around: (&[Estimate], &Noise, &Correlations),
+    statistics: Statistics,
     asked: (&Analysis, &[Known]),
     spent: f64,
 ) -> (Unsaid, Warnings) {
     let mut warnings = Warnings::default();
-    let unsaid = match around.0.iter().all(|e| e.std_error.is_none()) {
+    let unsaid = match statistics.estimates.iter().all(|e| e.std_error.is_none()) {
         true => Unsaid::default(),
-        false => unsaid(found, around, (asked, spent), &mut warnings),
+        false => unsaid(found, statistics, (asked, spent), &mut warnings),
     };
     (unsaid, warnings)
 }

@@ -167,11 +167,14 @@ fn with_budgets(
         lines.iter_mut().for_each(|line| line.share /= variance.max(f64::MIN_POSITIVE));
         let combined = variance.max(0.0).sqrt();
         let coverage_factor = coverage(combined, (noisy, freedom));
+        let [low, high] = estimate.name.limits();
+        let expanded = [-1.0, 1.0]
+            .map(|side| (value + side * coverage_factor * combined).clamp(low, high));
         Estimate {
             budget: lines,
             combined_std: Some(combined),
             coverage_factor: Some(coverage_factor),
-            expanded95: Some(coverage_factor * combined),
+            expanded95: Some(expanded),
             ..estimate
         }
     };

@@ -161,9 +161,20 @@ impl Series {
             let seen = (pairs.products / pairs.squares * squares - products) / count;
             // What is left of the bias of a ratio (Marriott and Pope 1954).
             let kept = correlation_with(&pairs.apart, seen) * (1.0 + 2.0 / count);
-            self.correlation = kept.clamp(0.0, 1.0 - 2.0 / count);
+            self.correlation = kept.clamp(0.0, largest_correlation(count));
         }
     }
+
+    /// Whether the correlation is the largest that the estimate can have.
+    fn is_at_cap(&self) -> bool {
+        self.correlation > 0.0
+            && self.correlation >= largest_correlation(self.pairs().apart.len() as f64)
+    }
+}
+
+/// The largest estimate of a correlation from so many pairs of neighbors.
+fn largest_correlation(pairs: f64) -> f64 {
+    1.0 - 2.0 / pairs
 }
 
 /// The correlation at the usual spacing that makes pairs so far `apart` correlate by `mean` on average.
@@ -264,8 +275,13 @@ impl Correlations {
 
     /// The correlation of neighbours in a coordinate of a measurement, 0 where none is seen.
     pub fn correlation(&self, measurement: usize, axis: &str) -> f64 {
+        self.of_coordinate(measurement, axis).0
+    }
+
+    /// The same, and whether it is the largest that the estimate can have.
+    pub fn of_coordinate(&self, measurement: usize, axis: &str) -> (f64, bool) {
         let own = self.series.iter().find(|s| s.measurement == measurement && s.axis == axis);
-        own.map_or(0.0, |s| s.correlation)
+        own.map_or((0.0, false), |s| (s.correlation, s.is_at_cap()))
     }
 }
 

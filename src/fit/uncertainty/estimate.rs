@@ -77,9 +77,10 @@ pub struct Estimate {
     /// How many of those the expanded uncertainty has: Student's t at the effective degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage_factor: Option<f64>,
-    /// Expanded uncertainty: the value is within so much, in its unit, with 95 %.
+    /// Interval of the expanded uncertainty (GUM): the value plus and minus `coverage_factor` times `combined_std`, in its
+    /// unit, within the limits of the parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub expanded95: Option<f64>,
+    pub expanded95: Option<[f64; 2]>,
     /// What one per cent of numbers that are neither identified nor said to be known would change, the
     /// most first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

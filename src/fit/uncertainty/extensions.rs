@@ -22,6 +22,11 @@ const BY_EYE: f64 = 0.01;
 const SCALE: f64 = 5e-3;
 const SECTION: f64 = 0.01;
 const MARKER: f64 = 0.01;
+/// Densities from a data sheet, and bending stiffness of the quarter of the rod beside a grip, sleeve or glue, as parts.
+const DATA_SHEET: f64 = 0.03;
+const GRIPPED: f64 = 0.1;
+/// Equal parts of the length, the first of which a grip may stiffen.
+const GRIP_PARTS: usize = 4;
 /// Internal friction: its springs over the rod's stiffness, and where they slip over the largest curvature that was seen.
 const STRANDS: f64 = 0.01;
 const SLIPS: f64 = 0.1;
@@ -31,6 +36,11 @@ pub(crate) struct Sizes {
     /// Length, m, and mass, kg, of the rod.
     length: f64,
     mass: f64,
+    /// Of its material, kg/m^3.
+    density: f64,
+    /// Of a circle or a tube, and height of a rectangle, m.
+    radius: Option<f64>,
+    height: Option<f64>,
     /// Of its section, m, and EI, N m^2.
     thickness: f64,
     bending: f64,
@@ -58,6 +68,15 @@ impl Sizes {
         Self {
             bend: far.filter(|far| *far > 0.0).map(|far| 3.0 * far / problem.length().powi(2)),
             length: problem.length(),
+            density: scene.material.density,
+            radius: match scene.rod.section {
+                Section::Circle { radius } | Section::Tube { radius, .. } => Some(radius),
+                _ => None,
+            },
+            height: match scene.rod.section {
+                Section::Rectangle { height, .. } => Some(height),
+                _ => None,
+            },
             mass: scene.material.density * moments.area * problem.length(),
             // A circle of radius a has I/A = a^2/4.
             thickness: 4.0 * (least / moments.area).sqrt(),
@@ -89,9 +108,10 @@ const ANOTHER_LENGTH: &str = "the same rod clamped at another free length";
 const A_LONGER_RECORD: &str = "a longer record, until little of the motion is left";
 
 const FRICTION: &str = "loads.damping.friction.stiffness";
+const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
 
 /// All that a fit looks for.
-pub(crate) const EXTENSIONS: [Extension; 16] = [
+pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "supports.start_compliance.rotation",
         words: "a clamp that turns with the rod's moment",
@@ -140,6 +160,43 @@ pub(crate) const EXTENSIONS: [Extension; 16] = [
         },
         plausible: |_| Some(SECTION),
         usual: Some(1.0),
+    },
+    Extension {
+        place: GRIP_STIFFNESS,
+        words: "a stiffer quarter of the rod at its start",
+        tell: ANOTHER_LENGTH,
+        add: |scene, _| {
+            if scene.supports.start == Support::Clamped && scene.rod.taper.youngs_modulus.is_none()
+            {
+                scene.rod.taper.youngs_modulus = Some(Along::Piecewise(vec![1.0; GRIP_PARTS]));
+            }
+        },
+        plausible: |_| Some(GRIPPED),
+        usual: Some(1.0),
+    },
+    Extension {
+        place: "material.density",
+        words: "another density",
+        tell: "weigh a known length of the rod",
+        add: NOT_ADDED,
+        plausible: |s| Some(DATA_SHEET * s.density),
+        usual: None,
+    },
+    Extension {
+        place: "rod.section.radius",
+        words: "another radius",
+        tell: "calliper at several places",
+        add: NOT_ADDED,
+        plausible: |s| Some(SECTION * s.radius?),
+        usual: None,
+    },
+    Extension {
+        place: "rod.section.height",
+        words: "another height of the section",
+        tell: "calliper at several places",
+        add: NOT_ADDED,
+        plausible: |s| Some(SECTION * s.height?),
+        usual: None,
     },
     Extension {
         place: "rod.shape.angle",
@@ -288,6 +345,9 @@ impl Extension {
             return None;
         }
         let there = self.parameter().of(&scene);
+        if self.place == GRIP_STIFFNESS && scene.rod.taper.youngs_modulus.is_some() {
+            return None;
+        }
         if self.usual.is_some_and(|usual| there.is_some_and(|there| there != usual)) {
             return None;
         }

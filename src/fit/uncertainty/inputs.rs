@@ -87,6 +87,16 @@ impl Change {
         Self::of(experiments, &known.as_unknown(), |_| known.sigma)
     }
 
+    /// The same change about values that are so many times farther off.
+    pub fn about(&self, times: f64) -> Self {
+        let part = |part: &Part| Part {
+            number: part.number.clone(),
+            value: part.value + times * part.by,
+            by: part.by,
+        };
+        Self { source: self.source.clone(), parts: self.parts.iter().map(part).collect() }
+    }
+
     /// The value of its number, where all experiments have the same.
     pub fn value(&self) -> Option<f64> {
         match &self.parts[..] {
@@ -144,6 +154,8 @@ pub(crate) struct Directions {
     norms: Vec<f64>,
     factors: QR<f64, Dyn, Dyn>,
     changes: DMatrix<f64>,
+    /// Residuals at the point of the derivatives, plain.
+    pub residuals: Vec<f64>,
 }
 
 impl Directions {
@@ -164,6 +176,7 @@ impl Directions {
             Residuals::new(experiments, &search.sigmas, &unknowns, &durations, search.full_work)?
                 .counting(search.work.clone());
         let rows = weighted(&residuals.plain_jacobian(&x)?, weights);
+        let plain = residuals.plain(&x)?;
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
         let free: Vec<usize> = (0..n).filter(|j| identified[*j] && norms[*j] > 0.0).collect();
@@ -179,12 +192,17 @@ impl Directions {
             }
             first += change.parts.len();
         }
-        Ok(Self { free, norms, factors: by_free.qr(), changes: along })
+        Ok(Self { free, norms, factors: by_free.qr(), changes: along, residuals: plain })
     }
 
     /// How every unknown, on its scale, answers to every change; none for those that are not identified.
     pub fn answers(&self) -> Vec<Vec<Option<f64>>> {
-        let Self { free, norms, factors, changes } = self;
+        self.answers_to(&self.changes)
+    }
+
+    /// How every unknown, on its scale, answers to other changes of the weighted residuals, a column each.
+    pub fn answers_to(&self, changes: &DMatrix<f64>) -> Vec<Vec<Option<f64>>> {
+        let Self { free, norms, factors, .. } = self;
         let moved = factors.r().solve_upper_triangular(&(factors.q().tr_mul(changes)));
         let answer = |c: usize, j: usize| {
             let place = free.iter().position(|k| *k == j)?;
@@ -224,7 +242,7 @@ pub(crate) fn per_cents(
     estimates.iter().enumerate().map(of).collect()
 }
 
-/// A move of an unknown on its scale, as a change of its value and in per cent of it if it is positive; none
+/// A move of an unknown on its scale, as a change of its value and as a part of it if it is positive; none
 /// where it hardly moves.
 pub(crate) fn effect(
     unknown: &Unknown,
@@ -235,5 +253,5 @@ pub(crate) fn effect(
     let positive = unknown.parameter.is_positive();
     let by = moved * unknown.slope(value);
     let size = if positive { 0.01 * value } else { value.abs() };
-    (by.abs() > SEEN * size).then(|| (by, positive.then_some(100.0 * moved)))
+    (by.abs() > SEEN * size).then(|| (by, positive.then_some(moved)))
 }

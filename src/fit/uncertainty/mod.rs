@@ -1,6 +1,7 @@
 //! What an optimum is worth: its errors, what the data cannot tell, and what speaks against it.
 
 pub(crate) mod across;
+pub(crate) mod adequacy;
 pub(crate) mod analysis;
 pub(crate) mod assessment;
 pub(crate) mod bootstrap;
@@ -24,6 +25,7 @@ pub(crate) mod recordings;
 pub(crate) mod score;
 pub(crate) mod shifts;
 pub(crate) mod sources;
+pub(crate) mod undetected_bias;
 pub(crate) mod vanishing;
 pub(crate) mod verdict;
 pub(crate) mod warnings;

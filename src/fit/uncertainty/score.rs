@@ -21,25 +21,28 @@ use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::uncertainty::adequacy::{Adequacy, VarianceAlong};
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
-use crate::fit::uncertainty::inputs::{Change, Directions, effect, one_per_cent, per_cents};
+use crate::fit::uncertainty::inputs::{Change, Directions, one_per_cent, per_cents};
 use crate::fit::uncertainty::noise::{Noise, left};
 use crate::fit::uncertainty::ranking::{Scored, ranked};
 use crate::fit::uncertainty::sources::{CouldHide, PerCent, ScoreTest, looks_like};
+use crate::fit::uncertainty::undetected_bias::{
+    Answer, Effect, Likelihood, MOST_RELINEARIZED, Posterior, Weighed, biases,
+};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Steps of the coarse model in the first period.
 const COARSE_STEPS: f64 = 48.0;
 /// Part of a direction that the unknowns must leave, to be looked for in the residuals.
 const LEFT: f64 = 1e-3;
-/// What would be seen at so many sigma cannot hide; what is so much smaller that it is not, can.
-const SEEN: f64 = 3.0;
 /// A run with derivatives by some thirty numbers costs so many without, and may cost this part of a fit.
 const BY_DERIVATIVES: f64 = 6.0;
 const CHEAP: f64 = 0.3;
@@ -69,8 +72,27 @@ impl Unsaid {
 
 /// An optimum, and how to have it with the residuals of finer numerics, where it has not and they can tell.
 pub(crate) type Found<'a> = (&'a Search<'a>, &'a Optimum, &'a (dyn Fn() -> Option<Optimum> + Sync));
-/// What is known about it.
-type Around<'a> = (&'a [Estimate], &'a Noise, &'a Correlations);
+/// Statistics of an optimum that score tests rest on.
+#[derive(Clone, Copy)]
+pub(crate) struct Statistics<'a> {
+    pub estimates: &'a [Estimate],
+    pub noise: &'a Noise,
+    pub correlations: &'a Correlations,
+    pub adequacy: &'a Adequacy,
+}
+
+impl Statistics<'_> {
+    fn variance_along(&self, direction: &DVector<f64>) -> VarianceAlong {
+        self.adequacy.variance_along(direction.as_slice(), self.noise, self.correlations)
+    }
+
+    /// What the residuals `left` determine of the size of an effect along `direction`.
+    fn likelihood(&self, direction: &DVector<f64>, left: &DVector<f64>) -> Likelihood {
+        let square = direction.norm_squared();
+        let deviation = self.variance_along(direction).variance.sqrt();
+        Likelihood { estimate: -direction.dot(left) / square, std_error: deviation / square }
+    }
+}
 
 /// A term that a scene may lack.
 struct Term {
@@ -143,7 +165,7 @@ fn chance(sigmas: f64, one_sided: bool, freedom: Option<f64>) -> f64 {
 /// Looks for all of it, after a search that `spent` so many simulations.
 pub(crate) fn unsaid(
     found: Found,
-    around: Around,
+    statistics: Statistics,
     (asked, spent): ((&Analysis, &[Known]), f64),
     warnings: &mut Warnings,
 ) -> Unsaid {
@@ -151,7 +173,7 @@ pub(crate) fn unsaid(
     if found.0.is_stopped() || analysis.what_if == Some(false) {
         return Unsaid::default();
     }
-    looked_for(found, around, (asked, spent)).unwrap_or_else(|error| {
+    looked_for(found, statistics, (asked, spent)).unwrap_or_else(|error| {
         let words = format!(
             "what other numbers would change, and what the scene may lack, is unknown: the run of a coarse \
              model failed ({error})"
@@ -161,20 +183,23 @@ pub(crate) fn unsaid(
     })
 }
 
-/// Warns of what is left where chance hardly explains it and a term does.
+/// Warns of effects that the score tests find missing. A right model with autocorrelated noise has none below
+/// [`SURE`] if that correlation is allowed for; what is significant for white noise only, or less sure, may be noise.
 pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
     let blames_the_mesh = warnings.first(Weight::Mesh).is_some();
-    let sure = tests.first().is_some_and(|best| best.p_value < SURE);
-    if let Some(best) = looks_like(tests).first().filter(|_| sure && !blames_the_mesh) {
-        let words = format!("what is left looks like {best}");
-        warnings.add(Weight::Misfit, Code::LooksLike, words);
-    }
+    let Some(best) = tests.first().filter(|best| best.is_significant() && !blames_the_mesh) else {
+        return;
+    };
+    let Some(words) = looks_like(tests).into_iter().next() else { return };
+    let is_sure = best.p_value.max(best.p_value_if_correlated.unwrap_or(0.0)) < SURE;
+    let weight = if is_sure { Weight::Misfit } else { Weight::Ambiguous };
+    warnings.add(weight, Code::LooksLike, format!("what is left looks like {words}"));
 }
 
 /// By a coarse model; where that finds that something may be missing, the full model decides.
 fn looked_for(
     (search, optimum, finer): Found,
-    around: Around,
+    statistics: Statistics,
     (asked, spent): ((&Analysis, &[Known]), f64),
 ) -> Result<Unsaid, Error> {
     let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
@@ -184,22 +209,31 @@ fn looked_for(
     if asked.0.what_if.is_none() && cost > CHEAP * spent {
         return Ok(Unsaid::default());
     }
-    let found = looked_for_by(coarse, (search, optimum, &|| None), around, asked)?;
+    let model = Model { experiments: coarse, is_coarse: true };
+    let found = looked_for_by(model, (search, optimum, &|| None), statistics, asked)?;
     match found.score_tests.first() {
         Some(best) if best.p_value < SUSPICIOUS => {
-            looked_for_by(search.experiments.to_vec(), (search, optimum, finer), around, asked)
+            let model = Model { experiments: search.experiments.to_vec(), is_coarse: false };
+            looked_for_by(model, (search, optimum, finer), statistics, asked)
         }
         _ => Ok(found),
     }
 }
 
-/// By these experiments.
-fn looked_for_by(
+/// Experiments whose derivatives score tests take.
+struct Model {
     experiments: Vec<Experiment>,
+    is_coarse: bool,
+}
+
+/// Score tests and biases by the derivatives of a model.
+fn looked_for_by(
+    Model { experiments, is_coarse }: Model,
     (search, optimum, finer): Found,
-    (estimates, noise, correlations): Around,
+    statistics: Statistics,
     (analysis, knowns): (&Analysis, &[Known]),
 ) -> Result<Unsaid, Error> {
+    let Statistics { estimates, noise, .. } = statistics;
     let asked = (analysis, knowns);
     let (experiments, extensions) = extended(search, optimum, asked, experiments)?;
     let mut changes = one_per_cent(search, knowns);
@@ -211,81 +245,143 @@ fn looked_for_by(
     }
     let run = (search, optimum, &experiments[..]);
     let identified: Vec<bool> = estimates.iter().map(|e| e.identifiable).collect();
-    let directions = Directions::of(run, (&identified, &noise.weights), &changes)?;
-    search.report("what is not said");
+    let around = (&identified[..], &noise.weights[..]);
+    let directions = Directions::of(run, around, &changes)?;
+    search.report("omitted effects");
     let answers = directions.answers();
     let inputs_only = (&changes[..inputs], &answers[..inputs]);
     let [whole, unfollowed] = directions.unfollowed();
-    // As few as the noise of any unknown is known by.
-    let freedom = correlations.freedom.iter().flatten().copied().reduce(f64::min);
+    // Effects that the parameters follow entirely leave rounding errors.
+    let direction = |k: usize| {
+        let along = unfollowed.column(inputs + k).into_owned();
+        (along.norm() > LEFT * whole.column(inputs + k).norm()).then_some(along)
+    };
     // Rounding errors are no noise.
     let tested = !search.is_rounding(optimum);
     let tests = |optimum: &Optimum| {
         let left = left(search, optimum, noise);
         let mut scored = Vec::new();
-        for (k, Term { extension, words, size }) in terms.iter().enumerate().filter(|_| tested) {
-            let along = unfollowed.column(inputs + k).into_owned();
-            let norm = along.norm();
-            if norm <= LEFT * whole.column(inputs + k).norm() {
-                continue;
+        for (k, term) in terms.iter().enumerate().filter(|_| tested) {
+            if let Some(along) = direction(k) {
+                scored.push(term.scored(along, &left, statistics));
             }
-            let deviation = correlations.variance_along(along.as_slice(), noise).sqrt();
-            let (product, one_sided) = (-along.dot(&left), extension.is_one_sided());
-            let takes = if one_sided { product.max(0.0) } else { product.abs() } / norm;
-            let test = ScoreTest {
-                source: extension.place.to_string(),
-                words: words.clone(),
-                place: 0,
-                estimate: product / norm.powi(2) * size,
-                unit: extension.parameter().unit().to_string(),
-                sigmas: product / deviation,
-                p_value: chance(product / deviation, one_sided, freedom),
-            };
-            scored.push(Scored { test, takes, along });
         }
-        // By chance any of them would be as significant so many times as often.
+        // Bonferroni: any of the effects would be as significant so many times as often.
         let looked = scored.len() as f64;
-        scored.iter_mut().for_each(|s| s.test.p_value = (looked * s.test.p_value).min(1.0));
-        ranked(scored, &left, |along| correlations.variance_along(along.as_slice(), noise))
+        let corrected = |p: f64| (looked * p).min(1.0);
+        for Scored { test, .. } in &mut scored {
+            test.p_value = corrected(test.p_value);
+            test.p_value_if_correlated = test.p_value_if_correlated.map(corrected);
+        }
+        ranked(scored, &left, |along| statistics.variance_along(along).variance)
     };
     let mut score_tests = tests(optimum);
+    let mut residuals = left(search, optimum, noise);
     if score_tests.first().is_some_and(ScoreTest::is_significant)
         && let Some(finer) = finer()
     {
         score_tests = tests(&finer);
+        residuals = left(search, &finer, noise);
     }
-    let mut could_hide = Vec::new();
-    for (k, Term { extension, words, size }) in terms.iter().enumerate() {
-        let along = unfollowed.column(inputs + k);
-        let deviation = correlations.variance_along(along.as_slice(), noise).sqrt();
-        let visible = if deviation > 0.0 { along.norm_squared() / deviation } else { 0.0 };
-        let part = if visible > SEEN { SEEN / visible } else { 1.0 };
-        if part < 1.0 && !tested {
-            continue;
-        }
-        for (j, estimate) in estimates.iter().enumerate() {
-            let (Some(value), Some(std_error)) = (estimate.value, estimate.std_error) else {
-                continue;
-            };
-            // What makes the residuals change is what the fit makes up for: with the other sign.
-            let moved = answers[inputs + k][j].map(|moved| -moved);
-            let Some((change, relative)) = effect(&search.unknowns[j], value, moved) else {
-                continue;
-            };
-            could_hide.push(CouldHide {
-                source: extension.place.to_string(),
-                words: words.clone(),
-                size: part * size,
-                unit: extension.parameter().unit().to_string(),
-                parameter: estimate.label(),
-                change: part * change,
-                relative: relative.map(|relative| part * relative),
-                std_errors: part * change.abs() / std_error,
-                visible: part * visible,
-                tell: extension.tell.into(),
-            });
+    let mut weighed = Vec::new();
+    for (k, term) in terms.iter().enumerate() {
+        let effect = term.effect();
+        let along = direction(k).filter(|_| tested);
+        let likelihood = along.map(|along| statistics.likelihood(&along, &residuals));
+        let posterior = Posterior::new(likelihood, effect.is_one_sided);
+        let slope = answers[inputs + k].clone();
+        let moved = vec![Some(0.0); slope.len()];
+        weighed.push(Weighed {
+            effect,
+            likelihood,
+            posterior,
+            answer: Answer { about: 0.0, moved, slope },
+        });
+    }
+    // The largest of them again, where they are: on the full model only, whose residuals these are.
+    if !is_coarse {
+        let mut order: Vec<usize> = (0..weighed.len())
+            .filter(|k| weighed[*k].answer.is_large(weighed[*k].likelihood, &weighed[*k].posterior))
+            .collect();
+        order::sort_down_by(&mut order, |k| weighed[*k].largest_change());
+        for k in order.into_iter().take(MOST_RELINEARIZED) {
+            let change = &changes[inputs + k];
+            let slope = weighed[k].answer.slope.clone();
+            let again = |mode: f64| relinearized(run, statistics, (change, &slope), mode);
+            weighed[k].relinearized(again)?;
         }
     }
-    order::sort_down_by(&mut could_hide, |x| x.std_errors);
+    let could_hide = biases(&weighed, search.unknowns, estimates);
     Ok(Unsaid { per_cents: per_cents(search, estimates, inputs_only), score_tests, could_hide })
+}
+
+/// Likelihood of an effect, and the answer of the unknowns to it, linearized at `mode` plausible sizes.
+fn relinearized(
+    (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
+    statistics: Statistics,
+    (change, slope): (&Change, &[Option<f64>]),
+    mode: f64,
+) -> Result<(Likelihood, Answer), Error> {
+    let Statistics { estimates, noise, .. } = statistics;
+    let identified: Vec<bool> = estimates.iter().map(|e| e.identifiable).collect();
+    let mut there = optimum.clone();
+    for ((x, by), unknown) in there.x.iter_mut().zip(slope).zip(search.unknowns) {
+        let [low, high] = unknown.scaled_bounds();
+        *x = (*x + mode * by.unwrap_or(0.0)).clamp(low, high);
+    }
+    let run = (search, &there, experiments);
+    let around = (&identified[..], &noise.weights[..]);
+    let directions = Directions::of(run, around, &[change.about(mode)])?;
+    there.residuals = directions.residuals.clone();
+    let residuals = left(search, &there, noise);
+    // One Gauss-Newton step from there, with the effect held.
+    let steps = directions.answers_to(&DMatrix::from_column_slice(
+        residuals.len(),
+        1,
+        residuals.as_slice(),
+    ));
+    let [_, unfollowed] = directions.unfollowed();
+    let mut likelihood = statistics.likelihood(&unfollowed.column(0).into_owned(), &residuals);
+    likelihood.estimate += mode;
+    let moved = |j: usize| Some(there.x[j] - optimum.x[j] + steps[0][j]?);
+    let moved = (0..there.x.len()).map(moved).collect();
+    let slope = directions.answers().remove(0);
+    Ok((likelihood, Answer { about: mode, moved, slope }))
+}
+
+impl Term {
+    /// The effect without its data.
+    fn effect(&self) -> Effect<'_> {
+        Effect {
+            source: self.extension.place,
+            words: &self.words,
+            plausible: self.size,
+            unit: self.extension.parameter().unit(),
+            tell: self.extension.tell,
+            is_one_sided: self.extension.is_one_sided(),
+        }
+    }
+
+    /// Its score test along what the unknowns cannot follow, by the residuals `left`.
+    fn scored(&self, along: DVector<f64>, left: &DVector<f64>, statistics: Statistics) -> Scored {
+        let Statistics { noise, correlations, .. } = statistics;
+        let Self { extension, words, size } = self;
+        let (product, one_sided) = (-along.dot(left), extension.is_one_sided());
+        let takes = if one_sided { product.max(0.0) } else { product.abs() } / along.norm();
+        let VarianceAlong { variance, degrees_of_freedom } = statistics.variance_along(&along);
+        let correlated = correlations.variance_along(along.as_slice(), noise);
+        let fewest = correlations.freedom.iter().flatten().copied().reduce(f64::min);
+        let p_of = |variance: f64, freedom| chance(product / variance.sqrt(), one_sided, freedom);
+        let test = ScoreTest {
+            source: extension.place.to_string(),
+            words: words.clone(),
+            place: 0,
+            estimate: product / along.norm_squared() * size,
+            unit: extension.parameter().unit().to_string(),
+            sigmas: product / variance.sqrt(),
+            p_value: p_of(variance, degrees_of_freedom),
+            p_value_if_correlated: (correlated > variance).then(|| p_of(correlated, fewest)),
+        };
+        Scored { test, takes, along }
+    }
 }

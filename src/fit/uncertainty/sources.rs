@@ -61,7 +61,7 @@ pub struct PerCent {
     pub source: String,
     /// How the estimate changes, in its unit.
     pub change: f64,
-    /// The same in per cent of it, where it is positive.
+    /// The same over the estimate, where that is positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
 }
@@ -84,8 +84,11 @@ pub struct ScoreTest {
     pub unit: String,
     /// The estimate over its standard error.
     pub sigmas: f64,
-    /// How often noise alone makes any of the terms that were looked at as significant.
+    /// Probability that noise alone makes any of the tested effects as significant.
     pub p_value: f64,
+    /// The same if the autocorrelation of the residuals were that of the noise; none where they have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub p_value_if_correlated: Option<f64>,
 }
 
 impl ScoreTest {
@@ -116,7 +119,7 @@ pub(crate) fn looks_like(tests: &[ScoreTest]) -> Vec<String> {
     found.map(words).collect()
 }
 
-/// What could be off without a trace in the residuals, and what it would do to a parameter.
+/// Bias of a parameter by an effect that the model omits and the data do not exclude.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
@@ -125,15 +128,24 @@ pub struct CouldHide {
     pub source: String,
     /// What it is.
     pub words: String,
-    /// A size it may well have, beside what the scene has; the largest that leaves three sigma at most, where that is less.
+    /// Size of the effect, beside what the scene has, that plausibility and data together exceed with a probability of 5 %.
     pub size: f64,
-    /// Unit of the size.
+    /// Plausible size before the data: scale of a Student t prior with four degrees of freedom, in the same unit.
+    #[serde(default)]
+    pub plausible: f64,
+    /// Size by the score test alone; none where the parameters follow all of the effect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<f64>,
+    /// Standard error of that estimate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate_std_error: Option<f64>,
+    /// Unit of these sizes.
     pub unit: String,
     /// The parameter, with its experiments if it is of some only.
     pub parameter: String,
     /// By how much the estimate would be off, in its unit.
     pub change: f64,
-    /// The same in per cent of it, where it is positive.
+    /// The same over the true value, where that is positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// The same in standard errors of the estimate.
@@ -148,7 +160,7 @@ impl CouldHide {
     /// What it would do to the parameter.
     fn effect(&self) -> String {
         match self.relative {
-            Some(relative) => format!("{} {relative:+.1} %", self.parameter),
+            Some(relative) => format!("{} {:+.1} %", self.parameter, 100.0 * relative),
             None => format!("{} {:+.1e}", self.parameter, self.change),
         }
     }
@@ -158,6 +170,6 @@ impl CouldHide {
         let Self { words, size, unit, tell, .. } = self;
         let size = format!("{size:.1e} {unit}");
         let effects: Vec<String> = others.iter().map(|hidden| hidden.effect()).collect();
-        format!("{words} ({}): {}; to tell: {tell}", size.trim_end(), effects.join(", "))
+        format!("{words}, {}: {}; test: {tell}", size.trim_end(), effects.join(", "))
     }
 }

@@ -16,6 +16,9 @@ pub enum Grade {
     Trustworthy,
     /// The model fits, but mesh and step may be off by more than the intervals say.
     RefineNumerics,
+    /// Residuals that autocorrelated noise or an effect missing in the model would leave: the data do not separate the
+    /// two, and a missing effect would bias the estimates.
+    CorrelatedOrMissing,
     /// What is left of the data is no noise: the values may be near, the intervals are too narrow.
     ModelDoesNotExplain,
     /// The data do not determine all that was asked for.
@@ -32,6 +35,7 @@ impl Grade {
         match self {
             Self::Trustworthy => Code::Trustworthy,
             Self::RefineNumerics => Code::RefineNumerics,
+            Self::CorrelatedOrMissing => Code::CorrelatedOrMissing,
             Self::ModelDoesNotExplain => Code::ModelDoesNotExplain,
             Self::NotIdentifiable => Code::NotIdentifiable,
             Self::Interrupted => Code::Interrupted,
@@ -41,19 +45,26 @@ impl Grade {
 
     /// Whether the values can be used, with the warnings that are named beside them.
     pub fn is_usable(self) -> bool {
-        matches!(self, Self::Trustworthy | Self::RefineNumerics | Self::ModelDoesNotExplain)
+        match self {
+            Self::Trustworthy
+            | Self::RefineNumerics
+            | Self::CorrelatedOrMissing
+            | Self::ModelDoesNotExplain => true,
+            Self::NotIdentifiable | Self::Interrupted | Self::NotUsable => false,
+        }
     }
 }
 
 impl fmt::Display for Grade {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
-            Self::Trustworthy => "trustworthy",
-            Self::RefineNumerics => "numerics to refine",
-            Self::ModelDoesNotExplain => "the model does not explain the data",
+            Self::Trustworthy => "no problem detected",
+            Self::RefineNumerics => "discretization too coarse",
+            Self::CorrelatedOrMissing => "correlated noise or a missing effect",
+            Self::ModelDoesNotExplain => "model inadequate",
             Self::NotIdentifiable => "not identifiable",
             Self::Interrupted => "interrupted",
-            Self::NotUsable => "not to be used",
+            Self::NotUsable => "unusable",
         })
     }
 }
@@ -73,6 +84,8 @@ pub(crate) enum Weight {
     Misfit,
     /// A bound, a prior or held-out data contradict the result.
     Contradiction,
+    /// Autocorrelated noise or a missing effect: the data do not separate the two.
+    Ambiguous,
     /// Mesh and step may be off by more than the intervals say.
     Numerics,
     /// Good to know, and no reason to doubt.
@@ -125,13 +138,14 @@ impl Warnings {
 
     /// Whether what is left of the data is no noise.
     pub fn has_misfit(&self) -> bool {
-        [Weight::Unexplained, Weight::Misfit].iter().any(|w| self.first(*w).is_some())
+        let weights = [Weight::Unexplained, Weight::Misfit, Weight::Ambiguous];
+        weights.iter().any(|w| self.first(*w).is_some())
     }
 
     /// What is left is no noise, and no fault of the model either, as `words` say.
     pub fn excuse_misfit(&mut self, code: Code, words: &str) {
         if self.has_misfit() {
-            self.0.retain(|w| w.weight != Weight::Misfit);
+            self.0.retain(|w| ![Weight::Misfit, Weight::Ambiguous].contains(&w.weight));
             self.add(Weight::Note, code, words);
         }
     }
@@ -144,6 +158,7 @@ impl Warnings {
             Some(
                 Weight::Suspicion | Weight::Unexplained | Weight::Misfit | Weight::Contradiction,
             ) => Grade::ModelDoesNotExplain,
+            Some(Weight::Ambiguous) => Grade::CorrelatedOrMissing,
             Some(Weight::Note) | None => Grade::Trustworthy,
         }
     }
@@ -230,7 +245,7 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
         (true, _) => warnings.grade(),
     };
     let (status, verdict) = match grade {
-        Grade::Trustworthy => ("converged".into(), "nothing speaks against this".into()),
+        Grade::Trustworthy => ("converged".into(), "no problem detected".into()),
         Grade::RefineNumerics => {
             let fits = match [Weight::Unexplained, Weight::Misfit].map(|w| warnings.first(w)) {
                 [Some(_), _] => "much of what was measured is not explained, and mesh and step",
@@ -242,6 +257,12 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
                  rod.segments and time.step the program chooses"
             );
             ("converged".into(), words)
+        }
+        Grade::CorrelatedOrMissing => {
+            let words = "the noise is autocorrelated, or an effect is missing in the model and the estimates are \
+                         biased by more than their intervals; record the rod at rest and state its scatter as sigma, \
+                         or fit the likely omitted effects (--extend)";
+            ("converged".into(), words.into())
         }
         Grade::ModelDoesNotExplain => ("converged".into(), warnings.of_the_model()),
         Grade::NotIdentifiable => (

@@ -1,0 +1,136 @@
+//! What a fit reports, compared with the truth.
+
+use crate::kinds::Kind;
+use rodfit::FitReport;
+use rodfit::fit::{CouldHide, Grade};
+use std::fmt::Write;
+
+/// Score tests up to this place count as named.
+const NAMED_PLACES: usize = 2;
+/// An omitted effect listed at this part of the true bias covers it.
+pub const COVERING: f64 = 0.8;
+
+/// The comparison of one fit with the truth.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// The code of the grade; none of a fit that failed.
+    pub grade: Option<&'static str>,
+    /// Graded `trustworthy`.
+    pub unreserved: bool,
+    /// Whether the score tests or the undetected biases include the cause.
+    pub has_term: bool,
+    /// Whether the 95 % interval of E contains the truth; none without an interval.
+    pub covered: Option<bool>,
+    /// Whether the cause is in the first two places of the significant score tests.
+    pub named: bool,
+    /// Listed change of E by the cause over the true bias of E; 0 where the cause is not listed.
+    pub bias_ratio: f64,
+    /// Of a right model, for all effects listed for E: listed over plausible size, and listed change over E.
+    pub size_ratios: Vec<f64>,
+    pub changes: Vec<f64>,
+}
+
+/// The effects that these data could not reveal, of E.
+fn listed(report: &FitReport) -> impl Iterator<Item = &CouldHide> {
+    let modulus = report.parameters.first().map(|e| e.label()).unwrap_or_default();
+    report.could_hide.iter().filter(move |hidden| hidden.parameter == modulus)
+}
+
+/// The plausible size of an effect, read from the JSON: reports without one have none.
+fn plausible(effect: &CouldHide) -> Option<f64> {
+    serde_json::to_value(effect).ok()?.get("plausible")?.as_f64()
+}
+
+impl Outcome {
+    pub fn new(kind: &Kind, report: &FitReport) -> Self {
+        let truth = kind.rod.modulus;
+        let graded = Self {
+            grade: Some(report.grade.code().name()),
+            unreserved: report.grade == Grade::Trustworthy,
+            ..Self::default()
+        };
+        let Some((estimate, value)) = report.parameters.first().and_then(|e| Some((e, e.value?)))
+        else {
+            return graded;
+        };
+        let tests = &report.score_tests;
+        let significant = |place: usize| {
+            tests.iter().find(|t| t.place == place).is_some_and(|first| first.is_significant())
+        };
+        let named = |cause: &str| {
+            tests
+                .iter()
+                .any(|t| t.source == cause && t.place <= NAMED_PLACES && significant(t.place))
+        };
+        let of_cause = kind.cause.and_then(|cause| listed(report).find(|h| h.source == cause));
+        let right = || listed(report).filter(|_| kind.cause.is_none());
+        let ratio = |h: &CouldHide| Some(h.size / plausible(h)?);
+        Self {
+            has_term: of_cause.is_some()
+                || tests.iter().any(|t| kind.cause == Some(t.source.as_str())),
+            covered: estimate.interval95.map(|[low, high]| low <= truth && truth <= high),
+            named: kind.cause.is_some_and(named),
+            bias_ratio: of_cause.map_or(0.0, |h| h.change.abs() / (value - truth).abs()),
+            size_ratios: right().filter_map(ratio).collect(),
+            changes: right().map(|h| h.change.abs() / value).collect(),
+            ..graded
+        }
+    }
+
+    /// Graded without reservation although the interval misses the truth.
+    pub fn is_silent(&self) -> bool {
+        self.unreserved && self.covered == Some(false)
+    }
+}
+
+/// The lines that verbose output prints of a fit.
+pub fn details(kind: &Kind, report: &FitReport) -> String {
+    let mut text = String::new();
+    let truth = kind.rod.modulus;
+    for e in &report.parameters {
+        let value = e.value.unwrap_or(f64::NAN);
+        let [low, high] = e.interval95.unwrap_or([f64::NAN; 2]);
+        let _ = write!(text, "    {} {value:.4e} [{low:.4e}, {high:.4e}]", e.label());
+        if e.name == rodfit::Parameter::YoungsModulus {
+            let _ = write!(text, " {:+.2} %", 100.0 * (value / truth - 1.0));
+        }
+        text.push('\n');
+    }
+    let correlations: Vec<String> = report
+        .residual_tests
+        .iter()
+        .map(|t| format!("{} {:.3} (whiteness {:.1e})", t.axis, t.correlation, t.whiteness))
+        .collect();
+    let sigmas: Vec<String> = report.sigma.iter().map(|sigma| format!("{sigma:.3e}")).collect();
+    let _ = writeln!(
+        text,
+        "    RMS {:.3e} m, sigma {} m, correlation {}",
+        report.residual_rms,
+        sigmas.join(", "),
+        correlations.join(", ")
+    );
+    for t in &report.score_tests {
+        let mark = if kind.cause == Some(t.source.as_str()) { "*" } else { " " };
+        let _ = writeln!(
+            text,
+            "   {mark}test {}: {} {:+.2e} {}, {:.1} sigma, p {:.1e}",
+            t.place, t.source, t.estimate, t.unit, t.sigmas, t.p_value
+        );
+    }
+    for h in listed(report) {
+        let mark = if kind.cause == Some(h.source.as_str()) { "*" } else { " " };
+        let plausible = plausible(h).map(|x| format!(" (plausible {x:.2e})")).unwrap_or_default();
+        let _ = writeln!(
+            text,
+            "   {mark}undetected: {} {:.2e} {}{plausible}: E {:+.2} %, visible {:.2}",
+            h.source,
+            h.size,
+            h.unit,
+            100.0 * h.change / report.parameters[0].value.unwrap_or(f64::NAN),
+            h.visible
+        );
+    }
+    let codes: Vec<&str> = report.warning_codes.iter().map(|code| code.name()).collect();
+    let _ = writeln!(text, "    warnings: {}", codes.join(", "));
+    text
+}

@@ -1,0 +1,124 @@
+//! Coordinates of a recording that never change: fillers of planar recordings, which are no measurements.
+//!
+//! Counted as measurements without a residual, they would lower the estimated noise of the other coordinates.
+
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+
+/// Fewer equal values may be a coincidence.
+const FEWEST: usize = 3;
+/// Part of the normal's length along an axis from which on a planar model does not move along it.
+const NORMAL: f64 = 1.0 - 1e-9;
+
+/// A coordinate with one value only.
+pub(crate) struct ConstantAxis {
+    /// The file, or the point.
+    pub observation: String,
+    pub axis: &'static str,
+    /// In all samples, m.
+    pub value: f64,
+    pub samples: usize,
+}
+
+type Positions<'a> = Vec<&'a mut [Option<f64>; 3]>;
+
+/// The experiment without the coordinates of its recordings that are constant while others vary.
+pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
+    let mut experiment = experiment.clone();
+    let normal = experiment.problem.model().0 == "planar";
+    let normal = normal.then(|| experiment.problem.normal());
+    for measurement in &mut experiment.measurements {
+        let axes = constant_axes(measurement, normal);
+        if !axes.is_empty() {
+            remove(measurement, &axes);
+        }
+    }
+    experiment
+}
+
+/// The coordinates that are left out of the experiments.
+pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis> {
+    let mut found = Vec::new();
+    for experiment in experiments {
+        let normal = experiment.problem.model().0 == "planar";
+        let normal = normal.then(|| experiment.problem.normal());
+        for measurement in &experiment.measurements {
+            for axis in constant_axes(measurement, normal) {
+                let values: Vec<f64> =
+                    positions(measurement).iter().filter_map(|p| p[axis]).collect();
+                found.push(ConstantAxis {
+                    observation: experiment.label(measurement),
+                    axis: ["x", "y", "z"][axis],
+                    value: values[0],
+                    samples: values.len(),
+                });
+            }
+        }
+    }
+    found
+}
+
+/// Indices of the constant coordinates: of a motion any beside one that varies, of a shape at rest, which may hang
+/// straight, that along the `normal` of a planar model.
+fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usize> {
+    if measurement.planned() {
+        return Vec::new();
+    }
+    let positions = positions(measurement);
+    let is_constant = |axis: usize| {
+        let mut values = positions.iter().filter_map(|p| p[axis]);
+        let first = values.next();
+        first.is_some() && values.clone().count() + 1 >= FEWEST && values.all(|x| Some(x) == first)
+    };
+    let varies = |axis: usize| {
+        let mut values = positions.iter().filter_map(|p| p[axis]);
+        let first = values.next();
+        values.any(|x| Some(x) != first)
+    };
+    let is_irrelevant = |axis: &usize| match measurement {
+        Measurement::Motion(_) => true,
+        _ => normal.is_some_and(|normal| normal[*axis].abs() >= NORMAL),
+    };
+    if !(0..3).any(varies) {
+        return Vec::new();
+    }
+    (0..3).filter(|axis| is_constant(*axis)).filter(is_irrelevant).collect()
+}
+
+fn positions(measurement: &Measurement) -> Vec<[Option<f64>; 3]> {
+    match measurement {
+        Measurement::Motion(o) => o.samples.iter().map(|s| s.position).collect(),
+        Measurement::RestShape(s) => s.sightings.iter().map(|s| s.position).collect(),
+        Measurement::Frequencies(_) | Measurement::Gauge(_) => Vec::new(),
+    }
+}
+
+/// Leaves coordinates out, with the standard deviations of their values.
+fn remove(measurement: &mut Measurement, axes: &[usize]) {
+    let total = measurement.values();
+    let (positions, factors): (Positions, &mut Vec<f64>) = match measurement {
+        Measurement::Motion(o) => {
+            (o.samples.iter_mut().map(|s| &mut s.position).collect(), &mut o.sigma_factors)
+        }
+        Measurement::RestShape(s) => {
+            (s.sightings.iter_mut().map(|s| &mut s.position).collect(), &mut s.sigma_factors)
+        }
+        Measurement::Frequencies(_) | Measurement::Gauge(_) => return,
+    };
+    let mut kept = Vec::with_capacity(total);
+    for position in positions {
+        for axis in 0..3 {
+            if position[axis].is_some() {
+                kept.push(!axes.contains(&axis));
+            }
+            if axes.contains(&axis) {
+                position[axis] = None;
+            }
+        }
+    }
+    // Deviations are given per value or per sample.
+    if factors.len() == total {
+        let mut kept = kept.into_iter();
+        factors.retain(|_| kept.next() == Some(true));
+    }
+}
