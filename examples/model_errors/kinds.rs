@@ -89,7 +89,7 @@ pub fn wrong_models() -> Vec<Kind> {
         wrong("1 % longer", "rod.shape.length", |r| r.length *= 1.01),
         wrong("3 % longer", "rod.shape.length", |r| r.length *= 1.03),
         Kind { is_collinear: true, ..density },
-        wrong("grip 1.3 times stiffer", "rod.grip.stiffness", |r| r.grip = 1.3),
+        wrong("grip 1.3 times stiffer", "rod.taper.youngs_modulus.0", |r| r.grip = 1.3),
         wrong("quadratic drag", "loads.drag.quadratic_normal", |r| r.drag = DRAG),
         wrong("curved rest shape", "rod.shape.angle", |r| r.arc = ARC),
         wrong("clamp tilted by 1 degree", "supports.angle", |r| r.tilt = TILT),

@@ -64,7 +64,7 @@ impl Outcome {
         };
         let of_cause = kind.cause.and_then(|cause| listed(report).find(|h| h.source == cause));
         let right = || listed(report).filter(|_| kind.cause.is_none());
-        let ratio = |h: &CouldHide| Some(h.size / plausible(h)?);
+        let ratio = |h: &CouldHide| Some((h.size / plausible(h)?).abs());
         Self {
             has_term: of_cause.is_some()
                 || tests.iter().any(|t| kind.cause == Some(t.source.as_str())),

@@ -343,10 +343,7 @@ impl Fit {
         let knowns = self.knowns.iter().map(Known::as_unknown);
         let experiments: Vec<Experiment> =
             self.experiments.iter().map(without_constant_axes).collect();
-        laid_out(
-            &experiments,
-            &self.unknowns.iter().cloned().chain(knowns).collect::<Vec<_>>(),
-        )
+        laid_out(&experiments, &self.unknowns.iter().cloned().chain(knowns).collect::<Vec<_>>())
     }
 
     /// Refuses a fit that cannot be solved, or not in the way it is asked for.

@@ -328,9 +328,7 @@ fn the_budget_has_what_is_known() {
     let end = |k: usize| parameter["expanded95"][k].as_f64().unwrap();
     let half = 0.5 * (end(1) - end(0));
     assert!(number("combined_std") > 1.05 * number("std_error"), "{parameter}");
-    assert!(
-        (half / number("combined_std") - number("coverage_factor")).abs() < 1e-9
-    );
+    assert!((half / number("combined_std") - number("coverage_factor")).abs() < 1e-9);
     assert_eq!(parameter["monte_carlo"]["fits"], 4);
     assert_eq!(parameter["one_per_cent"][0]["source"], "material.density");
     let page = folder.read("page/fit.html");

@@ -73,14 +73,20 @@ impl FitReport {
         for e in &self.parameters {
             let [value, error, interval] = cells(e);
             let unit = if e.identifiable { e.name.unit() } else { "" };
-            let row = format!("  {:<width$}  {value:<a$}  {error:<b$}  {interval:<c$}  {unit}", e.label());
+            let row = format!(
+                "  {:<width$}  {value:<a$}  {error:<b$}  {interval:<c$}  {unit}",
+                e.label()
+            );
             writeln!(f, "{}", row.trim_end())?;
             if let (true, Some(std_error), Some(ends)) =
                 (has_known_inputs(e), e.std_error, e.interval95)
             {
                 let error = relative_error(e, std_error);
                 let ends = interval_of(ends, std_error);
-                let row = format!("  {:<width$}  {:<a$}  {error:<b$}  {ends:<c$}", "  statistical only", "");
+                let row = format!(
+                    "  {:<width$}  {:<a$}  {error:<b$}  {ends:<c$}",
+                    "  statistical only", ""
+                );
                 writeln!(f, "{}", row.trim_end())?;
             }
         }
@@ -232,9 +238,8 @@ impl FitReport {
         let values: Vec<f64> = self.noise_scale.iter().filter_map(|scale| scale.value).collect();
         let first = self.noise_scale.first()?;
         let unit = &first.unit;
-        let [low, high] = values
-            .iter()
-            .fold([f64::INFINITY, 0.0], |[low, high], x| [x.min(low), x.max(high)]);
+        let [low, high] =
+            values.iter().fold([f64::INFINITY, 0.0], |[low, high], x| [x.min(low), x.max(high)]);
         let missing = self.noise_scale.iter().find_map(|scale| scale.unavailable.as_ref());
         let shown = match values.len() {
             0 => {
@@ -262,11 +267,9 @@ fn has_known_inputs(e: &Estimate) -> bool {
 /// Estimate, standard error and the interval that is to be quoted.
 fn cells(e: &Estimate) -> [String; 3] {
     match (e.value, e.std_error, e.interval95) {
-        (Some(value), None, Some([_, upper])) if e.upper95.is_some() => [
-            format!("{value:.2e}"),
-            "-".into(),
-            format!("at most {upper:.2e} (one-sided)"),
-        ],
+        (Some(value), None, Some([_, upper])) if e.upper95.is_some() => {
+            [format!("{value:.2e}"), "-".into(), format!("at most {upper:.2e} (one-sided)")]
+        }
         (Some(value), Some(error), Some(ends)) => {
             let quoted = e.expanded95.filter(|_| has_known_inputs(e));
             let error_there = e.combined_std.filter(|_| quoted.is_some()).unwrap_or(error);

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale.
-const FALSE_ALARM: f64 = 0.01;
+const FALSE_ALARM: f64 = 0.003;
 /// Uncorrected probability below which score tests use the noise scale of a coordinate instead of its residuals.
 const DOUBTFUL: f64 = 0.05;
 /// Degrees of freedom of quantization errors: those of a slow motion are strongly autocorrelated, with a few
@@ -149,9 +149,9 @@ impl Adequacy {
         self.coordinates.iter().find(own).is_some_and(|c| c.is_exceeded(self.coordinates.len()))
     }
 
-    /// Variance of white noise along a `direction` of the weighted residuals, and its degrees of freedom: by the noise
-    /// scale of coordinates whose residuals are doubtful and whose sigma is not stated, by the `correlations` of the
-    /// residuals otherwise.
+    /// Variance of the noise along a `direction` of the weighted residuals, and its degrees of freedom. Coordinates whose
+    /// sigma is not stated have white noise: of their noise scale where the residuals are doubtful, else, or where it is
+    /// not available, of their own variance. Beside a stated sigma autocorrelation is that of the noise.
     pub fn variance_along(
         &self,
         direction: &[f64],
@@ -162,13 +162,14 @@ impl Adequacy {
         let mut rest = direction.to_vec();
         let (mut variance, mut error) = (0.0, 0.0);
         for c in &self.coordinates {
-            let Some((value, freedom)) = c.scale.value.zip(c.scale.degrees_of_freedom) else {
-                continue;
-            };
             let is_doubtful = c.correlation > 0.0 || c.scale.p_value.is_some_and(|p| p < DOUBTFUL);
             if c.stated_sigma.is_some() || !is_doubtful {
                 continue;
             }
+            let (value, freedom) = match c.scale.value.zip(c.scale.degrees_of_freedom) {
+                Some(scale) => scale,
+                None => (c.scale.residual_rms, c.rows.len() as f64),
+            };
             let square: f64 = c.rows.iter().map(|k| direction[*k].powi(2)).sum();
             let own = (value / c.nominal).powi(2) * square;
             variance += own;
@@ -282,5 +283,47 @@ fn words(reason: NoEstimate) -> String {
             "every second sample shows {ratio:.1} times the noise: the samples are smoothed or the noise is \
              autocorrelated"
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Share of series of white noise whose residual variance is less probable than `level`.
+    fn false_alarms(n: usize, runs: u64, level: f64, wave: f64) -> f64 {
+        let mut alarms = 0.0;
+        for seed in 0..runs {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let residuals: Vec<f64> = (0..n).map(|_| StandardNormal.sample(&mut random)).collect();
+            let signal = |k: usize| wave * (0.3 * k as f64).sin();
+            let samples = Samples {
+                times: (0..n).map(|k| k as f64).collect(),
+                observed: (0..n).map(|k| signal(k) + residuals[k]).collect(),
+                residuals,
+                factors: vec![1.0; n],
+                excluded: vec![false; n],
+                freedom_left: 1.0,
+            };
+            let p = samples.scale(String::new(), "x").p_value;
+            alarms += f64::from(p.is_some_and(|p| p < level));
+        }
+        alarms / runs as f64
+    }
+
+    #[test]
+    fn white_residuals_exceed_their_scale_as_rarely_as_stated() {
+        for n in [37, 75, 150, 600] {
+            for wave in [0.0, 50.0] {
+                for level in [0.05, 0.005] {
+                    let found = false_alarms(n, 4000, level, wave);
+                    println!("{n} samples, wave {wave}, level {level}: {found}");
+                    assert!((0.6..1.8).contains(&(found / level)), "{n}, {wave}, {level}: {found}");
+                }
+            }
+        }
     }
 }

@@ -168,8 +168,8 @@ fn with_budgets(
         let combined = variance.max(0.0).sqrt();
         let coverage_factor = coverage(combined, (noisy, freedom));
         let [low, high] = estimate.name.limits();
-        let expanded = [-1.0, 1.0]
-            .map(|side| (value + side * coverage_factor * combined).clamp(low, high));
+        let expanded =
+            [-1.0, 1.0].map(|side| (value + side * coverage_factor * combined).clamp(low, high));
         Estimate {
             budget: lines,
             combined_std: Some(combined),

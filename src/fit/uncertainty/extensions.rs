@@ -23,7 +23,7 @@ const SCALE: f64 = 5e-3;
 const SECTION: f64 = 0.01;
 const MARKER: f64 = 0.01;
 /// Densities from a data sheet, and bending stiffness of the quarter of the rod beside a grip, sleeve or glue, as parts.
-const DATA_SHEET: f64 = 0.03;
+const DATA_SHEET: f64 = 0.04;
 const GRIPPED: f64 = 0.1;
 /// Equal parts of the length, the first of which a grip may stiffen.
 const GRIP_PARTS: usize = 4;
@@ -101,7 +101,22 @@ pub(crate) struct Extension {
     pub plausible: fn(&Sizes) -> Option<f64>,
     /// Where it stands in a scene that says nothing of it; none where scenes always say it.
     usual: Option<f64>,
+    /// Another number that changes with it, by its place, and the part of the size that each of the two changes by.
+    pub beside: Option<Beside>,
 }
+
+/// A number that changes along with that of an effect.
+#[derive(Clone, Copy)]
+pub(crate) struct Beside {
+    pub place: &'static str,
+    /// Change of the effect's own number for a size of one, and of the other.
+    pub own: f64,
+    pub other: f64,
+}
+
+/// A rod is measured where it is easy to measure: it tapers about its stated radius, not from it.
+const ABOUT_THE_MIDDLE: Option<Beside> =
+    Some(Beside { place: "rod.taper.radius.from", own: 0.5, other: -0.5 });
 
 const NOT_ADDED: fn(&mut Scene, &Sizes) = |_, _| {};
 const ANOTHER_LENGTH: &str = "the same rod clamped at another free length";
@@ -119,6 +134,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "supports.angle",
@@ -127,6 +143,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "rod.mass.0.mass",
@@ -139,6 +156,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |s| Some(MARKER * s.mass),
         usual: None,
+        beside: None,
     },
     Extension {
         place: "rod.shape.length",
@@ -147,6 +165,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| Some(SCALE * s.length),
         usual: None,
+        beside: None,
     },
     Extension {
         place: "rod.taper.radius.to",
@@ -160,6 +179,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |_| Some(SECTION),
         usual: Some(1.0),
+        beside: ABOUT_THE_MIDDLE,
     },
     Extension {
         place: GRIP_STIFFNESS,
@@ -173,6 +193,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |_| Some(GRIPPED),
         usual: Some(1.0),
+        beside: None,
     },
     Extension {
         place: "material.density",
@@ -181,6 +202,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| Some(DATA_SHEET * s.density),
         usual: None,
+        beside: None,
     },
     Extension {
         place: "rod.section.radius",
@@ -189,6 +211,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.radius?),
         usual: None,
+        beside: None,
     },
     Extension {
         place: "rod.section.height",
@@ -197,6 +220,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.height?),
         usual: None,
+        beside: None,
     },
     Extension {
         place: "rod.shape.angle",
@@ -211,6 +235,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |_| Some(2.0 * BY_EYE),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "rod.natural_curvature",
@@ -219,6 +244,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(1.0),
+        beside: None,
     },
     Extension {
         place: "loads.damping.mass",
@@ -227,6 +253,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| Some(2.0 * DAMPED * s.swing?),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "loads.damping.stiffness",
@@ -239,6 +266,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |s| Some(2.0 * DAMPED / s.swing?),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "loads.drag.linear_normal",
@@ -247,6 +275,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: with_drag,
         plausible: |s| Some(2.0 * DAMPED * s.swing? * s.mass / s.length),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "loads.drag.quadratic_normal",
@@ -255,6 +284,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: with_drag,
         plausible: |s| s.swing.map(|_| AIR * s.thickness),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: FRICTION,
@@ -270,6 +300,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         },
         plausible: |s| s.swing.and(s.bend).map(|_| STRANDS),
         usual: None,
+        beside: None,
     },
     Extension {
         place: "camera.time_offset",
@@ -278,6 +309,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| s.frame,
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "camera.pixel_scale",
@@ -286,6 +318,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |_| Some(SCALE),
         usual: None,
+        beside: None,
     },
     Extension {
         place: "camera.in_plane_rotation",
@@ -294,6 +327,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
+        beside: None,
     },
     Extension {
         place: "supports.end_compliance.rotation",
@@ -302,6 +336,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
         add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),
         usual: Some(0.0),
+        beside: None,
     },
 ];
 

@@ -82,6 +82,12 @@ impl Change {
         Self { source: source.into(), ..Self::of(experiments, number, |_| by) }
     }
 
+    /// Together with another one.
+    pub fn and(mut self, other: Self) -> Self {
+        self.parts.extend(other.parts);
+        self
+    }
+
     /// Of a known number, by its standard uncertainty.
     pub fn of_known(experiments: &[Experiment], known: &Known) -> Self {
         Self::of(experiments, &known.as_unknown(), |_| known.sigma)

@@ -84,6 +84,7 @@ mod tests {
                 unit: String::new(),
                 sigmas,
                 p_value: (-0.5 * sigmas * sigmas).exp(),
+                p_value_if_correlated: None,
             };
             Scored { test, takes: sigmas.abs(), along }
         };

@@ -36,6 +36,7 @@ use crate::fit::uncertainty::undetected_bias::{
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
+use crate::scene::Parameter;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
@@ -146,7 +147,15 @@ fn extended(
         }
     }
     let change = |(term, number): (Term, Unknown)| {
-        let change = Change::by(&experiments, term.extension.place, &number, term.size);
+        let place = term.extension.place;
+        let change = match term.extension.beside {
+            None => Change::by(&experiments, place, &number, term.size),
+            Some(beside) => {
+                let other = Unknown { parameter: Parameter::at(beside.place), ..number.clone() };
+                let own = Change::by(&experiments, place, &number, beside.own * term.size);
+                own.and(Change::by(&experiments, place, &other, beside.other * term.size))
+            }
+        };
         (term, change)
     };
     let found = found.into_iter().map(change).collect();
