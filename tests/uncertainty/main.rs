@@ -7,6 +7,7 @@ mod across;
 mod budget;
 mod chosen;
 mod design;
+mod input_sensitivities;
 mod intervals;
 mod noise;
 mod outliers;

@@ -4,8 +4,8 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 
 /// Work on request, `[analysis]` in the fit file. By default only the discretisation error, which
-/// costs two coarser simulations, and what one per cent of the scene's other numbers would change, which
-/// costs a run of a coarse model.
+/// costs two coarser simulations, the sensitivities to inputs, which cost a run with derivatives by them, and tests for
+/// omitted effects, which cost a run of a coarse model.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -26,9 +26,8 @@ pub struct Analysis {
     pub discretization_error: Refinement,
     /// Number of fits with other known numbers and other noise, which check the budget; none when 0.
     pub monte_carlo: usize,
-    /// Whether the report says what one per cent of numbers that are neither identified nor known with an
-    /// error would change, what the scene may lack, and what could hide; by default where a coarse model
-    /// makes that cheap.
+    /// Whether the report lists the sensitivities to inputs that are neither identified nor known with an error, effects
+    /// that the scene may lack, and undetected bias; by default where these cost little beside the search.
     pub what_if: Option<bool>,
     /// How large what could hide may well be, by the place of its number in the scene, in its unit; what is not named has
     /// the size that laboratories usually have.

@@ -17,6 +17,9 @@ use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::discretization::{DiscretizationError, errors_of, shifts};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
 use crate::fit::uncertainty::finer::Finer;
+use crate::fit::uncertainty::input_sensitivities::{
+    InputSensitivities, LinearFit, are_unstated_wanted,
+};
 use crate::fit::uncertainty::known_errors::KnownErrors;
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
 use crate::fit::uncertainty::observed;
@@ -128,7 +131,21 @@ pub(crate) fn assess(
     let unknowns = search.unknowns;
     let corrected = chosen.clone().unwrap_or_default();
     let fitted = optimum;
-    let known = known_errors((search, fitted), &local, knowns, &mut warnings);
+    let spent = search.simulations();
+    let linear_fit = local.linear_fit();
+    let inputs = || {
+        let wanted = fitted.converged && are_unstated_wanted(search, analysis, knowns, spent);
+        sensitivities((search, fitted), &linear_fit, knowns, wanted)
+    };
+    // One run has the sensitivities to all inputs. Without known ones it need not come before the tests.
+    let early = (!knowns.is_empty()).then(inputs);
+    let known = match &early {
+        Some((found, found_warnings)) => {
+            warnings.append(found_warnings.clone());
+            found.as_ref().and_then(|found| KnownErrors::of(knowns, found).ok())
+        }
+        None => linear_fit.identified.contains(&true).then(KnownErrors::none),
+    };
     let finer = Finer::new((search, fitted), (&local.covariance, &local.noise.weights), &corrected);
     let apart_from_known = |optimum: &Optimum, warnings: &mut Warnings| {
         let noise = Noise::at(search, optimum);
@@ -192,12 +209,13 @@ pub(crate) fn assess(
         };
         Ok::<_, Error>((shifts, said))
     };
-    let (asked, spent) = ((analysis, knowns), search.simulations());
+    let asked = (analysis, knowns);
     let found: Found = (search, optimum, &finest);
     let statistics = Statistics { estimates: &estimates, noise, correlations, adequacy };
-    // Runs on other meshes, and one of a coarse model: neither waits for the other.
-    let (shifts, (mut unsaid, not_looked)) =
-        rayon::join(shifts, || unsaid_of(found, statistics, asked, spent));
+    // Runs on other meshes, one with the derivatives by the inputs, and one of a coarse model: none waits for another.
+    let late = || if early.is_none() { Some(inputs()) } else { None };
+    let (shifts, (late, (unsaid, not_looked))) =
+        rayon::join(shifts, || rayon::join(late, || unsaid_of(found, statistics, asked, spent)));
     let (shifts, not_known) = shifts?;
     if is_tested {
         residual_tests =
@@ -233,7 +251,10 @@ pub(crate) fn assess(
         correlations,
     };
     let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
-    unsaid.give_per_cents(&mut estimates);
+    if let Some(inputs) = early.iter().chain(&late).find_map(|(found, _)| found.as_ref()) {
+        inputs.give_per_cents(search, &mut estimates);
+    }
+    late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
     warnings.append(not_looked);
     explained_by(&unsaid.score_tests, &mut warnings);
     let about = (covariance, &sigma[..]);
@@ -257,25 +278,44 @@ pub(crate) fn assess(
     })
 }
 
-/// What the known numbers do to the fit; what keeps that from being known is a warning.
-fn known_errors<'a>(
-    found: (&Search, &Optimum),
-    local: &Local,
-    knowns: &'a [Known],
-    warnings: &mut Warnings,
-) -> Option<KnownErrors<'a>> {
-    let zero = local.vanishing.iter().map(|v| v.is_some_and(|v| v.upper95.is_some()));
-    let identified: Vec<bool> =
-        local.covariance.deviation.iter().zip(zero).map(|(d, zero)| d.is_some() || zero).collect();
-    if found.0.is_stopped() || !identified.contains(&true) {
-        return None;
+impl Local {
+    /// The linear model of the fit at its optimum.
+    fn linear_fit(&self) -> LinearFit {
+        let zero = self.vanishing.iter().map(|v| v.is_some_and(|v| v.upper95.is_some()));
+        let deviations = self.covariance.deviation.iter();
+        let identified = deviations.zip(zero).map(|(d, zero)| d.is_some() || zero).collect();
+        LinearFit { identified, weights: self.noise.weights.clone() }
     }
-    let known = KnownErrors::of(knowns, found, (&identified, &local.noise.weights));
-    let failed = |error: &Error| {
+}
+
+/// The sensitivities to the known inputs, and to the unstated ones if `with_unstated`; a run that fails is a warning.
+fn sensitivities(
+    (search, optimum): (&Search, &Optimum),
+    fit: &LinearFit,
+    knowns: &[Known],
+    with_unstated: bool,
+) -> (Option<InputSensitivities>, Warnings) {
+    let mut warnings = Warnings::default();
+    if search.is_stopped() || !fit.identified.contains(&true) {
+        return (None, warnings);
+    }
+    let sensitivities_to =
+        |unstated: bool| InputSensitivities::new(search, optimum, fit, knowns, unstated);
+    let mut found = sensitivities_to(with_unstated);
+    if let Err(error) = &found
+        && with_unstated
+    {
+        let words = format!(
+            "the sensitivities to inputs are unknown: the run with derivatives by them failed ({error})"
+        );
+        warnings.add(Weight::Note, Code::NoWhatIf, words);
+        found = sensitivities_to(false);
+    }
+    if let Err(error) = &found {
         let words = format!("no budget of uncertainty: its simulation failed ({error})");
         warnings.add(Weight::Note, Code::NoBudget, words);
-    };
-    known.inspect_err(failed).ok()
+    }
+    (found.ok(), warnings)
 }
 
 /// What data without noise at an optimum would be worth with theirs: what another mesh would say is not asked.
@@ -285,13 +325,17 @@ pub(crate) fn expected(
 ) -> Result<Assessment, Error> {
     let local = local(search, optimum)?;
     let mut warnings = Warnings::default();
-    let known = known_errors((search, optimum), &local, knowns, &mut warnings);
+    let with_unstated = analysis.what_if != Some(false);
+    let (inputs, not_found) =
+        sensitivities((search, optimum), &local.linear_fit(), knowns, with_unstated);
+    warnings.append(not_found);
+    let known = inputs.as_ref().and_then(|found| KnownErrors::of(knowns, found).ok());
     let Local { noise, correlations, adequacy, covariance, vanishing } = &local;
     let reach = (&correlations.reach[..], &Shifts::default());
     let estimates = estimates(search.unknowns, optimum, (covariance, vanishing), reach);
     may_be_zero(&estimates, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
-    let what_if = Some(analysis.what_if != Some(false));
+    let what_if = Some(with_unstated);
     let analysis = &Analysis { monte_carlo: 0, what_if, ..analysis.clone() };
     let given = Given {
         known: known.as_ref(),
@@ -304,8 +348,10 @@ pub(crate) fn expected(
     let asked = (analysis, knowns);
     let found: Found = (search, optimum, &|| None);
     let statistics = Statistics { estimates: &estimates, noise, correlations, adequacy };
-    let (mut unsaid, not_looked) = unsaid_of(found, statistics, asked, search.simulations());
-    unsaid.give_per_cents(&mut estimates);
+    let (unsaid, not_looked) = unsaid_of(found, statistics, asked, search.simulations());
+    if let Some(inputs) = &inputs {
+        inputs.give_per_cents(search, &mut estimates);
+    }
     warnings.append(not_looked);
     let covariance = Some(covariance.clone());
     Ok(Assessment { estimates, covariance, unsaid, warnings, ..Assessment::default() })

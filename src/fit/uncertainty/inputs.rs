@@ -17,6 +17,7 @@ use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 use crate::scene::Parameter;
 use nalgebra::{DMatrix, Dyn, QR};
+use std::borrow::Borrow;
 
 /// So many numbers at most.
 const MOST_NUMBERS: usize = 16;
@@ -169,8 +170,9 @@ impl Directions {
     pub fn of(
         (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
         (identified, weights): (&[bool], &[f64]),
-        changes: &[Change],
+        changes: &[impl Borrow<Change>],
     ) -> Result<Self, Error> {
+        let changes: Vec<&Change> = changes.iter().map(Borrow::borrow).collect();
         let n = search.unknowns.len();
         let (mut unknowns, mut x) = (search.unknowns.to_vec(), optimum.x.clone());
         for part in changes.iter().flat_map(|change| &change.parts) {

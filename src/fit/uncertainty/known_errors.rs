@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::fit::known::{Known, correlations};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::inputs::{Change, Directions};
+use crate::fit::uncertainty::input_sensitivities::InputSensitivities;
 use crate::fit::uncertainty::noise::{Noise, left};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use nalgebra::{DMatrix, DVector};
@@ -39,26 +39,23 @@ pub(crate) struct KnownErrors<'a> {
 }
 
 impl<'a> KnownErrors<'a> {
-    /// By derivatives of the full model.
-    pub fn of(
-        knowns: &'a [Known],
-        (search, optimum): (&Search, &Optimum),
-        around: (&[bool], &[f64]),
-    ) -> Result<Self, Error> {
-        let experiments = search.experiments;
-        let changes: Vec<Change> =
-            knowns.iter().map(|known| Change::of_known(experiments, known)).collect();
-        let (answers, unfollowed) = match changes.is_empty() {
-            true => (Vec::new(), DMatrix::zeros(optimum.residuals.len(), 0)),
-            false => {
-                let run = (search, optimum, experiments);
-                let directions = Directions::of(run, around, &changes)?;
-                let [_, unfollowed] = directions.unfollowed();
-                (directions.answers(), unfollowed)
-            }
-        };
-        let values = changes.iter().map(Change::value).collect();
+    /// By the sensitivities to the known numbers.
+    pub fn of(knowns: &'a [Known], sensitivities: &InputSensitivities) -> Result<Self, Error> {
+        let values = sensitivities.known_values();
+        let answers = sensitivities.known_responses().to_vec();
+        let unfollowed = sensitivities.known_unfollowed();
         Ok(Self { knowns, values, correlations: correlations(knowns)?, answers, unfollowed })
+    }
+
+    /// No known numbers at all.
+    pub fn none() -> Self {
+        Self {
+            knowns: &[],
+            values: Vec::new(),
+            correlations: DMatrix::zeros(0, 0),
+            answers: Vec::new(),
+            unfollowed: DMatrix::zeros(0, 0),
+        }
     }
 
     /// Answers of an unknown to one standard uncertainty of each.

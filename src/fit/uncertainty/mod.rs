@@ -13,6 +13,7 @@ pub(crate) mod estimate;
 pub(crate) mod extensions;
 pub(crate) mod finer;
 pub(crate) mod identifiability;
+pub(crate) mod input_sensitivities;
 pub(crate) mod inputs;
 pub(crate) mod known_errors;
 pub(crate) mod noise;

@@ -26,10 +26,10 @@ use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
-use crate::fit::uncertainty::inputs::{Change, Directions, one_per_cent, per_cents};
+use crate::fit::uncertainty::inputs::{Change, Directions};
 use crate::fit::uncertainty::noise::{Noise, left};
 use crate::fit::uncertainty::ranking::{Scored, ranked};
-use crate::fit::uncertainty::sources::{CouldHide, PerCent, ScoreTest, looks_like};
+use crate::fit::uncertainty::sources::{CouldHide, ScoreTest, looks_like};
 use crate::fit::uncertainty::undetected_bias::{
     Answer, Effect, Likelihood, MOST_RELINEARIZED, Posterior, Weighed, biases,
 };
@@ -55,20 +55,10 @@ const SUSPICIOUS: f64 = 0.2;
 /// What a coarse model says of numbers that the fit leaves alone.
 #[derive(Default)]
 pub(crate) struct Unsaid {
-    /// Of every estimate.
-    pub per_cents: Vec<Vec<PerCent>>,
     /// Those of the first three places, the best first.
     pub score_tests: Vec<ScoreTest>,
     /// The largest effect over its standard error first.
     pub could_hide: Vec<CouldHide>,
-}
-
-impl Unsaid {
-    /// Every estimate takes what one per cent of other numbers would change.
-    pub fn give_per_cents(&mut self, estimates: &mut [Estimate]) {
-        let per_cents = std::mem::take(&mut self.per_cents).into_iter();
-        estimates.iter_mut().zip(per_cents).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
-    }
 }
 
 /// An optimum, and how to have it with the residuals of finer numerics, where it has not and they can tell.
@@ -184,8 +174,7 @@ pub(crate) fn unsaid(
     }
     looked_for(found, statistics, (asked, spent)).unwrap_or_else(|error| {
         let words = format!(
-            "what other numbers would change, and what the scene may lack, is unknown: the run of a coarse \
-             model failed ({error})"
+            "what the scene may lack is unknown: the run of a coarse model failed ({error})"
         );
         warnings.add(Weight::Note, Code::NoWhatIf, words);
         Unsaid::default()
@@ -245,25 +234,18 @@ fn looked_for_by(
     let Statistics { estimates, noise, .. } = statistics;
     let asked = (analysis, knowns);
     let (experiments, extensions) = extended(search, optimum, asked, experiments)?;
-    let mut changes = one_per_cent(search, knowns);
-    let inputs = changes.len();
-    let mut terms = Vec::new();
-    for (term, change) in extensions {
-        changes.push(change);
-        terms.push(term);
-    }
+    let (terms, changes): (Vec<Term>, Vec<Change>) = extensions.into_iter().unzip();
     let run = (search, optimum, &experiments[..]);
     let identified: Vec<bool> = estimates.iter().map(|e| e.identifiable).collect();
     let around = (&identified[..], &noise.weights[..]);
-    let directions = Directions::of(run, around, &changes)?;
+    let directions = Directions::of(run, around, &changes.iter().collect::<Vec<_>>())?;
     search.report("omitted effects");
     let answers = directions.answers();
-    let inputs_only = (&changes[..inputs], &answers[..inputs]);
     let [whole, unfollowed] = directions.unfollowed();
     // Effects that the parameters follow entirely leave rounding errors.
     let direction = |k: usize| {
-        let along = unfollowed.column(inputs + k).into_owned();
-        (along.norm() > LEFT * whole.column(inputs + k).norm()).then_some(along)
+        let along = unfollowed.column(k).into_owned();
+        (along.norm() > LEFT * whole.column(k).norm()).then_some(along)
     };
     // Rounding errors are no noise.
     let tested = !search.is_rounding(optimum);
@@ -298,7 +280,7 @@ fn looked_for_by(
         let along = direction(k).filter(|_| tested);
         let likelihood = along.map(|along| statistics.likelihood(&along, &residuals));
         let posterior = Posterior::new(likelihood, effect.is_one_sided);
-        let slope = answers[inputs + k].clone();
+        let slope = answers[k].clone();
         let moved = vec![Some(0.0); slope.len()];
         weighed.push(Weighed {
             effect,
@@ -314,14 +296,14 @@ fn looked_for_by(
             .collect();
         order::sort_down_by(&mut order, |k| weighed[*k].largest_change());
         for k in order.into_iter().take(MOST_RELINEARIZED) {
-            let change = &changes[inputs + k];
+            let change = &changes[k];
             let slope = weighed[k].answer.slope.clone();
             let again = |mode: f64| relinearized(run, statistics, (change, &slope), mode);
             weighed[k].relinearized(again)?;
         }
     }
     let could_hide = biases(&weighed, search.unknowns, estimates);
-    Ok(Unsaid { per_cents: per_cents(search, estimates, inputs_only), score_tests, could_hide })
+    Ok(Unsaid { score_tests, could_hide })
 }
 
 /// Likelihood of an effect, and the answer of the unknowns to it, linearized at `mode` plausible sizes.
@@ -340,7 +322,7 @@ fn relinearized(
     }
     let run = (search, &there, experiments);
     let around = (&identified[..], &noise.weights[..]);
-    let directions = Directions::of(run, around, &[change.about(mode)])?;
+    let directions = Directions::of(run, around, &[&change.about(mode)])?;
     there.residuals = directions.residuals.clone();
     let residuals = left(search, &there, noise);
     // One Gauss-Newton step from there, with the effect held.
