@@ -70,6 +70,7 @@ codes! {
     AtBound "at-bound",
     AgainstPrior "against-prior",
     KnownFarOff "known-far-off",
+    ThickRod "thick-rod",
     BadlyPredicted "badly-predicted",
     NotPredicted "not-predicted",
     MayBeZero "may-be-zero",

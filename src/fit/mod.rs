@@ -16,6 +16,7 @@
 //! [`FitReport`] of it.
 
 pub(crate) mod design;
+mod duplicates;
 mod extend;
 mod field;
 mod file;
@@ -78,6 +79,7 @@ pub use unknown::{Prior, Unknown};
 
 use crate::error::Error;
 use crate::fit::design::plan::Plan;
+use crate::fit::duplicates::check_duplicates;
 use crate::fit::measurement::constant_axes::{all_constant_axes, without_constant_axes};
 use crate::fit::measurement::experiment::{fitted, full_work};
 use crate::fit::misfit::noise::first_sigmas;
@@ -355,6 +357,7 @@ impl Fit {
     /// The same, whether it is recorded yet or not.
     fn check_numbers(&self) -> Result<(), Error> {
         check(&self.experiments, &self.unknowns, &self.analysis)?;
+        check_duplicates(&self.experiments)?;
         known::check(&self.experiments, &self.unknowns, &self.knowns)
     }
 }

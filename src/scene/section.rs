@@ -148,6 +148,30 @@ impl<D: Scalar> Section<D> {
     }
 }
 
+impl Section {
+    /// Shear coefficient kappa of Timoshenko's beam at Poisson's ratio `nu`: G. R. Cowper, J. Appl. Mech. 33 (1966) 335.
+    pub(crate) fn shear_coefficient(&self, nu: f64) -> f64 {
+        match self {
+            Self::Circle { .. } => 6.0 * (1.0 + nu) / (7.0 + 6.0 * nu),
+            Self::Tube { radius, thickness } => {
+                // (1 + m^2)^2 with the ratio m of the inner radius to the outer.
+                let inner = 1.0 - thickness / radius;
+                let whole = (1.0 + inner * inner).powi(2);
+                6.0 * (1.0 + nu) * whole
+                    / ((7.0 + 6.0 * nu) * whole + (20.0 + 12.0 * nu) * inner * inner)
+            }
+            // A section of unknown outline counts as a rectangle.
+            Self::Rectangle { .. } | Self::Custom { .. } => 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu),
+        }
+    }
+
+    /// Largest radius of gyration about an axis in the section, m.
+    pub(crate) fn radius_of_gyration(&self) -> f64 {
+        let Moments { area, second_moments: [i1, i2], .. } = self.moments();
+        (i1.max(i2) / area).sqrt()
+    }
+}
+
 /// What the stiffnesses and the inertia of a section come from.
 #[derive(Clone, Copy, Debug)]
 pub struct Moments<D> {
@@ -226,6 +250,18 @@ mod tests {
                 assert_relative_eq!(of_tube, difference, max_relative = 1e-12);
             }
         }
+    }
+
+    /// Cowper's table of shear coefficients at nu = 0.3, and the limits of a tube: a full circle and a thin wall,
+    /// 2 (1 + nu)/(4 + 3 nu).
+    #[test]
+    fn shear_coefficients_are_cowpers() {
+        let tube = |thickness| Section::Tube { radius: 1.0, thickness }.shear_coefficient(0.3);
+        let rectangle = Section::Rectangle { width: 1.0, height: 2.0, up: [0.0, 1.0, 0.0] };
+        let circle = Section::Circle { radius: 1.0 }.shear_coefficient(0.3);
+        assert!((circle - 0.886).abs() < 5e-4 && (tube(1.0) / circle - 1.0).abs() < 1e-12);
+        assert!((tube(1e-6) - 2.6 / 4.9).abs() < 1e-5, "{}", tube(1e-6));
+        assert!((rectangle.shear_coefficient(0.3) - 0.850).abs() < 5e-4);
     }
 
     /// Timoshenko & Goodier, Theory of Elasticity, table of section 109: J = k1 (long) (short)^3.

@@ -7,6 +7,7 @@ mod pencil;
 mod reaction;
 mod recorded_start;
 mod rest;
+mod shear_deflection;
 
 pub(crate) use descent::Descent;
 pub use descent::Rest;

@@ -204,7 +204,7 @@ impl<'a> Vibrations<'a> {
 
 /// The named modes of a vibrating rod; if they are to stand `apart`, each with a frequency of its
 /// own.
-fn named<M: Model<W>, const W: usize, const V: usize>(
+pub(super) fn named<M: Model<W>, const W: usize, const V: usize>(
     vibrating: &Vibrating<'_, M, W, V>,
     names: &[ModeName],
     apart: bool,

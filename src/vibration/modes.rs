@@ -147,9 +147,9 @@ impl Problem {
     }
 }
 
-type State<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
+pub(super) type State<M, const W: usize> = (Vec<f64>, FramesOf<M, W>);
 
-fn state<M: Model<W>, const W: usize>(
+pub(super) fn state<M: Model<W>, const W: usize>(
     discretized: &Discretized<'_, M, W>,
     about: About,
 ) -> Result<State<M, W>, Error> {
@@ -199,10 +199,10 @@ impl Eigenpair {
 
 /// A rod at a state whose vibrations are looked at: all of its model's, or those across the plane.
 pub(crate) struct Vibrating<'a, M: Model<W>, const W: usize, const V: usize> {
-    discretized: &'a Discretized<'a, M, W>,
-    q: &'a [f64],
-    frames: &'a FramesOf<M, W>,
-    pencil: Pencil<f64, V>,
+    pub(super) discretized: &'a Discretized<'a, M, W>,
+    pub(super) q: &'a [f64],
+    pub(super) frames: &'a FramesOf<M, W>,
+    pub(super) pencil: Pencil<f64, V>,
     /// How many of the modes are unstable.
     growing: usize,
     /// Which way the vibrations of a planar scene go.
@@ -273,16 +273,21 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
             // What grows is known from the inertia, whatever rounding errors say.
             let is_zero = k >= self.growing && squared <= zero.max(self.pencil.rounding(&vector));
             let squared = if is_zero { 0.0 } else { squared };
-            let rates = match self.plane {
-                Some(Plane::Out) => {
-                    in_space(&vector, self.discretized.model.components(self.discretized.normal()))
-                }
-                _ => vector.clone(),
-            };
+            let rates = self.in_model(&vector);
             let shape = self.shape(&rates);
             Eigenpair { squared, kind: self.kind(squared, &rates, &shape), shape, vector }
         };
         Ok(found.into_iter().enumerate().map(pair).collect())
+    }
+
+    /// A vector over the pencil's unknowns as one over those of the model.
+    pub(super) fn in_model(&self, vector: &[f64]) -> Vec<f64> {
+        match self.plane {
+            Some(Plane::Out) => {
+                in_space(vector, self.discretized.model.components(self.discretized.normal()))
+            }
+            _ => vector.to_vec(),
+        }
     }
 
     fn kind(&self, squared: f64, rates: &[f64], shape: &[[f64; 3]]) -> Kind {

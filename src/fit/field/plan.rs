@@ -1,7 +1,9 @@
 //! What a fit along the rod is asked.
 
 use crate::error::Error;
+use crate::fit::duplicates::check_duplicates;
 use crate::fit::field::space::{Field, Space};
+use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::Observation;
 use crate::fit::unknown::Unknown;
@@ -95,6 +97,8 @@ impl FieldFit {
                 return refused("file", &found, &format!("samples up to time.end, {end} s,"));
             }
         }
-        Ok(())
+        let experiment = Experiment::new("", &self.problem);
+        let observed = self.observations.iter().cloned();
+        check_duplicates(&[observed.fold(experiment, Experiment::observe)])
     }
 }

@@ -28,6 +28,7 @@ use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
 use crate::fit::uncertainty::score::{Found, Statistics, Unsaid, explained_by, unsaid};
 use crate::fit::uncertainty::shifts::Shifts;
+use crate::fit::uncertainty::slenderness::too_thick;
 use crate::fit::uncertainty::vanishing::{Vanishing, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
@@ -255,6 +256,7 @@ pub(crate) fn assess(
         inputs.give_per_cents(search, &mut estimates);
     }
     late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
+    too_thick((search, optimum), covariance, &noise.weights, &estimates, &mut warnings);
     warnings.append(not_looked);
     explained_by(&unsaid.score_tests, &mut warnings);
     let about = (covariance, &sigma[..]);

@@ -25,6 +25,7 @@ pub(crate) mod ranking;
 pub(crate) mod recordings;
 pub(crate) mod score;
 pub(crate) mod shifts;
+pub(crate) mod slenderness;
 pub(crate) mod sources;
 pub(crate) mod undetected_bias;
 pub(crate) mod vanishing;

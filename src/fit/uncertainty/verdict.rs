@@ -80,6 +80,8 @@ pub(crate) enum Weight {
     Mesh,
     /// Much of what was measured is left.
     Unexplained,
+    /// The model leaves out an effect that shifts a value by more than its standard error.
+    Validity,
     /// What is left is no noise.
     Misfit,
     /// A bound, a prior or held-out data contradict the result.
@@ -156,7 +158,11 @@ impl Warnings {
             Some(Weight::Worthless) => Grade::NotUsable,
             Some(Weight::Mesh | Weight::Numerics) => Grade::RefineNumerics,
             Some(
-                Weight::Suspicion | Weight::Unexplained | Weight::Misfit | Weight::Contradiction,
+                Weight::Suspicion
+                | Weight::Unexplained
+                | Weight::Validity
+                | Weight::Misfit
+                | Weight::Contradiction,
             ) => Grade::ModelDoesNotExplain,
             Some(Weight::Ambiguous) => Grade::CorrelatedOrMissing,
             Some(Weight::Note) | None => Grade::Trustworthy,
@@ -302,6 +308,9 @@ impl Warnings {
                     (scale, fps, origin, which point was followed, y up or down, what the scene says \
                     of the rod), or this is a wrong minimum, which a start or bounds help to avoid"
                 .into();
+        }
+        if let Some(words) = self.first(Weight::Validity) {
+            return words.into();
         }
         if self.first(Weight::Misfit).is_some() {
             return "the values may be near, but what is left is no noise and the intervals are too \

@@ -1,0 +1,133 @@
+//! The additional deflection of a rod at rest by shear, which its model leaves out.
+//!
+//! Across an element of length `l` the shear force `Q` shifts the sections by `l Q/(kappa G A)` against each other.
+//! The shifts add up from a held end to a free one. Between two held ends the sum is reduced by a rotation of the rod
+//! as a whole: exact where both ends may turn, or where loads are symmetric, and an estimate elsewhere. A cantilever
+//! under its weight deflects more by `4 E/(kappa G) I/(A L^2)` of its tip's deflection, under a force at its tip by
+//! `3 E/(kappa G) I/(A L^2)`.
+
+use crate::error::Error;
+use crate::numerics::vector::{add, dot, scale, sub};
+use crate::problem::{AnyProblem, Discretized, Model, Problem, behind_walls};
+use crate::rod::Rod;
+use crate::scene::Support;
+
+impl Problem {
+    /// Displacement of every node in the world by shear at equilibrium, m, for `E/(kappa G) = 1`.
+    pub(crate) fn shear_deflections(&self) -> Result<Vec<[f64; 3]>, Error> {
+        match self.discretized() {
+            AnyProblem::Planar(discretized) => deflections(&discretized),
+            AnyProblem::Spatial(discretized) => deflections(&discretized),
+        }
+    }
+}
+
+fn deflections<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+) -> Result<Vec<[f64; 3]>, Error> {
+    let rest = discretized.equilibrium()?;
+    let (rod, scene) = (discretized.rod(), discretized.scene());
+    let edges = discretized.nodes() - 1;
+    // What the supports exert on held unknowns.
+    let mut reactions = vec![0.0; rest.q.len()];
+    rod.gradient(&rest.q, &rest.frames, discretized.derivatives(), &mut reactions);
+    for i in discretized.free() {
+        reactions[i] = 0.0;
+    }
+    let loads = discretized.setup.loads();
+    let on_node = |i: usize| {
+        let weight = scale(scene.loads.gravity, rod.mass()[M::STRIDE * i]);
+        let here = loads.iter().filter(|load| load.node == i);
+        let load = here.fold(weight, |sum, load| add(sum, load.force));
+        add(load, discretized.model.rate(&reactions, i))
+    };
+    let mut through = Vec::with_capacity(edges);
+    let mut sum = [0.0; 3];
+    for i in 0..edges {
+        sum = add(sum, on_node(i));
+        through.push(sum);
+    }
+    let held = [scene.supports.start, scene.supports.end].map(|s| s != Support::Free);
+    let clamped = [scene.supports.start, scene.supports.end].map(|s| s == Support::Clamped);
+    // A clamp holds both nodes of the outermost edge: the force enters at the second.
+    if clamped[0] && edges > 1 {
+        through[0] = through[1];
+    }
+    if clamped[1] && edges > 1 {
+        through[edges - 1] = through[edges - 2];
+    }
+    let [behind_start, behind_end] = behind_walls(&scene.supports, scene.soft);
+    let place = |i: usize| discretized.model.position(&rest.q, i);
+    let mut shifted = vec![[0.0; 3]];
+    for (j, force) in through.iter().enumerate() {
+        let chord = sub(place(j + 1), place(j));
+        let length = dot(chord, chord).sqrt();
+        let tangent = scale(chord, 1.0 / length);
+        let shear = sub(*force, scale(tangent, dot(*force, tangent)));
+        let outside = 1.0
+            - if j == 0 { behind_start } else { 0.0 }
+            - if j + 1 == edges { behind_end } else { 0.0 };
+        let (section, material) = scene.at((j as f64 + 0.5) / edges as f64);
+        let stiffness = material.youngs_modulus * section.moments().area;
+        // What lies behind pulls the section along with the loads on it.
+        let shift = scale(shear, -length * outside.max(0.0) / stiffness);
+        shifted.push(add(shifted[j], shift));
+    }
+    let whole = shifted[edges];
+    let from = |i: usize| match held {
+        [true, false] => [0.0; 3],
+        [true, true] => scale(whole, i as f64 / edges as f64),
+        [false, _] => whole,
+    };
+    Ok(shifted.iter().enumerate().map(|(i, shift)| sub(*shift, from(i))).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Point, PointForce, Scene, Section, Shape};
+
+    const LENGTH: f64 = 0.2;
+
+    /// A stiff bar of 200 x 20 x 10 mm.
+    fn bar() -> Scene {
+        let shape = Shape::Straight { length: LENGTH, direction: [1.0, 0.0, 0.0] };
+        let section = Section::Rectangle { width: 0.02, height: 0.01, up: [0.0, 1.0, 0.0] };
+        Scene::new(80, shape, section, Material::new(7850.0, 205e9))
+    }
+
+    fn force_at(node: Point) -> Vec<PointForce> {
+        vec![PointForce { node, force: [0.0, -10.0, 0.0], moment: [0.0; 3] }]
+    }
+
+    /// By how much node `i` sinks more by shear, over its deflection.
+    fn relative(scene: &Scene, i: usize) -> f64 {
+        let problem = scene.problem().unwrap();
+        let deflection = problem.equilibrium().unwrap().nodes[i][1];
+        problem.shear_deflections().unwrap()[i][1] / deflection
+    }
+
+    /// 4 and 3 times I/(A L^2) at the tip of a cantilever; at the middle of a simply supported rod with a force there
+    /// 12 times: (F L/(4 kappa G A))/(F L^3/(48 E I)).
+    #[test]
+    fn shear_adds_what_beam_theory_gives() {
+        let unit = 0.01_f64.powi(2) / 12.0 / (LENGTH * LENGTH);
+        let near = |found: f64, expected: f64| {
+            assert!((found / (expected * unit) - 1.0).abs() < 0.02, "{found} {expected}")
+        };
+        let mut weight = bar();
+        weight.loads.gravity = [0.0, -9.81, 0.0];
+        near(relative(&weight, 80), 4.0);
+        let mut tip = bar();
+        tip.loads.point = force_at(Point::Tip);
+        near(relative(&tip, 80), 3.0);
+        (tip.supports.start, tip.supports.end) = (Support::Free, Support::Clamped);
+        tip.loads.point = force_at(Point::Node(0));
+        near(relative(&tip, 0), 3.0);
+        let mut three_points = bar();
+        three_points.supports.start = Support::Pinned;
+        three_points.supports.end = Support::Roller;
+        three_points.loads.point = force_at(Point::Node(40));
+        near(relative(&three_points, 40), 12.0);
+    }
+}
