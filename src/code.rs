@@ -71,6 +71,7 @@ codes! {
     AgainstPrior "against-prior",
     KnownFarOff "known-far-off",
     ThickRod "thick-rod",
+    ModeNumbers "mode-numbers",
     BadlyPredicted "badly-predicted",
     NotPredicted "not-predicted",
     MayBeZero "may-be-zero",
@@ -93,6 +94,9 @@ codes! {
     LostFrames "lost-frames",
     SwappedLabels "swapped-labels",
     Glitches "glitches",
+    ImplausibleUnits "implausible-units",
+    NoGravity "no-gravity",
+    LargeStrain "large-strain",
     // Of rods at rest and of derivatives.
     Unstable "unstable",
     DerivativesDisagree "derivatives-disagree",

@@ -7,6 +7,7 @@ use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::numerics::abreast::level;
 use crate::problem::Problem;
+use crate::problem::strain::{LargestStrain, StrainGauge};
 use crate::scene::{Resolution, Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
@@ -124,6 +125,9 @@ pub struct SimulationReport {
     /// `[t, x, y, z]` of the tip as it was seen last, s and m.
     #[serde(default)]
     last_tip: Option<[f64; 4]>,
+    /// What strains count from, and the largest so far.
+    #[serde(skip)]
+    strains: Option<(StrainGauge, LargestStrain)>,
     /// Whether `tip` and `energy` grow.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     keeps_series: bool,
@@ -163,6 +167,7 @@ impl SimulationReport {
             end_energy: 0.0,
             negligible_energy: negligible_energy(problem),
             last_tip: None,
+            strains: Some((StrainGauge::new(problem), LargestStrain::default())),
             keeps_series: true,
         }
     }
@@ -177,6 +182,12 @@ impl SimulationReport {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.position(problem.nodes() - 1);
         let total = e.total();
+        if let Some((gauge, largest)) = &mut self.strains {
+            let now = gauge.largest(|i| simulation.position(i), Some(t));
+            if now.strain > largest.strain {
+                *largest = now;
+            }
+        }
         match self.last_tip {
             None => self.start_energy = total,
             Some(_) => self.steps += 1,
@@ -197,6 +208,12 @@ impl SimulationReport {
         self.work = trajectory.work();
         self.newton_iterations = self.work.newton_iterations;
         self.wall_seconds = trajectory.stepping().as_secs_f64();
+        let modulus = self.scene.material.youngs_modulus;
+        let strained = self.strains.take().and_then(|(_, largest)| largest.warning(modulus));
+        if let Some((code, words)) = strained {
+            self.warnings.push(code.behind(words));
+            self.warning_codes.push(code);
+        }
         self.status = match outcome {
             Ok(()) => "completed".into(),
             Err(error) => {

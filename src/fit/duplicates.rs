@@ -210,9 +210,8 @@ fn same_frequencies(one: &Frequencies, other: &Frequencies, same_rod: bool) -> O
         return None;
     }
     let in_both = |value: &&Frequency| {
-        let same = |o: &Frequency| {
-            o.mode == value.mode && (o.rad_s / value.rad_s - 1.0).abs() <= SAME
-        };
+        let same =
+            |o: &Frequency| o.mode == value.mode && (o.rad_s / value.rad_s - 1.0).abs() <= SAME;
         other.values.iter().any(same)
     };
     let count = one.values.iter().filter(in_both).count();

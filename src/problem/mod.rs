@@ -9,12 +9,14 @@ mod modelled;
 mod own;
 mod parameters;
 mod planar;
+mod plausibility;
 mod profile;
 mod remesh;
 mod setup;
 mod soft_clamp;
 mod spatial;
 mod start;
+pub(crate) mod strain;
 mod tributary;
 
 pub(crate) use axes::Directors;
@@ -23,6 +25,7 @@ pub use model::Model;
 pub(crate) use modelled::Modelled;
 pub use parameters::{ListedParameter, ParameterList};
 pub use planar::PlanarModel;
+pub(crate) use plausibility::Purpose;
 pub(crate) use setup::{Setup, between_markers};
 pub use spatial::SpatialModel;
 pub(crate) use start::Placed;
@@ -411,7 +414,8 @@ impl Problem {
     }
 
     /// What speaks against a simulation of the scene, though it can be made: steps that follow the
-    /// motion of a support badly, and what is wrong in the recording that leads the ends.
+    /// motion of a support badly, what is wrong in the recording that leads the ends, and numbers that look like other
+    /// units than SI.
     pub fn warnings(&self) -> Vec<String> {
         self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
     }
@@ -420,6 +424,7 @@ impl Problem {
     pub(crate) fn coded_warnings(&self) -> Vec<(Code, String)> {
         let mut warnings = self.recording_warnings();
         warnings.extend(self.step_warnings());
+        warnings.extend(self.plausibility_notes(Purpose::Motion));
         warnings.extend(self.resolution().and_then(Resolution::warning));
         warnings
     }
@@ -512,6 +517,12 @@ impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
     /// Where the nodes are at rest, in the world, m.
     fn rest_positions(&self) -> Vec<[f64; 3]> {
         let q = self.rest();
+        (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
+    }
+
+    /// Where the nodes are in the shape that the rod begins in, in the world, m.
+    pub(crate) fn start_positions(&self) -> Vec<[f64; 3]> {
+        let (q, _) = self.begin(self.setup);
         (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
     }
 

@@ -124,6 +124,9 @@ pub struct Scene<D = f64> {
     /// Those whose clamps turn in the scene by itself: its nodes are named as they then are, whatever numbers vary.
     #[serde(skip)]
     pub(crate) soft_by_itself: [bool; 2],
+    /// Whether the file that it was read from gives no gravity.
+    #[serde(skip)]
+    pub(crate) gravity_left_out: bool,
     /// What the program chose of the numerics, or checked.
     #[serde(skip)]
     pub(crate) resolution: Option<Resolution>,
@@ -177,6 +180,7 @@ impl Scene {
             remeshed: None,
             soft: [false; 2],
             soft_by_itself: [false; 2],
+            gravity_left_out: false,
             accuracy: None,
             resolution: None,
         }
@@ -199,6 +203,7 @@ impl Scene {
             remeshed: self.remeshed,
             soft: self.soft,
             soft_by_itself: self.soft_by_itself,
+            gravity_left_out: self.gravity_left_out,
             accuracy: self.accuracy,
             resolution: self.resolution,
         }
@@ -295,6 +300,10 @@ impl Scene {
     fn written(text: &str, path: &Path) -> Result<Self, Error> {
         let mut scene: Self = parse(text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
         scene.path = Some(path.into());
+        // A gravity of zero that the file gives is meant.
+        scene.gravity_left_out = scene.loads.gravity == [0.0; 3]
+            && toml::from_str::<toml::Table>(text)
+                .is_ok_and(|table| table.get("loads").is_none_or(|l| l.get("gravity").is_none()));
         Ok(scene)
     }
 

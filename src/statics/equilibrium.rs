@@ -9,7 +9,8 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::Model;
-use crate::problem::{AnyProblem, Discretized, FramesOf, Problem};
+use crate::problem::strain::StrainGauge;
+use crate::problem::{AnyProblem, Discretized, FramesOf, Problem, Purpose};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
 use crate::scene::{Parameter, Resolution};
@@ -51,6 +52,12 @@ pub struct Equilibrium {
     /// The mesh, where the command chose it for this, and what it is worth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
+    /// What makes the result doubtful: numbers that look like other units than SI, no gravity, large strains.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// The codes of the warnings, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warning_codes: Vec<Code>,
 }
 
 impl std::fmt::Display for Equilibrium {
@@ -68,7 +75,12 @@ impl std::fmt::Display for Equilibrium {
             writeln!(f, "{}", resolution.told_over("the length"))?;
         }
         writeln!(f, "tip ({x:.6}, {y:.6}, {z:.6}) m, energy {:.6e} J", self.energy)?;
-        write!(f, "{} Newton iterations, residual {:.1e} N", self.newton_iterations, self.residual)
+        write!(
+            f,
+            "{} Newton iterations, residual {:.1e} N",
+            self.newton_iterations, self.residual
+        )?;
+        self.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
     }
 }
 
@@ -115,6 +127,9 @@ fn at_rest<M: Model<W>, const W: usize>(
     let reactions = discretized.reactions_at_rest(&rod, &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
+    let strain = StrainGauge::new(problem).largest(|i| nodes[i], None);
+    let mut warnings = problem.plausibility_notes(Purpose::Rest);
+    warnings.extend(strain.warning(problem.scene().material.youngs_modulus));
     Ok(Equilibrium {
         model: problem.model().0.into(),
         tip: nodes[nodes.len() - 1],
@@ -128,6 +143,8 @@ fn at_rest<M: Model<W>, const W: usize>(
         reactions,
         nodes,
         resolution: None,
+        warnings: warnings.iter().map(|(code, words)| code.behind(words)).collect(),
+        warning_codes: warnings.iter().map(|(code, _)| *code).collect(),
     })
 }
 

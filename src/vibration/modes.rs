@@ -9,11 +9,14 @@
 //! what a measured frequency is named by ([`ModeName`]). Free motions, of a rod that nothing holds
 //! or that turns in a hinge, have no number.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::numerics::order;
 use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
-use crate::problem::{AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, SpatialProblem};
+use crate::problem::{
+    AnyProblem, Discretized, FramesOf, PlanarProblem, Problem, Purpose, SpatialProblem,
+};
 use crate::rod::Rod;
 use crate::scene::{End, Resolution, Support};
 use crate::statics::{ACROSS, Pencil, in_space};
@@ -114,6 +117,12 @@ pub struct Modes {
     /// The mesh, where the command chose it for these modes, and what it is worth: an error of a frequency over it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
+    /// What makes the result doubtful: numbers that look like other units than SI.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// The codes of the warnings, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warning_codes: Vec<Code>,
 }
 
 impl Problem {
@@ -143,7 +152,11 @@ impl Problem {
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
         let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();
-        Ok(Modes { about, unstable, frequencies_rad_s, modes, resolution: None })
+        let notes = self.plausibility_notes(Purpose::Modes);
+        let warnings = notes.iter().map(|(code, words)| code.behind(words)).collect();
+        let warning_codes = notes.iter().map(|(code, _)| *code).collect();
+        let resolution = None;
+        Ok(Modes { about, unstable, frequencies_rad_s, modes, resolution, warnings, warning_codes })
     }
 }
 
@@ -373,9 +386,10 @@ impl std::fmt::Display for Modes {
         }
         let listed = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         match self.unstable {
-            0 => Ok(()),
-            n if n == listed => write!(f, "\nunstable: {n} directions grow"),
-            n => write!(f, "\nunstable: {n} directions grow, {listed} of them listed"),
+            0 => {}
+            n if n == listed => write!(f, "\nunstable: {n} directions grow")?,
+            n => write!(f, "\nunstable: {n} directions grow, {listed} of them listed")?,
         }
+        self.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
     }
 }

@@ -21,11 +21,13 @@ use crate::fit::uncertainty::input_sensitivities::{
     InputSensitivities, LinearFit, are_unstated_wanted,
 };
 use crate::fit::uncertainty::known_errors::KnownErrors;
+use crate::fit::uncertainty::mode_numbers::other_numberings;
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
 use crate::fit::uncertainty::observed;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
+use crate::fit::uncertainty::scene_notes::scene_notes;
 use crate::fit::uncertainty::score::{Found, Statistics, Unsaid, explained_by, unsaid};
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::slenderness::too_thick;
@@ -256,6 +258,8 @@ pub(crate) fn assess(
         inputs.give_per_cents(search, &mut estimates);
     }
     late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
+    scene_notes(search, fitted, &mut warnings);
+    other_numberings(search, optimum, &estimates, &mut warnings);
     too_thick((search, optimum), covariance, &noise.weights, &estimates, &mut warnings);
     warnings.append(not_looked);
     explained_by(&unsaid.score_tests, &mut warnings);

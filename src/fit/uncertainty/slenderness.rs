@@ -17,6 +17,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::scene_notes::at_optimum;
 use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
@@ -30,9 +31,9 @@ use std::f64::consts::PI;
 const WORTH_A_NOTE: f64 = 0.25;
 /// Standard errors from which a bias lowers the grade: the 95 % interval then covers the truth in 83 % of fits.
 const LOWERS_THE_GRADE: f64 = 1.0;
-/// Parts of the rod's stiffness below which nothing is reported, however exact the data. The length decides the
-/// stiffness with its third power: this is 0.03 % of it, less than a rule or calliper tells.
-const SMALLEST_SOFTENING: f64 = 1e-3;
+/// Part of the rod's stiffness below which nothing is reported, however exact the data. An error of 0.1 % of the free
+/// length, which hardly is known better, does as much: squared frequencies go with its fourth power.
+const SMALLEST_SOFTENING: f64 = 4e-3;
 /// Largest mean square of the slope of mode n over that of the mode, in units of ((n + 1) pi/L)^2: 1.25 of a free rod.
 const LARGEST_SLOPE: f64 = 1.3;
 /// Poisson's ratio of a rod whose scene gives none.
@@ -138,8 +139,8 @@ pub(crate) fn too_thick(
     let each: Vec<String> =
         named.iter().take(NAMED).map(|(bias, other)| bias.words(*other)).collect();
     let words = format!(
-        "the rod is too thick for the model: shear deformation and rotary inertia, which it leaves out, make the rod \
-         softer by up to {soft}. {}. Measure a longer or thinner rod, or correct the value",
+        "the rod is too thick for the model: {}. It leaves out shear deformation and rotary inertia, which make the rod \
+         softer by up to {soft}. Measure a longer or thinner rod, or correct the value",
         each.join(", ")
     );
     warnings.add(weight, Code::ThickRod, words);
@@ -216,9 +217,7 @@ fn softening(
     let (mut first, mut any) = (0, false);
     let mut sigmas = search.sigmas.iter().zip(&optimum.counts);
     for experiment in search.experiments {
-        let own = search.unknowns.iter().zip(&optimum.x).filter(|(u, _)| u.is_of(experiment));
-        let values = own.map(|(u, x)| (u.parameter, u.from_scale(*x)));
-        let problem = experiment.problem.varied(values)?;
+        let problem = at_optimum(search, optimum, experiment)?;
         let flexibility = ShearFlexibility::of(problem.scene());
         let picked = pick(&flexibility);
         any |= picked.is_some();

@@ -310,7 +310,8 @@ impl Warnings {
                 .into();
         }
         if let Some(words) = self.first(Weight::Validity) {
-            return words.into();
+            // The finding alone: the warning below has the reason and what to do.
+            return words.split(". ").next().unwrap_or(words).into();
         }
         if self.first(Weight::Misfit).is_some() {
             return "the values may be near, but what is left is no noise and the intervals are too \

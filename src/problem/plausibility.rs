@@ -1,0 +1,175 @@
+//! Notes on scenes that can be computed and hardly are what was meant: numbers in other units than SI, and a rod that
+//! nothing drives because its scene has no gravity.
+
+use crate::code::Code;
+use crate::problem::Problem;
+use crate::scene::{InitialState, Scene, Section, Shape};
+
+/// Densities of solids, kg/m^3: below lies nothing but aerogels, above nothing (osmium has 22590).
+const LIGHTEST_SOLID: f64 = 10.0;
+const HEAVIEST_SOLID: f64 = 23e3;
+/// Young's modulus of the softest gels that hold the shape of a rod, Pa.
+const SOFTEST_SOLID: f64 = 1e3;
+/// Least Young's moduli, Pa, of materials above a density, kg/m^3. Silicone has 1e5 Pa at 1200 kg/m^3 and, filled with
+/// iron, at 2400; rubber with magnetic powder 1e6 Pa at 4000; metals have more than 1e9 Pa.
+const SOFTEST_OF_DENSITY: [[f64; 2]; 2] = [[4000.0, 1e7], [2400.0, 5e4]];
+/// Densities above this, kg/m^3, are those of metals, glass or composites, whose moduli are given in GPa.
+const GIVEN_IN_GIGAPASCALS: f64 = 1500.0;
+/// Sizes beyond those of rods, m.
+const THICKEST: f64 = 1.0;
+const LONGEST: f64 = 1e3;
+/// Fifty times the earth's gravity, m/s^2; in mm/s^2 that is 9810, in cm/s^2 981.
+const STRONGEST_GRAVITY: f64 = 500.0;
+/// Cosine of the largest angle between a vertical rod and its axis: 10 degrees.
+const VERTICAL: f64 = 0.985;
+
+/// What is computed of a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// A motion.
+    Motion,
+    /// The equilibrium.
+    Rest,
+    /// Frequencies of small vibrations, which need no load.
+    Modes,
+}
+
+impl Problem {
+    /// Notes on what the scene hardly means.
+    pub(crate) fn plausibility_notes(&self, purpose: Purpose) -> Vec<(Code, String)> {
+        let units = units(&self.scene, self.length()).map(|words| (Code::ImplausibleUnits, words));
+        let gravity = self.lacks_gravity(purpose).then(|| {
+            let words = "the scene gives no gravity, and nothing else acts on the rod: it stays in its rest shape. \
+                         Write [loads] gravity = [0, -9.81, 0], or [0, 0, 0] if none is meant";
+            (Code::NoGravity, words.to_string())
+        });
+        units.into_iter().chain(gravity).collect()
+    }
+
+    /// Whether gravity is left out of a scene in which nothing else drives a rod that is not vertical.
+    fn lacks_gravity(&self, purpose: Purpose) -> bool {
+        let scene = &self.scene;
+        let initial = &scene.initial;
+        let starts = match purpose {
+            Purpose::Motion => initial.state == InitialState::Recorded || initial.moves(),
+            Purpose::Rest => false,
+            Purpose::Modes => return false,
+        };
+        let acts =
+            |load: &crate::scene::PointForce| load.force != [0.0; 3] || load.moment != [0.0; 3];
+        let driven = starts
+            || initial.shape.is_some()
+            || initial.point.iter().any(acts)
+            || scene.loads.point.iter().any(acts)
+            || scene.loads.flow()
+            || !scene.supports.motion.is_empty()
+            || scene.supports.path.is_some()
+            || !scene.energies.is_empty()
+            || !scene.rod.is_unstressed();
+        scene.gravity_left_out && scene.loads.gravity == [0.0; 3] && !driven && !self.is_vertical()
+    }
+
+    /// Whether a straight rod lies along the y or the z axis, either of which points up in scenes.
+    fn is_vertical(&self) -> bool {
+        let Shape::Straight { direction, .. } = &self.scene.rod.shape else { return false };
+        let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+        direction[1].abs().max(direction[2].abs()) > VERTICAL * length
+    }
+}
+
+/// What looks like numbers in other units than SI, in words.
+fn units(scene: &Scene, length: f64) -> Option<String> {
+    let mut found = Vec::new();
+    let mut add = |what: &str, value: f64, unit: &str, guess: &str| {
+        found.push(format!("{what} of {value} {unit} (in {guess}?)"));
+    };
+    let (density, modulus) = (scene.material.density, scene.material.youngs_modulus);
+    if density < LIGHTEST_SOLID {
+        add("material.density", density, "kg/m^3", "g/cm^3");
+    } else if density > HEAVIEST_SOLID {
+        add("material.density", density, "kg/m^3", "g/m^3");
+    }
+    let softest = SOFTEST_OF_DENSITY.iter().find(|[above, _]| density > *above);
+    if modulus < SOFTEST_SOLID {
+        let gigapascals = density > GIVEN_IN_GIGAPASCALS;
+        add("material.youngs_modulus", modulus, "Pa", if gigapascals { "GPa" } else { "MPa" });
+    } else if softest.is_some_and(|[_, least]| modulus < *least) {
+        add("material.youngs_modulus", modulus, "Pa", "MPa");
+    }
+    let thickest = match &scene.rod.section {
+        Section::Circle { radius } | Section::Tube { radius, .. } => 2.0 * radius,
+        Section::Rectangle { width, height, .. } => width.max(*height),
+        Section::Custom { area, .. } => area.sqrt(),
+    };
+    if thickest > THICKEST {
+        add("rod.section", thickest, "m", "mm");
+    }
+    if length > LONGEST {
+        add("rod.shape", length, "m", "mm");
+    }
+    let gravity = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    if gravity > STRONGEST_GRAVITY {
+        add("loads.gravity", gravity, "m/s^2", "mm/s^2");
+    }
+    (!found.is_empty()).then(|| {
+        format!(
+            "the scene has {}, as if in other units than SI. Results are then off by powers of ten. Give m, kg/m^3, Pa \
+             and m/s^2: 1 g/cm^3 is 1000 kg/m^3, 1 MPa is 1e6 Pa, 1 GPa is 1e9 Pa",
+            found.join(", ")
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+
+    fn scene_of(density: f64, modulus: f64, radius: f64) -> Scene {
+        let shape = Shape::Straight { length: 0.3, direction: [1.0, 0.0, 0.0] };
+        Scene::new(8, shape, Section::Circle { radius }, Material::new(density, modulus))
+    }
+
+    #[test]
+    fn real_materials_are_not_reported() {
+        let materials = [
+            ("silicone", 1100.0, 1e5),
+            ("soft silicone", 1070.0, 3e4),
+            ("silicone filled with iron", 2300.0, 1e5),
+            ("rubber with magnetic powder", 3500.0, 1e6),
+            ("gelatine", 1050.0, 2e3),
+            ("foam", 20.0, 1e4),
+            ("balsa", 120.0, 3e9),
+            ("steel", 7850.0, 205e9),
+            ("lead", 11340.0, 16e9),
+            ("tungsten", 19300.0, 411e9),
+        ];
+        for (name, density, modulus) in materials {
+            assert_eq!(units(&scene_of(density, modulus, 2e-3), 0.3), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn numbers_in_other_units_are_reported() {
+        let cases = [
+            (
+                scene_of(1.1, 1.5, 10.0),
+                300.0,
+                vec!["density of 1.1", "modulus of 1.5", "section of 20"],
+            ),
+            (scene_of(7.85e-9, 205e3, 2.0), 300.0, vec!["density of", "section of 4 m"]),
+            (scene_of(7850.0, 200.0, 2e-3), 0.2, vec!["200 Pa (in GPa?)"]),
+            (scene_of(7850.0, 205e3, 2e-3), 0.2, vec!["205000 Pa (in MPa?)"]),
+            (scene_of(2700.0, 70.0, 2e-3), 0.2, vec!["70 Pa (in GPa?)"]),
+            (scene_of(1140.0, 1.5e-3, 2e-3), 0.2, vec!["(in MPa?)"]),
+            (scene_of(1140.0, 1e6, 2e-3), 1500.0, vec!["shape of 1500 m (in mm?)"]),
+        ];
+        for (scene, length, all) in cases {
+            let words = units(&scene, length).unwrap_or_default();
+            assert!(all.iter().all(|part| words.contains(part)), "{words}: {all:?}");
+        }
+        let mut falling = scene_of(1140.0, 1e6, 2e-3);
+        falling.loads.gravity = [0.0, -9810.0, 0.0];
+        assert!(units(&falling, 0.2).unwrap().contains("gravity of 9810 m/s^2"));
+    }
+}
