@@ -260,7 +260,7 @@ pub(crate) fn assess(
     late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
     scene_notes(search, fitted, &mut warnings);
     other_numberings(search, optimum, &estimates, &mut warnings);
-    too_thick((search, optimum), covariance, &noise.weights, &estimates, &mut warnings);
+    too_thick((search, optimum), covariance, noise, &estimates, &mut warnings);
     warnings.append(not_looked);
     explained_by(&unsaid.score_tests, &mut warnings);
     let about = (covariance, &sigma[..]);

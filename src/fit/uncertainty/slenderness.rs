@@ -17,6 +17,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::scene_notes::at_optimum;
 use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
@@ -36,6 +37,10 @@ const LOWERS_THE_GRADE: f64 = 1.0;
 const SMALLEST_SOFTENING: f64 = 4e-3;
 /// Largest mean square of the slope of mode n over that of the mode, in units of ((n + 1) pi/L)^2: 1.25 of a free rod.
 const LARGEST_SLOPE: f64 = 1.3;
+/// An amplitude of an effect below this by so many standard errors is excluded by the data. The theory itself is off by
+/// less: by the shear coefficient and Poisson's ratio, a fifth at most.
+const HALF: f64 = 0.5;
+const CERTAIN: f64 = 3.0;
 /// Poisson's ratio of a rod whose scene gives none.
 const USUAL_RATIO: f64 = 0.3;
 /// So many parameters are named.
@@ -83,7 +88,7 @@ struct Softening {
 pub(crate) fn too_thick(
     (search, optimum): (&Search, &Optimum),
     covariance: &Covariance,
-    weights: &[f64],
+    noise: &Noise,
     estimates: &[Estimate],
     warnings: &mut Warnings,
 ) {
@@ -94,10 +99,16 @@ pub(crate) fn too_thick(
     if usual.largest < SMALLEST_SOFTENING {
         return;
     }
-    let biases = |softening: &Softening| {
+    let moves_by = |softening: &Softening| {
         let twice_weighted: Vec<f64> =
-            softening.change.iter().zip(weights).map(|(c, w)| w * w * c).collect();
-        let moves = covariance.response(&optimum.jacobian, &twice_weighted);
+            softening.change.iter().zip(&noise.weights).map(|(c, w)| w * w * c).collect();
+        covariance.response(&optimum.jacobian, &twice_weighted)
+    };
+    if is_excluded(optimum, &usual.change, &moves_by(&usual), noise) {
+        return;
+    }
+    let biases = |softening: &Softening| {
+        let moves = moves_by(softening);
         let bias = |(j, estimate): (usize, &Estimate)| {
             let elsewhere = by_modulus(estimate, &search.unknowns[j], softening.without_row);
             let correction = moves[j]? + elsewhere;
@@ -144,6 +155,23 @@ pub(crate) fn too_thick(
         each.join(", ")
     );
     warnings.add(weight, Code::ThickRod, words);
+}
+
+/// Whether the residuals exclude half of the change: measured values of several modes or points show it by themselves.
+///
+/// The parameters take up a part of a change; the rest `u`, weighted, must stand in the residuals `r` with the amplitude
+/// `a = -u.r/|u|^2`, 1 where the rod is as the theory has it, with the standard error `s/|u|` for noise of variance `s^2`.
+fn is_excluded(optimum: &Optimum, change: &[f64], moves: &[Option<f64>], noise: &Noise) -> bool {
+    let (mut own, mut both) = (0.0, 0.0);
+    let rows = optimum.jacobian.iter().zip(change).zip(&optimum.residuals).zip(&noise.weights);
+    for (((row, change), residual), weight) in rows {
+        let by_moves = row.iter().zip(moves).map(|(d, by)| d * by.unwrap_or(0.0)).sum::<f64>();
+        let rest = weight * (change + by_moves);
+        own += rest * rest;
+        both += rest * weight * residual;
+    }
+    let std_error = (noise.variance / own.max(f64::MIN_POSITIVE)).sqrt();
+    -both / own.max(f64::MIN_POSITIVE) + CERTAIN * std_error < HALF
 }
 
 /// What an estimate is off by.
