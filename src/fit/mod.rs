@@ -77,6 +77,7 @@ pub use uncertainty::sources::{BudgetLine, CouldHide, MonteCarlo, PerCent, Score
 pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::design::plan::Plan;
 use crate::fit::duplicates::check_duplicates;
@@ -89,8 +90,9 @@ use crate::fit::search::Search;
 use crate::fit::search::basins::{SAME, distance};
 use crate::fit::search::first_look::FirstLook;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::search::rivals::{Comparison, better_elsewhere};
 use crate::fit::uncertainty::assessment::{assess, local, shifts_of};
-use crate::fit::uncertainty::verdict::Warnings;
+use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::laid_out;
 use crate::fit::validate::{check, recorded};
 use crate::problem::Problem;
@@ -142,6 +144,26 @@ struct Coarse<'a> {
     experiments: &'a [Experiment],
     /// The optimum, on the unknowns' scales.
     x: Vec<f64>,
+}
+
+/// How far the way from a search to its report has come.
+#[derive(Clone, Copy)]
+struct Settling<'a> {
+    look: &'a FirstLook,
+    since: Instant,
+    /// The search, if it stopped at the first optimum that explains the motion.
+    hurried: Option<&'a Coarse<'a>>,
+    /// Whether the other minima have been compared with the optimum on its mesh.
+    is_compared: bool,
+    /// How often mesh and step have been refined.
+    round: usize,
+}
+
+impl Settling<'_> {
+    /// The same on a finer mesh.
+    fn finer(self) -> Self {
+        Self { round: self.round + 1, ..self }
+    }
 }
 
 impl Fit {
@@ -283,7 +305,9 @@ impl Fit {
         let optimum = search.best()?;
         let coarse = Coarse { search, experiments, x: optimum.x.clone() };
         let hurried = (search.hurried && !search.is_noise(&optimum)).then_some(&coarse);
-        self.settled((search, optimum), experiments, (about, hurried), 0)
+        let (look, since) = about;
+        let state = Settling { look, since, hurried, is_compared: false, round: 0 };
+        self.settled((search, optimum), experiments, state)
     }
 
     /// What an optimum is worth, on a mesh and in steps that are fine enough for it.
@@ -291,8 +315,7 @@ impl Fit {
         &self,
         (search, optimum): (&Search, Optimum),
         experiments: &[Experiment],
-        (about, hurried): ((&FirstLook, Instant), Option<&Coarse>),
-        round: usize,
+        state: Settling,
     ) -> Result<FitReport, Error> {
         let local = local(search, &optimum)?;
         let mut warnings = Warnings::default();
@@ -302,18 +325,21 @@ impl Fit {
             false => None,
         };
         let there = (&local, shifts.as_ref());
-        if let Some((finer, start)) = refined(experiments, (search, &optimum), there, round)? {
+        if let Some((finer, start)) = refined(experiments, (search, &optimum), there, state.round)?
+        {
             let measured = fitted(&finer);
             let next = search.on(&measured)?;
-            let optimum = next.polish(&start)?;
-            return self.settled((&next, optimum), &finer, (about, hurried), round + 1);
+            let found = next.polish(&start)?;
+            next.follow(&optimum.x, &start, &found);
+            return self.settled((&next, found), &finer, state.finer());
         }
-        if let Some(coarse) = hurried.filter(|_| !search.is_noise(&optimum)) {
+        if let Some(coarse) = state.hurried.filter(|_| !search.is_noise(&optimum)) {
             // It was not for mesh and step that more than noise is left.
             let mut patient = coarse.search.on(coarse.search.experiments)?;
             match patient.best() {
                 Ok(other) if distance(&other.x, &coarse.x) > SAME => {
-                    return self.settled((&patient, other), coarse.experiments, (about, None), 0);
+                    let state = Settling { hurried: None, round: 0, ..state };
+                    return self.settled((&patient, other), coarse.experiments, state);
                 }
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 // What was found stays.
@@ -323,21 +349,38 @@ impl Fit {
             if let Some(start) = search.given(Some(&optimum)) {
                 match search.polish(&start) {
                     Ok(other) if other.cost < optimum.cost => {
-                        return self.settled((search, other), experiments, (about, None), round);
+                        let state = Settling { hurried: None, ..state };
+                        return self.settled((search, other), experiments, state);
                     }
                     Err(Error::Interrupted) => return Err(Error::Interrupted),
                     _ => {}
                 }
             }
         }
-        let (look, since) = about;
+        if !state.is_compared {
+            let compared = search.compare_minima(&optimum, local.noise.rise)?;
+            let Comparison { search: follower, lower, mut unreached } = compared;
+            if let Some(lower) = lower {
+                let state = Settling { hurried: None, is_compared: true, ..state };
+                let x = lower.x.clone();
+                let report = self.settled((&follower, lower), experiments, state)?;
+                if report.converged || report.interrupted || !optimum.converged {
+                    return Ok(report);
+                }
+                unreached = Some(x);
+            }
+            if let Some(x) = unreached {
+                let words = better_elsewhere(search.unknowns, &x);
+                warnings.add(Weight::Worthless, Code::BetterMinimum, words);
+            }
+        }
         let found = (search, &optimum);
         let given = (&self.analysis, &self.knowns[..]);
         let about = (local, shifts, warnings);
-        let mut assessment = assess(found, about, given, experiments, &look.suspicions)?;
-        look.note_constant_axes(&mut assessment.warnings);
+        let mut assessment = assess(found, about, given, experiments, &state.look.suspicions)?;
+        state.look.note_constant_axes(&mut assessment.warnings);
         let ending = Ending::assessed(found, assessment, experiments, self.keep_plot_data);
-        Ok(FitReport::new(ending, search, experiments, since))
+        Ok(FitReport::new(ending, search, experiments, state.since))
     }
 
     /// The experiments, laid out for generic values of all that they are differentiated by.

@@ -2,6 +2,7 @@
 //! what it was preferred to.
 
 use crate::fit::search::grid::Grid;
+use crate::fit::search::minimum::Minimum;
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 use serde::{Deserialize, Serialize};
@@ -57,52 +58,45 @@ pub enum SeenBy {
     Scan,
 }
 
-/// Where a fit ended on the unknowns' scales, with which misfit, and whether at a minimum.
-pub(crate) type Reached = (Vec<f64>, f64, bool);
-
-/// The minima that were seen, of which the one at `chosen` was taken.
+/// The minima that were found, of which `chosen` was taken; all objectives with the weights of `sigmas`.
 pub(crate) fn basins(
     unknowns: &[Unknown],
-    all: &[Reached],
+    (minima, sigmas): (&[Minimum], &[f64]),
     grid: Option<&Grid>,
-    chosen: Option<(&[f64], f64)>,
+    chosen: Option<&Minimum>,
 ) -> Basins {
-    let mut reached: Vec<Reached> = Vec::new();
-    let mut all = all.to_vec();
-    order::sort_by(&mut all, |x| x.1);
-    for (x, cost, converged) in all {
-        if reached.iter().all(|(y, ..)| distance(&x, y) > SAME) {
-            reached.push((x, cost, converged));
+    let misfit = |minimum: &Minimum| minimum.squares.misfit(sigmas);
+    let mut minima: Vec<&Minimum> = minima.iter().collect();
+    order::sort_by(&mut minima, |minimum| misfit(minimum));
+    // New weights and other meshes move the chosen one a little.
+    let mut reached: Vec<&Minimum> = chosen.into_iter().collect();
+    for minimum in minima {
+        // Lower on another mesh is not lower here, where the nearest ones have been followed.
+        let is_lower_elsewhere = chosen
+            .is_some_and(|own| own.numerics != minimum.numerics && misfit(minimum) < misfit(own));
+        if !is_lower_elsewhere && reached.iter().all(|other| distance(&minimum.x, &other.x) > SAME)
+        {
+            reached.push(minimum);
         }
     }
-    let least = reached.first().map_or(0.0, |(_, cost, _)| *cost);
-    let mut list: Vec<Basin> = reached
-        .iter()
-        .map(|(x, cost, converged)| Basin {
-            seen: SeenBy::Fit,
-            values: values(unknowns, x),
-            misfit: *cost,
-            relative: ratio(*cost, least),
-            converged: *converged,
-            chosen: false,
-        })
-        .collect();
-    // New weights move the optimum a little.
-    let nearest = chosen.and_then(|(x, _)| {
-        let far = |(y, ..): &Reached| distance(x, y);
-        (0..reached.len()).min_by(|a, b| far(&reached[*a]).total_cmp(&far(&reached[*b])))
-    });
-    if let (Some(i), Some((x, cost))) = (nearest, chosen) {
-        list[i] =
-            Basin { values: values(unknowns, x), misfit: cost, chosen: true, ..list[i].clone() };
-        list[..=i].rotate_right(1);
-    }
+    let least = reached.iter().map(|minimum| misfit(minimum)).fold(f64::INFINITY, f64::min);
+    let basin = |(k, minimum): (usize, &&Minimum)| Basin {
+        seen: SeenBy::Fit,
+        values: values(unknowns, &minimum.x),
+        misfit: misfit(minimum),
+        relative: ratio(misfit(minimum), least),
+        converged: minimum.converged,
+        chosen: k == 0 && chosen.is_some(),
+    };
+    let mut list: Vec<Basin> = reached.iter().enumerate().map(basin).collect();
+    let is_comparable = |other: &&Minimum| chosen.is_none_or(|own| own.numerics == other.numerics);
+    let comparable: Vec<bool> = reached.iter().map(is_comparable).collect();
     let scanned = grid.map_or(Vec::new(), Grid::minima);
     let points = grid.map_or(0, |grid| grid.points.len());
     let least = scanned.first().map_or(0.0, |(_, cost, _)| *cost);
     let unfollowed = scanned.iter().filter(|(x, _, spacing)| {
-        let at = |(y, ..): &Reached| {
-            x.iter().zip(y).zip(spacing).all(|((x, y), h)| (x - y).abs() <= 1.5 * h)
+        let at = |other: &&Minimum| {
+            x.iter().zip(&other.x).zip(spacing).all(|((x, y), h)| (x - y).abs() <= 1.5 * h)
         };
         !reached.iter().any(at)
     });
@@ -117,12 +111,17 @@ pub(crate) fn basins(
         })
         .collect();
     let count = list.len() + unfollowed.len();
-    let words = in_words(unknowns, &list, &unfollowed, points);
+    let words = in_words(unknowns, (&list, &comparable), &unfollowed, points);
     list.extend(unfollowed.into_iter().take(LISTED));
     Basins { count, list, words }
 }
 
-fn in_words(unknowns: &[Unknown], fitted: &[Basin], scanned: &[Basin], points: usize) -> String {
+fn in_words(
+    unknowns: &[Unknown],
+    (fitted, comparable): (&[Basin], &[bool]),
+    scanned: &[Basin],
+    points: usize,
+) -> String {
     let at = |basin: &Basin| {
         let pairs = unknowns.iter().zip(&basin.values);
         let words = pairs.map(|(unknown, value)| {
@@ -143,12 +142,10 @@ fn in_words(unknowns: &[Unknown], fitted: &[Basin], scanned: &[Basin], points: u
         n => format!("{n} minima of the misfit seen {scan}"),
     };
     if let Some(next) = fitted.get(1) {
-        words += &match next.misfit / chosen.misfit {
-            more if more >= 1.0 => {
-                format!("; the next, {}, has {} times this one's misfit", at(next), times(more))
-            }
-            _ => format!("; {} fits better than this one", at(next)),
-        };
+        let ratio = times(next.misfit / chosen.misfit);
+        let numerics = if comparable[1] { "" } else { " on another mesh" };
+        words +=
+            &format!("; the next, {}, has {ratio} times this one's misfit{numerics}", at(next));
     }
     if let Some(next) = scanned.first() {
         let more = times(next.relative);
@@ -199,10 +196,11 @@ mod tests {
     #[test]
     fn what_was_followed_counts_once() {
         let unknowns = [Parameter::YoungsModulus, Parameter::Beta].map(Unknown::new);
-        let reached = [([1.2, 0.71], 4.0), ([1.2005, 0.71], 4.1), ([2.9, 0.71], 8.0)]
-            .map(|(x, cost)| (x.to_vec(), cost, true));
+        let minima = [([1.2, 0.71], 4.0), ([1.2005, 0.71], 4.1), ([2.9, 0.71], 8.0)]
+            .map(|(x, cost)| Minimum::at(&x, cost));
         let grid = Grid::two_wells();
-        let basins = basins(&unknowns, &reached, Some(&grid), Some((&[1.2, 0.71], 4.0)));
+        let found = (&minima[..], &[1.0][..]);
+        let basins = basins(&unknowns, found, Some(&grid), Some(&minima[0]));
         assert_eq!((basins.count, basins.list.len()), (3, 3), "{basins:?}");
         let seen: Vec<_> = basins.list.iter().map(|b| (b.seen, b.chosen, b.relative)).collect();
         assert_eq!(
@@ -216,7 +214,7 @@ mod tests {
 
     #[test]
     fn nothing_seen_nothing_said() {
-        let empty = basins(&[Unknown::new(Parameter::Beta)], &[], None, None);
+        let empty = basins(&[Unknown::new(Parameter::Beta)], (&[], &[]), None, None);
         assert_eq!((empty.count, empty.words.as_str()), (0, ""));
     }
 }

@@ -1,7 +1,8 @@
 //! What a search came across on its way to the optimum.
 
-use crate::fit::search::basins::{Basins, Reached, basins, values};
+use crate::fit::search::basins::{Basins, SAME, basins, distance, values};
 use crate::fit::search::grid::{Grid, Landscape};
+use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::unknown::Unknown;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -71,44 +72,7 @@ struct Noted {
     x: Vec<f64>,
     simulations: f64,
     residuals: usize,
-    /// Sums of squares of each measurement in its own unit, and of the priors.
-    squares: Vec<f64>,
-    priors: f64,
-    /// What robust losses make of the sum of squares, as a part of it.
-    robust: f64,
-}
-
-impl Noted {
-    fn of(visit: &Visit, sigmas: &[f64], simulations: f64) -> Self {
-        let mut rest = &visit.residuals[..];
-        let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
-        let counts = visit.counts.iter().zip(sigmas);
-        let squares: Vec<f64> = counts
-            .map(|(count, sigma)| {
-                let (own, others) = rest.split_at(*count);
-                rest = others;
-                square(own) * sigma * sigma
-            })
-            .collect();
-        let whole = square(&visit.residuals);
-        Self {
-            stage: visit.stage,
-            x: visit.x.clone(),
-            simulations,
-            residuals: visit.residuals.len(),
-            squares,
-            priors: square(rest),
-            robust: if whole > 0.0 { 2.0 * visit.cost / whole } else { 1.0 },
-        }
-    }
-
-    /// Half the sum of squares or of losses in a weighting; of robust losses as their own weighting
-    /// had it.
-    fn misfit(&self, sigmas: &[f64]) -> f64 {
-        let pairs = self.squares.iter().zip(sigmas);
-        let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();
-        0.5 * self.robust * (squares + self.priors)
-    }
+    squares: Squares,
 }
 
 /// The record of a search.
@@ -122,7 +86,10 @@ struct Records {
     sigmas: Vec<f64>,
     best: Option<Visit>,
     grid: Option<Grid>,
-    reached: Vec<Reached>,
+    /// Where fits of the full model ended.
+    minima: Vec<Minimum>,
+    /// How many meshes and steps there have been beside the first.
+    numerics: usize,
 }
 
 impl Journal {
@@ -133,7 +100,14 @@ impl Journal {
     /// Notes a point, after the work of this many simulations.
     pub fn visit(&self, visit: Visit, simulations: f64) {
         let mut records = self.records();
-        let noted = Noted::of(&visit, &records.sigmas, simulations);
+        let Visit { stage, x, cost, residuals, counts } = &visit;
+        let noted = Noted {
+            stage: *stage,
+            x: x.clone(),
+            simulations,
+            residuals: residuals.len(),
+            squares: Squares::new(residuals, counts, &records.sigmas, *cost),
+        };
         records.history.push(noted);
         let rank = |v: &Visit| (v.stage, v.residuals.len());
         let better = records.best.as_ref().is_none_or(|b| {
@@ -149,9 +123,35 @@ impl Journal {
         self.records().grid = Some(grid);
     }
 
-    /// Notes where the full model ended.
-    pub fn reach(&self, end: Reached) {
-        self.records().reached.push(end);
+    /// The number of another mesh and other steps.
+    pub fn add_numerics(&self) -> usize {
+        let mut records = self.records();
+        records.numerics += 1;
+        records.numerics
+    }
+
+    /// Records where a fit of the full model ended.
+    pub fn add_minimum(&self, minimum: Minimum) {
+        self.records().minima.push(minimum);
+    }
+
+    /// Records what became of the minimum at `before` on another mesh or with other weights.
+    pub fn move_minimum(&self, before: &[f64], minimum: Minimum) {
+        let mut records = self.records();
+        records.minima.retain(|other| distance(&other.x, before) > SAME);
+        records.minima.push(minimum);
+    }
+
+    /// The minima found so far.
+    pub fn minima(&self) -> Vec<Minimum> {
+        self.records().minima.clone()
+    }
+
+    /// The values of an unknown that the scan had, on its scale; fewer than three if it was not scanned.
+    pub fn scanned_values(&self, unknown: usize) -> Vec<f64> {
+        let records = self.records();
+        let axis = records.grid.as_ref().and_then(|grid| grid.axes.get(unknown));
+        axis.cloned().unwrap_or_default()
     }
 
     /// Residuals are in units of these sigmas from now on: costs before and after this cannot be
@@ -172,7 +172,7 @@ impl Journal {
         let iterate = |noted: &Noted| Iterate {
             stage: noted.stage.name().into(),
             simulations: noted.simulations,
-            misfit: noted.misfit(sigmas),
+            misfit: noted.squares.misfit(sigmas),
             residuals: noted.residuals,
             values: values(unknowns, &noted.x),
         };
@@ -184,10 +184,10 @@ impl Journal {
         self.records().grid.as_ref().map_or(Vec::new(), |grid| grid.landscape(unknowns))
     }
 
-    /// The minima that were seen, of which the one at `chosen` was taken.
-    pub fn basins(&self, unknowns: &[Unknown], chosen: Option<(&[f64], f64)>) -> Basins {
+    /// The minima that were found, of which `chosen` was taken; all objectives with the weights of these `sigmas`.
+    pub fn basins(&self, unknowns: &[Unknown], sigmas: &[f64], chosen: Option<&Minimum>) -> Basins {
         let records = self.records();
-        basins(unknowns, &records.reached, records.grid.as_ref(), chosen)
+        basins(unknowns, (&records.minima, sigmas), records.grid.as_ref(), chosen)
     }
 }
 

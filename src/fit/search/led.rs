@@ -18,7 +18,7 @@ use crate::fit::search::journal::Stage;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
+use crate::numerics::{half_square, order};
 use statrs::statistics::{Data, Median};
 
 /// Medians of a derivative's size from which on a value runs away.
@@ -50,7 +50,10 @@ impl Search<'_> {
         for start in self.led_starts()? {
             match self.led_from(start) {
                 Ok(optimum) => {
-                    if best.as_ref().is_none_or(|(b, _)| optimum.cost < b.cost) {
+                    let is_lower = |(other, trust): &(Optimum, Vec<f64>)| {
+                        self.cost_with(&optimum, trust) < self.cost_with(other, trust)
+                    };
+                    if best.as_ref().is_none_or(is_lower) {
                         best = Some((optimum, self.trust.clone()));
                     }
                 }
@@ -65,6 +68,24 @@ impl Search<'_> {
         })?;
         self.trust = trust;
         Ok(optimum)
+    }
+
+    /// The objective at an optimum with the smaller one of two weights of each value: those of this search and
+    /// `trust`. Only with the same weights can two optima be compared.
+    fn cost_with(&self, optimum: &Optimum, trust: &[f64]) -> f64 {
+        let weight = |k: usize| {
+            let of = |trust: &[f64]| trust.get(k).copied().unwrap_or(1.0);
+            of(trust).min(of(&self.trust))
+        };
+        let mut k = 0;
+        let mut cost = 0.0;
+        for (_, measurement, _, own) in self.measured(optimum) {
+            for r in own {
+                cost += 0.5 * measurement.loss().robust(weight(k) * r)[0].powi(2);
+                k += 1;
+            }
+        }
+        cost + half_square(&optimum.residuals[k..])
     }
 
     /// The given start, or the lowest points of a scan over Young's modulus.
@@ -131,7 +152,7 @@ impl Search<'_> {
             }
         }
         let optimum = self.raised(self.polish_knowing(&x, there, halved)?)?;
-        self.journal.reach((optimum.x.clone(), optimum.cost, optimum.converged));
+        self.add_minimum(&optimum);
         Ok(optimum)
     }
 }

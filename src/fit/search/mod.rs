@@ -9,7 +9,10 @@ pub(crate) mod first_look;
 pub(crate) mod grid;
 pub(crate) mod journal;
 pub(crate) mod led;
+pub(crate) mod minimum;
+pub(crate) mod neighbors;
 pub(crate) mod optimum;
+pub(crate) mod rivals;
 pub(crate) mod scan;
 pub(crate) mod starts;
 pub(crate) mod weights;
@@ -21,6 +24,8 @@ use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
 use crate::fit::search::journal::{Journal, Visit};
+use crate::fit::search::minimum::Minimum;
+use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use std::sync::Arc;
 
@@ -28,6 +33,7 @@ use std::sync::Arc;
 pub type Progress = Arc<dyn Fn(&str, f64) + Send + Sync>;
 
 /// What every stage needs.
+#[derive(Clone)]
 pub(crate) struct Search<'a> {
     pub experiments: &'a [Experiment],
     /// One per measurement, in its unit.
@@ -49,6 +55,10 @@ pub(crate) struct Search<'a> {
     pub hurried: bool,
     /// Part of a standard error by which the minimum may be missed.
     pub tolerance: f64,
+    /// Number of the mesh and the steps: objectives can be compared where it is the same.
+    pub numerics: usize,
+    /// Whether a search that gains next to nothing over several steps has converged.
+    pub ends_crawling: bool,
 }
 
 /// What threads share of a search.
@@ -77,6 +87,8 @@ impl<'a> Task<'a> {
             suspicious: false,
             hurried: false,
             tolerance: self.tolerance,
+            numerics: 0,
+            ends_crawling: false,
         }
     }
 }
@@ -102,6 +114,8 @@ impl<'a> Search<'a> {
             suspicious: false,
             hurried: false,
             tolerance,
+            numerics: 0,
+            ends_crawling: false,
         })
     }
 
@@ -122,6 +136,8 @@ impl<'a> Search<'a> {
             suspicious: self.suspicious,
             hurried: false,
             tolerance: self.tolerance,
+            numerics: self.journal.add_numerics(),
+            ends_crawling: self.ends_crawling,
         })
     }
 
@@ -177,6 +193,16 @@ impl<'a> Search<'a> {
     /// Notes a point.
     pub fn note(&self, visit: Visit) {
         self.journal.visit(visit, self.simulations());
+    }
+
+    /// Records where a fit of the full model to the whole records ended.
+    pub fn add_minimum(&self, optimum: &Optimum) {
+        self.journal.add_minimum(self.minimum(optimum));
+    }
+
+    /// An end of a fit as the journal records it.
+    pub fn minimum(&self, optimum: &Optimum) -> Minimum {
+        Minimum::new(optimum, &self.sigmas, self.numerics)
     }
 
     /// The residuals of the whole records.

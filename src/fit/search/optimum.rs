@@ -21,7 +21,8 @@ use std::sync::Arc;
 const LONGEST_LOG_STEP: f64 = 4.6;
 /// Part of a standard error below which the last step is taken without another simulation.
 const LAST_STEP: f64 = 0.05;
-/// Steps in a row that gain next to nothing after which the fit of a cable ends whose parts slip on each other.
+/// Steps in a row that gain next to nothing after which a fit ends whose objective is rough: of a cable whose parts
+/// slip on each other, or of a minimum that is compared with another.
 const PATIENCE: usize = 3;
 
 /// Where an optimisation ended.
@@ -101,7 +102,7 @@ impl Search<'_> {
             .step_tolerance(step_tolerance)
             .noise_tolerance(noise_tolerance)
             .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0))
-            .patience(if self.is_led() { PATIENCE } else { usize::MAX });
+            .patience(if self.is_led() || self.ends_crawling { PATIENCE } else { usize::MAX });
         let observer = Observer {
             progress: self.progress.clone(),
             work: self.work.clone(),
@@ -149,7 +150,8 @@ impl Search<'_> {
 
     /// The minima of the misfit that were seen, of which `chosen` was taken.
     pub fn basins(&self, chosen: Option<&Optimum>) -> Basins {
-        self.journal.basins(self.unknowns, chosen.map(|optimum| (&optimum.x[..], optimum.cost)))
+        let chosen = chosen.map(|optimum| self.minimum(optimum));
+        self.journal.basins(self.unknowns, &self.sigmas, chosen.as_ref())
     }
 
     /// Every measurement with its sigma and its residuals at an optimum.

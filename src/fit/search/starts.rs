@@ -12,6 +12,7 @@ use crate::fit::search::Search;
 use crate::fit::search::basins::distance;
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::journal::{Stage, Visit};
+use crate::fit::search::neighbors;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
@@ -60,6 +61,10 @@ const EFFORTS: [Effort; 4] = [
 
 /// Of a start that is nearly right: the whole record from there.
 const AT_ONCE: Effort = Effort { stretch: 1.0, grid: 1, trusted_periods: f64::MAX, growth: 4.0 };
+
+/// Of a start near a minimum over a few first periods.
+const NEIGHBOR: Effort =
+    Effort { stretch: 1.0, grid: 1, trusted_periods: neighbors::PERIODS, growth: 2.0 };
 
 impl Effort {
     /// Whether its coarse models are another's.
@@ -135,6 +140,12 @@ impl Search<'_> {
             let hopeless = self.suspicious || self.simulations() > MOST_WORK;
             if best.as_ref().is_some_and(|b| enough(b) || hopeless) {
                 break;
+            }
+        }
+        if let Some(found) = best.as_ref().filter(|b| enough(b) && !done(b)) {
+            // It explains the motion, but leaves more than white noise: a better one may be near.
+            for start in self.neighbors(&found.clone())? {
+                self.try_start(&start, &NEIGHBOR, (&mut best, &mut failure))?;
             }
         }
         best.ok_or_else(|| {
@@ -291,7 +302,7 @@ impl Search<'_> {
             horizons.iter_mut().for_each(|h| *h *= effort.growth);
         }
         let optimum = self.raised(self.polish(&x)?)?;
-        self.journal.reach((optimum.x.clone(), optimum.cost, optimum.converged));
+        self.add_minimum(&optimum);
         Ok(optimum)
     }
 }

@@ -20,6 +20,7 @@ impl Search<'_> {
         if !weights_depend_on_the_fit(self.experiments, self.unknowns) {
             return Ok(optimum);
         }
+        let first = optimum.x.clone();
         for _ in 0..MOST_WEIGHTINGS {
             let sigmas = self.estimated_sigmas(&optimum);
             let before = std::mem::replace(&mut self.sigmas, sigmas);
@@ -30,6 +31,7 @@ impl Search<'_> {
                 break;
             }
         }
+        self.journal.move_minimum(&first, self.minimum(&optimum));
         Ok(optimum)
     }
 

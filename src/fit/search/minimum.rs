@@ -1,0 +1,71 @@
+//! Minima that fits of the full model ended in, and whether their objectives can be compared.
+//!
+//! Two objectives can be compared only on the same mesh, with the same steps and the same weights. Each minimum
+//! therefore keeps the numerics that it was found with, and its sums of squares in the units of the measurements:
+//! the objective follows for any weights.
+
+use crate::fit::search::optimum::Optimum;
+
+/// Sums of squared residuals without the weights of the measurements.
+#[derive(Clone, Debug)]
+pub(crate) struct Squares {
+    /// Sum of squares of each measurement, in its unit squared.
+    measurements: Vec<f64>,
+    priors: f64,
+    /// Sum of the losses over the sum of the squares, as the weights at that time had it.
+    robust: f64,
+}
+
+impl Squares {
+    /// Of plain residuals in units of `sigmas`, `counts` of each measurement and then those of the priors; `cost` is
+    /// half the sum of their losses.
+    pub fn new(residuals: &[f64], counts: &[usize], sigmas: &[f64], cost: f64) -> Self {
+        let square = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
+        let mut rest = residuals;
+        let measurements = counts.iter().zip(sigmas).map(|(count, sigma)| {
+            let (own, others) = rest.split_at(*count);
+            rest = others;
+            square(own) * sigma * sigma
+        });
+        let measurements = measurements.collect();
+        let whole = square(residuals);
+        let robust = if whole > 0.0 { 2.0 * cost / whole } else { 1.0 };
+        Self { measurements, priors: square(rest), robust }
+    }
+
+    /// Half the sum of the losses in a weighting; of robust losses as their own weighting had it.
+    pub fn misfit(&self, sigmas: &[f64]) -> f64 {
+        let pairs = self.measurements.iter().zip(sigmas);
+        let squares: f64 = pairs.map(|(square, sigma)| square / (sigma * sigma)).sum();
+        0.5 * self.robust * (squares + self.priors)
+    }
+}
+
+/// A minimum in which a fit of the full model to the whole records ended.
+#[derive(Clone, Debug)]
+pub(crate) struct Minimum {
+    /// The unknowns on their scales.
+    pub x: Vec<f64>,
+    pub squares: Squares,
+    pub converged: bool,
+    /// Number of the mesh and the steps that it was found with.
+    pub numerics: usize,
+}
+
+impl Minimum {
+    /// Where an optimization ended whose residuals are in units of `sigmas`.
+    pub fn new(optimum: &Optimum, sigmas: &[f64], numerics: usize) -> Self {
+        let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
+        let squares = Squares::new(residuals, counts, sigmas, *cost);
+        Self { x: x.clone(), squares, converged: *converged, numerics }
+    }
+}
+
+#[cfg(test)]
+impl Minimum {
+    /// A converged minimum of one measurement with unit weight.
+    pub fn at(x: &[f64], cost: f64) -> Self {
+        let squares = Squares::new(&[(2.0 * cost).sqrt()], &[1], &[1.0], cost);
+        Self { x: x.to_vec(), squares, converged: true, numerics: 0 }
+    }
+}

@@ -1,0 +1,109 @@
+//! Minima found on the way that may be lower than the chosen one.
+//!
+//! A search begins on a coarse mesh and with preliminary weights, and ends with others. The order of two minima may
+//! change with them. So the minima whose recorded objective is near the chosen one's are followed once more, on the
+//! final mesh and with the final weights, and the lowest is taken.
+
+use crate::error::Error;
+use crate::fit::search::Search;
+use crate::fit::search::basins::{SAME, distance, values};
+use crate::fit::search::minimum::Minimum;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::unknown::Unknown;
+use crate::numerics::order;
+
+/// Minima of other meshes with an objective up to this many times the chosen one's are followed: another mesh changes
+/// an objective by some tens of per cent.
+const NEAR_OBJECTIVE: f64 = 1.5;
+/// So many are followed at most, the lowest first.
+const MOST_FOLLOWED: usize = 3;
+/// Twice the difference of two objectives, in units of the variance of the noise, that the noise explains: the
+/// threshold of a likelihood ratio at two standard deviations.
+const EXPLAINED_BY_NOISE: f64 = 4.0;
+
+/// What following the other minima has found.
+pub(crate) struct Comparison<'a> {
+    /// The search, which no longer follows an objective that hardly changes.
+    pub search: Search<'a>,
+    /// A lower minimum than the chosen one.
+    pub lower: Option<Optimum>,
+    /// Where the objective is clearly lower, though the optimizer did not converge there.
+    pub unreached: Option<Vec<f64>>,
+}
+
+impl<'a> Search<'a> {
+    /// Follows the minima that may be lower than `optimum`, where the noise has this variance.
+    pub fn compare_minima(
+        &self,
+        optimum: &Optimum,
+        variance: f64,
+    ) -> Result<Comparison<'a>, Error> {
+        let search = Self { ends_crawling: true, ..self.clone() };
+        let mut comparison = Comparison { search, lower: None, unreached: None };
+        let mut ends = vec![optimum.x.clone()];
+        for rival in self.rivals(optimum) {
+            if ends.iter().any(|end| distance(end, &rival.x) <= SAME) {
+                continue;
+            }
+            let found = match comparison.search.polish(&rival.x) {
+                Ok(found) => found,
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                // What cannot be simulated on this mesh is no better.
+                Err(_) => continue,
+            };
+            self.journal.move_minimum(&rival.x, self.minimum(&found));
+            ends.push(found.x.clone());
+            let least = comparison.lower.as_ref().unwrap_or(optimum).cost;
+            let clearly = 2.0 * (least - found.cost) > EXPLAINED_BY_NOISE * variance;
+            let is_other = distance(&found.x, &optimum.x) > SAME;
+            match found.converged || !optimum.converged {
+                true if found.cost < least && is_other => comparison.lower = Some(found),
+                false if clearly => comparison.unreached = Some(found.x),
+                _ => {}
+            }
+        }
+        Ok(comparison)
+    }
+
+    /// Records what became of the minimum at `before`, expected at `expected` on this search's mesh: the same minimum,
+    /// or another one.
+    pub fn follow(&self, before: &[f64], expected: &[f64], found: &Optimum) {
+        let moved = SAME.max(0.5 * distance(before, expected));
+        match distance(&found.x, expected) <= moved {
+            true => self.journal.move_minimum(before, self.minimum(found)),
+            false => self.add_minimum(found),
+        }
+    }
+
+    /// The recorded minima whose objective is near or below that of `optimum`, the lowest first.
+    fn rivals(&self, optimum: &Optimum) -> Vec<Minimum> {
+        let misfit = |minimum: &Minimum| minimum.squares.misfit(&self.sigmas);
+        let mut rivals = self.journal.minima();
+        rivals.retain(|minimum| {
+            let factor = if minimum.numerics == self.numerics { 1.0 } else { NEAR_OBJECTIVE };
+            distance(&minimum.x, &optimum.x) > SAME && misfit(minimum) < factor * optimum.cost
+        });
+        order::sort_by(&mut rivals, misfit);
+        let mut apart: Vec<Minimum> = Vec::new();
+        for rival in rivals {
+            if apart.iter().all(|other| distance(&other.x, &rival.x) > SAME) {
+                apart.push(rival);
+            }
+        }
+        apart.truncate(MOST_FOLLOWED);
+        apart
+    }
+}
+
+/// That the objective is lower where the optimizer did not converge.
+pub(crate) fn better_elsewhere(unknowns: &[Unknown], x: &[f64]) -> String {
+    let value = |(unknown, value): (&Unknown, f64)| {
+        format!("{unknown} = {value:.3e} {}", unknown.parameter.unit()).trim_end().to_string()
+    };
+    let values: Vec<String> = unknowns.iter().zip(values(unknowns, x)).map(value).collect();
+    format!(
+        "{} fits better, but the search does not converge there: the values below are not the optimum; a start or \
+         bounds near it, or a shorter record, may help",
+        values.join(", ")
+    )
+}
