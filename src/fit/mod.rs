@@ -329,7 +329,8 @@ impl Fit {
         {
             let measured = fitted(&finer);
             let next = search.on(&measured)?;
-            let found = next.polish(&start)?;
+            // A damping that a coarser mesh has at zero may have to go up again.
+            let found = next.raised(next.polish(&start)?)?;
             next.follow(&optimum.x, &start, &found);
             return self.settled((&next, found), &finer, state.finer());
         }

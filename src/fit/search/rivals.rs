@@ -39,13 +39,13 @@ impl<'a> Search<'a> {
         variance: f64,
     ) -> Result<Comparison<'a>, Error> {
         let search = Self { ends_crawling: true, ..self.clone() };
-        let mut comparison = Comparison { search, lower: None, unreached: None };
+        let mut comparison = Comparison { lower: None, unreached: None, search: search.clone() };
         let mut ends = vec![optimum.x.clone()];
         for rival in self.rivals(optimum) {
             if ends.iter().any(|end| distance(end, &rival.x) <= SAME) {
                 continue;
             }
-            let found = match comparison.search.polish(&rival.x) {
+            let found = match search.polish(&rival.x).and_then(|end| search.raised(end)) {
                 Ok(found) => found,
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 // What cannot be simulated on this mesh is no better.

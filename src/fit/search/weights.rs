@@ -31,6 +31,7 @@ impl Search<'_> {
                 break;
             }
         }
+        let optimum = self.raised(optimum)?;
         self.journal.move_minimum(&first, self.minimum(&optimum));
         Ok(optimum)
     }

@@ -146,7 +146,12 @@ pub(crate) fn estimates(
         let ends = |sd: f64| {
             let [low, high] = unknown.parameter.limits();
             let reach = (reach[i] * sd).hypot(open);
-            [x - reach, x + reach].map(|x| unknown.from_scale(x).clamp(low, high))
+            // The misfit is a parabola over a poorly known damping itself, not over its logarithm.
+            let ends = match vanishing[i] {
+                Some(_) => [1.0 - reach, 1.0 + reach].map(|part| part * value),
+                None => [x - reach, x + reach].map(|x| unknown.from_scale(x)),
+            };
+            ends.map(|end| end.clamp(low, high))
         };
         let value = known.then_some(zero.map_or(value, |(value, _)| value));
         Estimate {

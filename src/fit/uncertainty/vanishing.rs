@@ -18,6 +18,9 @@ use nalgebra::DMatrix;
 
 /// How much of the rise that the parabola predicts at the upper end must be there.
 const CONFIRMED: f64 = 0.3;
+/// Standard errors from zero below which a damping is bounded from above only: one that is zero is farther off once
+/// in 700 times.
+const DETECTED: f64 = 3.0;
 
 /// An unknown that may be zero, or is known too little for its logarithm to say how well.
 #[derive(Clone, Copy, Debug)]
@@ -89,13 +92,15 @@ pub(crate) fn vanishing(
         let rise = residuals
             .residuals(&x)
             .map_or(f64::INFINITY, |r| 2.0 * (half_square(&r) - optimum.cost) / noise.rise);
+        // The search may have ended at zero, short of the least misfit.
+        let missed = if estimate > here { (estimate - here) / (deviation / inflation) } else { 0.0 };
+        let rise = rise + missed * missed;
         if upper95.is_finite()
             && rise.is_finite()
             && rise >= CONFIRMED * (quantile * inflation).powi(2)
         {
             let value = if estimate > 1e-3 * upper95 { estimate } else { 0.0 };
-            // Where the two-sided interval reaches zero.
-            let upper95 = (log_deviation * correlations.reach[*j] >= 1.0).then_some(upper95);
+            let upper95 = (estimate < DETECTED * deviation).then_some(upper95);
             found[*j] = Some(Vanishing { value, upper95, log_deviation });
         }
     }
