@@ -36,6 +36,8 @@ pub(crate) struct Covariance {
     spread: Vec<Vec<f64>>,
     /// Variance of the noise.
     variance: f64,
+    /// Unknowns that are bounded from one side, away from where their logarithm has no effect.
+    bounded: Vec<bool>,
 }
 
 impl Covariance {
@@ -72,6 +74,7 @@ impl Covariance {
             inverse: vec![vec![0.0; n]; n],
             spread: vec![vec![0.0; n]; n],
             variance,
+            bounded: (0..n).map(|j| vanishing(j).is_some_and(|v| v.is_away_from_zero())).collect(),
         };
         if active.is_empty() {
             return Ok(local);
@@ -163,8 +166,8 @@ impl Covariance {
         Ok(local)
     }
 
-    /// How the identifiable unknowns answer, on their scales, when the residuals change by
-    /// `change` for a reason of its own: `-(J'J)^-1 J' change`.
+    /// How the unknowns that are identifiable or bounded from one side answer, on their scales, when the residuals
+    /// change by `change` for a reason of its own: `-(J'J)^-1 J' change`.
     pub fn response(&self, rows: &[Vec<f64>], change: &[f64]) -> Vec<Option<f64>> {
         let n = self.inverse.len();
         let gradient = |j: usize| rows.iter().zip(change).map(|(row, c)| row[j] * c).sum::<f64>();
@@ -172,7 +175,8 @@ impl Covariance {
         let answer = |j: usize| -> f64 {
             -self.inverse[j].iter().zip(&gradient).map(|(c, g)| c * g).sum::<f64>()
         };
-        (0..n).map(|j| self.deviation[j].map(|_| answer(j))).collect()
+        let answers = |j: usize| self.deviation[j].is_some() || self.bounded[j];
+        (0..n).map(|j| answers(j).then(|| answer(j))).collect()
     }
 
     /// Variance, by the errors of the identifiable unknowns, of a quantity with these derivatives.

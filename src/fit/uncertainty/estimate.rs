@@ -141,7 +141,12 @@ pub(crate) fn estimates(
         let open = shifts.open(i);
         let value = unknown.from_scale(x);
         let deviation = covariance.deviation[i].filter(|_| optimum.converged);
-        let zero = vanishing[i].and_then(|v| Some((v.value, v.upper95?)));
+        // Mesh and step shift a bound by as much as the value.
+        let zero = vanishing[i].and_then(|v| Some((v, v.upper95?))).map(|(v, upper)| {
+            let shift = v.value * correction;
+            let corrected = (upper - v.value).hypot(v.value * open) + v.value + shift;
+            ((v.value + shift).max(0.0), if corrected > 0.0 { corrected } else { upper })
+        });
         let known = covariance.deviation[i].is_some() || zero.is_some();
         let ends = |sd: f64| {
             let [low, high] = unknown.parameter.limits();

@@ -21,6 +21,8 @@ const CONFIRMED: f64 = 0.3;
 /// Standard errors from zero below which a damping is bounded from above only: one that is zero is farther off once
 /// in 700 times.
 const DETECTED: f64 = 3.0;
+/// Standard deviation of a logarithm above which a small change of the residuals is a large one of the logarithm.
+const LARGEST_LOGARITHMIC: f64 = 3.0;
 
 /// An unknown that may be zero, or is known too little for its logarithm to say how well.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +33,13 @@ pub(crate) struct Vanishing {
     pub upper95: Option<f64>,
     /// Standard deviation of the logarithm.
     pub log_deviation: f64,
+}
+
+impl Vanishing {
+    /// Whether its upper end is known, and its logarithm has an effect where it came out.
+    pub fn is_away_from_zero(&self) -> bool {
+        self.upper95.is_some() && self.log_deviation < LARGEST_LOGARITHMIC
+    }
 }
 
 /// Which of the unknowns may be zero. `rows` are those of the Jacobian in units of the noise.
