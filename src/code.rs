@@ -76,6 +76,7 @@ codes! {
     NotPredicted "not-predicted",
     MayBeZero "may-be-zero",
     RunawayValues "runaway-values",
+    GrowingSensitivity "growing-sensitivity",
     NumericsNotModel "numerics-not-model",
     MeshAndStep "mesh-and-step",
     NumericsUnknown "numerics-unknown",

@@ -328,9 +328,11 @@ impl Fit {
         if let Some((finer, start)) = refined(experiments, (search, &optimum), there, state.round)?
         {
             let measured = fitted(&finer);
-            let next = search.on(&measured)?;
+            let mut next = search.on(&measured)?;
+            let polished = next.polish(&start)?;
             // A damping that a coarser mesh has at zero may have to go up again.
-            let found = next.raised(next.polish(&start)?)?;
+            let raised = next.raised(polished)?;
+            let found = next.with_leverage_weights(raised)?;
             next.follow(&optimum.x, &start, &found);
             return self.settled((&next, found), &finer, state.finer());
         }

@@ -12,4 +12,5 @@ mod intervals;
 mod noise;
 mod outliers;
 mod score;
+mod sensitivity_growth;
 mod warnings;

@@ -102,13 +102,13 @@ impl Choices {
     }
 
     /// The rows of the plan, with those of the priors.
-    pub fn planned(&self, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub fn planned<T: Clone>(&self, rows: &[T]) -> Vec<T> {
         self.rows(rows, |block, _, _| block.kind == Kind::Own)
     }
 
     /// The rows of the samples that `keep` chooses, which it is told by their place in the block, from 0 on, and their
     /// time, with those of the priors.
-    fn rows(&self, rows: &[Vec<f64>], keep: impl Fn(&Block, usize, f64) -> bool) -> Vec<Vec<f64>> {
+    fn rows<T: Clone>(&self, rows: &[T], keep: impl Fn(&Block, usize, f64) -> bool) -> Vec<T> {
         let mut kept = Vec::new();
         for block in &self.blocks {
             let mut own = rows[block.rows.clone()].iter();

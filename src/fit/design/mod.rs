@@ -8,4 +8,5 @@
 pub(crate) mod choices;
 pub(crate) mod plan;
 pub(crate) mod told;
+mod usable_rows;
 mod words;

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::fit::design::choices::Choices;
 use crate::fit::design::told::Design;
+use crate::fit::design::usable_rows::UsableRows;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, all, fitted, full_work};
 use crate::fit::misfit::noise::first_sigmas;
@@ -40,10 +41,14 @@ impl Plan<'_> {
         let (sigmas, work) = (first_sigmas(&widened), full_work(&planned)?);
         let horizons = vec![f64::MAX; widened.len()];
         let residuals = Residuals::new(&widened, &sigmas, unknowns, &horizons, work)?;
-        let rows = residuals.plain_jacobian(&x)?;
-        choices.fill(&mut planned, &residuals.plain(&x)?);
+        let mut rows = residuals.plain_jacobian(&x)?;
+        let simulated = residuals.plain(&x)?;
+        choices.fill(&mut planned, &simulated);
+        let usable = UsableRows::new(widened, (unknowns, &sigmas), &simulated, &rows);
+        usable.leave_out_others(&mut rows);
 
-        let search = Search::new(&planned, unknowns, progress, analysis.tolerance)?;
+        let mut search = Search::new(&planned, unknowns, progress, analysis.tolerance)?;
+        search.trust = usable.weights(&choices);
         search.work.add(residuals.simulations() * work);
         let optimum = Optimum {
             residuals: vec![0.0; choices.planned(&rows).len()],
@@ -56,8 +61,10 @@ impl Plan<'_> {
             x,
         };
         let assessment = expected((&search, &optimum), (analysis, knowns))?;
-        let Assessment { estimates, covariance, unsaid, warnings, .. } = assessment;
-        let advice = choices.advice(&planned, (unknowns, &optimum.x), &rows)?;
+        let Assessment { estimates, covariance, unsaid, mut warnings, .. } = assessment;
+        usable.warn(&mut warnings);
+        let mut advice = choices.advice(&planned, (unknowns, &optimum.x), &rows)?;
+        usable.withdraw_marks(&planned, &mut advice);
         let found = |j: usize| {
             let mut all = advice.iter().flat_map(|advice| &advice.choices);
             estimates[j].identifiable || all.any(|choice| choice.std_error[j].is_some())

@@ -73,7 +73,19 @@ impl Search<'_> {
     /// Root mean square residual of each measurement, in its unit; whatever outliers do, where the
     /// loss is robust.
     pub fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
-        let spread = |(_, m, sigma, r): (_, &Measurement, f64, &[f64])| m.loss().spread(r) * sigma;
+        let mut weights = self.growth_weights();
+        let spread = |(_, m, sigma, r): (_, &Measurement, f64, &[f64])| {
+            let (own, others) = weights.split_at(r.len().min(weights.len()));
+            weights = others;
+            let mean = own.iter().map(|w| w * w).sum::<f64>() / own.len().max(1) as f64;
+            match mean > 0.0 && mean < 1.0 {
+                true => {
+                    let weighted: Vec<f64> = r.iter().zip(own).map(|(r, w)| r * w).collect();
+                    m.loss().spread(&weighted) / mean.sqrt() * sigma
+                }
+                false => m.loss().spread(r) * sigma,
+            }
+        };
         self.measured(optimum).map(spread).collect()
     }
 }

@@ -14,6 +14,7 @@ pub(crate) mod neighbors;
 pub(crate) mod optimum;
 pub(crate) mod rivals;
 pub(crate) mod scan;
+pub(crate) mod sensitivity_growth;
 pub(crate) mod starts;
 pub(crate) mod weights;
 
@@ -38,8 +39,8 @@ pub(crate) struct Search<'a> {
     pub experiments: &'a [Experiment],
     /// One per measurement, in its unit.
     pub sigmas: Vec<f64>,
-    /// Factors on all residuals of the whole records, below 1 where a value [runs away](led); empty where
-    /// none does.
+    /// Leverage weights: factors on all residuals of the whole records, below 1 where a value [runs away](led) or
+    /// [sensitivities grow exponentially](sensitivity_growth); empty where all are 1.
     pub trust: Vec<f64>,
     pub unknowns: &'a [Unknown],
     /// Work of one full simulation, steps times segments.

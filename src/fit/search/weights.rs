@@ -16,7 +16,8 @@ impl Search<'_> {
     /// The best of all starts; the sigmas are those that belong to it from then on.
     pub fn best(&mut self) -> Result<Optimum, Error> {
         self.journal.reweight(&self.sigmas);
-        let mut optimum = if self.is_led() { self.led()? } else { self.globally()? };
+        let optimum = if self.is_led() { self.led()? } else { self.globally()? };
+        let mut optimum = self.with_leverage_weights(optimum)?;
         if !weights_depend_on_the_fit(self.experiments, self.unknowns) {
             return Ok(optimum);
         }

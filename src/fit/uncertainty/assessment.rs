@@ -34,8 +34,9 @@ use crate::fit::uncertainty::slenderness::too_thick;
 use crate::fit::uncertainty::vanishing::{Vanishing, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
-    against_noise_scale, against_priors, bounds_reached, faulty_recordings, is_noise, jumps,
-    may_be_zero, runaways, stated_sigmas, steps_too_large, test_residuals, unexplained,
+    against_noise_scale, against_priors, bounds_reached, faulty_recordings, growing_sensitivities,
+    is_noise, jumps, may_be_zero, runaways, stated_sigmas, steps_too_large, test_residuals,
+    unexplained,
 };
 use crate::numerics::half_square;
 
@@ -191,6 +192,7 @@ pub(crate) fn assess(
     may_be_zero(&estimates, &mut warnings);
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
     unexplained(search, optimum, &local, sigma_narrow, &mut warnings);
+    growing_sensitivities(search, optimum, &mut warnings);
     runaways(search, optimum, &mut warnings);
     faulty_recordings(experiments, &mut warnings);
     against_priors(unknowns, optimum, &mut warnings);

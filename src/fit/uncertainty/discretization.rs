@@ -170,7 +170,7 @@ fn change(
             let moved = there.x.iter().zip(&optimum.x).map(|(a, b)| most * (a - b));
             let moved = moved.zip(&covariance.deviation).map(|(d, sd)| sd.map(|_| d)).collect();
             let left = there.residuals.iter().zip(&optimum.residuals).map(|(a, b)| most * (a - b));
-            (moved, norm(left))
+            (moved, norm(left.enumerate().map(|(k, r)| r * search.leverage_weight(k))))
         }
         _ => {
             let there = search.all_residuals()?.plain(&optimum.x)?;
@@ -189,7 +189,8 @@ fn change(
             let answer = |row: &Vec<f64>| -> f64 {
                 row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum()
             };
-            let left = norm(change.iter().zip(&optimum.jacobian).map(|(c, row)| c + answer(row)));
+            let left = change.iter().zip(&optimum.jacobian).map(|(c, row)| c + answer(row));
+            let left = norm(left.enumerate().map(|(k, r)| r * search.leverage_weight(k)));
             (moved, left)
         }
     };
@@ -305,7 +306,8 @@ pub(crate) fn shifts(
             change.moved
         })
     });
-    let residuals = norm(optimum.residuals.iter().copied());
+    let residuals = optimum.residuals.iter().enumerate();
+    let residuals = norm(residuals.map(|(k, r)| r * search.leverage_weight(k)));
     search.report("discretisation error");
     Ok(Some(Shifts { mesh, step, chosen, left: left / residuals }))
 }

@@ -102,7 +102,8 @@ pub(crate) fn vanishing(
             .residuals(&x)
             .map_or(f64::INFINITY, |r| 2.0 * (half_square(&r) - optimum.cost) / noise.rise);
         // The search may have ended at zero, short of the least misfit.
-        let missed = if estimate > here { (estimate - here) / (deviation / inflation) } else { 0.0 };
+        let missed =
+            if estimate > here { (estimate - here) / (deviation / inflation) } else { 0.0 };
         let rise = rise + missed * missed;
         if upper95.is_finite()
             && rise.is_finite()

@@ -259,8 +259,25 @@ pub(crate) fn faulty_recordings(experiments: &[Experiment], warnings: &mut Warni
     }
 }
 
+/// Warns of sensitivities that grow exponentially.
+pub(crate) fn growing_sensitivities(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+    if search.growth_weights().is_empty() {
+        return;
+    }
+    for growth in search.growths(optimum).into_iter().flatten() {
+        let (later, values) = (growth.later, growth.values);
+        let consequence =
+            format!("the {later} of {values} positions that are later are down-weighted");
+        let words = growth.describe(&consequence);
+        warnings.add(Weight::Note, Code::GrowingSensitivity, words);
+    }
+}
+
 /// Values whose derivatives run away.
 pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+    if !search.growth_weights().is_empty() {
+        return;
+    }
     let (mut rest, mut counts) = (&search.trust[..], Vec::<(&str, usize)>::new());
     for (experiment, _, _, own) in search.measured(optimum) {
         let (mine, others) = rest.split_at(own.len().min(rest.len()));

@@ -1,0 +1,299 @@
+//! Sensitivities that grow exponentially along a motion, and the leverage weights of the values there.
+//!
+//! In a vibration a parameter changes phases, and the change of a position by one unit of the logarithm of a parameter
+//! is at most of the order of `v t`, the largest speed times the time: for Young's modulus of a free vibration of amplitude
+//! `a` it is `a omega t/2`. A limp rod that whips about without enough damping is chaotic: neighboring motions diverge
+//! exponentially, and `dx/dp` with them. Errors of the model, of mesh and step diverge likewise, by the same factor. So a
+//! value there has an error that is as many times larger than its noise as the sensitivities are larger than
+//! a vibration has them: the linear model of the fit, in which only the noise counts, does not hold.
+//!
+//! The growth is found where both of these hold for a parameter, `M(t)` being the largest `|dx/dp|` up to `t`:
+//!
+//! ```text
+//! M(t) > MAX_PHASE_SENSITIVITY (L + v t)        M(t)/t > MAX_LINEAR_GROWTH M(T)/T
+//! ```
+//!
+//! with the length `L` of the rod and about the first period `T`. Values after the second has begun to hold get the weight
+//! `MAX_LINEAR_GROWTH (M(T)/T)/(M(t)/t)`.
+
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::Experiment;
+use crate::fit::measurement::motion::{Observation, Sample};
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::fit::unknown::Unknown;
+use crate::numerics::order;
+use statrs::statistics::{Data, Median};
+
+/// Largest `|dx/d ln p|` over `L + v t` that is no exponential growth. A phase that goes with `p^k` has `k`, at most 2 for
+/// the length of a rod; shapes at rest have less.
+const MAX_PHASE_SENSITIVITY: f64 = 10.0;
+/// How many times as fast as in the first period sensitivities may grow: beats and large amplitudes make 2 to 3.
+const MAX_LINEAR_GROWTH: f64 = 5.0;
+/// About a first period over the time in which a record reaches its first extreme.
+const PERIOD_OF_RISE: f64 = 2.0;
+/// The weights are computed at the optimum that they lead to, after so many fits at most.
+const MOST_WEIGHTINGS: usize = 4;
+/// Weights that have changed by less than this factor have not changed.
+const SAME_WEIGHT: f64 = 1.2;
+
+/// Exponential growth of the sensitivities in the motion of an experiment.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SensitivityGrowth {
+    /// The experiment.
+    pub experiment: String,
+    /// The last time at which the sensitivities are those of a vibration, s.
+    pub onset: f64,
+    /// The largest factor by which they exceed that.
+    pub excess: f64,
+    /// How many values come later, of how many.
+    pub later: usize,
+    pub values: usize,
+    /// After which time the weight is below which value: the first entry has weight 1.
+    weights: Vec<TimedWeight>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TimedWeight {
+    time: f64,
+    weight: f64,
+}
+
+/// The sensitivities of one recorded position: to every unknown, m by its scale.
+struct SampleSensitivity {
+    time: f64,
+    by_unknown: Vec<f64>,
+}
+
+impl SensitivityGrowth {
+    /// The growth in an experiment, of whose measurements `rows` are the derivatives of the residuals on the scales of the
+    /// unknowns; none where there is none.
+    pub fn of(
+        experiment: &Experiment,
+        unknowns: &[Unknown],
+        sigmas: &[f64],
+        rows: &[Vec<f64>],
+    ) -> Option<Self> {
+        let samples = samples(experiment, unknowns, sigmas, rows);
+        let rises: Vec<f64> = experiment.records().map(|o| o.rise_time()).collect();
+        // A marker that hardly moves, or a record that begins late, does not decide.
+        let rise = if rises.is_empty() { return None } else { Data::new(rises).median() };
+        let speed = experiment.records().map(|o| largest_speed(&o)).fold(0.0, f64::max);
+        let (period, length) = (PERIOD_OF_RISE * rise, experiment.problem.length());
+        let first = samples.iter().filter(|s| s.time > 0.0 && s.time <= period);
+        let mut reference = vec![0.0_f64; unknowns.len()];
+        for sample in first {
+            for (most, by) in reference.iter_mut().zip(&sample.by_unknown) {
+                *most = most.max(*by / period);
+            }
+        }
+        let mut largest = vec![0.0_f64; unknowns.len()];
+        let mut grows = vec![false; unknowns.len()];
+        // Growth over that of the first period, of every sample and unknown.
+        let mut growths = Vec::with_capacity(samples.len());
+        for sample in &samples {
+            let mut growth = vec![0.0; unknowns.len()];
+            for j in 0..unknowns.len() {
+                largest[j] = largest[j].max(sample.by_unknown[j]);
+                if sample.time <= period || reference[j] <= 0.0 {
+                    continue;
+                }
+                growth[j] = largest[j] / sample.time / reference[j];
+                let phase = length + speed * sample.time;
+                grows[j] |=
+                    growth[j] > MAX_LINEAR_GROWTH && largest[j] > MAX_PHASE_SENSITIVITY * phase;
+            }
+            growths.push(growth);
+        }
+        let mut excess = 1.0_f64;
+        let mut weights = vec![TimedWeight { time: f64::NEG_INFINITY, weight: 1.0 }];
+        let (mut onset, mut before) = (None, 0.0);
+        for (sample, growth) in samples.iter().zip(growths) {
+            let own = growth.iter().zip(&grows).filter(|(_, grows)| **grows).map(|(g, _)| *g);
+            let own = own.fold(0.0, f64::max) / MAX_LINEAR_GROWTH;
+            if own > excess {
+                excess = own;
+                onset = onset.or(Some(before));
+                weights.push(TimedWeight { time: sample.time, weight: excess.recip() });
+            }
+            before = sample.time;
+        }
+        let onset = onset?;
+        let later = samples.iter().filter(|s| s.time > onset).count();
+        let (experiment, values) = (experiment.name.clone(), samples.len());
+        Some(Self { experiment, onset, excess, later, values, weights })
+    }
+
+    /// The finding, its consequences for the values that come later, and an action.
+    pub fn describe(&self, consequence: &str) -> String {
+        let Self { experiment, onset, excess, .. } = self;
+        let of = if experiment.is_empty() { String::new() } else { format!("{experiment}: ") };
+        format!(
+            "{of}the derivatives by the parameters grow exponentially from t = {onset:.2} s on, to {excess:.0e} times \
+             those of a vibration. The linear error is not usable beyond that time: {consequence}. End the record \
+             there, or give the rod its internal damping (damping.stiffness)"
+        )
+    }
+
+    /// The weight of a value at a time, s.
+    fn weight(&self, time: f64) -> f64 {
+        let after = self.weights.partition_point(|w| w.time <= time);
+        self.weights[after.saturating_sub(1)].weight
+    }
+}
+
+/// The length of `|dx/dp|` of every recorded position, in the order of their times.
+fn samples(
+    experiment: &Experiment,
+    unknowns: &[Unknown],
+    sigmas: &[f64],
+    rows: &[Vec<f64>],
+) -> Vec<SampleSensitivity> {
+    let scales: Vec<f64> = unknowns.iter().map(|u| typical_size(u, experiment)).collect();
+    let mut samples = Vec::new();
+    let mut rest = rows.iter();
+    for (measurement, sigma) in experiment.measurements.iter().zip(sigmas) {
+        let mut own = rest.by_ref().take(measurement.values());
+        if let Some(observation) = measurement.motion() {
+            let mut sigmas = measurement.sigmas(*sigma).into_iter();
+            for sample in &observation.samples {
+                let mut squares = vec![0.0; unknowns.len()];
+                for _ in sample.position.iter().flatten() {
+                    let (Some(row), Some(sigma)) = (own.next(), sigmas.next()) else { break };
+                    for (square, d) in squares.iter_mut().zip(row) {
+                        *square += (sigma * d).powi(2);
+                    }
+                }
+                let of = |(square, scale): (f64, &f64)| square.sqrt() * scale;
+                let by_unknown = squares.into_iter().zip(&scales).map(of).collect();
+                samples.push(SampleSensitivity { time: sample.time, by_unknown });
+            }
+        }
+        own.for_each(drop);
+    }
+    order::sort_by(&mut samples, |s| s.time);
+    samples
+}
+
+/// A change of an unknown on its scale that changes a motion by an amount of the size of the motion; none is 0.
+fn typical_size(unknown: &Unknown, experiment: &Experiment) -> f64 {
+    match unknown.parameter.unit() {
+        _ if unknown.parameter.is_positive() => 1.0,
+        "m" => experiment.problem.length(),
+        "s" => experiment.duration(),
+        "" | "rad" => 1.0,
+        _ => 0.0,
+    }
+}
+
+/// The largest speed from one sample to the next, m/s.
+fn largest_speed(observation: &Observation) -> f64 {
+    let speed = |pair: &[Sample]| {
+        let both = pair[0].position.iter().zip(pair[1].position);
+        let square = both.filter_map(|(a, b)| Some((b? - (*a)?).powi(2))).sum::<f64>();
+        let time = pair[1].time - pair[0].time;
+        if time > 0.0 { square.sqrt() / time } else { 0.0 }
+    };
+    observation.samples.windows(2).map(speed).fold(0.0, f64::max)
+}
+
+/// The growth in all experiments with motion, by the derivatives of all residuals.
+pub(crate) fn growths(
+    experiments: &[Experiment],
+    unknowns: &[Unknown],
+    sigmas: &[f64],
+    rows: &[Vec<f64>],
+) -> Vec<Option<SensitivityGrowth>> {
+    let (mut rows, mut sigmas) = (rows, sigmas);
+    let of = |experiment: &Experiment| {
+        let values = experiment.measurements.iter().map(Measurement::values).sum::<usize>();
+        let (own, others) = rows.split_at(values.min(rows.len()));
+        let (own_sigmas, other_sigmas) = sigmas.split_at(experiment.measurements.len());
+        (rows, sigmas) = (others, other_sigmas);
+        SensitivityGrowth::of(experiment, unknowns, own_sigmas, own)
+    };
+    experiments.iter().map(of).collect()
+}
+
+/// The weight of every value of the experiments, in the order of the residuals; empty where nothing grows.
+pub(crate) fn leverage_weights(
+    experiments: &[Experiment],
+    growths: &[Option<SensitivityGrowth>],
+) -> Vec<f64> {
+    let mut weights = Vec::new();
+    if growths.iter().all(Option::is_none) {
+        return weights;
+    }
+    for (experiment, growth) in experiments.iter().zip(growths) {
+        for measurement in &experiment.measurements {
+            let first = weights.len();
+            weights.resize(first + measurement.values(), 1.0);
+            let Some(growth) = growth else { continue };
+            let own = &mut weights[first..];
+            match measurement {
+                Measurement::Motion(observation) => {
+                    let times = observation
+                        .samples
+                        .iter()
+                        .flat_map(|sample| sample.position.iter().flatten().map(|_| sample.time));
+                    own.iter_mut().zip(times).for_each(|(w, time)| *w = growth.weight(time));
+                }
+                Measurement::Gauge(gauge) => {
+                    for (weight, reading) in own.iter_mut().zip(&gauge.readings) {
+                        *weight = reading.time.map_or(1.0, |time| growth.weight(time));
+                    }
+                }
+                Measurement::RestShape(_) | Measurement::Frequencies(_) => {}
+            }
+        }
+    }
+    weights
+}
+
+impl Search<'_> {
+    /// The leverage weights where they are those of growing sensitivities; else none.
+    pub fn growth_weights(&self) -> &[f64] {
+        if self.is_led() { &[] } else { &self.trust }
+    }
+
+    /// The weight of residual `k` in sums over what growing sensitivities do not distort.
+    pub fn leverage_weight(&self, k: usize) -> f64 {
+        self.growth_weights().get(k).copied().unwrap_or(1.0)
+    }
+
+    /// The growth of the sensitivities at an optimum.
+    pub fn growths(&self, optimum: &Optimum) -> Vec<Option<SensitivityGrowth>> {
+        growths(self.experiments, self.unknowns, &self.sigmas, &optimum.jacobian)
+    }
+
+    /// The optimum with the leverage weights that belong to it, where sensitivities grow exponentially; the same
+    /// optimum where they do not.
+    pub fn with_leverage_weights(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
+        // Motions between recorded ends have leverage weights by the size of their derivatives.
+        if self.is_led() {
+            return Ok(optimum);
+        }
+        for _ in 0..MOST_WEIGHTINGS {
+            let weights = leverage_weights(self.experiments, &self.growths(&optimum));
+            if are_alike(&weights, &self.trust) {
+                break;
+            }
+            self.trust = weights;
+            let known = (optimum.residuals.clone(), optimum.jacobian.clone());
+            match self.polish_knowing(&optimum.x, known, optimum.halved) {
+                Ok(weighted) => optimum = weighted,
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                // The optimum without the weights is the best there is.
+                Err(_) => break,
+            }
+        }
+        Ok(optimum)
+    }
+}
+
+/// Whether no weight differs by much.
+fn are_alike(a: &[f64], b: &[f64]) -> bool {
+    let at = |weights: &[f64], i: usize| weights.get(i).copied().unwrap_or(1.0);
+    (0..a.len().max(b.len())).all(|i| (at(a, i) / at(b, i)).ln().abs() < SAME_WEIGHT.ln())
+}
