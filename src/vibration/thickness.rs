@@ -12,8 +12,8 @@
 //! change. For a simply supported rod `e = (I/A) k^2 (1 + E/(kappa G))` with `k = n pi/L` (S. P. Timoshenko, Phil.
 //! Mag. 41 (1921) 744); for a free one it is the first term of the correction in ASTM E1876.
 //!
-//! `Q` is the part across the rod of the sum of inertia forces and reactions on one side of the section, which holds
-//! for curved and tapered rods, too.
+//! `Q` is the part across the rod of the sum of inertia forces and reactions on one side of the section, less what the
+//! tension of the rod does as it turns. This holds for curved and tapered rods, and for those that hang.
 
 use crate::error::Error;
 use crate::numerics::vector::{add, dot, scale, sub};
@@ -94,7 +94,7 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
     /// The effect on a mode.
     fn thickness_effect(&self, pair: &Eigenpair) -> ThicknessEffect {
         let (discretized, scene) = (self.discretized, self.discretized.scene());
-        let (nodes, edges) = (discretized.nodes(), discretized.nodes() - 1);
+        let edges = discretized.nodes() - 1;
         let inertia = pair.vector.iter().zip(&self.pencil.mass).map(|(x, m)| pair.squared * m * x);
         let inertia: Vec<f64> = inertia.collect();
         let twice_kinetic: f64 = inertia.iter().zip(&pair.vector).map(|(f, x)| f * x).sum();
@@ -124,13 +124,15 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
         let [behind_start, behind_end] = behind_walls(&scene.supports, scene.soft);
         let still = vec![0.0; self.q.len()];
         let place = |i: usize| discretized.model.position(self.q, i);
+        let rest = discretized.rest();
+        let rest_place = |i: usize| discretized.model.position(&rest, i);
         let mut effect = ThicknessEffect::default();
         for j in 0..edges {
             let chord = sub(place(j + 1), place(j));
             let length = dot(chord, chord).sqrt();
             let [tangent, d1, d2] =
                 discretized.axes(directors, (self.q, &still), self.frames, j).map(|[axis, _]| axis);
-            let shear = sub(through[j], scale(tangent, dot(through[j], tangent)));
+            let across = |v: [f64; 3]| sub(v, scale(tangent, dot(v, tangent)));
             let turn = scale(sub(rate(&rates, j + 1), rate(&rates, j)), 1.0 / length);
             let outside = 1.0
                 - if j == 0 { behind_start } else { 0.0 }
@@ -138,12 +140,15 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
             let (section, material) = scene.at((j as f64 + 0.5) / edges as f64);
             let moments = section.moments();
             let [i1, i2] = moments.second_moments;
+            let axial = material.youngs_modulus * moments.area;
+            let rest_chord = sub(rest_place(j + 1), rest_place(j));
+            let tension = axial * (length / dot(rest_chord, rest_chord).sqrt() - 1.0);
+            let shear = across(add(through[j], scale(turn, tension)));
             let turning = i1 * dot(turn, d1).powi(2) + i2 * dot(turn, d2).powi(2);
             let piece = length * outside.max(0.0);
-            effect.shear += dot(shear, shear) * piece / (material.youngs_modulus * moments.area);
+            effect.shear += dot(shear, shear) * piece / axial;
             effect.rotary += pair.squared * material.density * turning * piece;
         }
-        debug_assert_eq!(nodes, edges + 1);
         ThicknessEffect {
             shear: effect.shear / twice_kinetic,
             rotary: effect.rotary / twice_kinetic,
@@ -154,7 +159,7 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Dimension, Material, Scene, Section, Shape};
+    use crate::scene::{Dimension, Material, Point, PointForce, Scene, Section, Shape};
     use crate::vibration::modes::Kind;
     use crate::vibration::name::Among;
 
@@ -219,6 +224,26 @@ mod tests {
             assert_near(effect.shear, shear * unit, 0.02);
             assert_near(effect.rotary, rotary * unit, 0.02);
         }
+    }
+
+    /// Tension stiffens a rod without shear: the mode of a pinned rod under a force along it stays a sine, and so do the
+    /// terms of shear and rotation over its larger squared frequency, 1 + T L^2/(pi^2 E I) times that without.
+    #[test]
+    fn tension_has_no_part_in_shear() {
+        let mut scene = bar(Support::Pinned, Support::Roller);
+        let bending = 205e9 * 0.02 * 0.01_f64.powi(3) / 12.0;
+        let force = 0.3 * bending * (std::f64::consts::PI / LENGTH).powi(2);
+        let along = [force, 0.0, 0.0];
+        scene.loads.point = vec![PointForce { node: Point::Tip, force: along, moment: [0.0; 3] }];
+        let among = Among { plane: Some(Plane::In), kind: Some(Kind::Bending), direction: None };
+        let names = [ModeName { number: 1, among }];
+        let problem = scene.problem().unwrap();
+        let effect = thickness_effects(&problem, &names, About::Equilibrium).unwrap()[0];
+        let k = std::f64::consts::PI / LENGTH;
+        let unit = 0.01_f64.powi(2) / 12.0 * k * k;
+        // The force makes it longer by 0.25 %.
+        assert_near(effect.shear, unit / 1.3, 0.015);
+        assert_near(effect.rotary, unit, 0.015);
     }
 
     /// ASTM E1876: T1 of a bar with thickness/length = 0.1 is 1.0707 at nu = 0.29, and the squared frequency is that of

@@ -18,6 +18,7 @@ mod inspect;
 mod interrupt;
 mod motion;
 mod outputs;
+mod plausibility;
 mod recordings;
 mod refusals;
 mod report;

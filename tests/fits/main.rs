@@ -5,6 +5,7 @@ mod common;
 
 mod bodies;
 mod camera;
+mod duplicates;
 mod experiments;
 mod field;
 mod formats;

@@ -13,4 +13,5 @@ mod noise;
 mod outliers;
 mod score;
 mod sensitivity_growth;
+mod validity;
 mod warnings;

@@ -1,7 +1,7 @@
 //! Notes on the fitted scenes: numbers in other units than SI, no gravity, and strains beyond a linear material.
 //!
 //! Strains at rest follow from the equilibrium. Those of a motion take another run of it, which is made only where an
-//! upper bound by beam theory exceeds what is allowed.
+//! upper bound by beam theory and twice the strains at equilibrium exceed what is allowed.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -79,9 +79,12 @@ fn strain_in_motion(
 ) -> Option<LargestStrain> {
     let gauge = StrainGauge::new(problem);
     let start = start_strain(problem, &gauge);
-    if problem.scene().supports.path.is_some()
-        || SWING * start.strain.max(bound(problem)) <= LARGEST_STRAIN
-    {
+    let is_allowed = |strain: f64| SWING * strain <= LARGEST_STRAIN;
+    if problem.scene().supports.path.is_some() || is_allowed(start.strain.max(bound(problem))) {
+        return Some(start);
+    }
+    let at_rest = || strain_at_rest(problem).map_or(f64::INFINITY, |largest| largest.strain);
+    if !problem.scene().initial.moves() && is_allowed(start.strain.max(at_rest())) {
         return Some(start);
     }
     let mut largest = start;

@@ -320,14 +320,12 @@ fn reductions(
     Ok(effects.iter().map(|effect| effect.reduction(flexibility)).collect())
 }
 
-/// By what part the squared frequency of the first bending mode is lower, about the equilibrium or, where the rod has
-/// none, about its rest shape.
+/// By what part the squared frequency of the first bending mode about the rest shape is lower: without loads it is in
+/// proportion to Young's modulus.
 fn first_mode(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
     let among = Among { kind: Some(Kind::Bending), ..Among::default() };
     let first = [ModeName { number: 1, among }];
-    let effects = thickness_effects(problem, &first, About::Equilibrium)
-        .or_else(|_| thickness_effects(problem, &first, About::Rest))?;
-    Ok(effects[0].reduction(flexibility))
+    Ok(thickness_effects(problem, &first, About::Rest)?[0].reduction(flexibility))
 }
 
 /// Changes of the coordinates that were seen of a rod at rest, m, and the largest displacement over the largest

@@ -1,0 +1,136 @@
+//! The same samples twice are refused, whatever they are written in; repeated measurements are not.
+
+use rodfit::fit::{Experiment, Frequencies, Measurement, RestShape, Sample, Sighting};
+use rodfit::{Fit, Observation, Parameter, Point, Scene};
+
+use crate::common::coarse;
+use crate::common::fits::{noisy, observe};
+
+const ROWS: usize = 40;
+const NOISE: f64 = 1e-3;
+
+fn scene() -> Scene {
+    coarse(8, 4e-3, 0.4)
+}
+
+fn take(seed: u64) -> Observation {
+    noisy(&observe(&scene(), ROWS), NOISE, seed)
+}
+
+/// What a fit of these measurements is refused for.
+fn refusal(measured: impl IntoIterator<Item = Measurement>) -> Option<String> {
+    let problem = scene().problem().unwrap();
+    let fit = Fit::new(&problem).identify(Parameter::YoungsModulus);
+    let fit = measured.into_iter().fold(fit, Fit::observe);
+    // Whatever is refused is refused before anything is simulated.
+    fit.residuals().err().map(|error| error.to_string())
+}
+
+fn refused(measured: impl IntoIterator<Item = Measurement>) {
+    let words = refusal(measured).expect("the same samples twice");
+    assert!(words.contains("samples that") && words.contains("[0]"), "{words}");
+}
+
+fn admitted(measured: impl IntoIterator<Item = Measurement>) {
+    assert_eq!(refusal(measured), None);
+}
+
+fn changed(mut observation: Observation, change: impl Fn(&mut Sample)) -> Measurement {
+    observation.samples.iter_mut().for_each(change);
+    observation.into()
+}
+
+/// With positions rounded to a unit, m.
+fn rounded(observation: Observation, unit: f64) -> Measurement {
+    changed(observation, |s| {
+        s.position.iter_mut().flatten().for_each(|x| *x = (*x / unit).round() * unit);
+    })
+}
+
+fn part(observation: Observation, range: std::ops::Range<usize>) -> Measurement {
+    Observation { samples: observation.samples[range].to_vec(), ..observation }.into()
+}
+
+#[test]
+fn copy_of_a_recording_is_refused() {
+    refused([take(1).into(), take(1).into()]);
+    refused([take(1).into(), take(1).held_out().into()]);
+    // Times in ms and positions in mm, each with the rounding errors of another unit.
+    let other_units = changed(take(1), |s| {
+        s.time = (s.time * 1e3) / 1e3 * (1.0 + 1e-15);
+        s.position.iter_mut().flatten().for_each(|x| *x = (*x * 1e3) * 1e-3);
+    });
+    refused([other_units, take(1).into()]);
+    // A copy with micrometres.
+    refused([take(1).into(), rounded(take(1), 1e-6)]);
+    // At another point of the rod the same places are as impossible.
+    refused([take(1).into(), take(1).at(Point::ArcLength(0.4)).into()]);
+}
+
+#[test]
+fn overlapping_parts_are_refused_and_others_admitted() {
+    refused([part(take(1), 0..25), part(take(1), 15..40)]);
+    refused([part(take(1), 0..40), part(take(1), 10..20)]);
+    admitted([part(take(1), 0..20), part(take(1), 20..40)]);
+    // Every other frame.
+    let every = |first: usize| {
+        let samples = take(1).samples.into_iter().skip(first).step_by(2).collect();
+        Measurement::from(Observation { samples, ..take(1) })
+    };
+    admitted([every(0), every(1)]);
+}
+
+#[test]
+fn repeated_measurements_are_admitted() {
+    admitted([take(1).into(), take(2).into()]);
+    // Pixels as large as the noise: about a third of the values is equal by chance.
+    admitted([rounded(take(1), NOISE), rounded(take(2), NOISE)]);
+    // One of two cameras has pixels five times as large as the noise.
+    admitted([take(1).into(), rounded(take(2), 5.0 * NOISE)]);
+    // An axis in which nothing moves says nothing, and other axes are other samples.
+    let axes = |keep: [bool; 3], seed: u64| {
+        changed(take(seed), |s| {
+            for (x, keep) in s.position.iter_mut().zip(keep) {
+                *x = x.filter(|_| keep);
+            }
+        })
+    };
+    admitted([axes([true, false, false], 1), axes([false, true, false], 1)]);
+    let still = |seed: u64| changed(take(seed), |s| s.position[2] = Some(0.0));
+    admitted([still(1), still(2)]);
+}
+
+#[test]
+fn recording_of_two_experiments_is_refused() {
+    let problem = scene().problem().unwrap();
+    let fit_of = |seeds: [u64; 2]| {
+        let named = ["a", "b"].into_iter().zip(seeds);
+        let experiments =
+            named.map(|(name, seed)| Experiment::new(name, &problem).observe(take(seed)));
+        Fit::of(experiments).identify(Parameter::YoungsModulus).residuals()
+    };
+    let words = fit_of([1, 1]).unwrap_err().to_string();
+    assert!(words.contains("a.observation[0]") && words.contains("b.observation[0]"), "{words}");
+    assert!(fit_of([1, 2]).is_ok());
+}
+
+#[test]
+fn shapes_and_frequencies_twice_are_refused() {
+    let shape = |off: f64| {
+        let sighting = |k: usize| {
+            let s = 0.1 * k as f64;
+            let position = [Some(s), Some(-0.1 * s * s + off * k as f64), None];
+            Sighting { point: Point::ArcLength(s), position }
+        };
+        Measurement::from(RestShape::new((1..=5).map(sighting).collect()).sigma(1e-3))
+    };
+    refused([shape(0.0), shape(0.0)]);
+    admitted([shape(0.0), shape(1e-4)]);
+    let of = |hz: &[f64], modes: &[usize]| {
+        Measurement::from(Frequencies::hz(hz, 0.1).of_modes(modes).unwrap())
+    };
+    refused([of(&[4.0, 25.0], &[1, 2]), of(&[4.0, 25.0], &[1, 2])]);
+    refused([of(&[4.0, 25.0], &[1, 2]), of(&[25.0], &[2])]);
+    admitted([of(&[4.0, 25.0], &[1, 2]), of(&[4.1, 24.9], &[1, 2])]);
+    admitted([of(&[4.0], &[1]), of(&[25.0], &[2])]);
+}

@@ -1,0 +1,191 @@
+//! Rods that are too thick for the model are reported with the size of the bias, and frequencies that other mode
+//! numbers fit as well.
+
+use rodfit::fit::{FitReport, Frequencies, Grade, Measurement, RestShape, Sighting};
+use rodfit::scene::{Dimension, Material, PointForce, Scene, Section, Shape, Support};
+use rodfit::vibration::Plane;
+use rodfit::{Code, Fit, Parameter, Point};
+use std::f64::consts::{PI, TAU};
+
+const MODULUS: f64 = 205e9;
+const DENSITY: f64 = 7850.0;
+const RATIO: f64 = 0.29;
+const WIDTH: f64 = 0.02;
+
+/// A steel bar of this length and height with supports.
+fn bar(length: f64, height: f64, [start, end]: [Support; 2]) -> Scene {
+    let shape = Shape::Straight { length, direction: [1.0, 0.0, 0.0] };
+    let section = Section::Rectangle { width: WIDTH, height, up: [0.0, 1.0, 0.0] };
+    let material = Material { poisson_ratio: Some(RATIO), ..Material::new(DENSITY, 1e11) };
+    let mut scene = Scene::new(100, shape, section, material);
+    (scene.supports.start, scene.supports.end) = (start, end);
+    scene
+}
+
+fn fit_modulus(scene: &Scene, measured: impl Into<Measurement>) -> FitReport {
+    Fit::new(&scene.problem().unwrap())
+        .observe(measured)
+        .identify(Parameter::YoungsModulus)
+        .solve()
+        .unwrap()
+}
+
+fn modulus(report: &FitReport) -> f64 {
+    report.estimate(Parameter::YoungsModulus).unwrap().value.unwrap()
+}
+
+fn warning_of(report: &FitReport, code: Code) -> Option<&str> {
+    let place = report.warning_codes.iter().position(|own| *own == code)?;
+    Some(&report.warnings[place])
+}
+
+/// The number between two parts of a text.
+fn number(text: &str, before: &str, after: &str) -> f64 {
+    let rest = text.split_once(before).unwrap_or_else(|| panic!("{before}: {text}")).1;
+    rest.split_once(after).unwrap().0.trim().parse().unwrap()
+}
+
+/// Frequency of a free bar by ASTM E1876, whose T1 is 1.0707 for height/length = 0.1.
+fn astm_hz(length: f64, height: f64) -> f64 {
+    let h = height / length;
+    let t1 = 1.0 + 6.585 * (1.0 + 0.0752 * RATIO + 0.8109 * RATIO * RATIO) * h.powi(2)
+        - 0.868 * h.powi(4)
+        - 8.340 * (1.0 + 0.2023 * RATIO + 2.173 * RATIO * RATIO) * h.powi(4)
+            / (1.0 + 6.338 * (1.0 + 0.1408 * RATIO + 1.536 * RATIO * RATIO) * h.powi(2));
+    let mass = DENSITY * length * WIDTH * height;
+    (MODULUS * WIDTH * h.powi(3) / (0.9465 * mass * t1)).sqrt()
+}
+
+/// A bar of 100 x 20 x 10 mm as the frequency of ASTM E1876 is measured within `sigma`, Hz.
+fn free_bar(sigma: f64) -> FitReport {
+    let scene = bar(0.1, 0.01, [Support::Free; 2]);
+    fit_modulus(&scene, Frequencies::hz(&[astm_hz(0.1, 0.01)], sigma).plane(Plane::In))
+}
+
+#[test]
+fn thick_free_bar_lowers_the_grade_with_the_size_of_its_bias() {
+    let report = free_bar(2.0);
+    let off = 100.0 * (modulus(&report) / MODULUS - 1.0);
+    assert!((off + 6.6).abs() < 0.1, "{off}");
+    assert_eq!(report.grade, Grade::ModelDoesNotExplain, "{report}");
+    assert!(report.verdict.contains("too thick"), "{report}");
+    let words = warning_of(&report, Code::ThickRod).unwrap();
+    let stated = number(words, "youngs_modulus is", "% too low");
+    assert!((stated + off).abs() < 0.1, "{words}");
+}
+
+/// A bias of half a standard error is a note, of a sixth nothing; and so is one of 0.2 % of a slender bar.
+#[test]
+fn weight_of_a_bias_is_that_in_standard_errors() {
+    // 335 Hz of 5077 are 13 % of the modulus.
+    let report = free_bar(335.0);
+    assert_eq!(report.grade, Grade::Trustworthy, "{report}");
+    assert!(warning_of(&report, Code::ThickRod).is_some(), "{report}");
+    assert!(warning_of(&free_bar(1000.0), Code::ThickRod).is_none());
+    let slender = bar(0.6, 0.01, [Support::Free; 2]);
+    let hz = Frequencies::hz(&[astm_hz(0.6, 0.01)], 1e-3).plane(Plane::In);
+    let report = fit_modulus(&slender, hz);
+    assert!(warning_of(&report, Code::ThickRod).is_none(), "{report}");
+}
+
+/// Timoshenko's beam on simple supports has the frequencies of
+/// `E I k^4 - rho A w^2 - rho I (1 + E/(kappa G)) k^2 w^2 + rho^2 I/(kappa G) w^4 = 0` exactly.
+#[test]
+fn simply_supported_bar_is_off_by_timoshenkos_solution() {
+    let (length, height) = (0.12, 0.01);
+    let kappa = 10.0 * (1.0 + RATIO) / (12.0 + 11.0 * RATIO);
+    let shear = kappa * MODULUS / (2.0 * (1.0 + RATIO));
+    let (area, second) = (WIDTH * height, WIDTH * height.powi(3) / 12.0);
+    for mode in [1, 2] {
+        let k = mode as f64 * PI / length;
+        let quadratic = DENSITY * DENSITY * second / shear;
+        let linear = DENSITY * (area + second * (1.0 + MODULUS / shear) * k * k);
+        let constant = MODULUS * second * k.powi(4);
+        let root = (linear * linear - 4.0 * quadratic * constant).sqrt();
+        let squared = 2.0 * constant / (linear + root);
+        let scene = bar(length, height, [Support::Pinned, Support::Roller]);
+        let measured = Frequencies::hz(&[squared.sqrt() / TAU], 1.0).plane(Plane::In);
+        let report = fit_modulus(&scene, measured.of_modes(&[mode]).unwrap());
+        let off = 100.0 * (1.0 - modulus(&report) / MODULUS);
+        let words = warning_of(&report, Code::ThickRod).unwrap();
+        let stated = number(words, "youngs_modulus is", "% too low");
+        assert!((stated / off - 1.0).abs() < 0.03, "mode {mode}: {off} {words}");
+    }
+}
+
+/// Deflections of a cantilever under a force at its tip, with the part of shear or without it, within 50 nm.
+fn droop(shear_part: f64) -> FitReport {
+    let (length, height, force) = (0.2, 0.02, 20.0);
+    let mut scene = bar(length, height, [Support::Clamped, Support::Free]);
+    scene.rod.segments = Some(200);
+    let down = [0.0, -force, 0.0];
+    scene.loads.point = vec![PointForce { node: Point::Tip, force: down, moment: [0.0; 3] }];
+    let kappa = 10.0 * (1.0 + RATIO) / (12.0 + 11.0 * RATIO);
+    let (area, second) = (WIDTH * height, WIDTH * height.powi(3) / 12.0);
+    let sinking = |s: f64| {
+        let by_bending = force * s * s * (3.0 * length - s) / (6.0 * MODULUS * second);
+        let by_shear = force * s * 2.0 * (1.0 + RATIO) / (kappa * MODULUS * area);
+        by_bending + shear_part * by_shear
+    };
+    let sighting = |k: usize| {
+        let s = length * k as f64 / 8.0;
+        Sighting { point: Point::ArcLength(s), position: [None, Some(-sinking(s)), None] }
+    };
+    let shape = RestShape::new((1..=8).map(sighting).collect()).sigma(5e-8);
+    fit_modulus(&scene, shape)
+}
+
+#[test]
+fn stubby_cantilever_at_rest_is_off_by_its_shear_deflection() {
+    let report = droop(1.0);
+    let off = 100.0 * (1.0 - modulus(&report) / MODULUS);
+    // At the tip 3 E/(kappa G) I/(A L^2) = 0.76 %, nearer to the clamp more.
+    assert!((0.76..1.1).contains(&off), "{off}");
+    let words = warning_of(&report, Code::ThickRod).unwrap_or_else(|| panic!("{report}"));
+    let stated = number(words, "youngs_modulus is", "% too low");
+    assert!((stated / off - 1.0).abs() < 0.1, "{off} {words}");
+}
+
+/// Where the deflections along the rod are those of bending alone, nothing is left out.
+#[test]
+fn data_without_shear_exclude_the_effect() {
+    let report = droop(0.0);
+    assert!((modulus(&report) / MODULUS - 1.0).abs() < 1e-3, "{report}");
+    assert!(warning_of(&report, Code::ThickRod).is_none(), "{report}");
+}
+
+/// A thin rod whose first modes, rad/s, are these times the first.
+fn numbered(start: Support, end: Support, ratios: &[f64], modes: &[usize]) -> FitReport {
+    let shape = Shape::Straight { length: 0.6, direction: [1.0, 0.0, 0.0] };
+    let mut scene =
+        Scene::new(120, shape, Section::Circle { radius: 0.003 }, Material::new(2780.0, 1e10));
+    scene.rod.dimension = Dimension::Planar;
+    (scene.supports.start, scene.supports.end) = (start, end);
+    let hz: Vec<f64> = ratios.iter().map(|ratio| 33.3 * ratio).collect();
+    let measured = Frequencies::hz(&hz, 0.2).of_modes(modes).unwrap();
+    fit_modulus(&scene, measured)
+}
+
+#[test]
+fn even_mode_numbers_of_a_pinned_rod_are_noted_with_the_other_modulus() {
+    let squares = [1.0, 4.0, 9.0];
+    let even = numbered(Support::Pinned, Support::Roller, &squares, &[2, 4, 6]);
+    let words = warning_of(&even, Code::ModeNumbers).unwrap_or_else(|| panic!("{even}"));
+    let other = number(words, "modes 1, 2, 3 give youngs_modulus =", "Pa");
+    // (2^2)^2 times as large.
+    assert!((other / modulus(&even) / 16.0 - 1.0).abs() < 2e-3, "{words}");
+    assert_eq!(even.grade, Grade::Trustworthy, "a note changes no grade: {even}");
+    let all = numbered(Support::Pinned, Support::Roller, &squares, &[1, 2, 3]);
+    let words = warning_of(&all, Code::ModeNumbers).unwrap_or_else(|| panic!("{all}"));
+    let other = number(words, "modes 2, 4, 6 give youngs_modulus =", "Pa");
+    assert!((other / modulus(&all) * 16.0 - 1.0).abs() < 2e-3, "{words}");
+}
+
+/// The ratios of a cantilever's frequencies are those of no other numbering.
+#[test]
+fn mode_numbers_of_a_cantilever_are_unique() {
+    let ratios = [1.0, (4.694_091_f64 / 1.875_104).powi(2), (7.854_757_f64 / 1.875_104).powi(2)];
+    let report = numbered(Support::Clamped, Support::Free, &ratios, &[1, 2, 3]);
+    assert!(warning_of(&report, Code::ModeNumbers).is_none(), "{report}");
+    assert_eq!(report.grade, Grade::Trustworthy, "{report}");
+}
