@@ -4,6 +4,7 @@
 mod common;
 
 mod across;
+mod adequacy;
 mod budget;
 mod chosen;
 mod design;

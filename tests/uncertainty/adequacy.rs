@@ -1,0 +1,170 @@
+//! Misfit is not taken for noise where no sigma is stated, and omitted effects are listed at the size the data allow.
+
+use rodfit::fit::{Analysis, CouldHide, Grade, Known};
+use rodfit::scene::{PointMass, Scene};
+use rodfit::{Fit, FitReport, Observation, Parameter, Point};
+
+use crate::common::coarse;
+use crate::common::fits::{fit_with, noisy, observe, of_a_right_mesh};
+use crate::noise::kinds::Noise;
+
+/// Noise of the recordings, m.
+const SIGMA: f64 = 1e-3;
+const UNKNOWNS: [Parameter; 2] = [Parameter::YoungsModulus, Parameter::DampingMass];
+
+/// Two swings, damped a little.
+fn scene() -> Scene {
+    let mut scene = coarse(12, 4e-3, 0.8);
+    scene.loads.damping.mass = 0.5;
+    scene
+}
+
+/// Mass of the rod, kg.
+fn mass(scene: &Scene) -> f64 {
+    scene.material.density * scene.rod.section.moments().area * 0.5
+}
+
+fn with_tip_mass(part: f64) -> Scene {
+    let mut truth = scene();
+    truth.rod.mass = vec![PointMass::new(Point::Tip, part * mass(&truth))];
+    truth
+}
+
+fn fit_to(data: &Observation) -> FitReport {
+    fit_with(&scene(), data, &UNKNOWNS, of_a_right_mesh())
+}
+
+fn has(report: &FitReport, code: &str) -> bool {
+    report.warning_codes.iter().any(|own| own.name() == code)
+}
+
+/// The bias of Young's modulus that is listed for an effect.
+fn listed<'a>(report: &'a FitReport, source: &str) -> &'a CouldHide {
+    let modulus = report.parameters[0].label();
+    let own = |h: &&CouldHide| h.source == source && h.parameter == modulus;
+    report.could_hide.iter().find(own).unwrap_or_else(|| panic!("{source}: {report}"))
+}
+
+/// A mass of 5 % at the tip lowers the frequency as a modulus lower by 4 times 5 % over the modal mass of a quarter does,
+/// and leaves misfit of twice the noise. The correlation of that misfit is no noise.
+#[test]
+fn omitted_tip_mass_without_sigma_is_graded_with_reservation_and_listed() {
+    let clean = observe(&with_tip_mass(0.05), 60);
+    let (mut named, mut covered) = (0, 0);
+    for seed in 0..8 {
+        let report = fit_to(&noisy(&clean, SIGMA, seed));
+        let [low, high] = report.parameters[0].interval95.unwrap();
+        assert!(!(low..high).contains(&1e8), "the error shows: {report}");
+        assert!(
+            [Grade::CorrelatedOrMissing, Grade::ModelDoesNotExplain].contains(&report.grade),
+            "{seed}: {report}"
+        );
+        let best = report.score_tests.iter().filter(|t| t.place <= 2 && t.is_significant());
+        named += usize::from(best.into_iter().any(|t| t.source == "rod.mass.0.mass"));
+        let bias = report.parameters[0].value.unwrap() - 1e8;
+        let ratio = listed(&report, "rod.mass.0.mass").change / bias;
+        println!("{seed}: {}, listed over true bias {ratio:.2}", report.grade);
+        covered += usize::from((0.8..3.0).contains(&ratio));
+    }
+    assert!(named >= 6 && covered >= 6, "named {named}, covered {covered} of 8");
+}
+
+/// White noise on a right model keeps its grade: at most one in 25 has a reservation.
+#[test]
+fn white_noise_without_sigma_keeps_its_grade() {
+    let clean = observe(&scene(), 60);
+    let reserved = (100..150)
+        .filter(|seed| fit_to(&noisy(&clean, SIGMA, *seed)).grade != Grade::Trustworthy)
+        .count();
+    // Two are expected at most, and three standard deviations of that are four.
+    assert!(reserved <= 6, "{reserved} of 50");
+}
+
+/// AR(1) noise of .8 and .95 leaves what a missing effect might: graded so without sigma, accepted beside it.
+#[test]
+fn autocorrelated_noise_is_separated_from_misfit_by_a_stated_sigma() {
+    let clean = observe(&scene(), 200);
+    for correlation in [0.8, 0.95] {
+        let mut accepted = 0;
+        for seed in 0..6 {
+            let mut data = clean.clone();
+            Noise::Correlated(correlation).add(&mut data, SIGMA, 0, seed);
+            let report = fit_to(&data);
+            assert_ne!(report.grade, Grade::Trustworthy, "{correlation}, {seed}: {report}");
+            let report = fit_to(&data.sigma(SIGMA));
+            accepted += usize::from(report.grade == Grade::Trustworthy);
+        }
+        assert!(accepted >= 4, "{correlation}: {accepted} of 6");
+    }
+}
+
+/// A third coordinate that is always zero is no measurement.
+#[test]
+fn constant_axis_does_not_change_sigma_or_interval() {
+    let flat = noisy(&observe(&scene(), 60), SIGMA, 3);
+    let mut filled = flat.clone();
+    filled.samples.iter_mut().for_each(|s| s.position[2] = Some(0.0));
+    let (flat, filled) = (fit_to(&flat), fit_to(&filled));
+    assert_eq!(flat.sigma, filled.sigma);
+    assert_eq!(flat.grade, filled.grade);
+    assert_eq!(flat.parameters[0].interval95, filled.parameters[0].interval95);
+    assert!(has(&filled, "constant-axis") && !has(&flat, "constant-axis"), "{filled}");
+}
+
+/// A sigma three times too large or too small is reported, whichever of the two.
+#[test]
+fn stated_sigma_off_by_three_is_reported() {
+    let data = noisy(&observe(&scene(), 100), SIGMA, 5);
+    for (factor, reported) in [(3.0, true), (1.0, false), (1.0 / 3.0, true)] {
+        let report = fit_to(&data.clone().sigma(factor * SIGMA));
+        let found = has(&report, "sigma-doubtful");
+        assert_eq!(found, reported, "{factor}: {report}");
+    }
+}
+
+/// The noise scale of each coordinate is the noise, whether the model is right or not.
+#[test]
+fn noise_scale_is_independent_of_the_model() {
+    for truth in [scene(), with_tip_mass(0.05)] {
+        let report = fit_to(&noisy(&observe(&truth, 200), SIGMA, 7));
+        assert_eq!(report.noise_scale.len(), 2);
+        for scale in &report.noise_scale {
+            let value = scale.value.unwrap_or_else(|| panic!("{scale:?}"));
+            assert!((value / SIGMA - 1.0).abs() < 0.3, "{scale:?}");
+        }
+    }
+}
+
+/// E over density is all that gravity determines: a density off by its listed size biases E by as much, and the size is
+/// that of the prior, 2.78 plausible ones of Student's t with four degrees of freedom.
+#[test]
+fn collinear_effect_has_the_size_of_its_prior() {
+    let report = fit_to(&noisy(&observe(&scene(), 60), SIGMA, 1));
+    let density = listed(&report, "material.density");
+    assert_eq!(density.estimate, None);
+    assert!((density.size.abs() / density.plausible - 2.776).abs() < 0.06, "{density:?}");
+    // The true density is larger by that size: E is too small by the same factor.
+    let factor = 1.0 + density.size / 1273.52;
+    assert!((density.relative.unwrap() - (1.0 / factor - 1.0)).abs() < 0.02, "{density:?}");
+}
+
+/// With known inputs the table shows the expanded interval; without, that inputs are taken as exact.
+#[test]
+fn headline_interval_is_the_expanded_one_beside_known_inputs() {
+    let data = noisy(&observe(&scene(), 60), SIGMA, 1);
+    let plain = fit_to(&data).to_string();
+    assert!(plain.contains("inputs taken as exact; not included: up to "), "{plain}");
+    let scene = scene();
+    let mut fit = Fit::new(&scene.problem().unwrap()).observe(data);
+    fit = fit.analyse(Analysis { ..of_a_right_mesh() });
+    fit = fit.known(Known::new("rod.section.radius".parse().unwrap(), 5e-5));
+    let report = UNKNOWNS.iter().fold(fit, |fit, p| fit.identify(*p)).solve().unwrap();
+    let e = &report.parameters[0];
+    let [low, high] = e.expanded95.unwrap();
+    let half = e.coverage_factor.unwrap() * e.combined_std.unwrap();
+    // E goes with the radius to the power of minus two: 1 % of it is 2 % of E.
+    assert!((half / e.value.unwrap() / (2.0 * 0.02) - 1.0).abs() < 0.05, "{report}");
+    assert!((high - low - 2.0 * half).abs() < 1e-9 * half);
+    let text = report.to_string();
+    assert!(text.contains("95 % interval (expanded)") && text.contains("statistical only"), "{text}");
+}
