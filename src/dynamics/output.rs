@@ -7,7 +7,7 @@ use crate::dynamics::trajectory::Trajectory;
 use crate::error::Error;
 use crate::numerics::abreast::level;
 use crate::problem::Problem;
-use crate::problem::strain::{LargestStrain, StrainGauge};
+use crate::problem::strain::StrainRecord;
 use crate::scene::{Resolution, Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
@@ -125,9 +125,9 @@ pub struct SimulationReport {
     /// `[t, x, y, z]` of the tip as it was seen last, s and m.
     #[serde(default)]
     last_tip: Option<[f64; 4]>,
-    /// What strains count from, and the largest so far.
+    /// The largest strain so far.
     #[serde(skip)]
-    strains: Option<(StrainGauge, LargestStrain)>,
+    strains: StrainRecord,
     /// Whether `tip` and `energy` grow.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     keeps_series: bool,
@@ -167,7 +167,7 @@ impl SimulationReport {
             end_energy: 0.0,
             negligible_energy: negligible_energy(problem),
             last_tip: None,
-            strains: Some((StrainGauge::new(problem), LargestStrain::default())),
+            strains: StrainRecord::new(problem),
             keeps_series: true,
         }
     }
@@ -182,12 +182,7 @@ impl SimulationReport {
         let (t, e) = (simulation.time(), simulation.energies());
         let [x, y, z] = simulation.position(problem.nodes() - 1);
         let total = e.total();
-        if let Some((gauge, largest)) = &mut self.strains {
-            let now = gauge.largest(|i| simulation.position(i), Some(t));
-            if now.strain > largest.strain {
-                *largest = now;
-            }
-        }
+        self.strains.add(|i| simulation.position(i), t);
         match self.last_tip {
             None => self.start_energy = total,
             Some(_) => self.steps += 1,
@@ -209,7 +204,7 @@ impl SimulationReport {
         self.newton_iterations = self.work.newton_iterations;
         self.wall_seconds = trajectory.stepping().as_secs_f64();
         let modulus = self.scene.material.youngs_modulus;
-        let strained = self.strains.take().and_then(|(_, largest)| largest.warning(modulus));
+        let strained = self.strains.largest().and_then(|largest| largest.warning(modulus));
         if let Some((code, words)) = strained {
             self.warnings.push(code.behind(words));
             self.warning_codes.push(code);

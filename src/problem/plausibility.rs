@@ -18,6 +18,9 @@ const GIVEN_IN_GIGAPASCALS: f64 = 1500.0;
 /// Sizes beyond those of rods, m.
 const THICKEST: f64 = 1.0;
 const LONGEST: f64 = 1e3;
+/// Largest length over thickness: a hair of 1 m has 14 000, a length in mm beside a thickness in m a thousand times
+/// that of a usual rod.
+const MOST_SLENDER: f64 = 5e4;
 /// Fifty times the earth's gravity, m/s^2; in mm/s^2 that is 9810, in cm/s^2 981.
 const STRONGEST_GRAVITY: f64 = 500.0;
 /// Cosine of the largest angle between a vertical rod and its axis: 10 degrees.
@@ -96,15 +99,16 @@ fn units(scene: &Scene, length: f64) -> Option<String> {
     } else if softest.is_some_and(|[_, least]| modulus < *least) {
         add("material.youngs_modulus", modulus, "Pa", "MPa");
     }
-    let thickest = match &scene.rod.section {
-        Section::Circle { radius } | Section::Tube { radius, .. } => 2.0 * radius,
-        Section::Rectangle { width, height, .. } => width.max(*height),
-        Section::Custom { area, .. } => area.sqrt(),
+    let sizes = match &scene.rod.section {
+        Section::Circle { radius } | Section::Tube { radius, .. } => [2.0 * radius; 2],
+        Section::Rectangle { width, height, .. } => [*width, *height],
+        Section::Custom { area, .. } => [area.sqrt(); 2],
     };
-    if thickest > THICKEST {
+    let (thickest, thinnest) = (sizes[0].max(sizes[1]), sizes[0].min(sizes[1]));
+    if thickest > THICKEST || thinnest > length {
         add("rod.section", thickest, "m", "mm");
     }
-    if length > LONGEST {
+    if length > LONGEST || length > MOST_SLENDER * thinnest {
         add("rod.shape", length, "m", "mm");
     }
     let gravity = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -162,6 +166,8 @@ mod tests {
             (scene_of(7850.0, 205e3, 2e-3), 0.2, vec!["205000 Pa (in MPa?)"]),
             (scene_of(2700.0, 70.0, 2e-3), 0.2, vec!["70 Pa (in GPa?)"]),
             (scene_of(1140.0, 1.5e-3, 2e-3), 0.2, vec!["(in MPa?)"]),
+            (scene_of(1140.0, 1e6, 0.4), 0.3, vec!["section of 0.8 m (in mm?)"]),
+            (scene_of(1140.0, 1e6, 2e-3), 300.0, vec!["shape of 300 m (in mm?)"]),
             (scene_of(1140.0, 1e6, 2e-3), 1500.0, vec!["shape of 1500 m (in mm?)"]),
         ];
         for (scene, length, all) in cases {

@@ -56,8 +56,11 @@ pub(crate) struct StrainGauge {
 }
 
 impl StrainGauge {
-    /// Of a problem's rod.
-    pub fn new(problem: &Problem) -> Self {
+    /// Of a problem's rod; none where recorded markers prescribe nodes, whose distances have the errors of tracking.
+    pub fn new(problem: &Problem) -> Option<Self> {
+        if problem.scene().supports.path.is_some() {
+            return None;
+        }
         let (lengths, natural, normal): (Vec<f64>, Vec<f64>, _) = match problem.discretized() {
             AnyProblem::Planar(discretized) => {
                 let rod = discretized.rod();
@@ -78,7 +81,8 @@ impl StrainGauge {
             half_thickness(problem, &section, normal) / (0.5 * (pair[0] + pair[1]))
         };
         let slopes = lengths.windows(2).enumerate().map(slope).collect();
-        Self { natural, slopes, places: problem.arc_lengths().to_vec(), normal, lengths }
+        let places = problem.arc_lengths().to_vec();
+        Some(Self { natural, slopes, places, normal, lengths })
     }
 
     /// The largest strain of a rod whose nodes are there.
@@ -131,6 +135,38 @@ impl StrainGauge {
     }
 }
 
+/// The largest strain of a motion so far. It is no part of a result: the warning at the end is.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StrainRecord(Option<(StrainGauge, LargestStrain)>);
+
+/// Records do not distinguish results.
+impl PartialEq for StrainRecord {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl StrainRecord {
+    /// Of a motion of a problem's rod that has not begun.
+    pub fn new(problem: &Problem) -> Self {
+        Self(StrainGauge::new(problem).map(|gauge| (gauge, LargestStrain::default())))
+    }
+
+    /// Takes a state.
+    pub fn add(&mut self, position: impl Fn(usize) -> [f64; 3], time: f64) {
+        let Some((gauge, largest)) = &mut self.0 else { return };
+        let now = gauge.largest(position, Some(time));
+        if now.strain > largest.strain {
+            *largest = now;
+        }
+    }
+
+    /// The largest strain, if strains are known.
+    pub fn largest(&self) -> Option<LargestStrain> {
+        self.0.as_ref().map(|(_, largest)| *largest)
+    }
+}
+
 /// Half of the thickness in the direction of bending, m: in space of the thinner one, about which strips bend.
 fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>) -> f64 {
     match section {
@@ -166,7 +202,7 @@ mod tests {
             let mut scene = Scene::new(100, shape, Section::Circle { radius: 0.005 }, material);
             scene.rod.dimension = dimension;
             let problem = scene.problem().unwrap();
-            let gauge = StrainGauge::new(&problem);
+            let gauge = StrainGauge::new(&problem).unwrap();
             let places = problem.arc_lengths().to_vec();
             let on_circle = |i: usize| {
                 let angle = places[i] / 0.05;

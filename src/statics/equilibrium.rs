@@ -127,9 +127,10 @@ fn at_rest<M: Model<W>, const W: usize>(
     let reactions = discretized.reactions_at_rest(&rod, &still);
     let nodes: Vec<[f64; 3]> =
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
-    let strain = StrainGauge::new(problem).largest(|i| nodes[i], None);
+    let strain = StrainGauge::new(problem).map(|gauge| gauge.largest(|i| nodes[i], None));
     let mut warnings = problem.plausibility_notes(Purpose::Rest);
-    warnings.extend(strain.warning(problem.scene().material.youngs_modulus));
+    let modulus = problem.scene().material.youngs_modulus;
+    warnings.extend(strain.and_then(|strain| strain.warning(modulus)));
     Ok(Equilibrium {
         model: problem.model().0.into(),
         tip: nodes[nodes.len() - 1],

@@ -67,7 +67,7 @@ pub(crate) fn at_optimum(
 
 fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     let found = problem.equilibrium().ok()?;
-    Some(StrainGauge::new(problem).largest(|i| found.nodes[i], None))
+    Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
 }
 
 /// The largest strain of a motion; none where it cannot be beyond what is allowed, or follows recorded ends.
@@ -77,10 +77,10 @@ fn strain_in_motion(
     experiment: usize,
     problem: &Problem,
 ) -> Option<LargestStrain> {
-    let gauge = StrainGauge::new(problem);
+    let gauge = StrainGauge::new(problem)?;
     let start = start_strain(problem, &gauge);
     let is_allowed = |strain: f64| SWING * strain <= LARGEST_STRAIN;
-    if problem.scene().supports.path.is_some() || is_allowed(start.strain.max(bound(problem))) {
+    if is_allowed(start.strain.max(bound(problem))) {
         return Some(start);
     }
     let at_rest = || strain_at_rest(problem).map_or(f64::INFINITY, |largest| largest.strain);
