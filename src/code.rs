@@ -75,6 +75,7 @@ codes! {
     BadlyPredicted "badly-predicted",
     NotPredicted "not-predicted",
     MayBeZero "may-be-zero",
+    OneSided "one-sided",
     RunawayValues "runaway-values",
     GrowingSensitivity "growing-sensitivity",
     NumericsNotModel "numerics-not-model",

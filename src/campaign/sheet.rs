@@ -132,7 +132,7 @@ impl Collected<'_> {
 fn numbers(found: Option<(&Estimate, &Vec<f64>)>, columns: usize) -> Vec<String> {
     let Some((e, replicates)) = found else { return vec![String::new(); columns] };
     let pooled = e.value.and_then(|value| Bootstrap::of(&Unknown::new(e.name), value, replicates));
-    let [low, high] = e.interval95.map_or([None; 2], |ends| ends.map(Some));
+    let [low, high] = e.interval95.map_or([e.lower95, None], |ends| ends.map(Some));
     let all = [
         e.value,
         e.std_error,

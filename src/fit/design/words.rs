@@ -19,6 +19,10 @@ impl fmt::Display for Design {
         for e in &self.parameters {
             let unit = e.name.unit();
             let label = e.label();
+            if let Some(lower) = e.lower95 {
+                writeln!(f, "  {label:<width$} 95 % at least {lower:.2e} {unit}")?;
+                continue;
+            }
             match (e.value, e.std_error, e.interval95) {
                 (Some(_), None, Some([_, upper])) if e.upper95.is_some() => {
                     writeln!(f, "  {label:<width$} 95 % at most {upper:.2e} {unit}")?

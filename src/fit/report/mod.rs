@@ -223,6 +223,9 @@ impl FitReport {
         let value = |e: &Estimate| {
             let unit = e.name.unit();
             let words = match (e.value, e.std_error, e.upper95) {
+                _ if e.lower95.is_some() => {
+                    format!("at least {:.2e} {unit}", e.lower95.unwrap_or_default())
+                }
                 (Some(_), _, Some(upper)) => format!("at most {upper:.2e} {unit}"),
                 (Some(value), Some(error), None) => {
                     format!("{} +- {} {unit}", digits(value, error), digits(error, error))

@@ -33,19 +33,26 @@ pub(crate) struct Grid {
 impl Grid {
     /// The least misfit over each unknown that has several values.
     pub fn landscape(&self, unknowns: &[Unknown]) -> Vec<Landscape> {
-        let over = |(i, axis): (usize, &Vec<f64>)| {
-            let least = |x: &f64| {
-                let slice = self.points.iter().filter(|(point, _)| point[i] == *x);
-                slice.map(|(_, cost)| *cost).fold(f64::INFINITY, f64::min)
-            };
+        let over = |(i, _): (usize, &Vec<f64>)| {
+            let line = self.line(i);
             Landscape {
                 name: unknowns[i].parameter,
                 label: unknowns[i].to_string(),
-                values: axis.iter().map(|x| unknowns[i].from_scale(*x)).collect(),
-                misfit: axis.iter().map(least).collect(),
+                values: line.iter().map(|(x, _)| unknowns[i].from_scale(*x)).collect(),
+                misfit: line.into_iter().map(|(_, misfit)| misfit).collect(),
             }
         };
         self.axes.iter().enumerate().filter(|(_, axis)| axis.len() > 2).map(over).collect()
+    }
+
+    /// The values of an unknown on its scale, each with the least misfit over all values of the others.
+    pub fn line(&self, unknown: usize) -> Vec<(f64, f64)> {
+        let least = |x: &f64| {
+            let slice = self.points.iter().filter(|(point, _)| point[unknown] == *x);
+            slice.map(|(_, cost)| *cost).fold(f64::INFINITY, f64::min)
+        };
+        let axis = self.axes.get(unknown).into_iter().flatten();
+        axis.map(|x| (*x, least(x))).collect()
     }
 
     /// Number of values of each unknown.

@@ -147,6 +147,12 @@ impl Journal {
         self.records().minima.clone()
     }
 
+    /// The scan's least misfit over all others against an unknown, on its scale; empty if it was not scanned.
+    pub fn scanned_line(&self, unknown: usize) -> Vec<(f64, f64)> {
+        let records = self.records();
+        records.grid.as_ref().map_or(Vec::new(), |grid| grid.line(unknown))
+    }
+
     /// The values of an unknown that the scan had, on its scale; fewer than three if it was not scanned.
     pub fn scanned_values(&self, unknown: usize) -> Vec<f64> {
         let records = self.records();

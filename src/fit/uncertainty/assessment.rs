@@ -24,6 +24,7 @@ use crate::fit::uncertainty::known_errors::KnownErrors;
 use crate::fit::uncertainty::mode_numbers::other_numberings;
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
 use crate::fit::uncertainty::observed;
+use crate::fit::uncertainty::one_sided::one_sided;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
@@ -31,11 +32,11 @@ use crate::fit::uncertainty::scene_notes::scene_notes;
 use crate::fit::uncertainty::score::{Found, Statistics, Unsaid, explained_by, unsaid};
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::slenderness::too_thick;
-use crate::fit::uncertainty::vanishing::{Vanishing, vanishing};
+use crate::fit::uncertainty::vanishing::{Bound, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
-    against_noise_scale, against_priors, bounds_reached, faulty_recordings, growing_sensitivities,
-    is_noise, jumps, may_be_zero, runaways, stated_sigmas, steps_too_large, test_residuals,
+    against_noise_scale, against_priors, bounded_from_one_side, bounds_reached, faulty_recordings, growing_sensitivities,
+    is_noise, jumps, runaways, stated_sigmas, steps_too_large, test_residuals,
     unexplained,
 };
 use crate::numerics::half_square;
@@ -66,11 +67,21 @@ pub(crate) struct Local {
     pub correlations: Correlations,
     pub adequacy: Adequacy,
     pub covariance: Covariance,
-    vanishing: Vec<Option<Vanishing>>,
+    /// Unknowns that are bounded from one side, or known too little for their logarithm to be normal.
+    bounds: Vec<Option<Bound>>,
 }
 
 /// What residuals and their derivatives say of an optimum.
 pub(crate) fn local(search: &Search, optimum: &Optimum) -> Result<Local, Error> {
+    local_with((search, optimum), None)
+}
+
+/// The same; the bounds of parameters other than dampings are found, or `known` from the data before they were
+/// corrected.
+fn local_with(
+    (search, optimum): (&Search, &Optimum),
+    known: Option<&[Option<Bound>]>,
+) -> Result<Local, Error> {
     let unknowns = search.unknowns;
     let noise = Noise::at(search, optimum);
     let residuals = search.all_residuals()?;
@@ -78,7 +89,7 @@ pub(crate) fn local(search: &Search, optimum: &Optimum) -> Result<Local, Error> 
     let correlations = Correlations::of((search, optimum), &rows, &noise);
     let adequacy = Adequacy::of(search, optimum, &correlations);
     let about = (&noise, &correlations);
-    let vanishing = vanishing(unknowns, (optimum, &rows, &residuals.losses()), about, &residuals);
+    let mut bounds = vanishing(unknowns, (optimum, &rows, &residuals.losses()), about, &residuals);
     let rise = |step: &[f64]| {
         let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();
         // What cannot be simulated does not fit.
@@ -88,13 +99,28 @@ pub(crate) fn local(search: &Search, optimum: &Optimum) -> Result<Local, Error> 
     };
     let effect = size(search, optimum);
     let scatter = correlations.scatter.as_ref();
-    let covariance =
-        Covariance::new(unknowns, &vanishing, &rows, noise.variance, effect, scatter, rise)?;
+    let covariance = |bounds: &[Option<Bound>]| {
+        Covariance::new(unknowns, bounds, &rows, noise.variance, effect, scatter, rise)
+    };
+    let mut local = covariance(&bounds)?;
+    let before: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    match known {
+        Some(known) => {
+            for (bound, known) in bounds.iter_mut().zip(known) {
+                *bound = bound.or(known.filter(Bound::is_one_sided));
+            }
+        }
+        None => one_sided((search, optimum), about, &local, &mut bounds)?,
+    }
+    if bounds.iter().zip(&before).any(|(bound, before)| bound.is_some() != *before) {
+        local = covariance(&bounds)?;
+    }
+    let covariance = local;
     if search.is_stopped() {
         // Half an analysis is none.
         return Err(Error::Interrupted);
     }
-    Ok(Local { noise, correlations, adequacy, covariance, vanishing })
+    Ok(Local { noise, correlations, adequacy, covariance, bounds })
 }
 
 /// How far the unknowns of an optimum are from those of the continuum, where it is looked for; what keeps that
@@ -164,7 +190,7 @@ pub(crate) fn assess(
     // From here on residuals are what known numbers do not explain,
     let mut explained = apart_from_known(fitted, &mut warnings);
     let mut local = match &explained {
-        Some(explained) => self::local(search, explained)?,
+        Some(explained) => local_with((search, explained), Some(&local.bounds))?,
         None => local,
     };
     // and what numerics do not leave, where they are no noise.
@@ -174,14 +200,14 @@ pub(crate) fn assess(
     let is_finest = finest.is_some();
     if let Some(finest) = finest {
         warnings = warnings_there;
-        local = self::local(search, &finest)?;
+        local = local_with((search, &finest), Some(&local.bounds))?;
         explained = Some(finest);
     }
     let optimum = explained.as_ref().unwrap_or(fitted);
     let finest = || (!is_finest).then(|| on_finer(&mut Warnings::default())).flatten();
-    let Local { noise, correlations, adequacy, covariance, vanishing } = &local;
+    let Local { noise, correlations, adequacy, covariance, bounds } = &local;
     let reach = (&correlations.reach[..], &corrected);
-    let estimates = estimates(unknowns, optimum, (covariance, vanishing), reach);
+    let estimates = estimates(unknowns, optimum, (covariance, bounds), reach);
     let estimates = across_experiments(estimates, (search, fitted), &corrected);
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
@@ -189,7 +215,7 @@ pub(crate) fn assess(
         false => ("; the intervals are too narrow", ", and the intervals are too narrow"),
     };
 
-    may_be_zero(&estimates, &mut warnings);
+    bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
     unexplained(search, optimum, &local, sigma_narrow, &mut warnings);
     growing_sensitivities(search, optimum, &mut warnings);
@@ -289,7 +315,7 @@ pub(crate) fn assess(
 impl Local {
     /// The linear model of the fit at its optimum.
     fn linear_fit(&self) -> LinearFit {
-        let zero = self.vanishing.iter().map(|v| v.is_some_and(|v| v.upper95.is_some()));
+        let zero = self.bounds.iter().map(|bound| bound.is_some_and(|bound| bound.is_one_sided()));
         let deviations = self.covariance.deviation.iter();
         let identified = deviations.zip(zero).map(|(d, zero)| d.is_some() || zero).collect();
         LinearFit { identified, weights: self.noise.weights.clone() }
@@ -338,10 +364,10 @@ pub(crate) fn expected(
         sensitivities((search, optimum), &local.linear_fit(), knowns, with_unstated);
     warnings.append(not_found);
     let known = inputs.as_ref().and_then(|found| KnownErrors::of(knowns, found).ok());
-    let Local { noise, correlations, adequacy, covariance, vanishing } = &local;
+    let Local { noise, correlations, adequacy, covariance, bounds } = &local;
     let reach = (&correlations.reach[..], &Shifts::default());
-    let estimates = estimates(search.unknowns, optimum, (covariance, vanishing), reach);
-    may_be_zero(&estimates, &mut warnings);
+    let estimates = estimates(search.unknowns, optimum, (covariance, bounds), reach);
+    bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     let what_if = Some(with_unstated);
     let analysis = &Analysis { monte_carlo: 0, what_if, ..analysis.clone() };

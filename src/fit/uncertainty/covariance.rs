@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::fit::uncertainty::identifiability::{
     Finding, NonIdentifiability, SUSPICIOUS, findings, sparsest, without_effect,
 };
-use crate::fit::uncertainty::vanishing::Vanishing;
+use crate::fit::uncertainty::vanishing::Bound;
 use crate::fit::unknown::Unknown;
 use faer::Mat;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -49,7 +49,7 @@ impl Covariance {
     /// ends a 95 % interval.
     pub fn new(
         unknowns: &[Unknown],
-        vanishing: &[Option<Vanishing>],
+        vanishing: &[Option<Bound>],
         rows: &[Vec<f64>],
         variance: f64,
         effect: f64,
@@ -60,7 +60,7 @@ impl Covariance {
         let norm = |j: usize| rows.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let norms: Vec<f64> = (0..n).map(norm).collect();
         let vanishing = |j: usize| vanishing.get(j).copied().flatten();
-        let zero = |j: usize| vanishing(j).is_some_and(|v| v.upper95.is_some());
+        let zero = |j: usize| vanishing(j).is_some_and(|v| v.is_one_sided());
         // A parameter without effect is out before the columns are scaled. The logarithm of one that vanishes has none, but
         // the parameter has, and the others are known no better for where on the way to zero the search has ended.
         let active: Vec<usize> =
@@ -260,7 +260,7 @@ mod tests {
             };
             let rows: Vec<Vec<f64>> = (0..20).map(row).collect();
             let vanishing =
-                Vanishing { value: part, upper95: Some(1.0), log_deviation: 0.1 / part };
+                Bound { value: part, lower95: None, upper95: Some(1.0), log_deviation: 0.1 / part };
             let vanishing = [None, Some(vanishing), None];
             Covariance::new(&unknowns(), &vanishing, &rows, 1e-4, 1.0, None, |_| f64::MAX).unwrap()
         };

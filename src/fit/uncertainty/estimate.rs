@@ -6,7 +6,7 @@ use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::sources::{BudgetLine, MonteCarlo, PerCent};
-use crate::fit::uncertainty::vanishing::Vanishing;
+use crate::fit::uncertainty::vanishing::Bound;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -46,10 +46,14 @@ pub struct Estimate {
     pub std_error: Option<f64>,
     /// 95 % interval in the same unit; none without convergence.
     pub interval95: Option<[f64; 2]>,
-    /// One-sided 95 % upper end of a damping that cannot be told from zero, in the same unit: the
-    /// interval is then `[0, upper95]`, and there is no standard error.
+    /// One-sided 95 % upper end of a damping that cannot be distinguished from zero, or of a parameter that the data do
+    /// not bound from below, in the same unit: the interval is then `[0, upper95]`, and there is no standard error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub upper95: Option<f64>,
+    /// One-sided 95 % lower end of a parameter that the data do not bound from above, in the same unit: there is neither
+    /// an interval nor a standard error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lower95: Option<f64>,
     /// What the differences between experiments say, of five experiments or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across_experiments: Option<AcrossExperiments>,
@@ -105,6 +109,7 @@ impl Estimate {
             std_error: None,
             interval95: None,
             upper95: None,
+            lower95: None,
             across_experiments: None,
             identifiable: false,
             prior: unknown.prior,
@@ -127,7 +132,7 @@ impl Estimate {
 pub(crate) fn estimates(
     unknowns: &[Unknown],
     optimum: &Optimum,
-    (covariance, vanishing): (&Covariance, &[Option<Vanishing>]),
+    (covariance, vanishing): (&Covariance, &[Option<Bound>]),
     (reach, shifts): (&[f64], &Shifts),
 ) -> Vec<Estimate> {
     let estimate = |(i, unknown): (usize, &Unknown)| {
@@ -147,7 +152,8 @@ pub(crate) fn estimates(
             let corrected = (upper - v.value).hypot(v.value * open) + v.value + shift;
             ((v.value + shift).max(0.0), if corrected > 0.0 { corrected } else { upper })
         });
-        let known = covariance.deviation[i].is_some() || zero.is_some();
+        let lower95 = vanishing[i].and_then(|bound| bound.lower95);
+        let known = covariance.deviation[i].is_some() || zero.is_some() || lower95.is_some();
         let ends = |sd: f64| {
             let [low, high] = unknown.parameter.limits();
             let reach = (reach[i] * sd).hypot(open);
@@ -158,11 +164,14 @@ pub(crate) fn estimates(
             };
             ends.map(|end| end.clamp(low, high))
         };
+        let bounded = vanishing[i].filter(|bound| bound.lower95.is_some()).map(|bound| bound.value);
         let value = known.then_some(zero.map_or(value, |(value, _)| value));
+        let value = bounded.or(value);
         Estimate {
             std_error: deviation.map(|sd| sd * unknown.slope(unknown.from_scale(x))),
             interval95: zero.map(|(_, upper)| [0.0, upper]).or(deviation.map(ends)),
             upper95: zero.map(|(_, upper)| upper),
+            lower95,
             identifiable: known,
             ..Estimate::without_error(unknown, value)
         }

@@ -19,6 +19,7 @@ pub(crate) mod known_errors;
 pub(crate) mod mode_numbers;
 pub(crate) mod noise;
 pub(crate) mod observed;
+pub(crate) mod one_sided;
 pub(crate) mod prediction;
 pub(crate) mod profile;
 pub(crate) mod quantile;

@@ -162,14 +162,13 @@ fn interval(
     Interval { ends, better, points }
 }
 
-fn profile(
+/// Where all others end that start `from` there, with unknown `i` held.
+pub(crate) fn fitted_beside(
     search: &Search,
     from: &[f64],
     i: usize,
     held: f64,
-    least: f64,
-    noise: f64,
-) -> Result<Point, Error> {
+) -> Result<Optimum, Error> {
     let mut unknowns = search.unknowns.to_vec();
     let value = unknowns[i].from_scale(held);
     unknowns[i] = unknowns[i].clone().bounds(value, value);
@@ -179,8 +178,20 @@ fn profile(
     // With nothing left to fit this takes one run.
     let optimum = held_search.polish(&start);
     search.work.add(held_search.work.total());
-    let Optimum { x, cost, residuals, jacobian, .. } = optimum?;
-    let all = held_search.all_residuals()?;
+    optimum
+}
+
+fn profile(
+    search: &Search,
+    from: &[f64],
+    i: usize,
+    held: f64,
+    least: f64,
+    noise: f64,
+) -> Result<Point, Error> {
+    let optimum = fitted_beside(search, from, i, held)?;
+    let Optimum { x, cost, residuals, jacobian, .. } = optimum;
+    let all = search.all_residuals()?;
     let made = all.losses().into_iter().zip(all.trust());
     let gradient: f64 = made
         .zip(jacobian.iter().zip(&residuals))

@@ -24,18 +24,25 @@ const DETECTED: f64 = 3.0;
 /// Standard deviation of a logarithm above which a small change of the residuals is a large one of the logarithm.
 const LARGEST_LOGARITHMIC: f64 = 3.0;
 
-/// An unknown that may be zero, or is known too little for its logarithm to say how well.
+/// An unknown that is bounded from one side, or is known too little for its logarithm to be normal.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vanishing {
+pub(crate) struct Bound {
     /// The estimate, never negative.
     pub value: f64,
-    /// Upper end of the one-sided 95 % interval, if it may be zero.
+    /// Lower end of the one-sided 95 % interval, where it has no upper one.
+    pub lower95: Option<f64>,
+    /// Upper end of the one-sided 95 % interval, where it may be zero.
     pub upper95: Option<f64>,
     /// Standard deviation of the logarithm.
     pub log_deviation: f64,
 }
 
-impl Vanishing {
+impl Bound {
+    /// Whether the data bound it from one side only.
+    pub fn is_one_sided(&self) -> bool {
+        self.lower95.is_some() || self.upper95.is_some()
+    }
+
     /// Whether its upper end is known, and its logarithm has an effect where it came out.
     pub fn is_away_from_zero(&self) -> bool {
         self.upper95.is_some() && self.log_deviation < LARGEST_LOGARITHMIC
@@ -48,7 +55,7 @@ pub(crate) fn vanishing(
     (optimum, rows, losses): (&Optimum, &[Vec<f64>], &[Loss]),
     (noise, correlations): (&Noise, &Correlations),
     residuals: &Residuals,
-) -> Vec<Option<Vanishing>> {
+) -> Vec<Option<Bound>> {
     let n = unknowns.len();
     let mut found = vec![None; n];
     if !optimum.converged || !unknowns.iter().any(is_damping) {
@@ -111,7 +118,7 @@ pub(crate) fn vanishing(
         {
             let value = if estimate > 1e-3 * upper95 { estimate } else { 0.0 };
             let upper95 = (estimate < DETECTED * deviation).then_some(upper95);
-            found[*j] = Some(Vanishing { value, upper95, log_deviation });
+            found[*j] = Some(Bound { value, lower95: None, upper95, log_deviation });
         }
     }
     found

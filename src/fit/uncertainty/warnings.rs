@@ -7,6 +7,7 @@ use crate::fit::measurement::experiment::{Experiment, all as all_measurements_of
 use crate::fit::misfit::noise::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
+use crate::fit::search::damping::is_damping;
 use crate::fit::search::explained::{is_noisy, residual_tests};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::adequacy::{Adequacy, CoordinateNoise};
@@ -303,16 +304,33 @@ pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnin
     warnings.add(Weight::Note, Code::RunawayValues, words);
 }
 
-/// Dampings that may be zero.
-pub(crate) fn may_be_zero(estimates: &[Estimate], warnings: &mut Warnings) {
-    for estimate in estimates {
-        if let Some(upper) = estimate.upper95 {
-            let words = format!(
-                "{} cannot be told from zero: at most {upper:.3e} {} (one-sided 95 %)",
-                estimate.label(),
-                estimate.name.unit()
-            );
-            warnings.add(Weight::Note, Code::MayBeZero, words);
+/// Parameters that the data bound from one side only.
+pub(crate) fn bounded_from_one_side(
+    unknowns: &[Unknown],
+    estimates: &[Estimate],
+    warnings: &mut Warnings,
+) {
+    for (unknown, estimate) in unknowns.iter().zip(estimates) {
+        let (label, unit) = (estimate.label(), estimate.name.unit());
+        match (estimate.lower95, estimate.upper95) {
+            (None, Some(upper)) if is_damping(unknown) => {
+                let words = format!(
+                    "{label} cannot be told from zero: at most {upper:.3e} {unit} (one-sided 95 %)"
+                );
+                warnings.add(Weight::Note, Code::MayBeZero, words);
+            }
+            (Some(bound), _) | (_, Some(bound)) => {
+                let [side, open] = match estimate.lower95 {
+                    Some(_) => ["at least", "larger"],
+                    None => ["at most", "smaller"],
+                };
+                let words = format!(
+                    "{label} is bounded from one side only: {side} {bound:.3e} {unit} (one-sided 95 %). The data fit \
+                     any {open} value as well. Record a motion that depends on it, or keep it fixed"
+                );
+                warnings.add(Weight::Note, Code::OneSided, words);
+            }
+            _ => {}
         }
     }
 }
