@@ -57,6 +57,7 @@ codes! {
     BetterMinimum "better-minimum",
     NotAMinimum "not-a-minimum",
     Unexplained "unexplained",
+    OutlyingExperiment "outlying-experiment",
     NotNoise "not-noise",
     BeyondSigma "beyond-sigma",
     ExceedsNoiseScale "exceeds-noise-scale",

@@ -66,6 +66,7 @@ pub use search::journal::Iterate;
 pub use uncertainty::adequacy::NoiseScale;
 pub use uncertainty::analysis::{Analysis, Refinement};
 pub use uncertainty::bootstrap::Bootstrap;
+pub use uncertainty::determined_groups::DeterminedGroup;
 pub use uncertainty::discretization::DiscretizationError;
 pub use uncertainty::estimate::{AcrossExperiments, Estimate};
 pub use uncertainty::identifiability::{Finding, NonIdentifiability};

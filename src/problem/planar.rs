@@ -49,6 +49,11 @@ const TOLERANCE: f64 = 1e-9;
 const ROUNDING: f64 = 1e-10;
 
 impl PlanarModel {
+    /// Which of the section's two second moments resists bending in the plane.
+    pub(crate) fn second_moment(&self) -> usize {
+        self.second_moment
+    }
+
     /// The model, or what leaves the plane of the rest. `start` is the shape the rod starts in, if
     /// not the rest shape of the `mesh`.
     pub(crate) fn new(

@@ -1,7 +1,7 @@
 //! The report of a fit on the terminal: the grade, the estimates, the warnings, then details by topic.
 
 use crate::code::Code;
-use crate::fit::report::{FitReport, budget, digits, hidden};
+use crate::fit::report::{FitReport, budget, digits, hidden, validation};
 use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::sources::looks_like;
@@ -21,6 +21,7 @@ impl fmt::Display for FitReport {
         if self.status != "converged" && self.grade != Grade::NotUsable {
             writeln!(f, "{}", self.status)?;
         }
+        validation::write(f, self)?;
         writeln!(f)?;
         self.write_estimates(f)?;
         if !self.warnings.is_empty() {
@@ -156,6 +157,8 @@ impl FitReport {
             }
             budget::write(f, e)?;
         }
+        let groups = self.determined_groups.iter().map(ToString::to_string);
+        details(f, "Known without density", &groups.collect::<Vec<_>>())?;
         let several = self.parameters.len() > 1;
         let mut sensitivities = Vec::new();
         for e in self.parameters.iter().filter(|e| !e.one_per_cent.is_empty()) {

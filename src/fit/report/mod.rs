@@ -6,6 +6,7 @@ pub(crate) mod ending;
 pub(crate) mod plot_data;
 pub(crate) mod recorded;
 pub(crate) mod replay;
+mod validation;
 
 use crate::code::Code;
 use crate::fit::measurement::experiment::{Experiment, all};
@@ -16,6 +17,7 @@ use crate::fit::report::plot_data::PlotData;
 use crate::fit::search::Search;
 use crate::fit::search::basins::Basins;
 use crate::fit::uncertainty::adequacy::NoiseScale;
+use crate::fit::uncertainty::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::identifiability::Finding;
@@ -97,6 +99,9 @@ pub struct FitReport {
     /// most standard errors first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub could_hide: Vec<CouldHide>,
+    /// Groups of numbers that the data determine without the density: where no force was measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub determined_groups: Vec<DeterminedGroup>,
     /// How far rods go from the recordings that lead their ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recordings: Option<RecordingErrors>,
@@ -161,6 +166,7 @@ impl FitReport {
             predictions: assessment.predictions,
             score_tests: assessment.unsaid.score_tests,
             could_hide: assessment.unsaid.could_hide,
+            determined_groups: assessment.determined_groups,
             recordings: assessment.recordings,
             basins,
             simulations: search.simulations(),

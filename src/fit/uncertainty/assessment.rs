@@ -14,6 +14,7 @@ use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::budget::{Given, budgeted};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::determined_groups::{DeterminedGroup, determined_groups};
 use crate::fit::uncertainty::discretization::{DiscretizationError, errors_of, shifts};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
 use crate::fit::uncertainty::finer::Finer;
@@ -56,6 +57,7 @@ pub(crate) struct Assessment {
     pub noise_scale: Vec<NoiseScale>,
     pub predictions: Vec<Prediction>,
     pub unsaid: Unsaid,
+    pub determined_groups: Vec<DeterminedGroup>,
     pub recordings: Option<RecordingErrors>,
     pub profiles: Vec<Profile>,
     pub warnings: Warnings,
@@ -282,8 +284,11 @@ pub(crate) fn assess(
         correlations,
     };
     let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
-    if let Some(inputs) = early.iter().chain(&late).find_map(|(found, _)| found.as_ref()) {
+    let inputs = early.iter().chain(&late).find_map(|(found, _)| found.as_ref());
+    let mut groups = Vec::new();
+    if let Some(inputs) = inputs {
         inputs.give_per_cents(search, &mut estimates);
+        groups = determined_groups(search, &estimates, inputs);
     }
     late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
     scene_notes(search, fitted, &mut warnings);
@@ -306,6 +311,7 @@ pub(crate) fn assess(
         noise_scale,
         predictions,
         unsaid,
+        determined_groups: groups,
         recordings: RecordingErrors::of(experiments, (search, optimum)),
         profiles,
         warnings,

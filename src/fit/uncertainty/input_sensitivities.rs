@@ -86,6 +86,16 @@ impl InputSensitivities {
         self.unfollowed.columns(0, self.known.len()).into_owned()
     }
 
+    /// Logarithmic derivatives of the unknowns, on their scales, by the density of all experiments; none where that is
+    /// no input, or its sensitivities were not computed.
+    pub fn responses_to_density(&self, search: &Search) -> Option<Vec<Option<f64>>> {
+        let mut changes = self.known.iter().chain(&self.unstated).zip(&self.responses);
+        let (change, responses) = changes.find_map(|(change, responses)| {
+            Some((change.of_density(search.experiments)?, responses))
+        })?;
+        Some(responses.iter().map(|response| Some((*response)? / change)).collect())
+    }
+
     /// Every estimate takes its sensitivities to the unstated inputs, the largest first.
     pub fn give_per_cents(&self, search: &Search, estimates: &mut [Estimate]) {
         let responses = &self.responses[self.known.len()..];

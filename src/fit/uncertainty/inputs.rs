@@ -104,6 +104,17 @@ impl Change {
         Self { source: self.source.clone(), parts: self.parts.iter().map(part).collect() }
     }
 
+    /// Relative change of the density, where it is that of the density of all these experiments.
+    pub fn of_density(&self, experiments: &[Experiment]) -> Option<f64> {
+        let first = self.parts.first()?;
+        let is_density = |part: &Part| part.number.parameter == Parameter::Density;
+        let of_all = |e: &Experiment| self.parts.iter().any(|part| part.number.is_of(e));
+        let relative = |part: &Part| part.by / part.value;
+        let alike = |part: &Part| (relative(part) / relative(first) - 1.0).abs() < 1e-9;
+        let all = self.parts.iter().all(|part| is_density(part) && alike(part));
+        (all && experiments.iter().all(of_all)).then(|| relative(first))
+    }
+
     /// The value of its number, where all experiments have the same.
     pub fn value(&self) -> Option<f64> {
         match &self.parts[..] {

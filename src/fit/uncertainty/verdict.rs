@@ -4,6 +4,7 @@ use crate::code::Code;
 use crate::fit::uncertainty::identifiability::{Finding, in_one_sentence};
 use crate::numerics::order;
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::fmt;
 
 /// How far a result can be believed. In JSON in kebab case, as in `refine-numerics`.
@@ -107,10 +108,12 @@ struct Warning {
     alike: Option<(&'static str, String)>,
 }
 
-/// So many of what observations have alike are said one by one.
-const ONE_BY_ONE: usize = 3;
-/// Fewer more than those are not worth a summary.
-const MORE: usize = 2;
+/// Warnings of experiments that stand out.
+pub(crate) const OUTLYING: &str = "that stand out";
+/// From so many warnings of one kind on, one line has the first of them and the number of the others.
+const SUMMARIZED: usize = 3;
+/// Experiments with their counts in a summary, those with the most warnings first.
+const NAMED: usize = 5;
 
 impl Warnings {
     pub fn add(&mut self, weight: Weight, code: Code, words: impl Into<String>) {
@@ -179,18 +182,18 @@ impl Warnings {
             codes.push(code);
         };
         let mut summed = Vec::new();
-        for (i, warning) in self.0.iter().enumerate() {
+        for warning in &self.0 {
             let Some(own) = kind(warning) else {
                 say(warning.code, &warning.words);
                 continue;
             };
             let all: Vec<&Warning> = self.0.iter().filter(|w| kind(w) == Some(own)).collect();
-            let before = self.0[..i].iter().filter(|w| kind(w) == Some(own)).count();
-            if before < ONE_BY_ONE || all.len() < ONE_BY_ONE + MORE {
+            if all.len() < SUMMARIZED {
                 say(warning.code, &warning.words);
             } else if !summed.contains(&own) {
                 summed.push(own);
-                say(warning.code, &likewise(own.1, &all[ONE_BY_ONE..]));
+                let others = likewise(own.1, &all[1..]);
+                say(warning.code, &format_args!("{}; {others}", warning.words));
             }
         }
         (words, codes)
@@ -206,9 +209,16 @@ fn likewise(kind: &str, others: &[&Warning]) -> String {
             None => experiments.push((experiment, 1)),
         }
     }
-    let named = experiments.iter().filter(|(name, _)| !name.is_empty());
+    experiments.retain(|(name, _)| !name.is_empty());
+    order::sort_by_key(&mut experiments, |(_, count)| Reverse(*count));
+    let further = experiments.len().saturating_sub(NAMED);
+    let named = experiments.iter().take(NAMED);
     let named: Vec<String> = named.map(|(name, count)| format!("{count} in {name}")).collect();
-    let places = if named.is_empty() { String::new() } else { format!(": {}", named.join(", ")) };
+    let further = if further > 0 { format!(", and in {further} others") } else { String::new() };
+    let places = match named.is_empty() {
+        true => String::new(),
+        false => format!(": {}{further}", named.join(", ")),
+    };
     format!("{} more {kind}{places}", others.len())
 }
 
@@ -298,6 +308,18 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
 }
 
 impl Warnings {
+    /// Which experiments stand out, if any does.
+    fn outlying_experiments(&self) -> Option<String> {
+        let own = self.0.iter().filter(|w| w.code == Code::OutlyingExperiment);
+        let mut names: Vec<&str> = own.filter_map(|w| Some(w.alike.as_ref()?.1.as_str())).collect();
+        names.dedup();
+        match names.len() {
+            0 => None,
+            1 => Some(format!("{} stands out", names[0])),
+            _ => Some(format!("{} stand out", names.join(", "))),
+        }
+    }
+
     /// What is wrong with the model or its set-up.
     fn of_the_model(&self) -> String {
         if let Some(words) = self.first(Weight::Suspicion) {
@@ -314,10 +336,13 @@ impl Warnings {
             return words.split(". ").next().unwrap_or(words).into();
         }
         if self.first(Weight::Misfit).is_some() {
-            return "the values may be near, but what is left is no noise and the intervals are too \
+            let words = "the values may be near, but what is left is no noise and the intervals are too \
                     narrow: something small is missing in the scene (damping, drag, a soft or tilted \
-                    clamp, a clock or a camera that is a little off), or sigma is too small"
-                .into();
+                    clamp, a clock or a camera that is a little off), or sigma is too small";
+            return match self.outlying_experiments() {
+                Some(names) => format!("{names}, most experiments are explained; {words}"),
+                None => words.into(),
+            };
         }
         "the data contradict what was said before them: bounds, priors or what was held out".into()
     }

@@ -15,7 +15,8 @@ use crate::fit::uncertainty::assessment::Local;
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
+use crate::fit::uncertainty::outlying_experiments::UnexplainedParts;
+use crate::fit::uncertainty::verdict::{OUTLYING, Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -53,9 +54,11 @@ pub(crate) fn unexplained(
         return;
     }
     let spreads = search.spreads(optimum);
-    let measured = search.measured(optimum).zip(spreads).enumerate();
-    for (place, ((experiment, measurement, _, own), rms)) in measured {
-        let (label, unit) = (experiment.label(measurement), measurement.unit());
+    let mut parts = UnexplainedParts::default();
+    let mut unexplained = Vec::with_capacity(spreads.len());
+    for (place, ((experiment, measurement, _, own), rms)) in
+        search.measured(optimum).zip(&spreads).enumerate()
+    {
         let size = measurement.size(&experiment.problem);
         let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
         // Autocorrelation beyond an independent noise scale may be misfit.
@@ -63,10 +66,32 @@ pub(crate) fn unexplained(
             true => 0.0,
             false => correlations.correlation(place, axis),
         };
-        if rms > (UNEXPLAINED * size).max(noise)
-            && !is_noisy(experiment, measurement, (rms, own), correlation, search.doubt())
-        {
-            let relative = rms / size.max(f64::MIN_POSITIVE);
+        let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
+            && !is_noisy(experiment, measurement, (*rms, own), correlation, search.doubt());
+        let relative = rms / size.max(f64::MIN_POSITIVE);
+        parts.add(&experiment.name, relative, own.len(), is_unexplained);
+        unexplained.push(is_unexplained);
+    }
+    let measured = search.measured(optimum).zip(spreads).zip(unexplained);
+    for (((experiment, measurement, _, own), rms), is_unexplained) in measured {
+        let (label, unit) = (experiment.label(measurement), measurement.unit());
+        let size = measurement.size(&experiment.problem);
+        let relative = rms / size.max(f64::MIN_POSITIVE);
+        let outlying = parts.outlying(&experiment.name);
+        if let Some(part) = outlying.filter(|_| is_unexplained) {
+            let words = format!(
+                "{} stands out: the model leaves {} of {label} unexplained ({rms:.3e} {unit} of {size:.3e} {unit}), \
+                 and {} of the experiment, where the median of {} experiments is {}. Look at this recording; with \
+                 held_out = true the fit does without it",
+                experiment.name,
+                percent(relative),
+                percent(part),
+                parts.count(),
+                percent(parts.median())
+            );
+            let alike = (OUTLYING, &experiment.name[..]);
+            warnings.add_alike(Weight::Misfit, Code::OutlyingExperiment, alike, words);
+        } else if is_unexplained {
             // Standing still at the mean of what was observed leaves no more.
             let weight = if relative >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
             let words = format!(
@@ -255,7 +280,16 @@ fn remembering(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings
 pub(crate) fn faulty_recordings(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments {
         for (code, words) in experiment.problem.recording_warnings() {
-            warnings.add(Weight::Note, code, words);
+            let kind = match code {
+                Code::LostFrames => "gaps of lost frames",
+                Code::Glitches => "markers that jump",
+                Code::SwappedLabels => "exchanges of labels",
+                _ => {
+                    warnings.add(Weight::Note, code, words);
+                    continue;
+                }
+            };
+            warnings.add_alike(Weight::Note, code, (kind, &experiment.name), words);
         }
     }
 }

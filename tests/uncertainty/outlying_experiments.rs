@@ -1,0 +1,85 @@
+//! One bad recording of many: it is named, and the set-up of all is not blamed.
+
+use rodfit::code::Code;
+use rodfit::fit::{Experiment, Loss};
+use rodfit::scene::Scene;
+use rodfit::{Fit, FitReport, Observation, Parameter};
+
+use crate::common::coarse;
+use crate::common::fits::{noisy, observe, of_a_right_mesh, value};
+
+const NOISE: f64 = 1e-3;
+const MODULUS: Parameter = Parameter::YoungsModulus;
+
+fn scene() -> Scene {
+    let mut scene = coarse(12, 4e-3, 0.8);
+    scene.loads.damping.mass = 0.5;
+    scene
+}
+
+/// A recording in which the rod was another, twice as stiff, or the same.
+fn recording(is_bad: bool, seed: u64) -> Observation {
+    let mut other = scene();
+    if is_bad {
+        other.material.youngs_modulus *= 2.0;
+    }
+    noisy(&observe(&other, 80), NOISE, seed).sigma(NOISE).loss(Loss::Cauchy)
+}
+
+/// A fit of so many recordings, of which the last ones are bad, and of one as validation data.
+fn solve(count: u64, bad: u64) -> FitReport {
+    let problem = scene().problem().unwrap();
+    let experiment = |k: u64| {
+        let is_bad = k >= count - bad && k < count;
+        let name = if is_bad { format!("bad {k}") } else { format!("clip {k}") };
+        let observation = recording(is_bad, 40 + k);
+        let observation = if k == count { observation.held_out() } else { observation };
+        Experiment::new(&name, &problem).observe(observation)
+    };
+    let fit = Fit::of((0..=count).map(experiment)).identify(MODULUS);
+    fit.analyse(of_a_right_mesh()).solve().unwrap()
+}
+
+#[test]
+fn one_bad_recording_of_eight_is_named_and_the_set_up_is_not_blamed() {
+    let report = solve(8, 1);
+    println!("{report}");
+    assert!((value(&report, MODULUS) / 1e8 - 1.0).abs() < 0.01, "{report}");
+    assert!(report.warning_codes.contains(&Code::OutlyingExperiment), "{report}");
+    assert!(!report.warning_codes.contains(&Code::Unexplained), "{report}");
+    assert!(!report.verdict.contains("set-up"), "{}", report.verdict);
+    assert!(report.verdict.contains("bad 7 stands out"), "{}", report.verdict);
+    // Standing still at the mean leaves 100 %.
+    let outlying = report.warnings.iter().find(|w| w.starts_with("bad 7")).unwrap();
+    assert!(outlying.contains("the median of 8 experiments is"), "{outlying}");
+}
+
+#[test]
+fn bad_recordings_in_the_majority_are_a_fault_of_the_set_up() {
+    let report = solve(4, 2);
+    println!("{report}");
+    assert!(!report.warning_codes.contains(&Code::OutlyingExperiment), "{report}");
+}
+
+/// The RMS error of a right model is that of the noise.
+#[test]
+fn validation_error_stands_in_the_first_five_lines() {
+    let report = solve(8, 1);
+    let text = report.to_string();
+    let line = text.lines().take(5).find(|line| line.starts_with("validation, ")).unwrap();
+    let error = line.split("RMS error ").nth(1).unwrap().split(' ').next().unwrap();
+    let error: f64 = error.parse().unwrap();
+    assert!((error / NOISE - 1.0).abs() < 0.2, "{line}");
+}
+
+/// Warnings of one kind are one line, whatever their number.
+#[test]
+fn many_warnings_of_one_kind_are_one_line() {
+    let report = solve(16, 6);
+    println!("{report}");
+    for code in &report.warning_codes {
+        let lines = report.warning_codes.iter().filter(|other| *other == code).count();
+        assert!(lines <= 2, "{lines} lines of {code}\n{report}");
+    }
+    assert!(report.warnings.iter().any(|w| w.contains("; 5 more ")), "{report}");
+}
