@@ -6,15 +6,15 @@ use crate::folder::{FIT, Folder, refused, stderr, stdout, succeeds};
 
 /// The shipped fits find what their data were made with, in the work of so many simulations: two of full
 /// length with derivatives, what the coarser ones of the discretisation error make together, the
-/// search on the coarse model, and a tenth for what one per cent of other numbers would change.
+/// search on the coarse model, a tenth for omitted effects, and one with derivatives by the inputs.
 #[test]
 fn shipped_fits_find_the_truth() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
     let folder = Folder::new();
     for (file, truth, rms, most) in [
-        ("cantilever-fit.toml", 1e8, 1e-3, 3.8),
-        ("beta-fit.toml", 0.75, 1e-3, 3.8),
-        ("helix-fit.toml", 1e7, 2e-4, 4.3),
+        ("cantilever-fit.toml", 1e8, 1e-3, 4.8),
+        ("beta-fit.toml", 0.75, 1e-3, 4.8),
+        ("helix-fit.toml", 1e7, 2e-4, 5.3),
     ] {
         let path = data.join(file);
         succeeds(&folder.run(&[

@@ -166,5 +166,8 @@ fn headline_interval_is_the_expanded_one_beside_known_inputs() {
     assert!((half / e.value.unwrap() / (2.0 * 0.02) - 1.0).abs() < 0.05, "{report}");
     assert!((high - low - 2.0 * half).abs() < 1e-9 * half);
     let text = report.to_string();
-    assert!(text.contains("95 % interval (expanded)") && text.contains("statistical only"), "{text}");
+    assert!(
+        text.contains("95 % interval (expanded)") && text.contains("statistical only"),
+        "{text}"
+    );
 }

@@ -212,7 +212,7 @@ fn few_values_widen_the_coverage() {
     assert!(modulus(&report).coverage_factor.unwrap() < 1.97, "{report}");
 }
 
-/// Sensitivities to inputs cost one run with derivatives.
+/// Sensitivities to inputs cost one run with derivatives, and omitted effects a run of a coarse model.
 #[test]
 fn one_per_cent_of_everything_is_said() {
     let (scene, fit) = swing();
@@ -238,7 +238,7 @@ fn one_per_cent_of_everything_is_said() {
     let quiet = Analysis { what_if: Some(false), ..Analysis::default() };
     let quiet = fit.analyse(quiet).solve().unwrap();
     assert!(modulus(&quiet).one_per_cent.is_empty());
-    assert!(report.simulations < quiet.simulations + 1.3, "{report}\n{quiet}");
+    assert!(report.simulations < 1.3 * quiet.simulations + 1.0, "{report}\n{quiet}");
 }
 
 /// What cannot be is refused before anything is computed, with what is allowed.

@@ -51,11 +51,8 @@ fn group_stays_where_the_density_is_doubled() {
 #[test]
 fn data_with_a_known_force_determine_no_group() {
     let mut scene: Scene = coarse(12, 4e-3, 0.8);
-    scene.loads.point = vec![PointForce {
-        node: Point::Tip,
-        force: [0.0, -0.2, 0.0],
-        ..PointForce::default()
-    }];
+    scene.loads.point =
+        vec![PointForce { node: Point::Tip, force: [0.0, -0.2, 0.0], ..PointForce::default() }];
     let data = noisy(&observe(&scene, 80), 1e-3, 5);
     let report = fit_with(&scene, &data, &[Parameter::YoungsModulus], of_a_right_mesh());
     assert!(report.determined_groups.is_empty(), "{report}");

@@ -36,9 +36,9 @@ use crate::fit::uncertainty::slenderness::too_thick;
 use crate::fit::uncertainty::vanishing::{Bound, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
-    against_noise_scale, against_priors, bounded_from_one_side, bounds_reached, faulty_recordings, growing_sensitivities,
-    is_noise, jumps, runaways, stated_sigmas, steps_too_large, test_residuals,
-    unexplained,
+    against_noise_scale, against_priors, bounded_from_one_side, bounds_reached, faulty_recordings,
+    growing_sensitivities, is_noise, jumps, runaways, stated_sigmas, steps_too_large,
+    test_residuals, unexplained,
 };
 use crate::numerics::half_square;
 

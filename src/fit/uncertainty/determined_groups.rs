@@ -91,7 +91,9 @@ pub(crate) fn determined_groups(
     let is_modulus = |p: Parameter| p == Parameter::YoungsModulus || p == Parameter::ShearModulus;
     let follows = |estimate: &Estimate, response: &Option<f64>| {
         let expected = if is_modulus(estimate.name) { 1.0 } else { 0.0 };
-        response.is_none_or(|response| (response - expected).abs() < EXACT)
+        // A parameter that may be zero has no logarithmic derivative.
+        estimate.std_error.is_none()
+            || response.is_none_or(|response| (response - expected).abs() < EXACT)
     };
     if !estimates.iter().zip(&responses).all(|(e, response)| follows(e, response)) {
         return Vec::new();

@@ -323,12 +323,11 @@ impl Warnings {
     /// What is wrong with the model or its set-up.
     fn of_the_model(&self) -> String {
         if let Some(words) = self.first(Weight::Suspicion) {
-            return format!("much of what was observed is left, most likely as {words}");
+            return format!("large residuals, most likely because of {words}");
         }
         if self.first(Weight::Unexplained).is_some() {
-            return "much of what was observed is left: something in the set-up is most likely wrong \
-                    (scale, fps, origin, which point was followed, y up or down, what the scene says \
-                    of the rod), or this is a wrong minimum, which a start or bounds help to avoid"
+            return "large residuals. Probably a set-up error (release time, scale, fps, origin, tracked point, y \
+                    direction, rod dimensions) or a wrong local minimum; give a start or bounds"
                 .into();
         }
         if let Some(words) = self.first(Weight::Validity) {
@@ -336,15 +335,15 @@ impl Warnings {
             return words.split(". ").next().unwrap_or(words).into();
         }
         if self.first(Weight::Misfit).is_some() {
-            let words = "the values may be near, but what is left is no noise and the intervals are too \
-                    narrow: something small is missing in the scene (damping, drag, a soft or tilted \
-                    clamp, a clock or a camera that is a little off), or sigma is too small";
+            let words = "the residuals are not noise, so that estimates may be biased and intervals are too narrow. An \
+                         effect is missing in the scene (damping, drag, a compliant or tilted clamp, clock or camera), or \
+                         sigma is too small";
             return match self.outlying_experiments() {
                 Some(names) => format!("{names}, most experiments are explained; {words}"),
                 None => words.into(),
             };
         }
-        "the data contradict what was said before them: bounds, priors or what was held out".into()
+        "the data contradict a bound, a prior or the validation data".into()
     }
 }
 

@@ -80,10 +80,10 @@ pub(crate) fn unexplained(
         let outlying = parts.outlying(&experiment.name);
         if let Some(part) = outlying.filter(|_| is_unexplained) {
             let words = format!(
-                "{} stands out: the model leaves {} of {label} unexplained ({rms:.3e} {unit} of {size:.3e} {unit}), \
-                 and {} of the experiment, where the median of {} experiments is {}. Look at this recording; with \
-                 held_out = true the fit does without it",
-                experiment.name,
+                "{label}: the model leaves {} of what was observed unexplained ({rms:.3e} {unit} of {size:.3e} {unit}), \
+                 and {} of the whole experiment; the median of {} experiments is {}. This recording stands out, and \
+                 the set-up that all share is not the reason. Look at it, or use it as validation data \
+                 (held_out = true)",
                 percent(relative),
                 percent(part),
                 parts.count(),
