@@ -94,6 +94,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::search::rivals::{Comparison, better_elsewhere};
 use crate::fit::uncertainty::assessment::{assess, local, shifts_of};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
+use crate::fit::uncertainty::warnings::constant_axes;
 use crate::fit::unknown::laid_out;
 use crate::fit::validate::{check, recorded};
 use crate::problem::Problem;
@@ -382,7 +383,7 @@ impl Fit {
         let given = (&self.analysis, &self.knowns[..]);
         let about = (local, shifts, warnings);
         let mut assessment = assess(found, about, given, experiments, &state.look.suspicions)?;
-        state.look.note_constant_axes(&mut assessment.warnings);
+        constant_axes(&state.look.constant_axes, &mut assessment.warnings);
         let ending = Ending::assessed(found, assessment, experiments, self.keep_plot_data);
         Ok(FitReport::new(ending, search, experiments, state.since))
     }

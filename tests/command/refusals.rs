@@ -406,7 +406,7 @@ fn keys_without_their_columns_are_refused_and_lost_rows_counted() {
     folder.write("tip.csv", &format!("t,x,y\n{lost}{rows}0.295,,\n0.297,nan,\n"));
     folder.write("fit.toml", &observation("time_zero = 0.0"));
     let output = folder.run(&["fit", "fit.toml", "--report", "page"]);
-    let said = "tip.csv: rows left out: 3 before time_zero, 2 without a value";
+    let said = "Rows left out           tip.csv: 3 before time_zero, 2 without a value";
     assert!(stdout(&output).contains(said), "{}", stderr(&output));
     let dropped = &folder.json("page/fit.json")["dropped"];
     assert_eq!((&dropped[0]["before_time_zero"], &dropped[0]["empty"]), (&3.into(), &2.into()));

@@ -48,7 +48,7 @@ fn intervals_cover_where_experiments_differ() {
             assert_eq!(across.experiments, 8);
             if across.reported {
                 assert_eq!(estimate.interval95, Some(across.interval95));
-                assert!(report.to_string().contains("how 8 experiments differ"), "{report}");
+                assert!(report.to_string().contains("(8 experiments, reported)"), "{report}");
             }
             let holds = |[low, high]: [f64; 2]| low <= TRUTH && TRUTH <= high;
             [holds(across.residual_interval95), holds(across.interval95)]

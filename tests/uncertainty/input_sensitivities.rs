@@ -36,7 +36,7 @@ fn reported(report: &FitReport, unknown: Parameter, input: &str) -> f64 {
     let estimate = report.estimate(unknown).unwrap();
     let vector = input.strip_suffix(".y").unwrap_or(input);
     let line = estimate.one_per_cent.iter().find(|line| line.source == vector);
-    line.map_or(0.0, |line| line.relative.unwrap())
+    line.map_or(0.0, |line| 100.0 * line.relative.unwrap())
 }
 
 /// The same by refits with the input larger and smaller by 0.1 %.

@@ -61,7 +61,8 @@ pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis>
 /// Indices of the constant coordinates: of a motion any beside one that varies, of a shape at rest, which may hang
 /// straight, that along the `normal` of a planar model.
 fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usize> {
-    if measurement.planned() {
+    // Markers of a recording that prescribes the ends are compared in space, as their ends are.
+    if measurement.planned() || measurement.marker().is_some() {
         return Vec::new();
     }
     let positions = positions(measurement);

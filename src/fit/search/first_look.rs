@@ -15,7 +15,6 @@ use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::{ResidualTests, doubt};
-use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 use crate::numerics::vector::{Vector, dot, scale, sub};
@@ -59,18 +58,6 @@ impl FirstLook {
 }
 
 impl FirstLook {
-    /// Notes the coordinates that are left out.
-    pub fn note_constant_axes(&self, warnings: &mut Warnings) {
-        for ConstantAxis { observation, axis, value, samples } in &self.constant_axes {
-            let words = format!(
-                "{observation}, {axis}: all {samples} values are {value} m. The coordinate is left out of the fit and \
-                 of the noise estimate. Leave the column out of the file"
-            );
-            let kind = ("coordinates with one value only", "");
-            warnings.add_alike(Weight::Note, Code::ConstantAxis, kind, words);
-        }
-    }
-
     /// Looks at `fitted` experiments; an error is a recording that cannot be of this rod.
     pub fn at(fitted: &[Experiment], unknowns: &[Unknown]) -> Result<Self, Error> {
         let mut look = Self::default();

@@ -3,6 +3,7 @@
 
 use crate::code::Code;
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::constant_axes::ConstantAxis;
 use crate::fit::measurement::experiment::{Experiment, all as all_measurements_of};
 use crate::fit::misfit::noise::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
@@ -226,6 +227,18 @@ pub(crate) fn against_noise_scale(search: &Search, adequacy: &Adequacy, warnings
             let alike = ("coordinates with unresolved correlation", experiment);
             warnings.add_alike(Weight::Ambiguous, Code::UnresolvedCorrelation, alike, words);
         }
+    }
+}
+
+/// Notes the coordinates that are left out of the fit.
+pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
+    for ConstantAxis { observation, axis, value, samples } in axes {
+        let words = format!(
+            "{observation}, {axis}: all {samples} values are {value} m. The coordinate is left out of the fit and \
+             of the noise estimate. Leave the column out of the file"
+        );
+        let kind = ("coordinates with one value only", "");
+        warnings.add_alike(Weight::Note, Code::ConstantAxis, kind, words);
     }
 }
 
