@@ -317,7 +317,10 @@ fn the_budget_has_what_is_known() {
     );
     succeeds(&output);
     let told = stdout(&output) + &stderr(&output);
-    assert!(told.contains("Uncertainty budget") && told.contains("relative sensitivity -2.00"), "{told}");
+    assert!(
+        told.contains("Uncertainty budget") && told.contains("relative sensitivity -2.00"),
+        "{told}"
+    );
     let fit = folder.json("fit.json");
     let parameter = &fit["parameters"][0];
     let sources: Vec<&str> =

@@ -91,8 +91,7 @@ fn a_fit_file_of_many_recordings() {
     assert_eq!(recordings["held_out"]["worst_experiment"], "another day");
     let list = recordings["list"].as_array().unwrap();
     assert!(list.iter().all(|one| one["mean_error"].as_f64().unwrap() < 3e-5), "{list:?}");
-    for words in ["5 recordings, fitted: mean", "1 recording, held out", "(5 experiments, "]
-    {
+    for words in ["5 recordings, fitted: mean", "1 recording, held out", "(5 experiments, "] {
         assert!(shown.contains(words), "{words} in {shown}");
     }
     assert!(shown.lines().count() < 40, "{shown}");

@@ -422,7 +422,9 @@ fn walls_faster_than_the_step() {
     ] {
         let problem = scene(motion, 1e-3).problem().unwrap();
         problem.simulate().unwrap();
-        let warnings = rodfit::dynamics::SimulationReport::new(&problem).warnings;
+        let mut warnings = rodfit::dynamics::SimulationReport::new(&problem).warnings;
+        // The density of a rod of unit stiffness is implausible.
+        warnings.retain(|words| words.contains("supports.motion"));
         assert_eq!(warnings.len(), usize::from(key.is_some()), "{warnings:?}");
         assert!(key.is_none_or(|key| warnings[0].contains(key)), "{warnings:?}");
     }

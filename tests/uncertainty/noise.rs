@@ -116,7 +116,8 @@ fn correlated_noise() {
         assert!((effective / ((1.0 - rho) / (1.0 + rho)) - 1.0).abs() < 0.25, "{effective}");
         // No fault of the model is claimed.
         assert!(found.trustworthy > 0.9, "{}", found.trustworthy);
-        let told = |r: &&FitReport| r.warnings.iter().any(|w| w.contains("tell as much as"));
+        let told =
+            |r: &&FitReport| r.warnings.iter().any(|w| w.contains("carry the information of"));
         assert!(found.reports.iter().filter(told).count() > 190);
     }
 }

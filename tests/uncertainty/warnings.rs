@@ -118,7 +118,7 @@ fn the_mesh_is_blamed_before_the_model() {
     let data = noisy(&observe(&stiff, 100), 1e-4, 6);
     let report = fit(&fine, &data, &unknowns);
     assert_eq!(report.grade, Grade::ModelDoesNotExplain, "{report}");
-    assert!(report.verdict.contains("no noise"), "{report}");
+    assert!(report.verdict.contains("not noise"), "{report}");
 }
 
 /// Every coordinate is tested with its own residuals, also where some are missing.

@@ -119,8 +119,8 @@ const ABOUT_THE_MIDDLE: Option<Beside> =
     Some(Beside { place: "rod.taper.radius.from", own: 0.5, other: -0.5 });
 
 const NOT_ADDED: fn(&mut Scene, &Sizes) = |_, _| {};
-const ANOTHER_LENGTH: &str = "the same rod clamped at another free length";
-const A_LONGER_RECORD: &str = "a longer record, until little of the motion is left";
+const ANOTHER_LENGTH: &str = "repeat at another free length";
+const A_LONGER_RECORD: &str = "record until the motion has decayed";
 
 const FRICTION: &str = "loads.damping.friction.stiffness";
 const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
@@ -129,7 +129,7 @@ const GRIP_STIFFNESS: &str = "rod.taper.youngs_modulus.0";
 pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "supports.start_compliance.rotation",
-        words: "a clamp that turns with the rod's moment",
+        words: "compliant clamp",
         tell: ANOTHER_LENGTH,
         add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),
@@ -138,8 +138,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "supports.angle",
-        words: "a tilted clamp",
-        tell: "where the rod is at rest, without and with its weight",
+        words: "tilted clamp",
+        tell: "photograph the rod at rest, with and without its weight",
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
@@ -147,8 +147,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "rod.mass.0.mass",
-        words: "a mass at the tip, such as a marker",
-        tell: "weigh what is fixed on the rod; a droop beside the motion",
+        words: "tip mass, such as a marker",
+        tell: "weigh the marker; add the static droop",
         add: |scene, sizes| {
             if scene.rod.mass.is_empty() {
                 scene.rod.mass.push(PointMass::new(Point::Tip, NOTHING * sizes.mass));
@@ -160,8 +160,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "rod.shape.length",
-        words: "another free length",
-        tell: "measure from wall to tip",
+        words: "different free length",
+        tell: "measure from clamp to tip",
         add: NOT_ADDED,
         plausible: |s| Some(SCALE * s.length),
         usual: None,
@@ -169,7 +169,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "rod.taper.radius.to",
-        words: "a tapered rod",
+        words: "taper",
         tell: "calliper at both ends; higher modes",
         add: |scene, _| {
             let round = matches!(scene.rod.section, Section::Circle { .. } | Section::Tube { .. });
@@ -183,7 +183,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: GRIP_STIFFNESS,
-        words: "a stiffer quarter of the rod at its start",
+        words: "stiffer first quarter of the rod",
         tell: ANOTHER_LENGTH,
         add: |scene, _| {
             if scene.supports.start == Support::Clamped && scene.rod.taper.youngs_modulus.is_none()
@@ -197,7 +197,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "material.density",
-        words: "another density",
+        words: "different density",
         tell: "weigh a known length of the rod",
         add: NOT_ADDED,
         plausible: |s| Some(DATA_SHEET * s.density),
@@ -206,7 +206,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "rod.section.radius",
-        words: "another radius",
+        words: "different radius",
         tell: "calliper at several places",
         add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.radius?),
@@ -215,7 +215,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "rod.section.height",
-        words: "another height of the section",
+        words: "different height of the section",
         tell: "calliper at several places",
         add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.height?),
@@ -224,8 +224,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "rod.shape.angle",
-        words: "a rod that is curved at rest",
-        tell: "a photograph of the rod hanging, or turned over",
+        words: "curved rest shape",
+        tell: "photograph the rod hanging, or turned over",
         add: |scene, _| {
             if let Shape::Straight { length, direction: [x, 0.0, 0.0] } = scene.rod.shape
                 && x > 0.0
@@ -239,8 +239,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "rod.natural_curvature",
-        words: "another curvature at rest",
-        tell: "a photograph of the rod lying flat",
+        words: "different natural curvature",
+        tell: "photograph the rod lying flat",
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(1.0),
@@ -248,7 +248,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "loads.damping.mass",
-        words: "damping by mass",
+        words: "mass damping",
         tell: A_LONGER_RECORD,
         add: NOT_ADDED,
         plausible: |s| Some(2.0 * DAMPED * s.swing?),
@@ -258,7 +258,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "loads.damping.stiffness",
         words: "Kelvin-Voigt damping",
-        tell: "a struck rod, whose higher modes it damps more",
+        tell: "strike the rod: higher modes are damped more",
         // Without any, the derivative is that of vibrations so fast that a trace of it ends them.
         add: |scene, sizes| {
             let some = sizes.swing.map(|swing| DAMPED / swing);
@@ -271,7 +271,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "loads.drag.linear_normal",
         words: "viscous drag",
-        tell: "a record in a vacuum, or of another section",
+        tell: "record another section, or in a vacuum",
         add: with_drag,
         plausible: |s| Some(2.0 * DAMPED * s.swing? * s.mass / s.length),
         usual: Some(0.0),
@@ -279,8 +279,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "loads.drag.quadratic_normal",
-        words: "drag of air",
-        tell: "a record from another amplitude",
+        words: "air drag",
+        tell: "record another amplitude",
         add: with_drag,
         plausible: |s| s.swing.map(|_| AIR * s.thickness),
         usual: Some(0.0),
@@ -289,7 +289,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: FRICTION,
         words: "internal friction",
-        tell: "a record from another amplitude",
+        tell: "record another amplitude",
         add: |scene, sizes| {
             if let Some(bend) = sizes.bend
                 && scene.loads.damping.friction.is_none()
@@ -304,8 +304,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "camera.time_offset",
-        words: "a clock that is off",
-        tell: "a record that begins before the release",
+        words: "clock offset",
+        tell: "start the record before the release",
         add: NOT_ADDED,
         plausible: |s| s.frame,
         usual: Some(0.0),
@@ -313,8 +313,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "camera.pixel_scale",
-        words: "another scale of the camera",
-        tell: "a scale in the plane of the motion",
+        words: "different scale of the camera",
+        tell: "place a scale in the plane of motion",
         add: NOT_ADDED,
         plausible: |_| Some(SCALE),
         usual: None,
@@ -322,8 +322,8 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "camera.in_plane_rotation",
-        words: "a tilted camera",
-        tell: "a plumb line in the picture",
+        words: "tilted camera",
+        tell: "place a plumb line in the picture",
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
@@ -331,7 +331,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     },
     Extension {
         place: "supports.end_compliance.rotation",
-        words: "a clamp at the end that turns with the rod's moment",
+        words: "compliant clamp at the end",
         tell: ANOTHER_LENGTH,
         add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),

@@ -191,7 +191,7 @@ pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
     let Some(words) = looks_like(tests).into_iter().next() else { return };
     let is_sure = best.p_value.max(best.p_value_if_correlated.unwrap_or(0.0)) < SURE;
     let weight = if is_sure { Weight::Misfit } else { Weight::Ambiguous };
-    warnings.add(weight, Code::LooksLike, format!("what is left looks like {words}"));
+    warnings.add(weight, Code::LooksLike, format!("the residuals are best explained by {words}"));
 }
 
 /// By a coarse model; where that finds that something may be missing, the full model decides.

@@ -264,13 +264,13 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
         Grade::Trustworthy => ("converged".into(), "no problem detected".into()),
         Grade::RefineNumerics => {
             let fits = match [Weight::Unexplained, Weight::Misfit].map(|w| warnings.first(w)) {
-                [Some(_), _] => "much of what was measured is not explained, and mesh and step",
-                [None, Some(_)] => "more than noise is left of the data, and mesh and step",
-                [None, None] => "the model fits, but mesh and step",
+                [Some(_), _] => "large residuals, and ",
+                [None, Some(_)] => "the residuals are not noise, and ",
+                [None, None] => "",
             };
             let words = format!(
-                "{fits}, as the scene gives them, may be off by more than the intervals say: what is left out of \
-                 rod.segments and time.step the program chooses"
+                "{fits}the given element or step size changes the estimates by more than their intervals; leave \
+                 rod.segments and time.step out of the scene, and they are chosen"
             );
             ("converged".into(), words)
         }

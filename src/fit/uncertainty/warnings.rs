@@ -278,13 +278,12 @@ fn remembering(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings
     let strongest = tests.iter().max_by(|a, b| a.correlation.total_cmp(&b.correlation));
     let Some(strongest) = strongest.filter(|_| effective < WORTH_A_WORD * values) else { return };
     let mut words = format!(
-        "neighbouring residuals resemble each other (by {:.2} in {}, {}), so that {values:.0} values tell as \
-         much as {effective:.0}: the intervals allow for it",
-        strongest.correlation, strongest.observation, strongest.axis
+        "{}, {}: neighboring residuals correlate by {:.2}, so that {values:.0} samples carry the information of \
+         {effective:.0} independent ones. The intervals allow for it",
+        strongest.observation, strongest.axis, strongest.correlation
     );
     if effective < ENOUGH_EACH * unknowns as f64 {
-        words +=
-            ", but are uncertain themselves: a longer record tells more than more frames a second";
+        words += ", but are uncertain themselves. Record longer; more frames a second do not help";
     }
     warnings.add(Weight::Note, Code::CorrelatedNoise, words);
 }
