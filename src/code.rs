@@ -65,6 +65,7 @@ codes! {
     SigmaDoubtful "sigma-doubtful",
     ConstantAxis "constant-axis",
     LooksLike "looks-like",
+    NotExtended "not-extended",
     CouldHide "could-hide",
     Outliers "outliers",
     CorrelatedNoise "correlated-noise",

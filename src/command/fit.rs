@@ -1,5 +1,6 @@
 //! `rodfit fit`
 
+use crate::command::extend::extended;
 use crate::command::output::{Output, Outputs};
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
 use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, Known};
@@ -33,7 +34,7 @@ pub struct Options {
     /// Check the budget of uncertainty by so many fits with other known numbers and other noise.
     #[arg(long, value_name = "N")]
     monte_carlo: Option<usize>,
-    /// Fit again with what explains best what is left, if noise does not.
+    /// Fit again with the terms that explain best what is left, if noise does not, and keep the best fit.
     #[arg(long)]
     extend: bool,
     /// Which derivatives to step with.
@@ -209,15 +210,9 @@ impl Run {
         let Self { path, mut file, manner, mut outputs, json, page, numbers, saves, extend } = self;
         let mut report = solve(&file, page.is_some(), stop.clone(), manner)?;
         if extend && !report.interrupted {
-            match file.extended(&report)? {
-                Some(extended) => {
-                    let found = &report.score_tests[0];
-                    terminal::tell(format_args!("extended, as what is left looks like {found}"));
-                    file = extended;
-                    report = solve(&file, page.is_some(), stop, manner)?;
-                }
-                None => terminal::tell(format_args!("not extended: noise explains what is left")),
-            }
+            let plots = page.is_some();
+            let solve = |file: &FitFile| solve(file, plots, stop.clone(), manner);
+            (file, report) = extended(file, report, solve)?;
         }
         if report.interrupted {
             outputs.are_interrupted();

@@ -8,6 +8,7 @@ mod campaign;
 mod check;
 mod design;
 mod explain;
+mod extend;
 mod fit;
 mod init;
 mod inspect;

@@ -1,10 +1,31 @@
-//! A fit again, with what explains best what the first one left.
+//! Fits again, with what the score tests of the first one name.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::file::FitFile;
 use crate::fit::report::FitReport;
-use crate::fit::uncertainty::extensions::{EXTENSIONS, Sizes};
+use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
 use crate::fit::unknown::Unknown;
+
+/// Terms that are tried at most.
+const MOST_TERMS: usize = 3;
+/// Rise of twice the logarithm of the likelihood by which a further parameter explains more than noise does: two
+/// standard deviations.
+const EXPLAINS_MORE: f64 = 4.0;
+/// Terms whose motions resemble each other, so that a fit in a wrong minimum may name one for the other: the first is
+/// tried behind the second.
+const RESEMBLING: [[&str; 2]; 1] =
+    [["loads.damping.stiffness", "loads.damping.friction.stiffness"]];
+
+/// A fit with one more term than another.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ExtendedFit {
+    /// The fit.
+    pub file: FitFile,
+    /// The term, in words.
+    pub term: String,
+}
 
 impl FitFile {
     /// The fit with the term that explains best what its `report` left, or with the number that is most likely off;
@@ -14,9 +35,50 @@ impl FitFile {
     ///
     /// Scenes that cannot have the values of the report.
     pub fn extended(&self, report: &FitReport) -> Result<Option<Self>, Error> {
-        let best = report.score_tests.first().filter(|test| test.is_significant());
-        let extension = best.and_then(|best| EXTENSIONS.iter().find(|e| e.place == best.source));
-        let (Some(best), Some(extension)) = (best, extension) else { return Ok(None) };
+        Ok(self.extensions(report)?.into_iter().next().map(|extended| extended.file))
+    }
+
+    /// The fits with one of the terms each that may explain what its `report` left, at most three, the most likely
+    /// first.
+    ///
+    /// # Errors
+    ///
+    /// Scenes that cannot have the values of the report.
+    pub fn extensions(&self, report: &FitReport) -> Result<Vec<ExtendedFit>, Error> {
+        let mut tried: Vec<&str> = Vec::new();
+        let mut found = Vec::new();
+        for test in report.score_tests.iter().filter(|test| test.is_significant()) {
+            let own = [(&test.source[..], test.to_string(), Some(test.estimate))];
+            let alike = RESEMBLING.iter().filter(|[_, other]| *other == test.source);
+            let alike = alike.map(|[place, _]| {
+                (*place, format!("{place}, whose motion resembles {}", test.words), None)
+            });
+            for (place, term, estimate) in own.into_iter().chain(alike) {
+                let Some(extension) = EXTENSIONS.iter().find(|e| e.place == place) else {
+                    continue;
+                };
+                let is_new = !tried.contains(&extension.place)
+                    && self.unknowns.iter().all(|u| u.parameter != extension.parameter());
+                if is_new
+                    && found.len() < MOST_TERMS
+                    && let Some(file) = self.with_term(extension, estimate, report)?
+                {
+                    tried.push(extension.place);
+                    found.push(ExtendedFit { file, term });
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// The fit with a term, which starts at its `estimate` or else at its plausible size; none where no scene can have
+    /// it.
+    fn with_term(
+        &self,
+        extension: &Extension,
+        estimate: Option<f64>,
+        report: &FitReport,
+    ) -> Result<Option<Self>, Error> {
         let (mut file, parameter) = (self.clone(), extension.parameter());
         let (mut names, mut start) = (Vec::new(), None);
         for experiment in &mut file.experiments {
@@ -24,10 +86,14 @@ impl FitFile {
             let sizes = Sizes::of(experiment, &problem);
             if let Some(problem) = extension.added(&experiment.problem, &sizes) {
                 let there = parameter.of(problem.scene()).unwrap_or(0.0);
-                start.get_or_insert(there + best.estimate);
+                let size = estimate.or((extension.plausible)(&sizes)).unwrap_or(0.0);
+                start.get_or_insert(there + size);
                 names.push(experiment.name.clone());
                 experiment.problem = problem;
             }
+        }
+        if names.is_empty() {
+            return Ok(None);
         }
         let [least, most] = parameter.limits();
         let mut unknown = Unknown::new(parameter);
@@ -37,5 +103,29 @@ impl FitFile {
         }
         file.unknowns.push(unknown);
         Ok(Some(file))
+    }
+}
+
+impl FitReport {
+    /// The report with a warning that none of these `terms` made the fit better.
+    pub fn not_extended(mut self, terms: &[String]) -> Self {
+        let words = format!(
+            "No extension improves this fit. These terms were tried: {}. The values are those without them",
+            terms.join("; ")
+        );
+        self.warnings.push(Code::NotExtended.behind(words));
+        self.warning_codes.push(Code::NotExtended);
+        self
+    }
+
+    /// Whether this fit is better than the one without its last parameter: it converged, its grade is no worse, and it
+    /// explains more than a further parameter explains of noise.
+    pub fn improves_on(&self, first: &Self) -> bool {
+        let values: f64 = first.residual_tests.iter().map(|tests| tests.values as f64).sum();
+        let rise = values.max(1.0) * 2.0 * (first.residual_rms / self.residual_rms).ln();
+        self.converged
+            && !self.interrupted
+            && self.grade <= first.grade
+            && (rise > EXPLAINS_MORE || !first.converged)
     }
 }

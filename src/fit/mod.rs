@@ -39,6 +39,7 @@ pub use crate::input::track::recording::{Recording, Vertical};
 pub use crate::input::track::sigma::{AxisColumnNames, SigmaColumns};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
 pub use design::told::{Advice, Choice, Design, Question};
+pub use extend::ExtendedFit;
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
 pub use known::{Correlation, Known};
