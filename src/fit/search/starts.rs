@@ -9,7 +9,7 @@
 
 use crate::error::Error;
 use crate::fit::search::Search;
-use crate::fit::search::basins::distance;
+use crate::fit::search::basins::{SAME, distance};
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::journal::{Stage, Visit};
 use crate::fit::search::neighbors;
@@ -34,6 +34,8 @@ const LEFT: f64 = 0.1;
 
 /// What ends nearer than this to a start, on the scales of the unknowns, may have come from there.
 const BASIN: f64 = 0.3;
+/// So often a search goes on from a minimum to a lower one beside it.
+const MOST_NEIGHBORHOODS: usize = 4;
 /// Simulations after which no finer search is begun: what fits has mostly been found after 50.
 const MOST_WORK: f64 = 1000.0;
 
@@ -142,11 +144,16 @@ impl Search<'_> {
                 break;
             }
         }
-        if let Some(found) = best.as_ref().filter(|b| enough(b) && !done(b)) {
-            // It explains the motion, but leaves more than white noise: a better one may be near.
-            for start in self.neighbors(&found.clone())? {
+        // What explains the motion, but leaves more than white noise, may have a better one near it. Where that is so, the
+        // better one may, too, whatever it leaves.
+        let mut goes_on = best.as_ref().is_some_and(|b| enough(b) && !done(b));
+        for _ in 0..MOST_NEIGHBORHOODS {
+            let Some(found) = best.clone().filter(|_| goes_on) else { break };
+            for start in self.neighbors(&found)? {
                 self.try_start(&start, &NEIGHBOR, (&mut best, &mut failure))?;
             }
+            let is_lower = |b: &Optimum| distance(&b.x, &found.x) > SAME && b.cost < found.cost;
+            goes_on = best.as_ref().is_some_and(is_lower) && self.simulations() < MOST_WORK;
         }
         best.ok_or_else(|| {
             failure.unwrap_or_else(|| Error::Fit("no start for the fit was found".into()))
