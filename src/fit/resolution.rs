@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::assessment::Local;
+use crate::fit::uncertainty::local_analysis::Local;
 use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::fit::unknown::Unknown;
 use crate::resolution::Aim;

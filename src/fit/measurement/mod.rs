@@ -228,6 +228,15 @@ impl Measurement {
         }
     }
 
+    /// The observed positions, coordinate by coordinate, in the order of the residuals.
+    pub(crate) fn values_in_order(&self) -> Vec<f64> {
+        match self {
+            Self::Motion(o) => o.samples.iter().flat_map(|s| s.position).flatten().collect(),
+            Self::RestShape(s) => s.sightings.iter().flat_map(|s| s.position).flatten().collect(),
+            Self::Frequencies(_) | Self::Gauge(_) => Vec::new(),
+        }
+    }
+
     /// Positions with what they are over.
     pub(crate) fn positions(&self, problem: &Problem) -> Vec<(f64, [Option<f64>; 3])> {
         match self {

@@ -4,8 +4,6 @@
 //! therefore keeps the numerics that it was found with, and its sums of squares in the units of the measurements:
 //! the objective follows for any weights.
 
-use crate::fit::search::optimum::Optimum;
-
 /// Sums of squared residuals without the weights of the measurements.
 #[derive(Clone, Debug)]
 pub(crate) struct Squares {
@@ -50,15 +48,6 @@ pub(crate) struct Minimum {
     pub converged: bool,
     /// Number of the mesh and the steps that it was found with.
     pub numerics: usize,
-}
-
-impl Minimum {
-    /// Where an optimization ended whose residuals are in units of `sigmas`.
-    pub fn new(optimum: &Optimum, sigmas: &[f64], numerics: usize) -> Self {
-        let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
-        let squares = Squares::new(residuals, counts, sigmas, *cost);
-        Self { x: x.clone(), squares, converged: *converged, numerics }
-    }
 }
 
 #[cfg(test)]

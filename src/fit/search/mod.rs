@@ -25,7 +25,7 @@ use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
 use crate::fit::search::journal::{Journal, Visit};
-use crate::fit::search::minimum::Minimum;
+use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use std::sync::Arc;
@@ -203,7 +203,9 @@ impl<'a> Search<'a> {
 
     /// An end of a fit as the journal records it.
     pub fn minimum(&self, optimum: &Optimum) -> Minimum {
-        Minimum::new(optimum, &self.sigmas, self.numerics)
+        let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
+        let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
+        Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
     }
 
     /// The residuals of the whole records.

@@ -8,7 +8,6 @@ use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::across::{across_experiments, are_across};
-use crate::fit::uncertainty::adequacy::{Adequacy, NoiseScale};
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::budget::{Given, budgeted};
@@ -22,10 +21,11 @@ use crate::fit::uncertainty::input_sensitivities::{
     InputSensitivities, LinearFit, are_unstated_wanted,
 };
 use crate::fit::uncertainty::known_errors::KnownErrors;
+use crate::fit::uncertainty::local_analysis::{self, Local, local_with};
 use crate::fit::uncertainty::mode_numbers::other_numberings;
-use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms, weighted};
+use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms};
+use crate::fit::uncertainty::noise_scale::NoiseScale;
 use crate::fit::uncertainty::observed;
-use crate::fit::uncertainty::one_sided::one_sided;
 use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
@@ -33,14 +33,12 @@ use crate::fit::uncertainty::scene_notes::scene_notes;
 use crate::fit::uncertainty::score::{Found, Statistics, Unsaid, explained_by, unsaid};
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::slenderness::too_thick;
-use crate::fit::uncertainty::vanishing::{Bound, vanishing};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
     against_noise_scale, against_priors, bounded_from_one_side, bounds_reached, faulty_recordings,
     growing_sensitivities, is_noise, jumps, runaways, stated_sigmas, steps_too_large,
     test_residuals, unexplained,
 };
-use crate::numerics::half_square;
 
 /// What is known of the parameters, and what speaks against it.
 #[derive(Default)]
@@ -61,68 +59,6 @@ pub(crate) struct Assessment {
     pub recordings: Option<RecordingErrors>,
     pub profiles: Vec<Profile>,
     pub warnings: Warnings,
-}
-
-/// What residuals and their derivatives say of an optimum.
-pub(crate) struct Local {
-    pub noise: Noise,
-    pub correlations: Correlations,
-    pub adequacy: Adequacy,
-    pub covariance: Covariance,
-    /// Unknowns that are bounded from one side, or known too little for their logarithm to be normal.
-    bounds: Vec<Option<Bound>>,
-}
-
-/// What residuals and their derivatives say of an optimum.
-pub(crate) fn local(search: &Search, optimum: &Optimum) -> Result<Local, Error> {
-    local_with((search, optimum), None)
-}
-
-/// The same; the bounds of parameters other than dampings are found, or `known` from the data before they were
-/// corrected.
-fn local_with(
-    (search, optimum): (&Search, &Optimum),
-    known: Option<&[Option<Bound>]>,
-) -> Result<Local, Error> {
-    let unknowns = search.unknowns;
-    let noise = Noise::at(search, optimum);
-    let residuals = search.all_residuals()?;
-    let rows = weighted(&optimum.jacobian, &noise.weights);
-    let correlations = Correlations::of((search, optimum), &rows, &noise);
-    let adequacy = Adequacy::of(search, optimum, &correlations);
-    let about = (&noise, &correlations);
-    let mut bounds = vanishing(unknowns, (optimum, &rows, &residuals.losses()), about, &residuals);
-    let rise = |step: &[f64]| {
-        let x: Vec<f64> = optimum.x.iter().zip(step).map(|(x, s)| x + s).collect();
-        // What cannot be simulated does not fit.
-        residuals.residuals(&x).map_or(f64::INFINITY, |r| {
-            2.0 * (half_square(&r) - optimum.cost) / (noise.rise * noise.reach.powi(2))
-        })
-    };
-    let effect = size(search, optimum);
-    let scatter = correlations.scatter.as_ref();
-    let covariance = |bounds: &[Option<Bound>]| {
-        Covariance::new(unknowns, bounds, &rows, noise.variance, effect, scatter, rise)
-    };
-    let mut local = covariance(&bounds)?;
-    let before: Vec<bool> = bounds.iter().map(Option::is_some).collect();
-    match known {
-        Some(known) => {
-            for (bound, known) in bounds.iter_mut().zip(known) {
-                *bound = bound.or(known.filter(Bound::is_one_sided));
-            }
-        }
-        None => one_sided((search, optimum), about, &local, &mut bounds)?,
-    }
-    if bounds.iter().zip(&before).any(|(bound, before)| bound.is_some() != *before) {
-        local = covariance(&bounds)?;
-    }
-    let covariance = local;
-    if search.is_stopped() {
-        // Half an analysis is none.
-        return Err(Error::Interrupted);
-    }
-    Ok(Local { noise, correlations, adequacy, covariance, bounds })
 }
 
 /// How far the unknowns of an optimum are from those of the continuum, where it is looked for; what keeps that
@@ -318,16 +254,6 @@ pub(crate) fn assess(
     })
 }
 
-impl Local {
-    /// The linear model of the fit at its optimum.
-    fn linear_fit(&self) -> LinearFit {
-        let zero = self.bounds.iter().map(|bound| bound.is_some_and(|bound| bound.is_one_sided()));
-        let deviations = self.covariance.deviation.iter();
-        let identified = deviations.zip(zero).map(|(d, zero)| d.is_some() || zero).collect();
-        LinearFit { identified, weights: self.noise.weights.clone() }
-    }
-}
-
 /// The sensitivities to the known inputs, and to the unstated ones if `with_unstated`; a run that fails is a warning.
 fn sensitivities(
     (search, optimum): (&Search, &Optimum),
@@ -363,7 +289,7 @@ pub(crate) fn expected(
     (search, optimum): (&Search, &Optimum),
     (analysis, knowns): (&Analysis, &[Known]),
 ) -> Result<Assessment, Error> {
-    let local = local(search, optimum)?;
+    let local = local_analysis::local(search, optimum)?;
     let mut warnings = Warnings::default();
     let with_unstated = analysis.what_if != Some(false);
     let (inputs, not_found) =
@@ -410,14 +336,6 @@ fn unsaid_of(
         false => unsaid(found, statistics, (asked, spent), &mut warnings),
     };
     (unsaid, warnings)
-}
-
-/// The size of what was measured, in units of the noise.
-fn size(search: &Search, optimum: &Optimum) -> f64 {
-    let sizes = search.measured(optimum).map(|(experiment, m, sigma, own)| {
-        (m.scale(&experiment.problem) / sigma).powi(2) * own.len() as f64
-    });
-    sizes.sum::<f64>().sqrt()
 }
 
 /// The estimates with what was asked for beyond them, and the profiles.

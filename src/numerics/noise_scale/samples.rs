@@ -1,0 +1,128 @@
+//! Samples whose differences show noise, without repeated frames, and those differences.
+
+use crate::numerics::noise_scale::{HIGHEST_ORDER, Series};
+use crate::numerics::order;
+
+/// A step of the clock this many times the median one is a gap: a difference across it sees too much of the signal.
+const GAP: f64 = 2.5;
+/// A difference this many robust standard deviations off belongs to an outlier or a jump; normal noise has one in
+/// 150,000.
+const OUTLYING: f64 = 4.5;
+/// Rounds of removing outliers, each of which lowers the robust standard deviation.
+const ROUNDS: usize = 8;
+/// Median of the absolute value of a standard normal deviate.
+const MEDIAN_DEVIATION: f64 = 0.674_489_75;
+/// Series with fewer distinct values for each sample than this are coarsely quantized: equal neighbors are no
+/// repeated frames.
+const DISTINCT: f64 = 0.25;
+
+/// Samples in the order of their times.
+pub(super) struct Samples {
+    times: Vec<f64>,
+    pub values: Vec<f64>,
+    factors: Vec<f64>,
+    is_outlier: Vec<bool>,
+    longest_step: f64,
+}
+
+impl Samples {
+    pub fn of(series: &Series) -> Self {
+        let total = series.values.len();
+        let is_excluded = |k: usize| series.excluded.get(k).copied().unwrap_or(false);
+        let mut distinct = series.values.to_vec();
+        order::sort(&mut distinct);
+        distinct.dedup();
+        let is_coarse = (distinct.len() as f64) < DISTINCT * total as f64;
+        let mut samples = Self {
+            times: Vec::with_capacity(total),
+            values: Vec::with_capacity(total),
+            factors: Vec::with_capacity(total),
+            is_outlier: Vec::new(),
+            longest_step: f64::INFINITY,
+        };
+        for k in (0..total).filter(|k| !is_excluded(*k)) {
+            let value = series.values[k];
+            if !is_coarse && samples.values.last() == Some(&value) {
+                continue;
+            }
+            samples.times.push(series.times[k]);
+            samples.values.push(value);
+            samples.factors.push(series.factors.get(k).copied().unwrap_or(1.0));
+        }
+        samples.is_outlier = vec![false; samples.values.len()];
+        let mut steps: Vec<f64> = samples.times.windows(2).map(|w| w[1] - w[0]).collect();
+        order::sort(&mut steps);
+        samples.longest_step = steps.get(steps.len() / 2).map_or(f64::INFINITY, |step| GAP * step);
+        samples
+    }
+
+    /// Marks the samples in the middle of outlying second differences; the count of outliers.
+    pub fn mark_outliers(&mut self) -> usize {
+        let mut count = 0;
+        for _ in 0..ROUNDS {
+            let normalized = |first: usize| Some((first, self.difference(first, 2, 1)?.0));
+            let last = self.values.len().saturating_sub(2);
+            let found: Vec<(usize, f64)> = (0..last).filter_map(normalized).collect();
+            let mut sizes: Vec<f64> = found.iter().map(|(_, d)| d.abs()).collect();
+            order::sort(&mut sizes);
+            let Some(median) = sizes.get(sizes.len() / 2).filter(|median| **median > 0.0) else {
+                break;
+            };
+            let most = OUTLYING * median / MEDIAN_DEVIATION;
+            let size = |k: usize| {
+                found
+                    .binary_search_by_key(&k, |(first, _)| *first)
+                    .map_or(0.0, |k| found[k].1.abs())
+            };
+            // An outlier is in three differences, with twice the weight in the middle one.
+            let is_peak = |(first, d): &&(usize, f64)| {
+                let before = first.checked_sub(1).map_or(0.0, size);
+                d.abs() > most && d.abs() > before && d.abs() >= size(first + 1)
+            };
+            let peaks: Vec<usize> = found.iter().filter(is_peak).map(|(k, _)| k + 1).collect();
+            if peaks.is_empty() {
+                break;
+            }
+            count += peaks.len();
+            peaks.into_iter().for_each(|k| self.is_outlier[k] = true);
+        }
+        count
+    }
+
+    /// The normalized difference of every `stride`-th sample from the `first` one on, with its weights; none where it
+    /// crosses a gap or an outlier.
+    pub fn difference(
+        &self,
+        first: usize,
+        order: usize,
+        stride: usize,
+    ) -> Option<(f64, [f64; HIGHEST_ORDER + 1])> {
+        let last = first + order * stride;
+        if last >= self.values.len() || self.is_outlier[first..=last].contains(&true) {
+            return None;
+        }
+        let is_gap = |w: &[f64]| w[1] - w[0] > self.longest_step;
+        if self.times[first..=last].windows(2).any(is_gap) {
+            return None;
+        }
+        let at = |i: usize| self.times[first + i * stride];
+        // Times in units of the window keep products near one.
+        let length = at(order) - at(0);
+        let (mut weights, mut square) = ([0.0; HIGHEST_ORDER + 1], 0.0);
+        for i in 0..=order {
+            let others = (0..=order).filter(|j| *j != i);
+            let product: f64 = others.map(|j| (at(i) - at(j)) / length).product();
+            weights[i] = product.recip();
+            square += (weights[i] * self.factors[first + i * stride]).powi(2);
+        }
+        if !square.is_normal() {
+            return None;
+        }
+        let mut value = 0.0;
+        for i in 0..=order {
+            value += weights[i] / square.sqrt() * self.values[first + i * stride];
+            weights[i] *= self.factors[first + i * stride] / square.sqrt();
+        }
+        Some((value, weights))
+    }
+}
