@@ -5,6 +5,7 @@ use crate::input::track;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
 use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
+use crate::numerics::noise_scale::Series;
 use crate::numerics::order;
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use serde::{Deserialize, Serialize};
@@ -19,8 +20,6 @@ const STEP: f64 = 1.5;
 /// A place jumps if it is off its neighbours' cubic by so many times the median, and by so many times what places a
 /// few frames away are.
 const JUMP: [f64; 2] = [10.0, 4.0];
-/// A normal deviate is below this in half of all cases.
-const HALF: f64 = 0.674_489_75;
 /// Where no header says otherwise, places farther off than this, m, are more likely in pixels or millimetres.
 const FAR: f64 = 20.0;
 
@@ -71,8 +70,8 @@ pub struct InspectedMarker {
     pub unsure: Option<usize>,
     /// Smallest and largest coordinate along each of its axes, in the file's unit; none where it was never seen.
     pub range: Vec<Option<[f64; 2]>>,
-    /// Standard deviation of the noise per coordinate, from third differences: no more than that, where the marker
-    /// is slow against the frames; in the file's unit. None with fewer than 8 of them.
+    /// Standard deviation of the noise per coordinate, by differences of the places, in the file's unit: at most that, as
+    /// fast motion adds to it. None where differences do not show it, as with fewer than 20 or in smoothed data.
     pub noise: Option<f64>,
     /// Clock readings at which it jumps for a frame.
     pub jumps: Vec<f64>,
@@ -211,7 +210,7 @@ impl Inspection {
         line("time_zero", self.clock[0].to_string(), "when the motion starts on the file's clock");
         let noise = self.foremost().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
         if let (Some(noise), Some(metres)) = (noise, metres) {
-            line("sigma", format!("{:.1e}", noise * metres), "m, by the third differences");
+            line("sigma", format!("{:.1e}", noise * metres), "m, by differences of the samples");
         }
         lines.join("\n") + "\n"
     }
@@ -258,17 +257,10 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
         let seen = along(*c).flatten().map(|x| [x, x]);
         seen.reduce(|[a, b], [x, y]| [a.min(x), b.max(y)])
     };
-    let thirds = axes.iter().flat_map(|c| {
-        let all: Vec<Option<f64>> = along(*c).collect();
-        let third = |(k, w): (usize, &[Option<f64>])| {
-            let third = w[3]? - 3.0 * w[2]? + 3.0 * w[1]? - w[0]?;
-            steady(k..k + 4).then_some(third.abs())
-        };
-        all.windows(4).enumerate().filter_map(third).collect::<Vec<_>>()
-    });
-    let thirds: Vec<f64> = thirds.collect();
-    // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise.
-    let noise = (thirds.len() >= 8).then(|| median(thirds)).flatten();
+    // Pooled over the axes; constant ones have none.
+    let variances: Vec<f64> =
+        axes.iter().filter_map(|c| Some(noise(clocks, along(*c))?.powi(2))).collect();
+    let variance = variances.iter().sum::<f64>() / variances.len() as f64;
     let unsure = marker.likelihood.as_ref();
     InspectedMarker {
         name: marker.name.clone(),
@@ -277,9 +269,17 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
         gaps: [lost.len(), lost.iter().copied().max().unwrap_or(0)],
         unsure: unsure.map(|all| all.iter().filter(|sure| sure.is_none_or(|s| s < SURE)).count()),
         range: axes.iter().map(range).collect(),
-        noise: noise.map(|third| third / HALF / 20.0_f64.sqrt()),
+        noise: (!variances.is_empty()).then(|| variance.sqrt()),
         jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
     }
+}
+
+/// Standard deviation of the noise on one axis by differences of its places; none where these do not show it.
+fn noise(clocks: &[f64], places: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let seen = clocks.iter().zip(places).filter_map(|(t, x)| Some((*t, x?)));
+    let (times, values): (Vec<f64>, Vec<f64>) = seen.unzip();
+    let series = Series { times: &times, values: &values, factors: &[], excluded: &[] };
+    Some(series.noise().ok()?.sigma)
 }
 
 /// Frames in which a marker is off the cubic through two places on each side of it, far more than usual and than a

@@ -269,6 +269,9 @@ fn has_known_inputs(e: &Estimate) -> bool {
 
 /// Estimate, standard error and the interval that is to be quoted.
 fn cells(e: &Estimate) -> [String; 3] {
+    if let Some(lower) = e.lower95 {
+        return ["-".into(), "-".into(), format!("at least {lower:.2e} (one-sided)")];
+    }
     match (e.value, e.std_error, e.interval95) {
         (Some(value), None, Some([_, upper])) if e.upper95.is_some() => {
             [format!("{value:.2e}"), "-".into(), format!("at most {upper:.2e} (one-sided)")]
