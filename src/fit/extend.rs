@@ -12,10 +12,14 @@ const MOST_TERMS: usize = 3;
 /// Rise of twice the logarithm of the likelihood by which a further parameter explains more than noise does: two
 /// standard deviations.
 const EXPLAINS_MORE: f64 = 4.0;
-/// Terms whose motions resemble each other, so that a fit in a wrong minimum may name one for the other: the first is
-/// tried behind the second.
-const RESEMBLING: [[&str; 2]; 1] =
-    [["loads.damping.stiffness", "loads.damping.friction.stiffness"]];
+/// Terms whose motions resemble each other, so that far from the truth the score tests may name one for the other: the
+/// first is tried behind the second. All of these are losses of energy.
+const RESEMBLING: [[&str; 2]; 4] = [
+    ["loads.damping.stiffness", "loads.damping.friction.stiffness"],
+    ["loads.damping.stiffness", "loads.damping.mass"],
+    ["loads.damping.stiffness", "loads.drag.linear_normal"],
+    ["loads.damping.stiffness", "loads.drag.quadratic_normal"],
+];
 
 /// A fit with one more term than another.
 #[derive(Clone, Debug)]

@@ -13,6 +13,7 @@ mod helix;
 mod ladder;
 mod layout;
 mod markers;
+mod minima;
 mod nist;
 mod piecewise;
 mod planar;

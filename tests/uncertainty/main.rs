@@ -5,6 +5,7 @@ mod common;
 
 mod across;
 mod adequacy;
+mod bounds;
 mod budget;
 mod chosen;
 mod design;

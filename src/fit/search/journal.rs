@@ -198,6 +198,14 @@ impl Journal {
 }
 
 #[cfg(test)]
+impl Journal {
+    /// Forgets all minima.
+    pub fn forget_minima(&self) {
+        self.records().minima.clear();
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::Parameter;

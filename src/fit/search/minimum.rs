@@ -57,4 +57,10 @@ impl Minimum {
         let squares = Squares::new(&[(2.0 * cost).sqrt()], &[1], &[1.0], cost);
         Self { x: x.to_vec(), squares, converged: true, numerics: 0 }
     }
+
+    /// With an objective that is so many times as large.
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.squares.robust *= factor;
+        self
+    }
 }

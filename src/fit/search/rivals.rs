@@ -107,3 +107,57 @@ pub(crate) fn better_elsewhere(unknowns: &[Unknown], x: &[f64]) -> String {
         values.join(", ")
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Sample;
+    use crate::fit::measurement::experiment::Experiment;
+    use crate::fit::measurement::motion::Observation;
+    use crate::scene::{Material, Parameter, Point, Scene, Section, Shape, Time};
+
+    /// A rod that swings several times, with its modulus to be found.
+    fn experiments() -> [Experiment; 1] {
+        let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+        let section = Section::Circle { radius: 0.005 };
+        let mut scene = Scene::new(8, shape, section, Material::new(1273.52, 1e8));
+        scene.loads.gravity = [0.0, -9.8, 0.0];
+        scene.time = Some(Time::new(3.0, 5e-3));
+        let problem = scene.problem().unwrap();
+        let run = problem.simulate().unwrap();
+        let samples = (1..=100).map(|k| {
+            let time = 0.03 * f64::from(k);
+            Sample { time, position: run.at(Point::Tip, time).unwrap().0.map(Some) }
+        });
+        [Experiment::new("", &problem).observe(Observation::new(samples.collect()).sigma(1e-3))]
+    }
+
+    /// A minimum of a coarser mesh is followed whether it was lower there or higher by a third, and taken if it is lower
+    /// here. What is not near in its objective, or leads to the same minimum, is left.
+    #[test]
+    fn lower_minimum_of_another_mesh_is_taken() {
+        let experiments = experiments();
+        let unknowns = [Unknown::new(Parameter::YoungsModulus)];
+        let search = Search::new(&experiments, &unknowns, None, 1e-2).unwrap();
+        let (right, wrong) = (1e8_f64.ln(), 1.5e8_f64.ln());
+        let local = search.polish(&[wrong]).unwrap();
+        assert!(local.converged && distance(&local.x, &[right]) > 0.1, "{:?}", local.x);
+        let found = |x: f64, factor: f64| {
+            let next = search.on(&experiments).unwrap();
+            let elsewhere = Minimum { numerics: next.numerics + 1, ..Minimum::at(&[x], 1.0) };
+            let mut there = next.minimum(&local);
+            there.x.clone_from(&elsewhere.x);
+            there.numerics = elsewhere.numerics;
+            next.journal.add_minimum(there.scaled(factor));
+            let lower = next.compare_minima(&local, 1.0).unwrap().lower;
+            next.journal.forget_minima();
+            lower
+        };
+        for factor in [0.5, 1.3] {
+            let lower = found(right + 0.02, factor).expect("the minimum of the truth");
+            assert!(distance(&lower.x, &[right]) < 1e-4 && lower.cost < 1e-3 * local.cost);
+        }
+        assert!(found(right + 0.02, 1.6).is_none());
+        assert!(found(local.x[0] + 0.015, 0.5).is_none());
+    }
+}

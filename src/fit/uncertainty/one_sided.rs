@@ -28,6 +28,8 @@ const CLOSED_ABOVE: f64 = 25.0;
 const DISTANCES: [f64; 3] = [LN_2, 4.0 * LN_2, 16.0 * LN_2];
 /// The same where the profile is flat on both sides of an optimum, which may be far from where it rises.
 const FARTHER: [f64; 2] = [32.0 * LN_2, 48.0 * LN_2];
+/// How far beyond the values of the scan it is evaluated.
+const BEYOND_SCAN: f64 = 4.0 * LN_2;
 /// Misfit of the scan at the end of an axis over its least one below which the profile is evaluated. A rise by
 /// [`OPEN_BELOW`] of twenty values is less.
 const FLAT: f64 = 1.5;
@@ -50,6 +52,10 @@ struct Profile<'a> {
     search: &'a Search<'a>,
     optimum: &'a Optimum,
     unknown: usize,
+    /// The optimum's value, or the end of the scan's values that it is beyond: there simulations are exact.
+    here: f64,
+    /// The least and the largest value at which it is evaluated.
+    range: [f64; 2],
     /// Variance of the noise, for this unknown.
     variance: f64,
     /// Ascending.
@@ -78,7 +84,7 @@ pub(crate) fn one_sided(
             continue;
         }
         let variance = noise.rise * correlations.inflation[j].powi(2);
-        let profile = Profile { search, optimum, unknown: j, variance, points: Vec::new() };
+        let profile = Profile::new((search, optimum), j, variance);
         if let Some(bound) = profile.bound(correlations.up[j])? {
             let size = optimum.jacobian.iter().zip(&noise.weights);
             let norm = size.map(|(row, w)| (w * row[j]).powi(2)).sum::<f64>().sqrt();
@@ -100,11 +106,33 @@ fn is_flat(search: &Search, optimum: &Optimum, j: usize) -> bool {
     scanned.len() > 2 && ends.into_iter().any(is_flat)
 }
 
-impl Profile<'_> {
+impl<'a> Profile<'a> {
+    fn new(
+        (search, optimum): (&'a Search<'a>, &'a Optimum),
+        unknown: usize,
+        variance: f64,
+    ) -> Self {
+        let [low, high] = search.unknowns[unknown].scaled_bounds();
+        let scanned = search.journal.scanned_values(unknown);
+        let optimal = optimum.x[unknown];
+        let (here, range) = match scanned[..] {
+            [first, _, .., last] => {
+                let beyond = [(first - BEYOND_SCAN).max(low), (last + BEYOND_SCAN).min(high)];
+                (optimal.clamp(first, last), beyond)
+            }
+            _ => (optimal, [low, high]),
+        };
+        let first = Point { held: optimal, x: optimum.x.clone(), rise: 0.0 };
+        Self { search, optimum, unknown, here, range, variance, points: vec![first] }
+    }
+
     /// The bound, if exactly one side is open; `up` standard deviations end a one-sided 95 % interval.
     fn bound(mut self, up: f64) -> Result<Option<Bound>, Error> {
-        let here = self.optimum.x[self.unknown];
-        self.points.push(Point { held: here, x: self.optimum.x.clone(), rise: 0.0 });
+        let here = self.here;
+        if here != self.optimum.x[self.unknown] {
+            let point = self.at(here, &self.optimum.x)?;
+            self.insert(point);
+        }
         for side in [-1.0, 1.0] {
             self.explore(side, &DISTANCES)?;
         }
@@ -141,7 +169,7 @@ impl Profile<'_> {
 
     /// Whether the lower and the upper side are open. The end of a side that is lies beyond a factor of two.
     fn is_open(&self) -> [bool; 2] {
-        let (least, here) = (self.least(), self.optimum.x[self.unknown]);
+        let (least, here) = (self.least(), self.here);
         let is_open =
             |p: &Point| p.rise - least < OPEN_BELOW && (p.held - here).abs() >= 0.99 * LN_2;
         [self.points.first(), self.points.last()].map(|end| end.is_some_and(is_open))
@@ -149,8 +177,7 @@ impl Profile<'_> {
 
     /// Evaluates the profile on a side at growing distances, until it has risen.
     fn explore(&mut self, side: f64, distances: &[f64]) -> Result<(), Error> {
-        let [low, high] = self.search.unknowns[self.unknown].scaled_bounds();
-        let here = self.optimum.x[self.unknown];
+        let ([low, high], here) = (self.range, self.here);
         let limit = if side > 0.0 { high - here } else { here - low };
         let end = if side > 0.0 { self.points.last() } else { self.points.first() };
         let explored = end.map_or(0.0, |end| (end.held - here).abs());
