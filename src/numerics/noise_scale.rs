@@ -75,8 +75,12 @@ pub enum NoEstimate {
     Few(usize),
     /// This share of the samples are outliers.
     Outliers(f64),
-    /// The estimate from every second sample is so many times larger: the noise is autocorrelated or smoothed.
-    Oversampled(f64),
+    /// The estimate from every second sample is `ratio` times that of all: the noise is autocorrelated or smoothed.
+    Oversampled {
+        ratio: f64,
+        /// Lower bound of the standard deviation: the estimate from all samples.
+        lower_bound: f64,
+    },
 }
 
 /// Mean square of the differences of one order.
@@ -104,7 +108,8 @@ impl Series<'_> {
             return Err(NoEstimate::Few(differences(&samples, 2, 1).count));
         };
         if let Some(ratio) = oversampling(&all, &by_order(2)) {
-            return Err(NoEstimate::Oversampled(ratio));
+            let lower_bound = all[chosen].variance.sqrt();
+            return Err(NoEstimate::Oversampled { ratio, lower_bound });
         }
         let found = &all[chosen];
         Ok(NoiseEstimate {

@@ -25,8 +25,6 @@ use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
 use crate::fit::search::journal::{Journal, Visit};
-use crate::fit::search::minimum::{Minimum, Squares};
-use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use std::sync::Arc;
 
@@ -194,18 +192,6 @@ impl<'a> Search<'a> {
     /// Notes a point.
     pub fn note(&self, visit: Visit) {
         self.journal.visit(visit, self.simulations());
-    }
-
-    /// Records where a fit of the full model to the whole records ended.
-    pub fn add_minimum(&self, optimum: &Optimum) {
-        self.journal.add_minimum(self.minimum(optimum));
-    }
-
-    /// An end of a fit as the journal records it.
-    pub fn minimum(&self, optimum: &Optimum) -> Minimum {
-        let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
-        let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
-        Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
     }
 
     /// The residuals of the whole records.

@@ -83,11 +83,15 @@ pub(crate) fn one_sided(
         if known[j].is_some_and(|bound| bound.is_one_sided()) {
             continue;
         }
+        let size = optimum.jacobian.iter().zip(&noise.weights);
+        let norm = size.map(|(row, w)| (w * row[j]).powi(2)).sum::<f64>().sqrt();
+        if norm == 0.0 {
+            // Nothing observed depends on it: no profile has an end.
+            continue;
+        }
         let variance = noise.rise * correlations.inflation[j].powi(2);
         let profile = Profile::new((search, optimum), j, variance);
         if let Some(bound) = profile.bound(correlations.up[j])? {
-            let size = optimum.jacobian.iter().zip(&noise.weights);
-            let norm = size.map(|(row, w)| (w * row[j]).powi(2)).sum::<f64>().sqrt();
             let deviation = noise.variance.sqrt() / norm;
             let log_deviation = if deviation.is_finite() { deviation.max(1.0) } else { 1.0 };
             known[j] = Some(Bound { log_deviation, ..bound });
