@@ -129,32 +129,28 @@ fn in_words(
         });
         words.collect::<Vec<_>>().join(", ").replace(" ,", ",").trim_end().to_string()
     };
-    let scan = match points {
-        0 => "from the start given".to_string(),
-        _ => format!("in a scan of {points} points and fits from its best"),
-    };
     let chosen = match fitted.first() {
         Some(first) if first.chosen => first,
         _ => return String::new(),
     };
-    let mut words = match fitted.len() + scanned.len() {
-        1 => format!("one minimum of the misfit seen {scan}"),
-        n => format!("{n} minima of the misfit seen {scan}"),
+    let mut words = match points {
+        0 => "from the start given: ".to_string(),
+        _ => format!("{points} points scanned: "),
+    };
+    words += &match fitted.len() + scanned.len() {
+        1 => "one local minimum found".to_string(),
+        n => format!("{n} local minima found"),
     };
     if let Some(next) = fitted.get(1) {
         let ratio = times(next.misfit / chosen.misfit);
         let numerics = if comparable[1] { "" } else { " on another mesh" };
-        words +=
-            &format!("; the next, {}, has {ratio} times this one's misfit{numerics}", at(next));
+        words += &format!("; the next, {}, has {ratio} times the misfit{numerics}", at(next));
     }
     if let Some(next) = scanned.first() {
         let more = times(next.relative);
-        words += &format!(
-            "; not followed: {}, {more} times the least misfit over the first period",
-            at(next)
-        );
+        words += &format!("; rejected: {} ({more} times the least misfit of the scan)", at(next));
         if scanned.len() > 1 {
-            words += &format!(", and {} with more", scanned.len() - 1);
+            words += &format!(" and {} worse", scanned.len() - 1);
         }
     }
     words
@@ -207,7 +203,7 @@ mod tests {
             seen,
             [(SeenBy::Fit, true, 1.0), (SeenBy::Fit, false, 2.0), (SeenBy::Scan, false, 3.0)]
         );
-        assert!(basins.words.contains("3 minima") && basins.words.contains("2.00 times"));
+        assert!(basins.words.contains("3 local minima") && basins.words.contains("2.00 times"));
         let landscape = grid.landscape(&unknowns);
         assert_eq!((landscape.len(), landscape[0].misfit[1]), (2, 1.0));
     }

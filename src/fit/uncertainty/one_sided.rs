@@ -16,6 +16,7 @@ use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::profile::fitted_beside;
 use crate::fit::uncertainty::vanishing::Bound;
 use crate::numerics::order;
+use crate::scene::number::Candidates;
 use std::f64::consts::LN_2;
 
 /// Rise of the profile, in units of the variance of the noise, up to which a side is open: two standard deviations of a
@@ -52,7 +53,8 @@ struct Profile<'a> {
     search: &'a Search<'a>,
     optimum: &'a Optimum,
     unknown: usize,
-    /// The optimum's value, or the end of the scan's values that it is beyond: there simulations are exact.
+    /// The optimum's value, or the largest of the scan where it is beyond: there the rounding errors of a simulation are
+    /// small.
     here: f64,
     /// The least and the largest value at which it is evaluated.
     range: [f64; 2],
@@ -74,10 +76,14 @@ pub(crate) fn one_sided(
         return Ok(());
     }
     for (j, unknown) in search.unknowns.iter().enumerate() {
-        let refused = covariance.findings.iter().any(|f| f.parameters[..] == [unknown.parameter]);
-        let refused = refused && covariance.deviation[j].is_none();
-        let suspect = refused || !is_damping(unknown) && is_flat(search, optimum, j);
-        if !unknown.parameter.is_positive() || unknown.prior.is_some() || !suspect {
+        let found = || covariance.findings.iter().map(|f| &f.parameters[..]);
+        let is_combined = found().any(|all| all.len() > 1 && all.contains(&unknown.parameter));
+        let is_refused =
+            covariance.deviation[j].is_none() && found().any(|all| all == [unknown.parameter]);
+        let is_suspect = is_refused || !is_damping(unknown) && is_flat(search, optimum, j);
+        // With a combination that the data do not determine, the profile of each part is flat.
+        if !unknown.parameter.is_positive() || unknown.prior.is_some() || is_combined || !is_suspect
+        {
             continue;
         }
         if known[j].is_some_and(|bound| bound.is_one_sided()) {
@@ -117,15 +123,16 @@ impl<'a> Profile<'a> {
         variance: f64,
     ) -> Self {
         let [low, high] = search.unknowns[unknown].scaled_bounds();
-        let scanned = search.journal.scanned_values(unknown);
         let optimal = optimum.x[unknown];
-        let (here, range) = match scanned[..] {
-            [first, _, .., last] => {
-                let beyond = [(first - BEYOND_SCAN).max(low), (last + BEYOND_SCAN).min(high)];
-                (optimal.clamp(first, last), beyond)
-            }
-            _ => (optimal, [low, high]),
+        let scanned = search.journal.scanned_values(unknown).last().copied();
+        let largest = match search.unknowns[unknown].parameter.quantity().candidates {
+            Candidates::Decades(_, largest, _) => Some(largest.ln()),
+            _ => None,
         };
+        // A start may be far above all sensible values.
+        let last = [scanned, largest].into_iter().flatten().fold(f64::INFINITY, f64::min);
+        let here = optimal.min(last);
+        let range = [low, high.min(last + BEYOND_SCAN)];
         let first = Point { held: optimal, x: optimum.x.clone(), rise: 0.0 };
         Self { search, optimum, unknown, here, range, variance, points: vec![first] }
     }
