@@ -1,6 +1,6 @@
 //! One-sided bounds: dampings near zero, and parameters whose likelihood is flat on a side.
 
-use rodfit::fit::{Analysis, Observation, Sample};
+use rodfit::fit::{Analysis, Observation, RestShape, Sample, Sighting};
 use rodfit::scene::{Material, Scene, Section, Shape, Time};
 use rodfit::{Code, Fit, Parameter, Point, Unknown};
 
@@ -130,4 +130,26 @@ fn modulus_with_visible_bending_has_an_interval() {
     let report = fit.solve().unwrap();
     assert!(report.parameters[0].interval95.is_some(), "{report}");
     assert!(report.parameters[0].lower95.is_none() && report.simulations < 12.0, "{report}");
+}
+
+/// A damping that nothing observed depends on has no bound: its profile is flat to its largest value.
+#[test]
+fn damping_of_a_rod_at_rest_has_no_bound() {
+    let mut scene = falling(Some(24), 0.1);
+    scene.time = None;
+    let droop = scene.problem().unwrap().equilibrium().unwrap();
+    let seen = |k: usize| {
+        let position = droop.nodes[2 * k].map(Some);
+        Sighting { point: Point::Node(2 * k), position }
+    };
+    let shape = RestShape::new((1..=12).map(seen).collect()).sigma(1e-4);
+    let report = Fit::new(&scene.problem().unwrap())
+        .observe(shape)
+        .identify(Parameter::YoungsModulus)
+        .identify(Parameter::DampingMass)
+        .solve()
+        .unwrap();
+    let damping = &report.parameters[1];
+    assert!(!damping.identifiable && damping.upper95.is_none(), "{report}");
+    assert!(damping.lower95.is_none() && report.parameters[0].interval95.is_some(), "{report}");
 }

@@ -7,7 +7,7 @@
 use crate::error::Error;
 use crate::fit::search::Search;
 use crate::fit::search::basins::{SAME, distance, values};
-use crate::fit::search::minimum::Minimum;
+use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
@@ -32,6 +32,18 @@ pub(crate) struct Comparison<'a> {
 }
 
 impl<'a> Search<'a> {
+    /// Records where a fit of the full model to the whole records ended.
+    pub fn add_minimum(&self, optimum: &Optimum) {
+        self.journal.add_minimum(self.minimum(optimum));
+    }
+
+    /// An end of a fit as the journal records it.
+    pub fn minimum(&self, optimum: &Optimum) -> Minimum {
+        let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
+        let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
+        Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
+    }
+
     /// Follows the minima that may be lower than `optimum`, where the noise has this variance.
     pub fn compare_minima(
         &self,

@@ -154,9 +154,10 @@ impl<'a> Profile<'a> {
         }
         let least = self.least();
         self.note_lower(least)?;
+        let [is_closed_below, is_closed_above] = self.is_closed();
         let side = match self.is_open() {
-            [true, false] => 1.0,
-            [false, true] => -1.0,
+            [true, _] if is_closed_above => 1.0,
+            [_, true] if is_closed_below => -1.0,
             _ => return Ok(None),
         };
         let end = self.end(side, least + up * up)?;
@@ -184,6 +185,13 @@ impl<'a> Profile<'a> {
         let is_open =
             |p: &Point| p.rise - least < OPEN_BELOW && (p.held - here).abs() >= 0.99 * LN_2;
         [self.points.first(), self.points.last()].map(|end| end.is_some_and(is_open))
+    }
+
+    /// Whether the profile rises on the lower and the upper side. At a bound of the parameter it may do neither.
+    fn is_closed(&self) -> [bool; 2] {
+        let least = self.least();
+        let is_closed = |p: &Point| p.rise - least >= OPEN_BELOW;
+        [self.points.first(), self.points.last()].map(|end| end.is_some_and(is_closed))
     }
 
     /// Evaluates the profile on a side at growing distances, until it has risen.
