@@ -9,7 +9,6 @@ use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
 use crate::fit::search::basins::Basins;
 use crate::fit::search::journal::{Journal, Stage, Visit};
-use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::search::{Progress, Search};
 use crate::fit::uncertainty::analysis::TOLERANCE;
 use crate::fit::unknown::Unknown;
@@ -147,18 +146,6 @@ impl Search<'_> {
             status: reason.map_or("not terminated".into(), |reason| reason.text().to_string()),
             halved,
         })
-    }
-
-    /// Records where a fit of the full model to the whole records ended.
-    pub fn add_minimum(&self, optimum: &Optimum) {
-        self.journal.add_minimum(self.minimum(optimum));
-    }
-
-    /// An end of a fit as the journal records it.
-    pub fn minimum(&self, optimum: &Optimum) -> Minimum {
-        let Optimum { x, cost, residuals, counts, converged, .. } = optimum;
-        let squares = Squares::new(residuals, counts, &self.sigmas, *cost);
-        Minimum { x: x.clone(), squares, converged: *converged, numerics: self.numerics }
     }
 
     /// The minima of the misfit that were seen, of which `chosen` was taken.

@@ -26,7 +26,6 @@ pub(crate) struct CoordinateNoise {
     pub scale: NoiseScale,
     /// Place of the measurement among all.
     pub measurement: usize,
-    pub axis: &'static str,
     rows: Vec<usize>,
     /// Standard deviation that residuals are in units of.
     nominal: f64,
@@ -81,7 +80,6 @@ impl Adequacy {
                         false => samples.scale_of_shape(label, axis),
                     },
                     measurement: place,
-                    axis,
                     rows: samples.rows,
                     nominal,
                     stated_sigma: measurement.sigma(),
@@ -92,12 +90,6 @@ impl Adequacy {
             first += own.len();
         }
         Self { coordinates }
-    }
-
-    /// Whether the residuals of a coordinate exceed its noise scale.
-    pub fn is_exceeded(&self, measurement: usize, axis: &str) -> bool {
-        let own = |c: &&CoordinateNoise| c.measurement == measurement && c.axis == axis;
-        self.coordinates.iter().find(own).is_some_and(|c| c.is_exceeded(self.coordinates.len()))
     }
 
     /// Variance of the noise along a `direction` of the weighted residuals, and its degrees of freedom. Coordinates whose

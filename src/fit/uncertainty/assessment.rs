@@ -155,7 +155,7 @@ pub(crate) fn assess(
 
     bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
-    unexplained(search, optimum, &local, sigma_narrow, &mut warnings);
+    unexplained(search, optimum, correlations, sigma_narrow, &mut warnings);
     growing_sensitivities(search, optimum, &mut warnings);
     runaways(search, optimum, &mut warnings);
     faulty_recordings(experiments, &mut warnings);
@@ -232,6 +232,13 @@ pub(crate) fn assess(
     too_thick((search, optimum), covariance, noise, &estimates, &mut warnings);
     warnings.append(not_looked);
     explained_by(&unsaid.score_tests, &mut warnings);
+    if is_tested && shifts.as_ref().is_some_and(Shifts::leave_traces) {
+        warnings.excuse_ambiguity(
+            Code::NumericsBelowData,
+            "element and step size leave a part of the residuals: the data are more exact than the 1e-4 of a value that \
+             numerics are chosen for. A small missing effect is not separated from that",
+        );
+    }
     let about = (covariance, &sigma[..]);
     let predictions = predictions(experiments, (search, optimum), about, &mut warnings);
     let losses = losses(search, optimum, noise);

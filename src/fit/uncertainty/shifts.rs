@@ -4,6 +4,9 @@
 pub(crate) const OPEN: f64 = 0.5;
 /// Part of the residuals that mesh and step must leave to be blamed for them before the model.
 pub(crate) const MESH_TO_BLAME: f64 = 0.5;
+/// Part of the residuals that mesh and step must leave to explain a weak excess over the noise: a quarter adds 3 % to the
+/// residuals, of which a correction for mesh and step leaves a part.
+const TRACES: f64 = 0.25;
 
 /// How far the unknowns are, on their scales, from those of the limit of zero mesh and step.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +37,11 @@ impl Shifts {
     pub fn open(&self, i: usize) -> f64 {
         let chosen = self.parts(i).into_iter().filter(|(_, chosen)| *chosen);
         chosen.map(|(shift, _)| OPEN * shift.unwrap_or(0.0).abs()).sum()
+    }
+
+    /// Whether a mesh and a step that the program chose leave a visible part of the residuals.
+    pub fn leave_traces(&self) -> bool {
+        self.chosen == [true; 2] && self.left > TRACES
     }
 
     /// Whether what is left of the data is mostly what a mesh and a step leave that the program chose.

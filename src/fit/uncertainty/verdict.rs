@@ -155,6 +155,15 @@ impl Warnings {
         }
     }
 
+    /// Replaces the warnings of autocorrelated noise or a missing effect by a note.
+    pub fn excuse_ambiguity(&mut self, code: Code, words: &str) {
+        let before = self.0.len();
+        self.0.retain(|w| w.weight != Weight::Ambiguous);
+        if self.0.len() < before {
+            self.add(Weight::Note, code, words);
+        }
+    }
+
     /// Of a minimum that determines all parameters.
     pub fn grade(&self) -> Grade {
         match self.0.iter().map(|w| w.weight).min() {

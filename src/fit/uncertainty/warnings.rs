@@ -47,7 +47,7 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
 pub(crate) fn unexplained(
     search: &Search,
     optimum: &Optimum,
-    Local { correlations, adequacy, .. }: &Local,
+    correlations: &Correlations,
     narrow: &str,
     warnings: &mut Warnings,
 ) {
@@ -62,11 +62,7 @@ pub(crate) fn unexplained(
     {
         let size = measurement.size(&experiment.problem);
         let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
-        // Autocorrelation beyond an independent noise scale may be misfit.
-        let correlation = |axis: &str| match adequacy.is_exceeded(place, axis) {
-            true => 0.0,
-            false => correlations.correlation(place, axis),
-        };
+        let correlation = |axis: &str| correlations.correlation(place, axis);
         let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
             && !is_noisy(experiment, measurement, (*rms, own), correlation, search.doubt());
         let relative = rms / size.max(f64::MIN_POSITIVE);
@@ -191,7 +187,7 @@ pub(crate) fn test_residuals(
 /// Whether what an optimum leaves of every measurement is noise, and no more of it than noise may be.
 pub(crate) fn is_noise(search: &Search, optimum: &Optimum, local: &Local) -> bool {
     let mut warnings = Warnings::default();
-    unexplained(search, optimum, local, "", &mut warnings);
+    unexplained(search, optimum, &local.correlations, "", &mut warnings);
     test_residuals((search, optimum), &local.correlations, "", &mut warnings);
     against_noise_scale(search, &local.adequacy, &mut warnings);
     !warnings.has_misfit()
