@@ -50,7 +50,7 @@ fn a_cable_is_found_between_two_hands() {
         for (parameter, truth) in BOTH.into_iter().zip([MODULUS, 0.02]) {
             assert!(covers(&report, parameter, truth), "{parameter}: {report}");
         }
-        assert_eq!(report.basins.words.contains("scan of 31 points"), scanned, "{report}");
+        assert_eq!(report.basins.words.contains("31 points scanned"), scanned, "{report}");
         assert_eq!(report.basins.words.contains("from the start given"), !scanned, "{report}");
         // Little more than the noise: its mean size is 0.8 sigma, and held markers and z have none.
         let recordings = report.recordings.as_ref().unwrap();
