@@ -60,7 +60,9 @@ const WRONG: [Wrong; 10] = [
     Wrong {
         place: "rod.taper.radius.to",
         size: -0.01,
-        there: |s, size, _| s.rod.taper.radius = Some(Along::linear(1.0, 1.0 + size)),
+        there: |s, size, _| {
+            s.rod.taper.radius = Some(Along::linear(1.0 - 0.5 * size, 1.0 + 0.5 * size))
+        },
     },
     Wrong {
         place: "rod.shape.angle",

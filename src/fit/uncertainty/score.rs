@@ -276,30 +276,30 @@ fn looked_for_by(
     }
     let mut weighed = Vec::new();
     for (k, term) in terms.iter().enumerate() {
+        let likelihood = direction(k).map(|along| statistics.likelihood(&along, &residuals));
+        // Without noise there is no scale for what the data exclude.
+        if likelihood.is_some_and(|l| !l.std_error.is_normal()) {
+            continue;
+        }
         let effect = term.effect();
-        let along = direction(k).filter(|_| tested);
-        let likelihood = along.map(|along| statistics.likelihood(&along, &residuals));
         let posterior = Posterior::new(likelihood, effect.is_one_sided);
         let slope = answers[k].clone();
-        let moved = vec![Some(0.0); slope.len()];
-        weighed.push(Weighed {
-            effect,
-            likelihood,
-            posterior,
-            answer: Answer { about: 0.0, moved, slope },
-        });
+        let answer = Answer { about: 0.0, moved: vec![Some(0.0); slope.len()], slope };
+        weighed.push(Weighed { term: k, effect, likelihood, posterior, answer });
     }
     // The largest of them again, where they are: on the full model only, whose residuals these are.
     if !is_coarse {
-        let mut order: Vec<usize> = (0..weighed.len())
-            .filter(|k| weighed[*k].answer.is_large(weighed[*k].likelihood, &weighed[*k].posterior))
-            .collect();
+        let mut order: Vec<usize> = (0..weighed.len()).filter(|k| weighed[*k].is_large()).collect();
         order::sort_down_by(&mut order, |k| weighed[*k].largest_change());
         for k in order.into_iter().take(MOST_RELINEARIZED) {
-            let change = &changes[k];
+            let change = &changes[weighed[k].term];
             let slope = weighed[k].answer.slope.clone();
             let again = |mode: f64| relinearized(run, statistics, (change, &slope), mode);
-            weighed[k].relinearized(again)?;
+            match weighed[k].relinearized(again) {
+                Err(Error::Interrupted) => return Err(Error::Interrupted),
+                // An effect of that size cannot be simulated: the first linearization stays.
+                Err(_) | Ok(()) => {}
+            }
         }
     }
     let could_hide = biases(&weighed, search.unknowns, estimates);

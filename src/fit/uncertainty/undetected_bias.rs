@@ -11,7 +11,6 @@
 
 use crate::error::Error;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::inputs::effect;
 use crate::fit::uncertainty::sources::CouldHide;
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
@@ -123,18 +122,12 @@ impl Answer {
     fn at(&self, j: usize, size: f64) -> Option<f64> {
         Some(self.moved[j]? + (size - self.about) * self.slope[j]?)
     }
-
-    /// Whether an effect with this posterior is to be linearized about its mode.
-    pub fn is_large(&self, likelihood: Option<Likelihood>, posterior: &Posterior) -> bool {
-        let is_significant =
-            likelihood.is_some_and(|l| (posterior.mode / l.std_error).abs() > SIGNIFICANT);
-        let change = (0..self.slope.len()).filter_map(|j| self.at(j, posterior.mode));
-        is_significant && change.map(f64::abs).fold(0.0, f64::max) > LARGE
-    }
 }
 
 /// An effect with what the data say of it.
 pub(crate) struct Weighed<'a> {
+    /// Its place among all tested effects.
+    pub term: usize,
     pub effect: Effect<'a>,
     pub likelihood: Option<Likelihood>,
     pub posterior: Posterior,
@@ -142,6 +135,15 @@ pub(crate) struct Weighed<'a> {
 }
 
 impl Weighed<'_> {
+    /// Whether it is to be linearized about its most probable size.
+    pub fn is_large(&self) -> bool {
+        let Self { likelihood, posterior, answer, .. } = self;
+        let is_significant =
+            likelihood.is_some_and(|l| (posterior.mode / l.std_error).abs() > SIGNIFICANT);
+        let changes = (0..answer.slope.len()).filter_map(|j| answer.at(j, posterior.mode));
+        is_significant && changes.map(f64::abs).fold(0.0, f64::max) > LARGE
+    }
+
     /// Linearized again by `about_mode`, whose likelihood and answer are at the most probable size.
     pub fn relinearized(
         &mut self,
@@ -168,20 +170,21 @@ pub(crate) fn biases(
     estimates: &[Estimate],
 ) -> Vec<CouldHide> {
     let mut all = Vec::new();
-    for Weighed { effect: omitted, likelihood, posterior, answer } in weighed {
+    for Weighed { effect: omitted, likelihood, posterior, answer, .. } in weighed {
         for (j, estimate) in estimates.iter().enumerate() {
             let (Some(value), Some(std_error)) = (estimate.value, estimate.std_error) else {
                 continue;
             };
             // Beside the effect the optimum moves; without it the estimate is off by the opposite.
-            let moved = answer.at(j, posterior.limit).map(|moved| -moved);
-            let Some((mut change, mut relative)) = effect(&unknowns[j], value, moved) else {
-                continue;
-            };
-            if let (Some(_), Some(moved)) = (relative, moved) {
+            let Some(moved) = answer.at(j, posterior.limit).map(|moved| -moved) else { continue };
+            let unknown = &unknowns[j];
+            let (change, relative) = match unknown.parameter.is_positive() {
                 // Logarithms: the estimate over the true value, less one.
-                relative = Some(moved.exp_m1());
-                change = -value * (-moved).exp_m1();
+                true => (-value * (-moved).exp_m1(), Some(moved.exp_m1())),
+                false => (moved * unknown.slope(value), None),
+            };
+            if !change.is_finite() {
+                continue;
             }
             let size = posterior.limit * omitted.plausible;
             all.push(CouldHide {
