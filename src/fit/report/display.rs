@@ -118,9 +118,21 @@ impl FitReport {
         let mut numerics = Vec::new();
         for (e, error) in self.parameters.iter().zip(&self.discretization_error) {
             let Some(relative) = error.relative else { continue };
-            let rest = format!("at most {} of {}", percent(relative), e.label());
+            // Fractions of a value near zero mean nothing.
+            let size = |part: f64| match (e.name.is_positive(), e.value) {
+                (false, Some(value)) => format!("{:.1e} {}", part * value.abs(), e.name.unit()),
+                _ => percent(part),
+            };
+            let rest = format!("at most {} of {}", size(relative).trim_end(), e.label());
             numerics.push(match error.correction {
-                Some(by) => format!("corrected by {:+.1e}; {rest} remains (in the interval)", by),
+                Some(by) => {
+                    let sign = if by < 0.0 { "-" } else { "+" };
+                    let by = size(by.abs());
+                    format!(
+                        "corrected by {sign}{}; {rest} remains (in the interval)",
+                        by.trim_end()
+                    )
+                }
                 None => rest,
             });
         }

@@ -18,6 +18,9 @@ use crate::fit::uncertainty::noise_scale::{CoordinateSamples, NoiseScale};
 
 /// Probability that noise alone makes the residuals of any coordinate of a right model exceed its noise scale.
 const FALSE_ALARM: f64 = 0.003;
+/// Factor between a stated sigma and the scatter of the data from which on the sigma is reported as doubtful. The scale of
+/// 20 differences scatters by a third, so that a factor of three is no chance.
+pub(crate) const WRONG_SIGMA: f64 = 2.5;
 /// Uncorrected probability below which score tests use the noise scale of a coordinate instead of its residuals.
 const DOUBTFUL: f64 = 0.05;
 
@@ -34,6 +37,8 @@ pub(crate) struct CoordinateNoise {
     pub correlation: f64,
     /// Whether that correlation is the largest that the estimate can have.
     pub is_at_cap: bool,
+    /// Whether any residual is an outlier.
+    pub has_outliers: bool,
 }
 
 /// Noise scales of all coordinates of all recorded motions.
@@ -42,6 +47,17 @@ pub(crate) struct Adequacy {
 }
 
 impl CoordinateNoise {
+    /// Whether the stated sigma is far from the noise scale.
+    fn is_sigma_wrong(&self) -> bool {
+        let ratio = self.stated_sigma.zip(self.scale.value).map(|(sigma, value)| sigma / value);
+        ratio.is_some_and(|ratio| !(1.0 / WRONG_SIGMA..=WRONG_SIGMA).contains(&ratio))
+    }
+
+    /// Whether the residuals are noise of the size that the samples show.
+    pub fn is_explained(&self, coordinates: usize) -> bool {
+        self.scale.p_value.is_some() && !self.is_exceeded(coordinates) && self.correlation == 0.0
+    }
+
     /// Whether the residuals exceed the noise scale, beside so many other coordinates.
     pub fn is_exceeded(&self, coordinates: usize) -> bool {
         self.scale.p_value.is_some_and(|p| p < FALSE_ALARM / coordinates.max(1) as f64)
@@ -74,7 +90,9 @@ impl Adequacy {
                 let axis = coordinate.axis;
                 let label = experiment.label(measurement);
                 let (correlation, is_at_cap) = correlations.of_coordinate(place, axis);
+                let has_outliers = samples.outliers().contains(&true);
                 coordinates.push(CoordinateNoise {
+                    has_outliers,
                     scale: match is_motion {
                         true => samples.scale(label, axis),
                         false => samples.scale_of_shape(label, axis),
@@ -92,6 +110,13 @@ impl Adequacy {
         Self { coordinates }
     }
 
+    /// Whether the residuals of a measurement are noise of the size that its samples show, in all coordinates.
+    pub fn is_explained(&self, measurement: usize) -> bool {
+        let count = self.coordinates.len();
+        let mut own = self.coordinates.iter().filter(|c| c.measurement == measurement).peekable();
+        own.peek().is_some() && own.all(|c| c.is_explained(count))
+    }
+
     /// Variance of the noise along a `direction` of the weighted residuals, and its degrees of freedom. Coordinates whose
     /// sigma is not stated have white noise: of their noise scale where the residuals are doubtful, else, or where it is
     /// not available, of their own variance. Beside a stated sigma autocorrelation is that of the noise.
@@ -105,8 +130,12 @@ impl Adequacy {
         let mut rest = direction.to_vec();
         let (mut variance, mut error) = (0.0, 0.0);
         for c in &self.coordinates {
-            let is_doubtful = c.correlation > 0.0 || c.scale.p_value.is_some_and(|p| p < DOUBTFUL);
-            if c.stated_sigma.is_some() || !is_doubtful {
+            let is_doubtful = c.correlation > 0.0
+                || c.is_sigma_wrong()
+                || c.scale.p_value.is_some_and(|p| p < DOUBTFUL);
+            let is_stated = c.stated_sigma.is_some() && !c.is_sigma_wrong();
+            // Outliers have a variance of their own, which is in that of the residuals.
+            if is_stated || !is_doubtful || c.has_outliers {
                 continue;
             }
             let (value, freedom) = match c.scale.value.zip(c.scale.degrees_of_freedom) {

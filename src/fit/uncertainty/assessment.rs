@@ -155,7 +155,7 @@ pub(crate) fn assess(
 
     bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
-    unexplained(search, optimum, correlations, sigma_narrow, &mut warnings);
+    unexplained(search, optimum, &local, sigma_narrow, &mut warnings);
     growing_sensitivities(search, optimum, &mut warnings);
     runaways(search, optimum, &mut warnings);
     faulty_recordings(experiments, &mut warnings);

@@ -167,7 +167,9 @@ fn with_budgets(
         lines.iter_mut().for_each(|line| line.share /= variance.max(f64::MIN_POSITIVE));
         let combined = variance.max(0.0).sqrt();
         let coverage_factor = coverage(combined, (noisy, freedom));
+        // The smallest positive number stands for zero.
         let [low, high] = estimate.name.limits();
+        let low = if low > 0.0 && low < 1e-300 { 0.0 } else { low };
         let expanded =
             [-1.0, 1.0].map(|side| (value + side * coverage_factor * combined).clamp(low, high));
         Estimate {

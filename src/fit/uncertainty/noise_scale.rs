@@ -12,6 +12,10 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 /// Degrees of freedom of quantization errors: those of a slow motion are strongly autocorrelated, with a few
 /// independent values in a record.
 const QUANTIZATION_FREEDOM: f64 = 8.0;
+/// A residual this many robust standard deviations off is an outlier.
+const OUTLYING: f64 = 4.5;
+/// Median of the absolute value of a standard normal deviate.
+const MEDIAN_DEVIATION: f64 = 0.674_489_75;
 /// The estimate from the samples replaces that from the residuals where it is lower by this many standard errors.
 const CLEARLY_LOWER: f64 = 2.0;
 
@@ -111,9 +115,19 @@ impl CoordinateSamples {
         Ok(if is_lower { observed } else { residual })
     }
 
-    /// Degrees of freedom of the residuals, and their root mean square.
+    /// Residuals that are outliers: normal noise has one in 150,000.
+    pub fn outliers(&self) -> Vec<bool> {
+        let mut sizes: Vec<f64> = self.residuals.iter().map(|r| r.abs()).collect();
+        order::sort(&mut sizes);
+        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+        let most = OUTLYING * median / MEDIAN_DEVIATION;
+        self.residuals.iter().map(|r| median > 0.0 && r.abs() > most).collect()
+    }
+
+    /// Degrees of freedom of the residuals, and their root mean square, without outliers.
     fn residual_rms(&self) -> (f64, f64) {
-        let kept = || (0..self.residuals.len()).filter(|k| !self.excluded[*k]);
+        let outliers = self.outliers();
+        let kept = || (0..self.residuals.len()).filter(|k| !self.excluded[*k] && !outliers[*k]);
         let count = kept().count() as f64 * self.freedom_left;
         let square: f64 = kept().map(|k| (self.residuals[k] / self.factors[k]).powi(2)).sum();
         (count, (square / count.max(1.0)).sqrt())
@@ -187,8 +201,8 @@ fn words(reason: NoEstimate) -> String {
             format!("{:.0} % of the samples are outliers", 100.0 * share)
         }
         NoEstimate::Oversampled { ratio, .. } => format!(
-            "every second sample shows {ratio:.1} times the noise: the samples are smoothed or the noise is \
-             autocorrelated"
+            "every second sample shows {ratio:.1} times the noise: smoothed samples, autocorrelated noise or too few \
+             samples a period"
         ),
     }
 }

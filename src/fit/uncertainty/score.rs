@@ -44,6 +44,9 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 const COARSE_STEPS: f64 = 48.0;
 /// Part of a direction that the unknowns must leave, to be looked for in the residuals.
 const LEFT: f64 = 1e-3;
+/// An effect of plausible size that changes all residuals together by less than this part of the noise has none: by
+/// symmetry, for example, with rounding errors for a derivative.
+const NO_EFFECT: f64 = 1e-3;
 /// A run with derivatives by some thirty numbers costs so many without, and may cost this part of a fit.
 const BY_DERIVATIVES: f64 = 6.0;
 const CHEAP: f64 = 0.3;
@@ -200,6 +203,12 @@ fn looked_for(
     statistics: Statistics,
     (asked, spent): ((&Analysis, &[Known]), f64),
 ) -> Result<Unsaid, Error> {
+    let full = Model { experiments: search.experiments.to_vec(), is_coarse: false };
+    let is_asked = asked.0.what_if == Some(true);
+    // The derivatives of a coarse model have errors that hide small effects.
+    if BY_DERIVATIVES <= spent || is_asked {
+        return looked_for_by(full, (search, optimum, finer), statistics, asked);
+    }
     let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
     let coarse = coarse.task(search).experiments.to_vec();
     // Rods between recorded ends keep their meshes.
@@ -211,8 +220,7 @@ fn looked_for(
     let found = looked_for_by(model, (search, optimum, &|| None), statistics, asked)?;
     match found.score_tests.first() {
         Some(best) if best.p_value < SUSPICIOUS => {
-            let model = Model { experiments: search.experiments.to_vec(), is_coarse: false };
-            looked_for_by(model, (search, optimum, finer), statistics, asked)
+            looked_for_by(full, (search, optimum, finer), statistics, asked)
         }
         _ => Ok(found),
     }
@@ -245,7 +253,9 @@ fn looked_for_by(
     // Effects that the parameters follow entirely leave rounding errors.
     let direction = |k: usize| {
         let along = unfollowed.column(k).into_owned();
-        (along.norm() > LEFT * whole.column(k).norm()).then_some(along)
+        let size = whole.column(k).norm();
+        let is_seen = size > NO_EFFECT * noise.variance.sqrt();
+        (is_seen && along.norm() > LEFT * size).then_some(along)
     };
     // Rounding errors are no noise.
     let tested = !search.is_rounding(optimum);

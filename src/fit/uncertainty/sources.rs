@@ -157,18 +157,27 @@ pub struct CouldHide {
 }
 
 impl CouldHide {
-    /// What it would do to the parameter.
+    /// The bias of the parameter; either way, where the data do not determine the sign of the effect.
     fn effect(&self) -> String {
+        let sign = |number: String| match self.estimate {
+            Some(_) => number,
+            None => format!("+-{}", number.trim_start_matches(['+', '-'])),
+        };
         match self.relative {
-            Some(relative) => format!("{} {:+.1} %", self.parameter, 100.0 * relative),
-            None => format!("{} {:+.1e}", self.parameter, self.change),
+            Some(relative) => {
+                format!("{} {}", self.parameter, sign(format!("{:+.1} %", 100.0 * relative)))
+            }
+            None => format!("{} {}", self.parameter, sign(format!("{:+.1e}", self.change))),
         }
     }
 
     /// In a sentence, with what else the same number does to `others`.
     pub(crate) fn with(&self, others: &[&Self]) -> String {
         let Self { words, size, unit, tell, .. } = self;
-        let size = format!("{size:.1e} {unit}");
+        let size = match self.estimate {
+            Some(_) => format!("{size:.1e} {unit}"),
+            None => format!("+-{:.1e} {unit}", size.abs()),
+        };
         let effects: Vec<String> = others.iter().map(|hidden| hidden.effect()).collect();
         format!("{words}, {}: {}; test: {tell}", size.trim_end(), effects.join(", "))
     }

@@ -21,10 +21,10 @@ const PRIOR_FREEDOM: f64 = 4.0;
 const LISTED: f64 = 0.95;
 /// Points of the posterior, which is normalized by sums.
 const POINTS: usize = 2000;
-/// The posterior is looked at up to so many standard deviations of the likelihood, and of the prior where the data do not
-/// determine the size.
+/// The posterior is evaluated up to so many standard deviations of the likelihood from the estimate and from zero,
 const FARTHEST: f64 = 8.0;
-const FARTHEST_OF_PRIOR: f64 = 60.0;
+/// and up to so many plausible sizes: a rod with a larger effect is another rod, and no linear model holds as far.
+const LARGEST_SIZE: f64 = 60.0;
 /// An effect is linearized again where it is so many standard deviations from zero,
 const SIGNIFICANT: f64 = 2.0;
 /// and changes a parameter by more than this on its scale (2 % of a positive one), where second-order terms begin to count.
@@ -65,13 +65,14 @@ pub(crate) struct Posterior {
 impl Posterior {
     /// Of an effect that may have either sign, unless it `is_one_sided`.
     pub fn new(likelihood: Option<Likelihood>, is_one_sided: bool) -> Self {
+        let most = LARGEST_SIZE;
         let [mut low, mut high] = match likelihood {
             Some(Likelihood { estimate, std_error }) => {
                 // The prior is between zero and the estimate, the likelihood about the latter.
-                let reach = FARTHEST * std_error.min(FARTHEST_OF_PRIOR / FARTHEST);
-                [estimate.min(0.0) - reach, estimate.max(0.0) + reach]
+                let reach = FARTHEST * std_error;
+                [estimate.min(0.0) - reach, estimate.max(0.0) + reach].map(|a| a.clamp(-most, most))
             }
-            None => [-FARTHEST_OF_PRIOR, FARTHEST_OF_PRIOR],
+            None => [-most, most],
         };
         if is_one_sided {
             low = 0.0;
@@ -183,7 +184,11 @@ pub(crate) fn biases(
                 true => (-value * (-moved).exp_m1(), Some(moved.exp_m1())),
                 false => (moved * unknown.slope(value), None),
             };
-            if !change.is_finite() {
+            // A linear answer of orders of magnitude is none.
+            if !change.is_finite()
+                || relative.is_some_and(|r| !r.is_finite())
+                || moved.abs() > FARTHEST
+            {
                 continue;
             }
             let size = posterior.limit * omitted.plausible;

@@ -164,6 +164,12 @@ impl Warnings {
         }
     }
 
+    /// Whether the first warning of noise or a missing effect is one of outliers.
+    fn begins_with_outliers(&self) -> bool {
+        let first = self.0.iter().find(|w| w.weight == Weight::Ambiguous);
+        first.is_some_and(|w| w.code == Code::Outliers)
+    }
+
     /// Of a minimum that determines all parameters.
     pub fn grade(&self) -> Grade {
         match self.0.iter().map(|w| w.weight).min() {
@@ -283,6 +289,11 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
             );
             ("converged".into(), words)
         }
+        Grade::CorrelatedOrMissing if warnings.begins_with_outliers() => {
+            let words = "outliers bias the estimates, or an effect is missing in the model; use a robust loss (huber, \
+                         cauchy) before looking for an effect";
+            ("converged".into(), words.into())
+        }
         Grade::CorrelatedOrMissing => {
             let words = "the noise is autocorrelated, or an effect is missing in the model and the estimates are \
                          biased by more than their intervals; record the rod at rest and state its scatter as sigma, \
@@ -333,6 +344,11 @@ impl Warnings {
     fn of_the_model(&self) -> String {
         if let Some(words) = self.first(Weight::Suspicion) {
             return format!("large residuals, most likely because of {words}");
+        }
+        // A bound or a prior that holds a parameter explains the misfit beside it.
+        let holds = |w: &&Warning| [Code::AtBound, Code::AgainstPrior].contains(&w.code);
+        if let Some(held) = self.0.iter().find(holds) {
+            return format!("the data contradict a bound or a prior: {}", held.words);
         }
         if self.first(Weight::Unexplained).is_some() {
             return "large residuals. Probably a set-up error (release time, scale, fps, origin, tracked point, y \

@@ -11,7 +11,7 @@ use crate::fit::search::Search;
 use crate::fit::search::damping::is_damping;
 use crate::fit::search::explained::{is_noisy, residual_tests};
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::adequacy::{Adequacy, CoordinateNoise};
+use crate::fit::uncertainty::adequacy::{Adequacy, CoordinateNoise, WRONG_SIGMA};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -31,9 +31,6 @@ const ENOUGH_EACH: f64 = 15.0;
 /// Correlation of neighboring residuals above which noise of white sampling is implausible: of 141 right fits with white
 /// noise three exceed 0.3 and none 0.56.
 const STRONG_CORRELATION: f64 = 0.5;
-/// Factor between a stated sigma and the scatter of the data from which on the sigma is reported as doubtful. The scale of
-/// 20 differences scatters by a third, so that a factor of three is no chance.
-const WRONG_SIGMA: f64 = 2.5;
 
 /// Whether residuals of this root mean square, in units of the noise they should be, are not it: by
 /// half for many values, and more for few, which noise makes as large once in a thousand times.
@@ -47,7 +44,7 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
 pub(crate) fn unexplained(
     search: &Search,
     optimum: &Optimum,
-    correlations: &Correlations,
+    Local { correlations, adequacy, .. }: &Local,
     narrow: &str,
     warnings: &mut Warnings,
 ) {
@@ -64,6 +61,7 @@ pub(crate) fn unexplained(
         let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
         let correlation = |axis: &str| correlations.correlation(place, axis);
         let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
+            && !adequacy.is_explained(place)
             && !is_noisy(experiment, measurement, (*rms, own), correlation, search.doubt());
         let relative = rms / size.max(f64::MIN_POSITIVE);
         parts.add(&experiment.name, relative, own.len(), is_unexplained);
@@ -187,7 +185,7 @@ pub(crate) fn test_residuals(
 /// Whether what an optimum leaves of every measurement is noise, and no more of it than noise may be.
 pub(crate) fn is_noise(search: &Search, optimum: &Optimum, local: &Local) -> bool {
     let mut warnings = Warnings::default();
-    unexplained(search, optimum, &local.correlations, "", &mut warnings);
+    unexplained(search, optimum, local, "", &mut warnings);
     test_residuals((search, optimum), &local.correlations, "", &mut warnings);
     against_noise_scale(search, &local.adequacy, &mut warnings);
     !warnings.has_misfit()
@@ -203,7 +201,14 @@ pub(crate) fn against_noise_scale(search: &Search, adequacy: &Adequacy, warnings
         let experiment = all_measurements(search).nth(*measurement).map_or("", |(e, _)| &e.name);
         let (observation, axis, rms) = (&scale.observation, &scale.axis, scale.residual_rms);
         let exceeded = scale.p_value.filter(|_| coordinate.is_exceeded(all.len()));
-        if let (Some(p), Some(value), None) = (exceeded, scale.value, stated_sigma) {
+        if exceeded.is_some() && coordinate.has_outliers && stated_sigma.is_none() {
+            let words = format!(
+                "{observation}, {axis}: the residuals (RMS {rms:.2e} m) exceed the noise scale of the samples, and some \
+                 are outliers, which bias the estimates. Use a robust loss (huber, cauchy)"
+            );
+            let alike = ("coordinates with outliers", experiment);
+            warnings.add_alike(Weight::Ambiguous, Code::Outliers, alike, words);
+        } else if let (Some(p), Some(value), None) = (exceeded, scale.value, stated_sigma) {
             let words = format!(
                 "{observation}, {axis}: the residuals (RMS {rms:.2e} m) exceed the noise scale of the \
                  samples ({value:.2e} m, p = {p:.0e}). The noise is autocorrelated or the model lacks an effect. \
