@@ -305,10 +305,9 @@ fn looked_for_by(
             let change = &changes[weighed[k].term];
             let slope = weighed[k].answer.slope.clone();
             let again = |mode: f64| relinearized(run, statistics, (change, &slope), mode);
-            match weighed[k].relinearized(again) {
-                Err(Error::Interrupted) => return Err(Error::Interrupted),
-                // An effect of that size cannot be simulated: the first linearization stays.
-                Err(_) | Ok(()) => {}
+            // An effect of that size may not be possible to simulate: the first linearization stays.
+            if let Err(Error::Interrupted) = weighed[k].relinearized(again) {
+                return Err(Error::Interrupted);
             }
         }
     }

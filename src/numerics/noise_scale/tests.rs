@@ -129,7 +129,7 @@ fn a_tenth_of_outliers_is_skipped_and_more_are_refused() {
             while left > 0 {
                 let k = place.sample(random);
                 if values[k].abs() < 20.0 {
-                    values[k] += if left % 2 == 0 { 40.0 } else { -60.0 };
+                    values[k] += if left.is_multiple_of(2) { 40.0 } else { -60.0 };
                     left -= 1;
                 }
             }
