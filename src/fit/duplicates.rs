@@ -29,16 +29,18 @@ const SHARED: f64 = 0.2;
 const EQUAL: f64 = 0.95;
 /// Decimals beyond which a number is not taken for rounded; 1e-9 m is below what any camera resolves.
 const MOST_DECIMALS: i32 = 9;
-/// Largest last decimal of a copy, over the range of its values. Two cameras with coarse pixels agree within a pixel
-/// without being copies of each other.
-const FINE: f64 = 1e-4;
+/// Largest last decimal of a copy, over the range of its values: 1 mm of 0.2 m. Coarser pixels than that and than 20 times the
+/// noise make independent recordings equal in nearly all values; with finer ones or more noise fewer than [`EQUAL`] are.
+const FINE: f64 = 5e-3;
+/// The same of shapes and gauges, whose few values repeat within a millimetre.
+const FINE_OF_A_LIST: f64 = 1e-4;
 
 /// A coordinate of a measurement over time or along the rod, ascending.
 struct Record {
     axis: &'static str,
     at: Vec<f64>,
     values: Vec<f64>,
-    /// Half of the last decimal of the values; zero where they are not rounded.
+    /// Half of the last decimal of the values; zero where they are not rounded, or coarser than [`FINE`].
     rounding: f64,
 }
 
@@ -118,11 +120,16 @@ fn records(measurement: &Measurement, problem: &Problem) -> Vec<Record> {
         }
         Measurement::Frequencies(_) => {}
     }
+    // The coordinate that moves most shows how fine the digits are; one that hardly moves is compared with them too.
+    let range = records.iter().map(Record::range).fold(0.0, f64::max);
+    let fine = if matches!(measurement, Measurement::Motion(_)) { FINE } else { FINE_OF_A_LIST };
+    for record in records.iter_mut().filter(|record| 2.0 * record.rounding > fine * range) {
+        record.rounding = 0.0;
+    }
     records
 }
 
-/// Half of the last decimal that any of the values has; zero where one has more than [`MOST_DECIMALS`], or it is not
-/// [`FINE`].
+/// Half of the last decimal that any of the values has; zero where one has more than [`MOST_DECIMALS`].
 fn rounding(values: &[f64]) -> f64 {
     let has = |decimals: i32| {
         let unit = 10.0_f64.powi(decimals);
@@ -131,11 +138,8 @@ fn rounding(values: &[f64]) -> f64 {
             (scaled - scaled.round()).abs() <= 1e-6_f64.max(4.0 * f64::EPSILON * scaled.abs())
         })
     };
-    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-    let range = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
     let last = (0..=MOST_DECIMALS).find(|decimals| has(*decimals));
-    let last = last.map_or(0.0, |decimals| 10.0_f64.powi(-decimals));
-    if last <= FINE * range { 0.5 * last } else { 0.0 }
+    last.map_or(0.0, |decimals| 0.5 * 10.0_f64.powi(-decimals))
 }
 
 /// How many samples two measurements have in common, where that is no chance.
@@ -170,6 +174,11 @@ struct Match {
 }
 
 impl Record {
+    fn range(&self) -> f64 {
+        let low = self.values.iter().copied().fold(f64::INFINITY, f64::min);
+        self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
+    }
+
     fn compared(&self, other: &Self) -> Match {
         let interval = |record: &Self| {
             let mut gaps: Vec<f64> = record.at.windows(2).map(|w| w[1] - w[0]).collect();

@@ -61,8 +61,9 @@ fn copy_of_a_recording_is_refused() {
         s.position.iter_mut().flatten().for_each(|x| *x = (*x * 1e3) * 1e-3);
     });
     refused([other_units, take(1).into()]);
-    // A copy with micrometres.
+    // Copies with micrometres and with millimetres.
     refused([take(1).into(), rounded(take(1), 1e-6)]);
+    refused([take(1).into(), rounded(take(1), 1e-3)]);
     // At another point of the rod the same places are as impossible.
     refused([take(1).into(), take(1).at(Point::ArcLength(0.4)).into()]);
 }
@@ -85,6 +86,7 @@ fn repeated_measurements_are_admitted() {
     admitted([take(1).into(), take(2).into()]);
     // Pixels as large as the noise: about a third of the values is equal by chance.
     admitted([rounded(take(1), NOISE), rounded(take(2), NOISE)]);
+    admitted([take(1).into(), rounded(take(2), NOISE)]);
     // One of two cameras has pixels five times as large as the noise.
     admitted([take(1).into(), rounded(take(2), 5.0 * NOISE)]);
     // An axis in which nothing moves says nothing, and other axes are other samples.
