@@ -4,8 +4,8 @@ use crate::command::terminal;
 use rodfit::Error;
 use rodfit::fit::{FitFile, FitReport, Grade};
 
-/// Fits again with the terms that may explain what the `first` report leaves, one at a time, and returns the best fit:
-/// the first one where none is better.
+/// Fits again with each effect that may explain the residuals of the `first` fit, one at a time, and returns the best
+/// fit, or the first where none is better.
 pub fn extended(
     file: FitFile,
     first: FitReport,
@@ -28,13 +28,11 @@ pub fn extended(
         let is_best = best.as_ref().is_none_or(|(_, other, _)| {
             (report.grade, report.residual_rms) < (other.grade, other.residual_rms)
         });
-        match report.improves_on(&first) {
-            true if is_best => best = Some((candidate.file, report, candidate.term)),
-            true => {}
-            false => {
-                let why = if report.converged { "no better" } else { "not converged" };
-                failed.push(format!("{} ({why})", candidate.term));
-            }
+        if !report.improves_on(&first) {
+            let why = if report.converged { "no better" } else { "not converged" };
+            failed.push(format!("{} ({why})", candidate.term));
+        } else if is_best {
+            best = Some((candidate.file, report, candidate.term));
         }
         if best.as_ref().is_some_and(|(_, report, _)| report.grade == Grade::Trustworthy) {
             break;
@@ -45,11 +43,11 @@ pub fn extended(
     }
     match best {
         Some((file, report, term)) => {
-            terminal::tell(format_args!("extended, as what is left looks like {term}"));
+            terminal::tell(format_args!("extended with {term}, which explains the residuals best"));
             Ok((file, report))
         }
         None if failed.is_empty() => {
-            terminal::tell(format_args!("not extended: noise explains what is left"));
+            terminal::tell(format_args!("not extended: no omitted effect explains the residuals"));
             Ok((file, first))
         }
         None => Ok((file, first.not_extended(&failed))),

@@ -229,16 +229,6 @@ impl Problem {
             AnyModel::Spatial(modelled) => AnyProblem::Spatial(self.discretized_as(modelled)),
         }
     }
-    /// Second moments of area of the section in the directions in which the rod bends, m^4: one in a plane, and
-    /// one where all directions have the same.
-    pub(crate) fn second_moments_of_bending(&self) -> Vec<f64> {
-        let moments = self.scene.rod.section.moments().second_moments;
-        match &self.model {
-            AnyModel::Planar(modelled) => vec![moments[modelled.model.second_moment()]],
-            AnyModel::Spatial(_) if moments[0] == moments[1] => vec![moments[0]],
-            AnyModel::Spatial(_) => moments.to_vec(),
-        }
-    }
 
     /// Whether the scene says how stiff the rod is in torsion, and has no moments, whose work out of
     /// the plane would depend on the way: whether it can be looked at in space.
@@ -528,12 +518,6 @@ impl<'a, M: Model<W>, const W: usize> Discretized<'a, M, W> {
     /// Where the nodes are at rest, in the world, m.
     fn rest_positions(&self) -> Vec<[f64; 3]> {
         let q = self.rest();
-        (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
-    }
-
-    /// Where the nodes are in the shape that the rod begins in, in the world, m.
-    pub(crate) fn start_positions(&self) -> Vec<[f64; 3]> {
-        let (q, _) = self.begin(self.setup);
         (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
     }
 

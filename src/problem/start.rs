@@ -42,6 +42,12 @@ impl SpatialProblem<'_> {
 }
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+    /// Positions of the nodes in the initial shape, in world coordinates, m.
+    pub(crate) fn start_positions(&self) -> Vec<[f64; 3]> {
+        let (q, _) = self.begin(self.setup);
+        (0..self.nodes()).map(|i| self.model.position(&q, i)).collect()
+    }
+
     /// The unknowns before supports move and loads pull, and their frames: of the rest shape, or of
     /// the scene's initial shape, without twist.
     pub(crate) fn begin<D: Nestable>(&self, setup: &Setup<D, M, W>) -> Placed<D, M, W> {

@@ -199,8 +199,8 @@ pub(crate) fn assess(
             if shifts.are_to_blame() {
                 warnings.excuse_misfit(
                     Code::NumericsBelowData,
-                    "what is left of the data is mostly what mesh and step leave: the data are more exact \
-                     than the 1e-4 of a value that numerics are chosen for",
+                    "most of the residuals are discretization errors: the data are more exact than the 1e-4 of a value \
+                     for which mesh and step are chosen",
                 );
             }
         }
