@@ -40,16 +40,3 @@ impl AnyModel {
         }
     }
 }
-
-impl crate::problem::Problem {
-    /// Second moments of area of the section in the directions in which the rod bends, m^4: one in a plane, and
-    /// one where all directions have the same.
-    pub(crate) fn second_moments_of_bending(&self) -> Vec<f64> {
-        let moments = self.scene.rod.section.moments().second_moments;
-        match &self.model {
-            AnyModel::Planar(modelled) => vec![moments[modelled.model.second_moment()]],
-            AnyModel::Spatial(_) if moments[0] == moments[1] => vec![moments[0]],
-            AnyModel::Spatial(_) => moments.to_vec(),
-        }
-    }
-}

@@ -4,6 +4,7 @@
 use crate::code::Code;
 use crate::energy::bend_twist::JointLaw;
 use crate::numerics::vector::{cross, dot, sub};
+use crate::problem::modelled::AnyModel;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::Section;
 
@@ -184,6 +185,19 @@ fn half_thickness(problem: &Problem, section: &Section, normal: Option<[f64; 3]>
             let moments = section.moments();
             let [i1, i2] = moments.second_moments;
             (3.0 * i1.min(i2) / moments.area).sqrt().min(problem.length())
+        }
+    }
+}
+
+impl Problem {
+    /// Second moments of area of the section in the directions in which the rod bends, m^4: one in a plane, and
+    /// one where all directions have the same.
+    pub(crate) fn second_moments_of_bending(&self) -> Vec<f64> {
+        let moments = self.scene.rod.section.moments().second_moments;
+        match &self.model {
+            AnyModel::Planar(modelled) => vec![moments[modelled.model.second_moment()]],
+            AnyModel::Spatial(_) if moments[0] == moments[1] => vec![moments[0]],
+            AnyModel::Spatial(_) => moments.to_vec(),
         }
     }
 }

@@ -90,5 +90,11 @@ fn no_circle_of_imports() {
         left.remove(&module);
         left.values_mut().for_each(|others| others.retain(|other| *other != module));
     }
-    assert!(left.is_empty(), "in a circle, or importing from one: {left:#?}");
+    // Files that nothing in the rest imports only import from a circle.
+    while let Some(module) =
+        left.keys().find(|m| !left.values().any(|others| others.contains(*m))).cloned()
+    {
+        left.remove(&module);
+    }
+    assert!(left.is_empty(), "files that import each other in a circle: {left:#?}");
 }
