@@ -66,6 +66,7 @@ codes! {
     ConstantAxis "constant-axis",
     LooksLike "looks-like",
     NotExtended "not-extended",
+    AlternativeTerm "alternative-term",
     CouldHide "could-hide",
     Outliers "outliers",
     CorrelatedNoise "correlated-noise",

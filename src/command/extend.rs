@@ -2,7 +2,7 @@
 
 use crate::command::terminal;
 use rodfit::Error;
-use rodfit::fit::{FitFile, FitReport, Grade};
+use rodfit::fit::{FitFile, FitReport};
 
 /// Fits again with each effect that may explain the residuals of the `first` fit, one at a time, and returns the best
 /// fit, or the first where none is better.
@@ -11,7 +11,7 @@ pub fn extended(
     first: FitReport,
     solve: impl Fn(&FitFile) -> Result<FitReport, Error>,
 ) -> Result<(FitFile, FitReport), Error> {
-    let mut best: Option<(FitFile, FitReport, String)> = None;
+    let mut better: Vec<(FitFile, String, FitReport)> = Vec::new();
     let mut failed = Vec::new();
     for candidate in file.extensions(&first)? {
         let report = match solve(&candidate.file) {
@@ -25,26 +25,28 @@ pub fn extended(
         if report.interrupted {
             break;
         }
-        let is_best = best.as_ref().is_none_or(|(_, other, _)| {
-            (report.grade, report.residual_rms) < (other.grade, other.residual_rms)
-        });
-        if !report.improves_on(&first) {
+        if report.improves_on(&first) {
+            better.push((candidate.file, candidate.term, report));
+        } else {
             let why = if report.converged { "no better" } else { "not converged" };
             failed.push(format!("{} ({why})", candidate.term));
-        } else if is_best {
-            best = Some((candidate.file, report, candidate.term));
-        }
-        if best.as_ref().is_some_and(|(_, report, _)| report.grade == Grade::Trustworthy) {
-            break;
         }
     }
     for term in &failed {
         terminal::tell(format_args!("tried without success: {term}"));
     }
-    match best {
-        Some((file, report, term)) => {
+    // The values of all of them are compared, also after one without reservation: several effects may explain the
+    // residuals, with different values of the parameters.
+    better.sort_by(|(_, _, one), (_, _, other)| {
+        let by_rms = one.residual_rms.total_cmp(&other.residual_rms);
+        one.grade.cmp(&other.grade).then(by_rms)
+    });
+    let mut better = better.into_iter();
+    match better.next() {
+        Some((file, term, report)) => {
             terminal::tell(format_args!("extended with {term}, which explains the residuals best"));
-            Ok((file, report))
+            let others: Vec<_> = better.map(|(_, term, report)| (term, report)).collect();
+            Ok((file, report.among_alternatives(&others)))
         }
         None if failed.is_empty() => {
             terminal::tell(format_args!("not extended: no omitted effect explains the residuals"));

@@ -4,7 +4,9 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::file::FitFile;
 use crate::fit::report::FitReport;
+use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
+use crate::fit::uncertainty::verdict::Grade;
 use crate::fit::unknown::Unknown;
 
 /// Terms that are tried at most.
@@ -12,6 +14,8 @@ const MOST_TERMS: usize = 3;
 /// Rise of twice the logarithm of the likelihood by which a further parameter explains more than noise does: two
 /// standard deviations.
 const EXPLAINS_MORE: f64 = 4.0;
+/// Twice the logarithm of a likelihood ratio of 100: below it the data do not decide between two terms.
+const DECIDES: f64 = 9.2;
 /// Terms whose motions resemble each other, so that far from the truth the score tests may name one for the other: the
 /// first is tried behind the second. All of these are losses of energy.
 const RESEMBLING: [[&str; 2]; 4] = [
@@ -125,11 +129,55 @@ impl FitReport {
     /// Whether this fit is better than the one without its last parameter: it converged, its grade is no worse, and it
     /// explains more than a further parameter explains of noise.
     pub fn improves_on(&self, first: &Self) -> bool {
-        let values: f64 = first.residual_tests.iter().map(|tests| tests.values as f64).sum();
-        let rise = values.max(1.0) * 2.0 * (first.residual_rms / self.residual_rms).ln();
         self.converged
             && !self.interrupted
             && self.grade <= first.grade
-            && (rise > EXPLAINS_MORE || !first.converged)
+            && (self.explains_more_than(first) > EXPLAINS_MORE || !first.converged)
+    }
+
+    /// Twice the logarithm of the likelihood ratio of this fit and another one of the same data, for white noise.
+    fn explains_more_than(&self, other: &Self) -> f64 {
+        let values: f64 = self.residual_tests.iter().map(|tests| tests.values as f64).sum();
+        values.max(1.0) * 2.0 * (other.residual_rms / self.residual_rms).ln()
+    }
+
+    /// This fit with one more term, as the `best` of several that were tried. Where one of the `others`, named with
+    /// its term, explains the data as well and gives a parameter another value, a warning names both values and the
+    /// grade has a reservation: the data do not show which effect the rod has.
+    pub fn among_alternatives(mut self, others: &[(String, Self)]) -> Self {
+        for (term, other) in others {
+            if self.explains_more_than(other) > DECIDES {
+                continue;
+            }
+            let Some((own, value)) = self.contradicted_by(other) else { continue };
+            let (name, unit) = (&own.name, own.name.unit());
+            let words = format!(
+                "{term} explains the residuals as well, with {name} = {value:.4e} {unit} instead of {:.4e} {unit}. The \
+                 data do not show which effect is present. Measure one of the two",
+                own.value.unwrap_or(f64::NAN),
+            );
+            if self.grade < Grade::CorrelatedOrMissing {
+                self.grade = Grade::CorrelatedOrMissing;
+                self.verdict = words.clone();
+            }
+            self.warnings.insert(0, Code::AlternativeTerm.behind(words));
+            self.warning_codes.insert(0, Code::AlternativeTerm);
+        }
+        self
+    }
+
+    /// The parameter whose interval excludes most clearly the value that another fit found, with that value.
+    fn contradicted_by(&self, other: &Self) -> Option<(&Estimate, f64)> {
+        let distance = |own: &Estimate, value: f64| {
+            let [low, high] = own.interval95?;
+            let outside = (low - value).max(value - high);
+            (outside > 0.0).then_some(outside / (high - low))
+        };
+        let pairs = self.parameters.iter().filter_map(|own| {
+            let same = other.parameters.iter().find(|p| p.name == own.name)?;
+            let value = same.value?;
+            Some((own, value, distance(own, value)?))
+        });
+        pairs.max_by(|a, b| a.2.total_cmp(&b.2)).map(|(own, value, _)| (own, value))
     }
 }
