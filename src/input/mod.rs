@@ -3,5 +3,6 @@
 pub(crate) mod arrays;
 pub(crate) mod file;
 pub(crate) mod missing_keys;
+pub(crate) mod onset;
 pub(crate) mod table;
 pub(crate) mod track;

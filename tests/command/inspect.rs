@@ -5,6 +5,7 @@ use crate::common::formats::{Written, all, tip};
 use crate::common::recordings::{csv, recorded};
 use crate::folder::{Folder, refused, stderr, stdout, succeeds};
 use rodfit::scene::Track;
+use std::f64::consts::PI;
 
 /// The tip of the folder's rod, in every format.
 fn files() -> Vec<Written> {
@@ -218,4 +219,30 @@ fn templates_take_files() {
     }
     let output = folder.run(&["fit", "cable-fit.toml", "--json", "found.json"]);
     assert!(output.status.code() == Some(0), "{}{}", stdout(&output), stderr(&output));
+}
+
+/// A tip that swings 5 cm at 2 Hz from 0.25 s on, in ms and mm; 200 frames a second.
+fn pre_trigger_record() -> String {
+    let row = |k: u32| {
+        let t = f64::from(k) / 200.0;
+        let swing = |t: f64| if t < 0.0 { 0.0 } else { 25.0 * ((4.0 * PI * t).cos() - 1.0) };
+        let noise = 0.1 * f64::from(k * 7919).sin();
+        format!("{},{:.3},{:.3}\n", 5 * k, 300.0 + noise, swing(t - 0.25) - noise)
+    };
+    format!("t[ms],x[mm],y[mm]\n{}", (0..300).map(row).collect::<String>())
+}
+
+#[test]
+fn pre_trigger_record_proposes_the_onset_as_time_zero() {
+    let folder = Folder::new();
+    folder.write("tip.csv", &pre_trigger_record());
+    let output = folder.run(&["inspect", "tip.csv", "--json", "inspection.json"]);
+    succeeds(&output);
+    let zero = folder.json("inspection.json")["recording"]["time_zero"].as_f64().unwrap();
+    // Within a frame of 5 ms.
+    assert!((zero - 250.0).abs() <= 5.0, "{zero}");
+    assert!(stdout(&output).contains(&format!("time_zero = {zero}")), "{}", stdout(&output));
+    succeeds(&folder.run(&["init", "cantilever", "--from", "tip.csv", "--into", "new"]));
+    let fit = folder.read("new/cantilever-fit.toml");
+    assert!(fit.contains(&format!("time_zero = {zero}")), "{fit}");
 }

@@ -149,7 +149,10 @@ fn from(
         }),
         Template::Cable => {
             let inspection = Inspection::of(file, &said)?;
-            let recording = Recording { marker: None, likelihood: None, ..inspection.recording };
+            // Hands that rest at first are a part of the recording.
+            let time_zero = Some(inspection.clock[0]);
+            let recording =
+                Recording { marker: None, likelihood: None, time_zero, ..inspection.recording };
             let track = Track::read_as(file, &recording, &[])?;
             let mut keys = String::new();
             for (key, value) in [("fps", recording.fps), ("scale", recording.scale)] {

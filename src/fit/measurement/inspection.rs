@@ -1,6 +1,7 @@
 //! What is in a file of markers, before anything is made of it.
 
 use crate::error::Error;
+use crate::input::onset::onset_of_motion;
 use crate::input::track;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
@@ -150,7 +151,7 @@ impl Inspection {
             marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
             likelihood: marker.and_then(|m| m.unsure).map(|_| SURE),
             y: self.is_of_an_image(sheet).then_some(Vertical::Down),
-            time_zero: Some(self.clock[0]),
+            time_zero: Some(marker.and_then(|m| onset(sheet, &m.name)).unwrap_or(self.clock[0])),
             ..said.clone()
         }
     }
@@ -207,13 +208,26 @@ impl Inspection {
             line("y", "\"down\"".into(), "as in images");
         }
         line("origin", "[0, 0, 0]".into(), "where the scene's origin is in the file's coordinates");
-        line("time_zero", self.clock[0].to_string(), "when the motion starts on the file's clock");
+        let zero = read.time_zero.unwrap_or(self.clock[0]);
+        let words = match zero > self.clock[0] {
+            true => "the marker rests before: when the motion starts on the file's clock",
+            false => "when the motion starts on the file's clock",
+        };
+        line("time_zero", zero.to_string(), words);
         let noise = self.foremost().and_then(|m| m.noise).filter(|noise| *noise > 0.0);
         if let (Some(noise), Some(metres)) = (noise, metres) {
             line("sigma", format!("{:.1e}", noise * metres), "m, by differences of the samples");
         }
         lines.join("\n") + "\n"
     }
+}
+
+/// Clock reading of the frame nearest to the onset of a marker's motion; none where it moves from the first frame on.
+fn onset(sheet: &Sheet, name: &str) -> Option<f64> {
+    let marker = sure(sheet.markers.iter().find(|m| m.name == name)?);
+    let clocks: Vec<f64> = sheet.rows.iter().map(|row| row.clock).collect();
+    let onset = onset_of_motion(&clocks, &marker.places)?;
+    clocks.into_iter().min_by(|a, b| (a - onset).abs().total_cmp(&(b - onset).abs()))
 }
 
 /// As TOML writes it.

@@ -1,0 +1,344 @@
+//! Onset of motion in a recording that begins before its release.
+//!
+//! The samples around the onset follow `x = c + a max(0, t - t0)^p`, with a free `t0`: a point at rest that is released
+//! accelerates (`p = 2`), after a blow it has a velocity (`p = 1`), and behind a driven support it starts more smoothly
+//! (`p = 3, 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted where a cubic
+//! without rest, which has as many coefficients, fits significantly worse.
+
+use crate::numerics::order;
+use std::collections::VecDeque;
+
+/// Samples below which no onset is looked for.
+const FEWEST_SAMPLES: usize = 8;
+/// Samples at rest below which the recording begins with the motion.
+const FEWEST_AT_REST: usize = 3;
+/// A rest stays within this part of the whole extent; tremor of a hand is below it.
+const REST_EXTENT: f64 = 0.02;
+/// Noise in a long rest stays within so many standard deviations, and counts up to this part of the whole extent.
+const NOISE_EXTENT: f64 = 10.0;
+const MOST_NOISE_EXTENT: f64 = 0.2;
+/// The first fast motion has this part of the highest speed.
+const FAST: f64 = 0.5;
+/// The highest speed is measured over a time in which the point covers this part of its extent.
+const FAST_EXTENT: f64 = 0.25;
+/// The motion is fitted up to this part of the displacement in the first fast motion: beyond it is no power of time.
+const FITTED_PART: f64 = 0.35;
+/// Samples of the motion that are fitted at the least.
+const FEWEST_MOVING: usize = 4;
+/// Samples at rest that are fitted at most: so many, or so many for each of the motion. Long before its onset the point
+/// may drift.
+const FITTED_AT_REST: usize = 100;
+const FITTED_REST: usize = 3;
+/// Most samples that are fitted; of longer windows every second, third, ...
+const MOST_FITTED: usize = 400;
+/// Candidates of the onset in each of two refinements.
+const CANDIDATES: usize = 100;
+/// Reduction of the sum of squares against models without rest, in residual variances: four standard errors.
+const SIGNIFICANT: f64 = 16.0;
+
+/// Range of the last samples of one axis: indices of the samples that are lowest or highest of all after them.
+#[derive(Default)]
+struct SlidingRange {
+    lows: VecDeque<(usize, f64)>,
+    highs: VecDeque<(usize, f64)>,
+}
+
+impl SlidingRange {
+    fn push(&mut self, index: usize, x: f64) {
+        while self.lows.back().is_some_and(|(_, low)| *low >= x) {
+            self.lows.pop_back();
+        }
+        while self.highs.back().is_some_and(|(_, high)| *high <= x) {
+            self.highs.pop_back();
+        }
+        self.lows.push_back((index, x));
+        self.highs.push_back((index, x));
+    }
+
+    fn forget_before(&mut self, first: usize) {
+        for list in [&mut self.lows, &mut self.highs] {
+            while list.front().is_some_and(|(index, _)| *index < first) {
+                list.pop_front();
+            }
+        }
+    }
+
+    fn range(&self) -> f64 {
+        match (self.lows.front(), self.highs.front()) {
+            (Some((_, low)), Some((_, high))) => high - low,
+            _ => 0.0,
+        }
+    }
+}
+
+/// Samples of a point that were seen along all of its axes.
+struct Samples {
+    times: Vec<f64>,
+    places: Vec<[f64; 3]>,
+}
+
+/// Time of the onset of motion of a point that rests first, in the unit of `times`; none where the recording begins with
+/// the motion, or no motion stands out of the noise. A rest may also follow slower motion: a point that is pulled
+/// aside and held before its release.
+pub(crate) fn onset_of_motion(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<f64> {
+    let samples = Samples::of(times, places)?;
+    let extent = samples.extent();
+    let [still, noisy] = [REST_EXTENT * extent, NOISE_EXTENT * samples.noise()];
+    // Second differences of few frames a swing exceed the noise: then the onset is found without it.
+    let ranges = [still, noisy.clamp(still, MOST_NOISE_EXTENT * extent)];
+    let onsets = ranges.into_iter().filter_map(|allowed| {
+        let (rest, end) = samples.rest_before_motion(extent, allowed)?;
+        samples.window(rest, end).onset()
+    });
+    onsets.reduce(f64::max)
+}
+
+impl Samples {
+    /// Without axes that were never seen; frames in which another axis was not seen are left out.
+    fn of(times: &[f64], places: &[[Option<f64>; 3]]) -> Option<Self> {
+        let seen = [0, 1, 2].map(|c| places.iter().any(|place| place[c].is_some()));
+        let whole = |place: &[Option<f64>; 3]| (0..3).all(|c| place[c].is_some() == seen[c]);
+        let (times, places): (Vec<f64>, Vec<[f64; 3]>) = times
+            .iter()
+            .zip(places)
+            .filter(|(_, place)| whole(place))
+            .map(|(t, place)| (*t, place.map(Option::unwrap_or_default)))
+            .unzip();
+        (times.len() >= FEWEST_SAMPLES).then_some(Self { times, places })
+    }
+
+    fn distance(&self, i: usize, j: usize) -> f64 {
+        norm([0, 1, 2].map(|c| self.places[i][c] - self.places[j][c]))
+    }
+
+    /// Diagonal of the box around all places.
+    fn extent(&self) -> f64 {
+        let along = |c: usize| {
+            let values = self.places.iter().map(|place| place[c]);
+            let range = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x), high.max(x)]
+            });
+            range[1] - range[0]
+        };
+        norm([0, 1, 2].map(along))
+    }
+
+    /// Standard deviation of the noise, all axes, by the median of the second differences.
+    fn noise(&self) -> f64 {
+        let second = |w: &[[f64; 3]]| {
+            norm([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 6.0_f64.sqrt()
+        };
+        let mut all: Vec<f64> = self.places.windows(3).map(second).collect();
+        order::sort(&mut all);
+        all.get(all.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// First and last sample of the first fast motion.
+    fn fast(&self, extent: f64) -> Option<[usize; 2]> {
+        let count = self.places.len();
+        let mut lag = 1;
+        while lag < count {
+            let way = |k: usize| self.distance(k, k + lag);
+            let most = (0..count - lag).map(way).fold(0.0, f64::max);
+            if most >= FAST_EXTENT * extent && most > 0.0 {
+                return (0..count - lag).find(|k| way(*k) >= FAST * most).map(|k| [k, k + lag]);
+            }
+            lag *= 2;
+        }
+        None
+    }
+
+    /// First sample of the rest before the first fast motion, and the last sample that is fitted. Places at rest stay
+    /// within an `allowed` range.
+    fn rest_before_motion(&self, extent: f64, allowed: f64) -> Option<(usize, usize)> {
+        let [fast, end] = self.fast(extent)?;
+        let mut found = None;
+        let mut first = 0;
+        let mut window = [(); 3].map(|()| SlidingRange::default());
+        for last in 0..=fast {
+            for (range, x) in window.iter_mut().zip(self.places[last]) {
+                range.push(last, x);
+            }
+            while norm(window.each_ref().map(SlidingRange::range)) > allowed {
+                first += 1;
+                window.iter_mut().for_each(|range| range.forget_before(first));
+            }
+            let rest = self.times[last] - self.times[first];
+            let rise = self.times[end] - self.times[last];
+            // Turning points of an oscillation are shorter than its rise.
+            if last + 1 - first >= FEWEST_AT_REST && (first == 0 || rest >= rise) {
+                found = Some((first, last));
+            }
+        }
+        let (first, last) = found?;
+        let most = (last..=end).map(|k| self.distance(first, k)).fold(0.0, f64::max);
+        let moved = (last..=end).find(|k| self.distance(first, *k) >= FITTED_PART * most)?;
+        let end = moved.max(last + FEWEST_MOVING).min(self.times.len() - 1);
+        let fitted_rest = FITTED_AT_REST.max(FITTED_REST * (end - last));
+        Some((first.max(last.saturating_sub(fitted_rest)), end))
+    }
+
+    /// Samples from one to another, thinned out where they are many.
+    fn window(&self, first: usize, last: usize) -> Self {
+        let stride = (last - first) / MOST_FITTED + 1;
+        Self {
+            times: self.times[first..=last].iter().step_by(stride).copied().collect(),
+            places: self.places[first..=last].iter().step_by(stride).copied().collect(),
+        }
+    }
+
+    /// Time of the onset, where a model with rest fits significantly better than those without.
+    fn onset(&self) -> Option<f64> {
+        let count = self.times.len();
+        let [first, last] = [self.times[0], self.times[count - 1]];
+        if count < FEWEST_AT_REST + FEWEST_MOVING {
+            return None;
+        }
+        let squares = |onset: f64| {
+            (1..=4).map(|power| self.squares_of_power(onset, power)).fold(f64::INFINITY, f64::min)
+        };
+        let (mut low, mut high) = (first, last);
+        let mut best = (f64::INFINITY, first);
+        for _ in 0..2 {
+            let step = (high - low) / CANDIDATES as f64;
+            for k in 0..CANDIDATES {
+                let onset = low + step * k as f64;
+                let sum = squares(onset);
+                if sum < best.0 {
+                    best = (sum, onset);
+                }
+            }
+            [low, high] = [(best.1 - step).max(first), (best.1 + step).min(last)];
+        }
+        let (sum, onset) = best;
+        let at_rest = self.times.iter().filter(|t| **t <= onset).count();
+        let without_rest = squares(first).min(self.squares_of_cubic());
+        let variance = sum / (count - FEWEST_AT_REST) as f64;
+        (at_rest >= FEWEST_AT_REST && without_rest - sum > SIGNIFICANT * variance).then_some(onset)
+    }
+
+    /// Sum of squares about `c + a max(0, t - onset)^power`.
+    fn squares_of_power(&self, onset: f64, power: i32) -> f64 {
+        let basis: Vec<f64> = self.times.iter().map(|t| (t - onset).max(0.0).powi(power)).collect();
+        self.squares_beside(&[vec![1.0; basis.len()], basis])
+    }
+
+    /// Sum of squares about a cubic of time.
+    fn squares_of_cubic(&self) -> f64 {
+        let (first, last) = (self.times[0], self.times[self.times.len() - 1]);
+        let unit = |t: &f64| 2.0 * (t - first) / (last - first) - 1.0;
+        let power = |p: i32| self.times.iter().map(|t| unit(t).powi(p)).collect();
+        self.squares_beside(&[0, 1, 2, 3].map(power))
+    }
+
+    /// Sum of squares of the places, all axes, that linear least squares leaves.
+    fn squares_beside(&self, columns: &[Vec<f64>]) -> f64 {
+        let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
+        let remove = |from: &mut [f64], basis: &[Vec<f64>]| {
+            for direction in basis {
+                let part: f64 = from.iter().zip(direction).map(|(x, e)| x * e).sum();
+                from.iter_mut().zip(direction).for_each(|(x, e)| *x -= part * e);
+            }
+        };
+        for column in columns {
+            let mut direction = column.clone();
+            remove(&mut direction, &basis);
+            let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+            if length > 0.0 {
+                direction.iter_mut().for_each(|x| *x /= length);
+                basis.push(direction);
+            }
+        }
+        let along = |c: usize| {
+            let mut values: Vec<f64> =
+                self.places.iter().map(|place| place[c] - self.places[0][c]).collect();
+            remove(&mut values, &basis);
+            values.iter().map(|x| x * x).sum::<f64>()
+        };
+        (0..3).map(along).sum()
+    }
+}
+
+fn norm(vector: [f64; 3]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// Period of the swing, s.
+    const PERIOD: f64 = 0.6;
+    const RATE: f64 = 100.0;
+
+    /// Two seconds of a motion after a rest, m, with noise of 0.1 mm.
+    fn recorded(rest: f64, motion: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<[Option<f64>; 3]>) {
+        let count = ((rest + 2.0) * RATE) as usize;
+        let times: Vec<f64> = (0..count).map(|k| k as f64 / RATE).collect();
+        let noise = |k: usize| 1e-4 * ((k * 7919) as f64).sin();
+        let place = |(k, t): (usize, &f64)| {
+            [Some(0.5 + noise(k)), Some(motion(t - rest) + noise(k + 9)), None]
+        };
+        let places = times.iter().enumerate().map(place).collect();
+        (times, places)
+    }
+
+    fn swing(t: f64) -> f64 {
+        0.05 * (-0.5 * t).exp() * (TAU * t / PERIOD).cos()
+    }
+
+    fn released(t: f64) -> f64 {
+        if t < 0.0 { 0.05 } else { swing(t) }
+    }
+
+    fn struck(t: f64) -> f64 {
+        if t < 0.0 { 0.0 } else { 0.05 * (TAU * t / PERIOD).sin() }
+    }
+
+    /// Pulled aside from 1.4 to 0.6 s before its release, and held.
+    fn held(t: f64) -> f64 {
+        let pulled = ((t + 1.4) / 0.8).clamp(0.0, 1.0);
+        if t < 0.0 { 0.05 * pulled * pulled * (3.0 - 2.0 * pulled) } else { swing(t) }
+    }
+
+    #[test]
+    fn onset_is_found_within_a_frame() {
+        for (name, motion, rest) in [
+            ("released", released as fn(f64) -> f64, 0.2),
+            ("released", released, 1.0),
+            ("struck", struck, 0.2),
+            ("struck", struck, 1.0),
+            ("held", held, 2.0),
+        ] {
+            let (times, places) = recorded(rest, motion);
+            let onset = onset_of_motion(&times, &places).unwrap();
+            assert!((onset - rest).abs() <= 1.0 / RATE, "{name} at {rest} s: {onset} s");
+        }
+    }
+
+    #[test]
+    fn motion_from_the_first_frame_has_no_onset() {
+        for phase in 0..12 {
+            let shift = f64::from(phase) / 12.0 * PERIOD;
+            let (times, places) = recorded(0.0, |t| swing(t + shift));
+            assert_eq!(onset_of_motion(&times, &places), None, "{phase}");
+        }
+    }
+
+    #[test]
+    fn onset_is_found_in_long_recordings() {
+        let (times, places) = recorded(2000.0, released);
+        let onset = onset_of_motion(&times, &places).unwrap();
+        assert!((onset - 2000.0).abs() <= 1.0 / RATE, "{onset}");
+    }
+
+    #[test]
+    fn recordings_without_motion_have_no_onset() {
+        let (times, mut places) = recorded(0.0, |_| 0.0);
+        assert_eq!(onset_of_motion(&times, &places), None);
+        places.iter_mut().for_each(|place| *place = [None; 3]);
+        assert_eq!(onset_of_motion(&times, &places), None);
+        assert_eq!(onset_of_motion(&[], &[]), None);
+    }
+}
