@@ -36,7 +36,7 @@ def tip():
     return rows[:, 0], rows[:, 1:]
 
 
-@pytest.mark.parametrize("file", ["python/README.md", "docs/python.md"])
+@pytest.mark.parametrize("file", ["python/README.md", "docs/tutorials/python.md"])
 def test_what_the_documents_begin_with(file, monkeypatch):
     """From the folder that they are read in."""
     monkeypatch.chdir(DATA.parent)

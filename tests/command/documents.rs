@@ -6,14 +6,30 @@ use crate::schema::{read, schema, violations_in_part};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+/// All Markdown files below a folder.
+fn pages(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files = entries.flat_map(|path| if path.is_dir() { pages(&path) } else { vec![path] });
+    files.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect()
+}
+
 /// The README and all pages, with their texts.
 fn documents() -> Vec<(PathBuf, String)> {
-    let pages = std::fs::read_dir("docs").unwrap().map(|entry| entry.unwrap().path());
-    let mut all: Vec<PathBuf> =
-        pages.filter(|path| path.extension().is_some_and(|e| e == "md")).collect();
-    all.extend(["README.md".into(), "CONTRIBUTING.md".into()]);
+    let mut all = pages(Path::new("docs"));
+    all.extend(["README.md".into(), "CONTRIBUTING.md".into(), "data/README.md".into()]);
     all.sort();
     all.into_iter().map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
+}
+
+/// The anchors of the headings of a page, as GitHub and mdBook form them.
+fn anchors(text: &str) -> Vec<String> {
+    let prose = text.split("```").step_by(2);
+    let headings = prose.flat_map(str::lines).filter(|line| line.starts_with('#'));
+    let kept = |c: &char| c.is_alphanumeric() || " -_".contains(*c);
+    headings
+        .map(|line| line.trim_start_matches('#').trim().to_lowercase())
+        .map(|title| title.chars().filter(kept).collect::<String>().replace(' ', "-"))
+        .collect()
 }
 
 /// What stands between ```language and ```.
@@ -85,22 +101,44 @@ fn what_the_readme_shows_is_printed() {
 }
 
 #[test]
-fn links_lead_somewhere_and_the_book_has_every_page() {
+fn relative_links_have_a_target() {
+    let mut count = 0;
     for (path, text) in documents() {
         let folder = path.parent().unwrap();
-        for after in text.split("](").skip(1) {
-            let target = after.split(')').next().unwrap();
-            let file = target.split('#').next().unwrap();
-            if file.is_empty() || file.contains("://") || file.contains(' ') {
+        let prose: String = text.split("```").step_by(2).collect();
+        for after in prose.split("](").skip(1) {
+            let link = after.split(')').next().unwrap();
+            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+            if link.contains("://") {
                 continue;
             }
-            assert!(folder.join(file).exists(), "{}: {target}", path.display());
+            let target = if file.is_empty() { path.clone() } else { folder.join(file) };
+            assert!(target.exists(), "{}: {link}", path.display());
+            if !anchor.is_empty() {
+                let page = std::fs::read_to_string(&target).unwrap();
+                assert!(anchors(&page).iter().any(|a| a == anchor), "{}: {link}", path.display());
+            }
+            count += 1;
         }
     }
+    assert!(count > 100, "{count}");
+}
+
+#[test]
+fn summary_lists_every_page() {
     let summary = std::fs::read_to_string("docs/SUMMARY.md").unwrap();
-    for (path, _) in documents().into_iter().filter(|(path, _)| path.starts_with("docs")) {
-        let name = path.file_name().unwrap().to_str().unwrap();
+    for path in pages(Path::new("docs")) {
+        let name = path.strip_prefix("docs").unwrap().to_str().unwrap();
         assert!(name == "SUMMARY.md" || summary.contains(&format!("({name})")), "{name}");
     }
     assert!(Path::new("docs/book.toml").exists());
+}
+
+/// The codes are one page, because the program prints them from that file.
+#[test]
+fn pages_have_at_most_250_lines() {
+    for path in pages(Path::new("docs")).into_iter().filter(|path| !path.ends_with("codes.md")) {
+        let lines = std::fs::read_to_string(&path).unwrap().lines().count();
+        assert!(lines <= 250, "{}: {lines} lines", path.display());
+    }
 }

@@ -264,7 +264,7 @@ fn the_documents_files_can_be_read() {
         parts.map(|part| part.split("```").next().unwrap().to_string()).collect()
     };
     let readme = blocks(include_str!("../../README.md"));
-    let files = blocks(include_str!("../../docs/files.md"));
+    let files = blocks(include_str!("../../docs/reference/scene.md"));
     for block in readme.iter().chain(&files) {
         block.parse::<toml::Table>().unwrap_or_else(|error| panic!("{error} in\n{block}"));
     }
