@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// How long each row is repeated, s; the fastest run counts.
+    /// Time for which each row is repeated, s; the fastest run counts.
     #[arg(long, default_value_t = 0.3, value_parser = not_negative)]
     seconds: f64,
     #[command(flatten)]

@@ -15,55 +15,58 @@ const SHARDS: u64 = 100;
 
 #[derive(clap::Subcommand)]
 pub enum Campaign {
-    /// Read a campaign file and write the list of its fits, tasks.jsonl, into a folder. What has a result there keeps it,
-    /// so plan again after any change.
+    /// Write the list of fits (`tasks.jsonl`) of a campaign into a folder; existing results of unchanged fits are kept.
+    #[command(after_help = "Example: rodfit campaign plan data/campaign.toml --out out")]
     Plan {
         /// Campaign file (TOML).
         campaign: PathBuf,
-        /// The folder of plan and results.
+        /// Folder of plan and results.
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
     },
-    /// Do what has no result yet. May be killed at any moment and run again; any number may run at once, on any number of
-    /// machines that share the folder. TERM or Ctrl-C ends it early with exit code 0.
+    /// Compute all fits without a result; processes may be killed, repeated and run in parallel on a shared folder.
+    #[command(after_help = "Example: rodfit campaign run out --threads 2")]
     Run {
-        /// The folder of the plan.
+        /// Folder of the plan.
         folder: PathBuf,
         #[command(flatten)]
         part: Part,
-        /// Processors to use; all of them unless told.
+        /// Number of processors; default: all.
         #[arg(long, value_name = "N")]
         threads: Option<NonZero<usize>>,
     },
-    /// Tell how far it is. The exit code is 3 while something is left.
+    /// Print progress and remaining time; the exit code is 3 while results are missing.
+    #[command(after_help = "Example: rodfit campaign status out")]
     Status {
-        /// The folder of the plan.
+        /// Folder of the plan.
         folder: PathBuf,
         #[command(flatten)]
         json: Json,
     },
-    /// Write the results of all fits; the same bytes however they were run. The exit code is 3 where some are missing.
+    /// Write the results of all fits to one file; the exit code is 3 while results are missing.
+    #[command(after_help = "Example: rodfit campaign collect out --csv all.csv")]
     Collect {
-        /// The folder of the plan.
+        /// Folder of the plan.
         folder: PathBuf,
-        /// Write every report here, a line of JSON each, sorted by id; `-` is stdout.
+        /// Write all reports to this file, one line of JSON each, sorted by id; `-` is standard output.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
-        /// Write a row a fit here; `-` is stdout.
+        /// Write one row per fit to this file (CSV); `-` is standard output.
         #[arg(long, value_name = "FILE")]
         csv: Option<PathBuf>,
     },
-    /// Print a script for `sbatch`, of a Slurm job array; nothing is submitted.
+    /// Print the script of a Slurm job array for `sbatch`; nothing is submitted.
+    #[command(after_help = "Example: rodfit campaign sbatch out --time 1:00:00 --shards 40")]
     Sbatch {
-        /// The folder of the plan.
+        /// Folder of the plan.
         folder: PathBuf,
-        /// How long a job may take, as Slurm says it: 1:00:00.
+        /// Time limit of a job in the notation of Slurm, as 1:00:00.
         #[arg(long)]
         time: String,
-        /// Jobs of the array; as many as there are fits, up to 100, unless told.
+        /// Number of jobs; default: the number of fits, at most 100.
         #[arg(long, value_name = "N")]
         shards: Option<NonZero<u64>>,
-        /// Processors of a job.
+        /// Number of processors of a job.
         #[arg(long, value_name = "N", default_value = "1")]
         threads: NonZero<usize>,
     },
@@ -71,10 +74,10 @@ pub enum Campaign {
 
 #[derive(clap::Args)]
 pub struct Part {
-    /// Do the fits of one shard of n, i/n with i from 0 to n - 1. In a job array of Slurm it is the job's own unless told.
+    /// Compute shard I of N, with I from 0 to N - 1; default in a Slurm job array: the job's own shard.
     #[arg(long, value_name = "I/N", conflicts_with = "shards")]
     shard: Option<Shard>,
-    /// There are so many shards; which is this one's says PBS_ARRAY_INDEX, HQ_TASK_ID or SLURM_ARRAY_TASK_ID.
+    /// Number of shards; I is read from PBS_ARRAY_INDEX, HQ_TASK_ID or SLURM_ARRAY_TASK_ID.
     #[arg(long, value_name = "N")]
     shards: Option<NonZero<u64>>,
 }

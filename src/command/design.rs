@@ -16,14 +16,14 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(verbatim_doc_comment)]
 pub struct Options {
-    /// Fit file (TOML).
+    /// Plan or fit file (TOML).
     fit: PathBuf,
     #[command(flatten)]
     json: Json,
-    /// Say that a number of the scenes has this standard uncertainty, in its unit; repeatable.
+    /// Standard uncertainty of an input in its unit, as radius=5e-5; repeatable.
     #[arg(long, value_name = "NAME=SIGMA")]
     known: Vec<String>,
-    /// The standard deviation of all positions of which the fit file says none, m.
+    /// Standard deviation, m, of all positions for which the file gives none.
     #[arg(long, value_name = "M")]
     sigma: Option<f64>,
 }

@@ -6,7 +6,7 @@ use rodfit::code::{all_explained, explained};
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// The word, such as `beyond-sigma`, or an exit code, such as 3; all without it.
+    /// Code, as `beyond-sigma`, or exit code, as 3; default: a list of all.
     code: Option<String>,
 }
 

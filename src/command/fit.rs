@@ -15,29 +15,27 @@ const INTERRUPTED: &str =
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Fit file (TOML); of several each goes its own way, one after the other, and its name is added to those of
-    /// what is written.
+    /// Fit files (TOML); several are fitted in order, and each output file gets the name of its fit.
     #[arg(required = true)]
     fit: Vec<PathBuf>,
     #[command(flatten)]
     json: Json,
-    /// Write the scene with the fitted values here (TOML), `-` is stdout; those of several
-    /// experiments, with their names added to this one.
+    /// Write the scene with the fitted values to this file (TOML), one per experiment; `-` is standard output.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
-    /// Write a page with data, model and warnings, `fit.html`, and `fit.json` into this folder.
+    /// Write a page with data, model and warnings (`fit.html`) and its data (`fit.json`) into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Say that a number of the scenes has this standard uncertainty, in its unit; repeatable.
+    /// Standard uncertainty of an input in its unit, as radius=5e-5; repeatable.
     #[arg(long, value_name = "NAME=SIGMA")]
     known: Vec<String>,
-    /// Check the budget of uncertainty by so many fits with other known numbers and other noise.
+    /// Verify the uncertainty budget by N fits with random inputs and noise.
     #[arg(long, value_name = "N")]
     monte_carlo: Option<usize>,
-    /// Fit again with the terms that explain best what is left, if noise does not, and keep the best fit.
+    /// Refit with the omitted effects that best explain the residuals, and keep the best fit.
     #[arg(long)]
     extend: bool,
-    /// Which derivatives to step with.
+    /// Derivatives of the energies in the time stepper.
     #[arg(long, value_enum, default_value = "hand")]
     derivatives: Route,
 }

@@ -8,8 +8,7 @@ use std::path::PathBuf;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// File of markers: a table, or what Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv,
-    /// Kinovea or TrackMate wrote.
+    /// Table, or file of Motive, Vicon, Qualisys, Tracker, DeepLabCut, SLEAP, DLTdv, Kinovea or TrackMate.
     file: PathBuf,
     #[command(flatten)]
     said: Said,
@@ -20,10 +19,10 @@ pub struct Options {
 /// What a file does not say itself.
 #[derive(clap::Args)]
 pub struct Said {
-    /// Frames a second, where the file does not say.
+    /// Frames per second, if the file does not contain them.
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
-    /// Metres a pixel, or a unit that the file does not name.
+    /// Meters per pixel, or per unit that the file does not name.
     #[arg(long, value_name = "M")]
     scale: Option<f64>,
 }

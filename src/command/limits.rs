@@ -65,7 +65,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Refuses what is beyond the limits unless it is forced, and announces what is long.
+    /// Refuses what is beyond the limits unless they are ignored, and announces what is long.
     pub fn admit(&self, manner: Manner) -> Result<(), Error> {
         let (memory, time) = (size(self.bytes), duration(self.seconds));
         let takes = [
@@ -73,7 +73,7 @@ impl Estimate {
             (self.seconds, TIME, time.clone(), duration(TIME)),
             (self.disk, DISK, format!("{} of disk", size(self.disk)), size(DISK)),
         ];
-        if manner.force {
+        if manner.ignores_limits() {
             return Ok(());
         }
         if let Some((_, _, amount, limit)) = takes.into_iter().find(|t| t.0 > t.1) {
@@ -81,7 +81,7 @@ impl Estimate {
                 file: self.file.clone(),
                 key: self.key.into(),
                 found: format!("{}, which take about {amount}", self.cause),
-                allowed: format!("up to {limit}; more with --force"),
+                allowed: format!("up to {limit}; more with --no-limits"),
             });
         }
         if !manner.quiet && (self.seconds > LONG || self.bytes > LARGE) {

@@ -30,9 +30,10 @@ use rodfit::{Derivatives, Error, Problem, Scene};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// What stands below the help.
-const EXITS: &str = "Exit codes: 0 done; 2 bad input; 3 not computed, not converged or not identifiable. `rodfit explain` \
-                     says more of them, and of the word in brackets behind a warning.";
+/// The last paragraph of the help.
+const EXITS: &str = "Exit codes: 0 done; 2 bad input; 3 not computed, not converged or not identifiable.\n\
+                     `rodfit explain CODE` explains an exit code, or the code in brackets after a warning.\n\n\
+                     Example: rodfit fit data/cantilever-fit.toml --report page";
 
 /// Simulates slender elastic rods and identifies their parameters from recorded motion.
 #[derive(Parser)]
@@ -44,66 +45,105 @@ struct Arguments {
     command: Command,
 }
 
-/// How a run goes about it, whatever it does.
+/// The heading of the options that every command has.
+const SHARED_OPTIONS: &str = "Options of all commands";
+
+/// Options of every command.
 #[derive(Clone, Copy, clap::Args)]
 struct Manner {
-    /// No progress and no summary; errors are still printed.
-    #[arg(short, long, global = true)]
+    /// Print errors only: no progress and no summary.
+    #[arg(short, long, global = true, help_heading = SHARED_OPTIONS)]
     quiet: bool,
-    /// Run what is estimated to take more than the limits of memory, time and disk; let results that Ctrl-C cut
-    /// short take the place of older ones, and what `init` writes that of files that are there.
-    #[arg(long, global = true)]
+    /// Replace existing files by those of `init` and by interrupted results.
+    #[arg(long, global = true, help_heading = SHARED_OPTIONS)]
+    overwrite: bool,
+    /// Run computations that exceed the limits of memory, time and disk.
+    #[arg(long, global = true, help_heading = SHARED_OPTIONS)]
+    no_limits: bool,
+    /// Both `--overwrite` and `--no-limits`: the flag of version 0.1.
+    #[arg(long, global = true, hide = true)]
     force: bool,
+}
+
+impl Manner {
+    /// Whether existing files may be replaced where they are kept by default.
+    const fn overwrites(self) -> bool {
+        self.overwrite || self.force
+    }
+
+    /// Whether the limits of memory, time and disk are ignored.
+    const fn ignores_limits(self) -> bool {
+        self.no_limits || self.force
+    }
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Simulate a scene.
+    /// Simulate the motion of a rod.
+    #[command(
+        after_help = "Example: rodfit simulate data/cantilever.toml --out nodes.csv --report page"
+    )]
     Simulate(simulate::Options),
-    /// Find where a rod comes to rest under its loads, and whether it stays there.
+    /// Compute the equilibrium of a rod under its loads, and its stability.
+    #[command(after_help = "Example: rodfit static data/cantilever.toml --out shape.csv")]
     Static(rest::Options),
-    /// The lowest frequencies and shapes of small vibrations.
+    /// Compute the lowest natural frequencies and mode shapes.
+    #[command(after_help = "Example: rodfit modes data/cantilever.toml --count 4")]
     Modes(modes::Options),
-    /// Speed against error over schemes, steps and meshes.
+    /// Measure time and error over schemes, time steps and meshes.
+    #[command(after_help = "Example: rodfit study data/cantilever.toml --report page")]
     Study(study::Options),
-    /// List the numbers of a scene that can be identified, with their values and units.
+    /// List the parameters of a scene that can be identified, with their values and units.
+    #[command(after_help = "Example: rodfit parameters data/cantilever.toml")]
     Parameters(parameters::Options),
-    /// How fast this machine is at the shipped scenes: steps a second, and seconds of a fit.
+    /// Benchmark the shipped scenes on this machine: steps per second, and seconds per fit.
+    #[command(after_help = "Example: rodfit bench --seconds 0.1")]
     Bench(bench::Options),
-    /// Compare hand-derived derivatives with num-dual's and with finite differences.
+    /// Compare hand-derived derivatives with those of dual numbers and with finite differences.
+    #[command(after_help = "Example: rodfit check data/cantilever.toml")]
     Check(check::Options),
-    /// Identify parameters from recorded motion.
+    /// Identify parameters from recorded motion, shapes at rest and natural frequencies.
+    #[command(
+        after_help = "Example: rodfit fit data/cantilever-fit.toml --report page --known radius=5e-5"
+    )]
     Fit(fit::Options),
-    /// Many fits, on many machines: plan them, run them in shards that may be killed at any moment, collect their results.
+    /// Run many fits on one or several machines: plan, run, collect.
     #[command(subcommand)]
+    #[command(after_help = "Example: rodfit campaign plan data/campaign.toml --out out")]
     Campaign(campaign::Campaign),
-    /// Say what a fit would tell before anything is recorded, and where to put the marker, how long and how fast to
-    /// film.
+    /// Compute the expected uncertainty of a planned experiment, and the best marker position, duration and frame rate.
+    #[command(after_help = "Example: rodfit design data/cantilever-fit.toml --sigma 1e-3")]
     Design(design::Options),
-    /// Tell what is in a file of markers, and write the observation of a fit file.
+    /// Describe a file of markers, and print the observation for a fit file.
+    #[command(after_help = "Example: rodfit inspect data/cantilever-tip.csv")]
     Inspect(inspect::Options),
-    /// Write a scene and a fit to begin with.
+    /// Write a scene, a fit and synthetic data as a template.
+    #[command(after_help = "Example: rodfit init cantilever --into mine")]
     Init(init::Options),
-    /// Say what a word in brackets behind a warning, or an exit code, means; without one, list all.
+    /// Explain the code of a warning, a grade or an exit code; without an argument, list all codes.
+    #[command(after_help = "Example: rodfit explain beyond-sigma")]
     Explain(explain::Options),
-    /// Print the JSON schema of scenes, of fits or of results, for editors and for programs.
+    /// Print the JSON schema of an input file or of a result.
+    #[command(after_help = "Example: rodfit schema scene")]
     Schema(schema::Options),
-    /// Print a manual page, to be read (`rodfit man fit | man -l -`) or to be put where `man` looks for it.
+    /// Print a manual page.
+    #[command(after_help = "Example: rodfit man fit")]
     Man {
-        /// The subcommand; the page of the whole command without it.
+        /// Subcommand of the page; default: the whole command.
         command: Option<String>,
     },
-    /// Print what a shell needs to complete this command, to be put where it looks for that.
+    /// Print the completion script of a shell.
+    #[command(after_help = "Example: rodfit completions bash")]
     Completions {
-        /// The shell.
+        /// Name of the shell.
         shell: Shell,
     },
 }
 
-/// Where a report goes.
+/// Destination of a report.
 #[derive(clap::Args)]
 struct Json {
-    /// Write the report here (JSON); `-` is stdout.
+    /// Write the report to this file (JSON); `-` is standard output.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -117,9 +157,9 @@ impl Json {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Route {
-    /// The hand-derived formulas.
+    /// Hand-derived formulas.
     Hand,
-    /// num-dual's derivatives of the energies.
+    /// Automatic differentiation with dual numbers.
     Dual,
 }
 

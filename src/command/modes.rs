@@ -10,10 +10,10 @@ use std::path::PathBuf;
 pub struct Options {
     /// Scene file (TOML); `[time]` is not needed.
     scene: PathBuf,
-    /// How many.
+    /// Number of modes.
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=200))]
     count: u16,
-    /// About the rest shape instead of the equilibrium under the loads.
+    /// Compute modes about the rest shape instead of the equilibrium under the loads.
     #[arg(long)]
     rest: bool,
     #[command(flatten)]

@@ -280,12 +280,12 @@ impl Outputs {
     /// Where a file goes: beside an older one if this run was interrupted.
     fn place(&self, target: &Target) -> PathBuf {
         let path = resolved(&target.path);
-        if !self.interrupted || self.manner.force || symlink_metadata(&path).is_err() {
+        if !self.interrupted || self.manner.overwrites() || symlink_metadata(&path).is_err() {
             return path;
         }
         let beside = interrupted_name(&path);
         let words = format!(
-            "{} is of an earlier run and stays; this one was interrupted and is in {}; --force replaces",
+            "{} is of an earlier run and stays; this one was interrupted and is in {}; --overwrite replaces",
             path.display(),
             beside.display()
         );

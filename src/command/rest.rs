@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub struct Options {
     /// Scene file (TOML); `[time]` is not needed.
     scene: PathBuf,
-    /// Write the position of every node here (CSV); `-` is stdout.
+    /// Write the position of every node to this file (CSV); `-` is standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]

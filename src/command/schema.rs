@@ -13,21 +13,21 @@ const SHARED: &str = include_str!("schema/shared.json");
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Of what.
+    /// Kind of the file or result.
     of: Of,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Of {
-    /// What a scene file may say (TOML).
+    /// Keys of a scene file (TOML).
     Scene,
-    /// What a fit file may say (TOML).
+    /// Keys of a fit file (TOML).
     Fit,
-    /// What a campaign file may say (TOML).
+    /// Keys of a campaign file (TOML).
     Campaign,
-    /// The JSON of `rodfit fit`.
+    /// JSON of `rodfit fit`.
     Result,
-    /// The JSON of `rodfit simulate`.
+    /// JSON of `rodfit simulate`.
     Simulation,
 }
 

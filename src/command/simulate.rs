@@ -12,15 +12,15 @@ use std::sync::atomic::Ordering;
 pub struct Options {
     /// Scene file (TOML).
     scene: PathBuf,
-    /// Write the position of every node at every step here (CSV); `-` is stdout.
+    /// Write the position of every node at every step to this file (CSV); `-` is standard output.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]
     json: Json,
-    /// Write a page with the rod in motion, its energies and its tip, `simulation.html`, into this folder.
+    /// Write a page with animation, energies and tip trajectory (`simulation.html`) into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Which derivatives to step with.
+    /// Derivatives of the energies in the time stepper.
     #[arg(long, value_enum, default_value = "hand")]
     derivatives: Route,
 }

@@ -12,7 +12,7 @@ pub struct Options {
     scene: PathBuf,
     #[command(flatten)]
     json: Json,
-    /// Write a page with the work-precision plot, `study.html`, into this folder.
+    /// Write a page with the work-precision plot (`study.html`) into this folder.
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 }

@@ -85,6 +85,41 @@ fn commands_that_are_shown_run() {
     assert!(count >= 4, "{count}");
 }
 
+/// The names of the subcommands that a help text lists.
+fn listed_commands(help: &str) -> Vec<String> {
+    let list = help.split("Commands:\n").nth(1).unwrap_or_default();
+    let lines = list.lines().take_while(|line| line.starts_with("  "));
+    let names = lines.filter_map(|line| line.split_whitespace().next()).map(String::from);
+    names.filter(|name| name != "help").collect()
+}
+
+#[test]
+fn help_of_every_command_has_an_example_that_runs() {
+    let folder = Folder::new();
+    let data = std::path::absolute("data").unwrap();
+    std::os::unix::fs::symlink(data, folder.path("data")).unwrap();
+    let mut commands: Vec<Vec<String>> = listed_commands(&stdout(&folder.run(&["help"])))
+        .into_iter()
+        .map(|name| vec![name])
+        .collect();
+    let campaign = listed_commands(&stdout(&folder.run(&["campaign", "help"])));
+    commands.extend(campaign.into_iter().map(|name| vec!["campaign".into(), name]));
+    assert!(commands.len() > 15, "{commands:?}");
+    for command in commands {
+        let words: Vec<&str> = command.iter().map(String::as_str).chain(["--help"]).collect();
+        let help = stdout(&folder.run(&words));
+        let example = help.split("Example: rodfit ").nth(1).unwrap_or_else(|| panic!("{words:?}"));
+        let example: Vec<&str> = example.lines().next().unwrap().split_whitespace().collect();
+        assert!(example.starts_with(&words[..command.len()]), "{words:?}: {example:?}");
+        // These measure times for many seconds.
+        if ["bench", "study"].contains(&&command[0][..]) {
+            continue;
+        }
+        let output = folder.run(&example);
+        assert_eq!(output.status.code(), Some(0), "{example:?}: {}", stderr(&output));
+    }
+}
+
 /// Other machines round in other ways: numbers may differ, and nothing else.
 #[test]
 fn what_the_readme_shows_is_printed() {

@@ -18,7 +18,7 @@ fn codes_are_explained() {
         assert!(text.starts_with("beyond-sigma: The residuals are larger"), "{text}");
         assert!(text.contains("\nTo do. ") && !text.contains("**"), "{text}");
     }
-    assert!(stdout(&folder.run(&["explain", "3"])).starts_with("3: It could not be computed"));
+    assert!(stdout(&folder.run(&["explain", "3"])).starts_with("3: The computation failed"));
     refused(&folder.run(&["explain", "beyond-sgima"]), &["beyond-sgima", "such as beyond-sigma"]);
 }
 

@@ -145,8 +145,8 @@ fn boundless_runs() {
     let in_space = |n: u32| replaced(SCENE, "segments = 20", &in_space(n));
     let step = |step: &str| replaced(SCENE, "step = 2e-3", &format!("step = {step}"));
     let memory: &[&'static str] =
-        &["rod.segments", "nodes", "GB of memory", "up to 4.0 GB", "--force"];
-    let time: &[&'static str] = &["time.step", "steps of 21 nodes", "up to 60 min", "--force"];
+        &["rod.segments", "nodes", "GB of memory", "up to 4.0 GB", "--no-limits"];
+    let time: &[&'static str] = &["time.step", "steps of 21 nodes", "up to 60 min", "--no-limits"];
     let at = |text: String, arguments: &[&str], words: &[&'static str]| {
         Case::new(format!("{arguments:?}"), arguments, 2, words).with("scene.toml", text)
     };
@@ -163,19 +163,19 @@ fn boundless_runs() {
         at(fine(10_000_000), &["static", "scene.toml"], memory),
         at(fine(10_000_000), &["modes", "scene.toml"], memory),
         at(fine(10_000_000), &["check", "scene.toml"], memory),
-        at(fine(10_000_000), &["study", "scene.toml"], &["GB of memory", "--force"]),
+        at(fine(10_000_000), &["study", "scene.toml"], &["GB of memory", "--no-limits"]),
         at(fine(10_000_000), &["fit", "fit.toml"], memory),
         at(fine(1_000_000), &["modes", "scene.toml", "--count", "200"], memory),
         at(in_space(3_000_000), &["simulate", "scene.toml"], memory),
         at(in_space(2_000_000), &["static", "scene.toml"], memory),
-        at(step("1e-9"), &["simulate", "scene.toml", "--json", "-"], &["GB", "--force"]),
+        at(step("1e-9"), &["simulate", "scene.toml", "--json", "-"], &["GB", "--no-limits"]),
         at(step("1e-8"), &["fit", "fit.toml"], &["fit.toml", "scene", "steps", "60 min"]),
-        at(step("1e-7"), &["study", "scene.toml"], &["time.step", "--force"]),
+        at(step("1e-7"), &["study", "scene.toml"], &["time.step", "--no-limits"]),
         at(replaced(&step("1e-6"), "end = 0.3", "end = 900"), &["simulate", "scene.toml"], time),
         at(
             replaced(&step("1e-4"), "end = 0.3", "end = 3000"),
             &["simulate", "scene.toml", "--out", "nodes.csv"],
-            &["GB of disk", "up to 10.0 GB", "--force"],
+            &["GB of disk", "up to 10.0 GB", "--no-limits"],
         ),
         experiments(&many, &["fit.toml", "experiment", "found 2000", "up to 1000"]),
         experiments(&named(&"n".repeat(101)), &["experiment[0].name", "up to 100 characters"]),

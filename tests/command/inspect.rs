@@ -172,11 +172,11 @@ fn templates_run() {
             );
         }
         let before = folder.read(&fit);
-        refused(&folder.run(&["init", template]), &["which is there", "--force"]);
+        refused(&folder.run(&["init", template]), &["which is there", "--overwrite"]);
         folder.write(&fit, "mine");
         refused(&folder.run(&["init", template]), &["which is there"]);
         assert_eq!(folder.read(&fit), "mine");
-        succeeds(&folder.run(&["init", template, "--force"]));
+        succeeds(&folder.run(&["init", template, "--overwrite"]));
         assert_eq!(folder.read(&fit), before);
     }
 }

@@ -290,7 +290,7 @@ fn an_interrupted_fit_writes_its_best() {
         }
         folder.write("fit.toml", fit);
     };
-    // Without --force nothing of the hours would run: the estimate lets this shorter one pass.
+    // Without --no-limits nothing of the hours would run: the estimate lets this shorter one pass.
     fit(FIT);
     folder.write(
         "scene.toml",
@@ -299,7 +299,7 @@ fn an_interrupted_fit_writes_its_best() {
     let arguments = ["fit", "fit.toml", "--json", "fit.json", "--save", "fitted.toml"];
     let output = signalled(&folder, "-INT", &arguments);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
-    for word in ["fit.json is of an earlier run and stays", "fit.interrupted.json", "--force"] {
+    for word in ["fit.json is of an earlier run and stays", "fit.interrupted.json", "--overwrite"] {
         assert!(stderr(&output).contains(word), "{word} in {}", stderr(&output));
     }
     assert_eq!(
@@ -311,10 +311,28 @@ fn an_interrupted_fit_writes_its_best() {
 
     // Schedulers and containers ask with another signal.
     fit(FIT);
-    let output = signalled(&folder, "-TERM", &[&arguments[..], &["--force"]].concat());
+    let output = signalled(&folder, "-TERM", &[&arguments[..], &["--overwrite"]].concat());
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
     is_interrupted("fit.json");
     assert!(!folder.files().iter().any(|name| name.ends_with(".part")), "{:?}", folder.files());
+}
+
+/// `--no-limits` replaces no files, and `--overwrite` lifts no limits; the hidden `--force` does both.
+#[test]
+fn overwrite_and_no_limits_are_independent() {
+    let folder = folder();
+    folder.write("scene.toml", &change("step = 2e-3", "step = 1e-8"));
+    let check = |arguments: &[&str], word: &str| {
+        let output = folder.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains(word), "{word} in {}", stderr(&output));
+    };
+    check(&["study", "scene.toml", "--overwrite"], "--no-limits");
+    folder.write("droop.toml", "mine");
+    check(&["init", "droop", "--no-limits"], "--overwrite");
+    assert_eq!(folder.read("droop.toml"), "mine");
+    assert_eq!(folder.run(&["init", "droop", "--force"]).status.code(), Some(0));
+    assert_ne!(folder.read("droop.toml"), "mine");
 }
 
 /// A simulation that is killed leaves an older table whole, and its own beside it.
@@ -323,7 +341,7 @@ fn a_killed_simulation_harms_nothing() {
     let folder = folder();
     folder.write("scene.toml", &change("step = 2e-3", "step = 1e-9"));
     folder.write("nodes.csv", "older");
-    let arguments = ["simulate", "scene.toml", "--force", "--out", "nodes.csv"];
+    let arguments = ["simulate", "scene.toml", "--no-limits", "--out", "nodes.csv"];
     signalled(&folder, "-KILL", &arguments);
     assert_eq!(folder.read("nodes.csv"), "older");
     let part = folder.files().into_iter().find(|name| name.ends_with(".part")).unwrap();

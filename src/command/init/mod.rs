@@ -14,29 +14,29 @@ use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// What is measured of the rod.
+    /// Kind of experiment.
     template: Template,
-    /// Take this file as what was measured, not made-up data.
+    /// Use this file as data instead of synthetic data.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
     #[command(flatten)]
     said: Said,
-    /// Write into this folder.
+    /// Folder of the files.
     #[arg(long, value_name = "DIR", default_value = ".")]
     into: PathBuf,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Template {
-    /// The tip of a clamped rod, filmed while it swings.
+    /// Recorded tip of a swinging clamped rod.
     Cantilever,
-    /// A clamped rod at rest, photographed.
+    /// Photograph of a clamped rod at rest.
     Droop,
-    /// What a clamped rod rings at.
+    /// Natural frequencies of a clamped rod.
     Frequencies,
-    /// The tip of a hanging helix, followed in space.
+    /// Recorded tip of a hanging helix in space.
     Helix,
-    /// Markers on a cable that two hands move.
+    /// Recorded markers on a cable that two grippers move.
     Cable,
 }
 
@@ -70,13 +70,13 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         .map(|(name, _)| outputs.add_in_folder("init", Some(&options.into), name))
         .collect();
     if let Some(path) = files.iter().map(|(name, _)| options.into.join(name)).find(|p| p.exists())
-        && !manner.force
+        && !manner.overwrites()
     {
         return Err(Error::Invalid {
             file: None,
             key: "init".into(),
             found: format!("{}, which is there", path.display()),
-            allowed: "names that are free; --force overwrites".into(),
+            allowed: "names that are free; --overwrite replaces them".into(),
         });
     }
     outputs.check(options.from.as_slice())?;
