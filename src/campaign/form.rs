@@ -15,32 +15,37 @@ use toml::{Table, Value};
 /// Most tasks: beyond it is a slip of the pen.
 pub(crate) const MOST_TASKS: usize = 300_000;
 
+/// A campaign: a list of fits.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Form {
-    /// Fit files, by patterns.
+    /// Fit files, as glob patterns relative to the campaign file.
     #[serde(default)]
     pub fits: Vec<String>,
-    /// A row for each fit.
+    /// CSV table with one row for each fit, relative to the campaign file.
     pub table: Option<PathBuf>,
-    /// Values for each key, all of them with all others.
+    /// Values of each key; all combinations are fitted.
     #[serde(default)]
     #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, serde_json::Value>"))]
     pub grid: Table,
+    /// Bootstrap whose replicates are distributed over tasks.
     pub bootstrap: Option<Bootstrap>,
+    /// Fits from random start values.
     pub starts: Option<Starts>,
 }
 
-/// The replicates of a bootstrap, shared out.
+/// `[bootstrap]`: replicates of a bootstrap, distributed over tasks.
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Bootstrap {
+    /// Number of replicates.
     pub replicates: usize,
-    /// About so many in a task.
+    /// Approximate number of replicates per task.
     #[serde(default = "sixteen")]
     pub batch: usize,
+    /// Seed of the random numbers.
     #[serde(default)]
     pub seed: u64,
 }
@@ -49,12 +54,14 @@ fn sixteen() -> usize {
     16
 }
 
-/// Fits from random starts.
+/// `[starts]`: fits from random start values.
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Starts {
+    /// Number of random starts.
     pub count: usize,
+    /// Seed of the random numbers.
     #[serde(default)]
     pub seed: u64,
 }

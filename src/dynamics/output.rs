@@ -69,66 +69,66 @@ pub fn shape_csv(problem: &Problem, nodes: &[[f64; 3]]) -> Result<String, Error>
     Ok(table)
 }
 
-/// The JSON of `rodfit simulate`.
+/// Result of a simulation: the JSON of `rodfit simulate --json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SimulationReport {
-    /// `planar` or `spatial`.
+    /// Model of the rod: `planar` or `spatial`.
     pub model: String,
-    /// Why this model.
+    /// Reason for the model.
     pub model_reason: String,
-    /// Number of unknowns, supported ones included.
+    /// Number of degrees of freedom, including supported ones.
     pub dof: usize,
-    /// Steps made and recorded; `work` counts the halves that failing ones were taken in.
+    /// Number of recorded steps; `work` counts halved steps too.
     pub steps: usize,
-    /// Newton iterations of all steps.
+    /// Total number of Newton iterations.
     pub newton_iterations: usize,
-    /// All work counts.
+    /// Counts of the numerical work.
     pub work: Work,
-    /// Wall time of the stepping alone, s.
+    /// Wall-clock time of the time stepping, s.
     pub wall_seconds: f64,
-    /// What numbers went [side by side](crate::numerics::abreast::level) with.
+    /// SIMD unit of the processor that was used.
     #[serde(default)]
     pub vector_unit: String,
-    /// `[t, x, y, z]` of the tip, s and m in world axes, from t = 0 on.
+    /// Rows `[t, x, y, z]` of the tip from t = 0, s and m in world axes.
     pub tip: Vec<[f64; 4]>,
-    /// `[t, kinetic, stretch, bend, twist, potential]`, s and J; energies of one's own count as
-    /// potential.
+    /// Rows `[t, kinetic, stretch, bend, twist, potential]`, s and J; user-defined energies are
+    /// part of the potential.
     pub energy: Vec<[f64; 6]>,
     /// Largest change of the total energy since the start, J.
     pub largest_energy_change: f64,
     /// Largest kinetic energy since the start, J.
     pub largest_kinetic_energy: f64,
-    /// `completed`, or what stopped it.
+    /// `completed`, or the reason why the run stopped.
     pub status: String,
-    /// What the program chose of mesh, step and scheme, or checked, and the error it estimates.
+    /// Chosen or checked mesh, step and scheme, with the estimated error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<Resolution>,
-    /// What speaks against the run.
+    /// Warnings of the run.
     #[serde(default)]
     pub warnings: Vec<String>,
-    /// The codes of the warnings, in their order, as they stand in brackets behind them.
+    /// Codes of `warnings`, in the same order.
     #[serde(default)]
     pub warning_codes: Vec<Code>,
-    /// The scene with its defaults.
+    /// Scene with all defaults.
     pub scene: Scene,
     /// Total energy at the start, J.
     #[serde(default)]
     pub start_energy: f64,
-    /// Total energy as it was seen last, J.
+    /// Last recorded total energy, J.
     #[serde(default)]
     pub end_energy: f64,
-    /// Kinetic energies up to this one are rounding errors, J.
+    /// Kinetic energy below which values are rounding errors, J.
     #[serde(default)]
     pub negligible_energy: f64,
-    /// `[t, x, y, z]` of the tip as it was seen last, s and m.
+    /// Last recorded row `[t, x, y, z]` of the tip, s and m.
     #[serde(default)]
     last_tip: Option<[f64; 4]>,
     /// The largest strain so far.
     #[serde(skip)]
     strains: StrainRecord,
-    /// Whether `tip` and `energy` grow.
+    /// Whether `tip` and `energy` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     keeps_series: bool,
 }

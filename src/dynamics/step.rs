@@ -9,19 +9,19 @@ use crate::scene::Damping;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// What the work of a simulation consists of.
+/// Counts of the numerical work of a simulation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Work {
-    /// Time steps that were taken.
+    /// Number of time steps.
     pub steps: usize,
-    /// Newton iterations: linear solves for a correction of the step.
+    /// Number of Newton iterations (linear solves).
     pub newton_iterations: usize,
-    /// Band factorisations.
+    /// Number of band factorizations.
     pub factorizations: usize,
-    /// Evaluations of gradient and tangent.
+    /// Number of evaluations of gradient and tangent.
     pub tangents: usize,
-    /// Evaluations of the gradient alone.
+    /// Number of evaluations of the gradient alone.
     pub gradients: usize,
 }
 

@@ -46,25 +46,35 @@ pub struct FitFile {
     pub analysis: Analysis,
 }
 
+/// A fit: scenes, measurements, and parameters to identify.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct Form {
+    /// Scene file, or the scene itself as a table.
     scene: Option<SceneForm>,
+    /// Recorded motions of points of the rod.
     #[serde(default)]
     observation: Vec<ObservationForm>,
+    /// Measured shapes of the rod at rest.
     #[serde(default)]
     shape: Vec<ShapeForm>,
+    /// Measured natural frequencies.
     #[serde(default)]
     frequencies: Vec<FrequenciesForm>,
+    /// Experiments with their own scenes, instead of `scene`.
     #[serde(default)]
     experiment: Vec<NamedForm>,
+    /// Parameters to identify.
     #[serde(default)]
     parameter: Vec<ParameterForm>,
+    /// Inputs with a standard uncertainty.
     #[serde(default)]
     known: Vec<KnownForm>,
+    /// Lists along the rod to identify with a smooth prior.
     #[serde(default)]
     field: Vec<Field>,
+    /// Computations in addition to the estimate.
     #[serde(default)]
     analysis: Analysis,
 }
@@ -73,20 +83,25 @@ struct Form {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ExperimentForm {
+    /// Name of the experiment; default: that of its recording.
     name: Option<String>,
+    /// Scene file, or the scene itself as a table.
     scene: SceneForm,
-    /// The recording that leads the rod's ends, in the place of the scene's.
+    /// Recording that drives the ends, instead of that of the scene.
     path: Option<PathBuf>,
-    /// The same of as many experiments.
+    /// Recordings that drive the ends, one experiment each.
     #[serde(default)]
     paths: Vec<PathBuf>,
-    /// All that was measured in it is only predicted.
+    /// Whether the experiment is validation data: predicted, not fitted.
     #[serde(default)]
     held_out: bool,
+    /// Recorded motions of points of the rod.
     #[serde(default)]
     observation: Vec<ObservationForm>,
+    /// Measured shapes of the rod at rest.
     #[serde(default)]
     shape: Vec<ShapeForm>,
+    /// Measured natural frequencies.
     #[serde(default)]
     frequencies: Vec<FrequenciesForm>,
 }
@@ -107,7 +122,10 @@ impl schemars::JsonSchema for SceneForm {
 
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         let here = generator.subschema_for::<Scene>();
-        schemars::json_schema!({ "anyOf": [{ "type": "string" }, here] })
+        schemars::json_schema!({
+            "description": "Scene file, or the scene itself as a table.",
+            "anyOf": [{ "type": "string", "description": "Path of the scene file." }, here],
+        })
     }
 }
 
@@ -126,7 +144,7 @@ impl TryFrom<toml::Value> for SceneForm {
     }
 }
 
-/// An experiment that has a name, or a recording to be called after.
+/// `[[experiment]]`: a scene with its measurements, named explicitly or after its recording.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(try_from = "ExperimentForm")]
@@ -143,61 +161,86 @@ impl TryFrom<ExperimentForm> for NamedForm {
     }
 }
 
+/// `[[frequencies]]`: measured natural frequencies.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct FrequenciesForm {
+    /// Frequencies, Hz; or `rad_s`.
     hz: Option<Vec<f64>>,
+    /// Angular frequencies, rad/s; or `hz`.
     rad_s: Option<Vec<f64>>,
+    /// Mode numbers from 1, as `rodfit modes` lists them; default: the lowest modes.
     modes: Option<Vec<usize>>,
+    /// Plane of the modes relative to the plane of the scene; default: in the plane.
     plane: Option<Plane>,
+    /// Kind of the modes; mode numbers count within it.
     kind: Option<Kind>,
+    /// Direction of most of the motion, in spatial scenes, instead of a plane.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     direction: Option<[f64; 3]>,
+    /// Standard deviation in the unit of the frequencies.
     sigma: f64,
+    /// Loss function of the residuals.
     #[serde(default)]
     loss: Loss,
+    /// Whether the frequencies are validation data: predicted, not fitted.
     #[serde(default)]
     held_out: bool,
 }
 
+/// `[[parameter]]`: a parameter to identify.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ParameterForm {
+    /// Name of the parameter.
     name: Parameter,
+    /// Start value in the unit of the parameter; default: searched, or the value of the scene.
     start: Option<f64>,
+    /// Lowest and highest value, in the unit of the parameter.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     bounds: Option<[f64; 2]>,
+    /// Normal prior of the value.
     prior: Option<Prior>,
-    /// Not identified, but other than the scene says.
+    /// Fixed value that replaces that of the scene, in its unit; the parameter is not identified.
     fixed: Option<f64>,
+    /// Name or names of the experiments with this parameter; default: all.
     #[serde(default)]
     experiment: Names,
 }
 
+/// `[[known]]`: an input with a standard uncertainty.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct KnownForm {
+    /// Name of the input.
     name: Parameter,
+    /// Standard uncertainty, in the unit of the input.
     sigma: f64,
+    /// Name or names of the experiments that share the error; default: all.
     #[serde(default)]
     experiment: Names,
+    /// Correlations with other inputs.
     #[serde(default)]
     correlation: Vec<CorrelationForm>,
 }
 
+/// Correlation of the errors of two inputs.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CorrelationForm {
+    /// Name of the other input.
     with: Parameter,
+    /// Experiment of the other input, where several inputs have that name.
     experiment: Option<String>,
+    /// Correlation coefficient, -1 to 1.
     value: f64,
 }
 
-/// One name or several.
+/// Name of an experiment, or a list of names.
 #[derive(Default, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "expected the name of an experiment, or a list of names")]

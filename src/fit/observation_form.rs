@@ -14,7 +14,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// An observation that names a file or markers of the recording that leads the rod's ends, or one that is planned.
+/// `[[observation]]`: recorded or planned motion of points of the rod.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(try_from = "ObservationKeys")]
@@ -33,7 +33,7 @@ impl TryFrom<ObservationKeys> for ObservationForm {
     }
 }
 
-/// Several markers at once.
+/// Several markers of one recording.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
@@ -41,22 +41,22 @@ impl TryFrom<ObservationKeys> for ObservationForm {
     expecting = "expected \"free\", or a table of markers of the file with their points"
 )]
 enum Markers {
-    /// Of the recording that leads the rod's ends.
+    /// Markers of the recording that drives the ends.
     Led(Led),
-    /// Of a file, by their names.
+    /// Markers of a file by name, with their points.
     Named(BTreeMap<String, Point>),
 }
 
-/// Which markers of the recording that leads the rod's ends.
+/// Selection of markers of the recording that drives the ends.
 #[derive(Clone, Copy, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 enum Led {
-    /// All that no end holds.
+    /// All markers that no end holds.
     Free,
 }
 
-/// The noise of positions: a number for all of them, m, or columns of their file.
+/// Standard deviation of the positions: one number, m, or columns of the file.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
@@ -65,7 +65,9 @@ enum Led {
                  its axes"
 )]
 pub(crate) enum Sigma {
+    /// One number for all positions, m.
     Number(f64),
+    /// Columns of the file.
     Columns(SigmaColumns),
 }
 
@@ -83,29 +85,49 @@ impl Sigma {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct ObservationKeys {
+    /// Table, or file of a tracking program.
     file: Option<PathBuf>,
+    /// Several markers with their points, or `"free"`.
     markers: Option<Markers>,
+    /// Use every n-th frame; default 1.
     every: Option<usize>,
+    /// Treatment of frames in which a marker jumps.
     glitches: Option<Glitches>,
+    /// Observed point of the rod; default: the tip.
     point: Option<Point>,
+    /// Position of the marker relative to the point of the centerline, m, in axes that move with
+    /// the rod: tangent, first and second director.
     #[serde(default, deserialize_with = "crate::input::arrays::numbers")]
     offset: [f64; 3],
+    /// Standard deviation of a coordinate, m, or columns of the file; default: estimated from the
+    /// residuals.
     sigma: Option<Sigma>,
+    /// Loss function of the residuals.
     #[serde(default)]
     loss: Loss,
+    /// Whether the observation is validation data: predicted, not fitted.
     #[serde(default)]
     held_out: bool,
+    /// Program that wrote the file; default: determined from the first bytes.
     format: Option<Format>,
+    /// Name of the marker in the file, where there are several.
     marker: Option<String>,
+    /// Confidence below which positions are treated as missing.
     likelihood: Option<f64>,
+    /// Axes of the file that are the world's x, y and z.
     axes: Option<Axes>,
+    /// Frames per second, Hz, of a file with frame numbers or of a planned observation.
     fps: Option<f64>,
+    /// Meters per pixel, or per unit that the file does not name.
     scale: Option<f64>,
+    /// Position of the world's origin in the file's own coordinates and unit.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     origin: Option<[f64; 3]>,
+    /// Direction of the file's y axis.
     y: Option<Vertical>,
+    /// Time on the file's own clock, in its unit, at which the motion starts.
     time_zero: Option<f64>,
-    /// How long it is to be filmed, s, in the place of a file.
+    /// Duration of a planned observation, s, instead of a file.
     duration: Option<f64>,
 }
 

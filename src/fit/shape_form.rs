@@ -9,23 +9,30 @@ use crate::input::track::recording::{Recording, Vertical};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// A shape at rest that names a file, or one that is planned.
+/// `[[shape]]`: a measured or planned shape of the rod at rest.
 #[derive(Clone, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ShapeForm {
+    /// CSV file with the arc length `s` or the node, and x, y, z.
     file: Option<PathBuf>,
-    /// Arc lengths of the points that are to be photographed, m, in the place of a file.
+    /// Arc lengths of the points of a planned shape, m, instead of a file.
     #[serde(default)]
     at: Vec<f64>,
+    /// Standard deviation of a coordinate, m, or columns of the file.
     sigma: Option<Sigma>,
+    /// Loss function of the residuals.
     #[serde(default)]
     loss: Loss,
+    /// Whether the shape is validation data: predicted, not fitted.
     #[serde(default)]
     held_out: bool,
+    /// Meters per pixel, or per unit that the file does not name.
     scale: Option<f64>,
+    /// Position of the world's origin in the file's own coordinates and unit.
     #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
     origin: Option<[f64; 3]>,
+    /// Direction of the file's y axis.
     y: Option<Vertical>,
 }
 

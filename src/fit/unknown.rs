@@ -7,14 +7,14 @@ use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What is known of a parameter before the data: a normal distribution of its value.
+/// Normal prior of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ mean = .., sigma = .. } in the parameter's unit")]
 pub struct Prior {
-    /// Mean, in the parameter's unit.
+    /// Mean of the prior, in the parameter's unit.
     pub mean: f64,
-    /// Standard deviation, in the same unit.
+    /// Standard deviation of the prior, in the parameter's unit.
     pub sigma: f64,
 }
 

@@ -5,9 +5,9 @@ use crate::numerics::scalar::Scalar;
 use crate::scene::number::{Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 
-/// A number that holds all along the rod, a list with one for each of as many equal parts of its
-/// length, from the start, or a straight line from one end to the other. In code, `0.5.into()`,
-/// `vec![0.5, 0.8].into()` or `Along::linear(1.0, 0.5)`.
+/// A value along the rod: one number, a list with one number for each of equally many equal parts
+/// of the length, or a linear function of arc length. In code: `0.5.into()`, `vec![0.5,
+/// 0.8].into()` or `Along::linear(1.0, 0.5)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
@@ -19,21 +19,21 @@ use serde::{Deserialize, Serialize};
 pub enum Along<D = f64> {
     /// One number for the whole rod.
     Whole(D),
-    /// One number for each of as many equal parts of the length.
+    /// One number for each of equally many equal parts of the length.
     Piecewise(Vec<D>),
-    /// From a number at the start to one at the end.
+    /// A linear function of arc length.
     Linear(Linear<D>),
 }
 
-/// A straight line from one end of the rod to the other.
+/// A linear function of arc length from one end of the rod to the other.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Linear<D = f64> {
-    /// At the start.
+    /// Value at the start of the rod.
     pub from: D,
-    /// At the end.
+    /// Value at the end of the rod.
     pub to: D,
 }
 

@@ -14,16 +14,16 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Camera<D = f64> {
-    /// What the recording's clock shows when the motion starts, s.
+    /// Reading of the recording's clock when the motion starts, s.
     #[serde(default)]
     pub time_offset: D,
-    /// Recorded lengths over real ones.
+    /// Ratio of recorded lengths to real lengths.
     #[serde(default = "one::<D>")]
     pub pixel_scale: D,
-    /// Turn of the camera about the normal of the scene's plane, rad.
+    /// Rotation of the camera about the normal of the scene's plane, rad.
     #[serde(default)]
     pub in_plane_rotation: D,
-    /// Where the clamp is recorded, less where it is in the scene, m.
+    /// Recorded position of the clamp minus its position in the scene, m.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub clamp_position: [D; 3],
 }

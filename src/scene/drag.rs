@@ -5,32 +5,33 @@ use crate::scene::number::{Numbers, Quantity, Written};
 use crate::scene::validate::{finite, not_negative};
 use serde::{Deserialize, Serialize};
 
-/// `[loads.drag]`: the force per length of a fluid on a rod that moves in it, `-(linear + quadratic |u|) u` for
-/// the velocities `u` across the rod and along it, and what the fluid weighs.
+/// `[loads.drag]`: force per length of a fluid, `-(linear + quadratic |u|) u` for the velocities
+/// `u` of the rod relative to the fluid, across the rod and along it, and buoyancy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Drag<D = f64> {
-    /// Across the rod, kg/(m s).
+    /// Linear drag coefficient across the rod, kg/(m s).
     #[serde(default)]
     pub linear_normal: D,
-    /// Along the rod, kg/(m s).
+    /// Linear drag coefficient along the rod, kg/(m s).
     #[serde(default)]
     pub linear_tangential: D,
-    /// Across the rod, kg/m^2: half of the fluid's density times the width times the drag coefficient.
+    /// Quadratic drag coefficient across the rod, kg/m^2: half the fluid density times width times
+    /// drag coefficient.
     #[serde(default)]
     pub quadratic_normal: D,
-    /// Along the rod, kg/m^2.
+    /// Quadratic drag coefficient along the rod, kg/m^2.
     #[serde(default)]
     pub quadratic_tangential: D,
-    /// How fast the fluid moves, everywhere, m/s.
+    /// Uniform velocity of the fluid, m/s.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub fluid_velocity: [D; 3],
-    /// By which it carries the rod: the weight is less by that of the displaced fluid, kg/m^3.
+    /// Density of the fluid for buoyancy, kg/m^3.
     #[serde(default)]
     pub fluid_density: D,
-    /// Mass of fluid that moves with the rod, in all directions, kg/m; it has no weight.
+    /// Mass of fluid that moves with the rod, isotropic and without weight, kg/m.
     #[serde(default)]
     pub added_mass: D,
 }

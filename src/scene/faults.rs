@@ -19,24 +19,24 @@ const FARTHER: f64 = 1.15;
 /// Frames that a jump spoils, on each side of it.
 const SPOILED: usize = 2;
 
-/// What is done about frames that a recording has lost while its clock went on as if it had not.
+/// Treatment of lost frames, where the clock of a recording continued without a gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum LostFrames {
-    /// They are reported.
+    /// Lost frames are reported only.
     #[default]
     Keep,
-    /// The clock goes on in true time: later frames are as many frames later.
+    /// The clock is corrected: later frames are later by the number of lost frames.
     Stretch,
 }
 
-/// What is done about neighbouring markers that have each other's label.
+/// Treatment of exchanged labels of neighboring markers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SwappedLabels {
-    /// They are reported.
+    /// Exchanged labels are reported only.
     #[default]
     Keep,
     /// Each gets the place of the other.

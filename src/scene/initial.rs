@@ -7,52 +7,52 @@ use crate::scene::shape::Shape;
 use crate::scene::validate::finite;
 use serde::{Deserialize, Serialize};
 
-/// `[initial]`: in the rest shape, in a given shape, or in equilibrium under the loads and forces
-/// that let go at t = 0 (pluck and release); at rest or with a velocity.
+/// `[initial]`: initial state of the rod: rest shape, given shape, equilibrium or recording, with
+/// an optional velocity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Initial<D = f64> {
-    /// Where the rod starts.
+    /// Kind of the initial state.
     #[serde(default)]
     pub state: InitialState,
-    /// The shape it starts in, or from which it creeps into equilibrium, without twist. Supports
-    /// hold the ends where this shape puts them.
+    /// Initial shape, or the start of the search for the equilibrium, without twist. Supports hold
+    /// the ends in this shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape<D>>,
-    /// Of every node that no support holds, m/s.
+    /// Initial velocity of every node that no support holds, m/s.
     #[serde(
         deserialize_with = "crate::input::arrays::numbers",
         default,
         skip_serializing_if = "is_zero"
     )]
     pub velocity: [D; 3],
-    /// About the centre of mass, rad/s; adds to `velocity`.
+    /// Initial angular velocity about the center of mass, rad/s; added to `velocity`.
     #[serde(
         deserialize_with = "crate::input::arrays::numbers",
         default,
         skip_serializing_if = "is_zero"
     )]
     pub angular_velocity: [D; 3],
-    /// Forces that hold the rod beside its loads until t = 0.
+    /// Additional point forces until t = 0 (pluck and release).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point: Vec<PointForce<D>>,
 }
 
-/// Where the rod starts.
+/// Kind of the initial state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum InitialState {
-    /// In its rest shape.
+    /// Rest shape.
     #[default]
     Rest,
-    /// At rest in another shape, which the scene gives.
+    /// At rest in another given shape.
     Shape,
-    /// In equilibrium under its loads.
+    /// Equilibrium under the loads.
     Equilibrium,
-    /// Where, and as fast as, the markers of `supports.path` were in its first two frames.
+    /// Position and velocity from the first two frames of `supports.path`.
     Recorded,
 }
 

@@ -9,16 +9,16 @@ use crate::scene::validate::{finite, not_negative, positive};
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 
-/// `[loads]`
+/// `[loads]`: forces on the rod.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Loads<D = f64> {
-    /// Acceleration, m/s^2.
+    /// Gravitational acceleration, m/s^2.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub gravity: [D; 3],
-    /// What damps the motion.
+    /// Damping of the motion.
     #[serde(default)]
     pub damping: Damping<D>,
     /// The fluid around the rod.
@@ -29,28 +29,28 @@ pub struct Loads<D = f64> {
     pub point: Vec<PointForce<D>>,
 }
 
-/// `loads.damping`
+/// `loads.damping`: damping of the motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Damping<D = f64> {
-    /// Force -mass M v, 1/s.
+    /// Damping rate of the force -mass M v, 1/s.
     #[serde(default)]
     pub mass: D,
-    /// Kelvin-Voigt time on the strain rates, s.
+    /// Kelvin-Voigt time of all strains, s.
     #[serde(default)]
     pub stiffness: D,
-    /// The same of the rate of bending alone, besides, s.
+    /// Additional Kelvin-Voigt time of bending, s.
     #[serde(default, skip_serializing_if = "Written::is_nothing")]
     pub bending: D,
-    /// Of twisting alone, s.
+    /// Additional Kelvin-Voigt time of twist, s.
     #[serde(default, skip_serializing_if = "Written::is_nothing")]
     pub twisting: D,
-    /// Of stretching alone, s.
+    /// Additional Kelvin-Voigt time of stretch, s.
     #[serde(default, skip_serializing_if = "Written::is_nothing")]
     pub stretching: D,
-    /// A spring beside the rod that relaxes.
+    /// Parallel Maxwell branch that relaxes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub maxwell: Option<Maxwell<D>>,
     /// Internal friction of bending and twisting.
@@ -65,38 +65,38 @@ pub struct Damping<D = f64> {
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Friction<D = f64> {
-    /// Stiffness of the springs, as a part of the rod's own in bending and twisting.
+    /// Stiffness of the springs as a fraction of the bending and twist stiffness of the rod.
     pub stiffness: D,
-    /// The curvature at which they slip, 1/m.
+    /// Curvature at which the springs slip, 1/m.
     pub curvature: D,
 }
 
-/// `loads.damping.maxwell`: beside the elastic rod, another one in series with a dashpot, which relaxes: with the
-/// elastic one a standard linear solid.
+/// `loads.damping.maxwell`: a spring in series with a dashpot, parallel to the elastic rod;
+/// together a standard linear solid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Maxwell<D = f64> {
-    /// Its stiffness, as a part of the rod's own.
+    /// Stiffness of the branch as a fraction of the stiffness of the rod.
     pub stiffness: D,
-    /// How long its stress takes to fall to 1/e, s.
+    /// Relaxation time of the branch, s.
     pub time: D,
 }
 
-/// `[[loads.point]]`
+/// `[[loads.point]]`: a constant force or moment at a point of the rod.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct PointForce<D = f64> {
-    /// Where: `"tip"`, a node by its index, or `{ arc_length = metres from the wall }`. Between nodes it
-    /// is shared by those next to it, so that its work on every motion is that at its point.
+    /// Position of the load: `"tip"`, a node index or `{ arc_length = m }`. Between nodes the two
+    /// neighbors share it, with the same work on every motion.
     pub node: Point<D>,
-    /// N, in world axes.
+    /// Force in world axes, N.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub force: [D; 3],
-    /// N m, about the normal of a planar scene: half of it turns each of the node's edges.
+    /// Moment about the normal of a planar scene, N m; half of it acts on each adjacent edge.
     #[serde(
         deserialize_with = "crate::input::arrays::numbers",
         default,

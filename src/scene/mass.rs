@@ -6,16 +6,16 @@ use crate::scene::point::Point;
 use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
 
-/// `[[rod.mass]]`
+/// `[[rod.mass]]`: a point mass on the rod.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct PointMass<D = f64> {
-    /// Where: `"tip"`, a node by its index, or `{ arc_length = metres from the wall }`. Between nodes
-    /// the two next to it share it by the lever.
+    /// Position of the mass: `"tip"`, a node index or `{ arc_length = m }`. Between nodes the two
+    /// neighbors share it by the lever rule.
     pub node: Point<D>,
-    /// kg; gravity and mass-proportional damping act on it as on the rod's own.
+    /// Mass, kg; gravity and mass-proportional damping act on it.
     pub mass: D,
 }
 

@@ -5,7 +5,7 @@ use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
 
-/// `[material]`
+/// `[material]`: density and elastic moduli.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
@@ -15,10 +15,10 @@ pub struct Material<D = f64> {
     pub density: D,
     /// Young's modulus E, Pa.
     pub youngs_modulus: D,
-    /// Poisson's ratio in (-1, 0.5]; a spatial scene needs this or the shear modulus, a planar one neither.
+    /// Poisson's ratio, above -1 and at most 0.5; spatial scenes require it or the shear modulus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson_ratio: Option<D>,
-    /// Shear modulus G, Pa; in place of the ratio.
+    /// Shear modulus G, Pa; instead of Poisson's ratio.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_modulus: Option<D>,
 }

@@ -67,7 +67,8 @@ use crate::scene::required::REQUIRED;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Everything a simulation needs to know. Read one with [`Scene::load`], or fill one in code:
+/// A scene: rod, material, supports, loads, initial state and time. Read one with [`Scene::load`],
+/// or build it in code:
 ///
 /// ```
 /// use rodfit::scene::*;
@@ -84,26 +85,26 @@ use std::path::{Path, PathBuf};
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Scene<D = f64> {
-    /// The largest error of the [motion](crate::resolution) that is asked for, over the rod's length: where
-    /// `rod.segments` or `time.step` are left out they are chosen for it, else it is checked.
+    /// Largest allowed error of the motion as a fraction of the rod length, 1e-8 to 0.1. Absent
+    /// mesh and step are chosen for it; given ones are checked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
-    /// Shape, section and mesh.
+    /// Shape, cross-section and mesh of the rod.
     pub rod: RodSpec<D>,
-    /// Density and moduli.
+    /// Density and elastic moduli.
     pub material: Material<D>,
-    /// What holds the ends.
+    /// Supports of the ends of the rod.
     #[serde(default)]
     pub supports: Supports<D>,
-    /// What pulls and damps.
+    /// Gravity, point loads, damping and fluid.
     #[serde(default)]
     pub loads: Loads<D>,
-    /// Where the rod is at t = 0.
+    /// Initial state of the rod at t = 0.
     #[serde(default, skip_serializing_if = "Initial::is_rest")]
     pub initial: Initial<D>,
-    /// How long and in which steps.
+    /// Duration, time step and integration scheme.
     pub time: Option<Time<D>>,
-    /// How what was recorded relates to the scene.
+    /// Relation between recorded and scene coordinates; used by fits only.
     #[serde(default, skip_serializing_if = "Camera::is_default")]
     pub camera: Camera<D>,
     /// [Energies of one's own](crate::energy::own).

@@ -364,8 +364,8 @@ impl schemars::JsonSchema for Parameter {
         let places = quantities().keys().filter(|place| !place.contains('#')).cloned();
         let names = SHORT_NAMES.iter().map(|(short, _)| short.to_string()).chain(places);
         schemars::json_schema!({
-            "description": "A number of the scene by its place in the file, such as material.youngs_modulus or \
-                            loads.point.0.force.y, or by its short name; `rodfit parameters` lists those of a scene.",
+            "description": "Name of a parameter: its path in the scene file, as material.youngs_modulus or \
+                            loads.point.0.force.y, or a short name; `rodfit parameters` lists all of a scene.",
             "type": "string",
             "anyOf": [{ "enum": names.collect::<Vec<_>>() }, {}],
         })

@@ -1,4 +1,4 @@
-//! `[supports.path]`: ends that go as markers on the rod were seen to go.
+//! `[supports.path]`: ends that follow recorded markers.
 
 use crate::code::Code;
 use crate::error::Error;
@@ -14,58 +14,55 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A recording of markers on the rod, of which the outermost lead `"recorded"` ends.
-///
-/// A recorded end turns about itself as little as its direction allows, by parallel transport in time:
-/// markers on the rod's line do not show its turn. Or nothing holds its turn, and the rod turns there as it will.
-///
-/// The markers stand in the order of the file's columns, from the start of the rod to its end, equally many
-/// edges apart: the first at the first node and the last at the last.
+/// `[supports.path]`: a recording of markers along the rod. The outermost markers drive recorded
+/// ends. An end follows the twist-free (parallel-transported) frame, or rotates freely about the
+/// rod. Markers are in the order of the columns, from the start of the rod to its end, with equally
+/// many edges between neighbors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Recorded {
-    /// A CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, or a file of another
+    /// Recording: a CSV file with a clock `t` and columns `xA, yA, zA` for every marker `A`, or a file of another
     /// [program](Format), relative to the scene file.
     pub file: PathBuf,
-    /// The markers on the rod, from its start to its end; without names all in the order of the file.
+    /// Names of the markers from the start of the rod to its end; default: all in the order of the
+    /// file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<String>,
-    /// Which program wrote the file; found from its first bytes without.
+    /// Program that wrote the file; default: determined from the first bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub format: Option<Format>,
-    /// Places that the program is less sure of than this are missing.
+    /// Confidence below which positions are treated as missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub likelihood: Option<f64>,
-    /// Which of the file's axes are the world's.
+    /// Axes of the file that are the world's x, y and z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<Axes>,
-    /// Frames a second, where the file has numbers of frames only.
+    /// Frames per second, Hz, for files with frame numbers only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fps: Option<f64>,
-    /// Metres a pixel, or a unit that the file does not name.
+    /// Meters per pixel, or per unit that the file does not name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
-    /// Which way the file's y axis points.
+    /// Direction of the file's y axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub y: Option<Vertical>,
-    /// When the recording starts on the file's own clock, in its unit.
+    /// Time on the file's own clock, in its unit, at which the motion starts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_zero: Option<f64>,
-    /// How many markers are held at a recorded end, from that end inwards. The nodes between them stay
-    /// on the chords.
+    /// Number of markers held at each recorded end; nodes between them stay on the chords.
     #[serde(default = "two")]
     pub held: usize,
-    /// Markers between the ends that lead the rod as well, by their names.
+    /// Names of markers between the ends whose positions are prescribed too.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inner: Vec<String>,
-    /// The recorded ends that turn freely about themselves: nothing holds their twist.
+    /// Recorded ends that rotate freely about the rod.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub free_twist: Vec<End>,
-    /// What is done about frames that the recording has lost.
+    /// Treatment of lost frames.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lost_frames: LostFrames,
-    /// What is done about neighbouring markers that have each other's label.
+    /// Treatment of exchanged labels of neighboring markers.
     #[serde(default, skip_serializing_if = "is_default")]
     pub swapped_labels: SwappedLabels,
     /// The recording, once it is read.

@@ -7,7 +7,7 @@ use crate::scene::number::{Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// A point of the rod, where something is measured or a load acts.
+/// A point of the rod: `"tip"`, the index of a node, or an arc length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
@@ -43,7 +43,7 @@ enum PointForm<D> {
     ArcLength(ArcLength<D>),
 }
 
-/// Names of points.
+/// Named points of the rod.
 #[derive(Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
@@ -51,11 +51,13 @@ enum Name {
     Tip,
 }
 
+/// A point of the rod given by its arc length.
 #[derive(Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 struct ArcLength<D> {
+    /// Arc length from the wall (or the start of the rod), m.
     arc_length: D,
 }
 

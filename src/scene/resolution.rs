@@ -14,16 +14,16 @@ const ALLOWED: std::ops::RangeInclusive<f64> = 1e-8..=0.1;
 /// that one fails or, with stiff damping, is off by a part of the length; 0 does not take large first steps.
 const RHO_INF: f64 = 0.8;
 
-/// Which of the numerics the program chose, or is to choose.
+/// Numerical settings that the program chose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Chosen {
-    /// `rod.segments`
+    /// Whether the program chose `rod.segments`.
     pub segments: bool,
-    /// `time.step`
+    /// Whether the program chose `time.step`.
     pub step: bool,
-    /// `time.scheme`, where the step is chosen too.
+    /// Whether the program chose `time.scheme`.
     pub scheme: bool,
 }
 
@@ -34,44 +34,43 @@ impl Chosen {
     }
 }
 
-/// Mesh, step and scheme, who chose them, and what they are worth.
+/// Mesh, step and scheme of a run, and their estimated error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Resolution {
     /// Number of edges.
     pub segments: usize,
-    /// Length of a step, s; none without a motion.
+    /// Time step, s; null without a motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step: Option<f64>,
-    /// The time integrator; none without a motion.
+    /// Time integration scheme; null without a motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheme: Option<Scheme>,
-    /// Which of them the program chose.
+    /// Settings that the program chose.
     pub chosen: Chosen,
-    /// The error that was asked for, over the length.
+    /// Requested error of the motion as a fraction of the rod length.
     pub accuracy: f64,
-    /// The error that is left, as it was estimated from coarser runs, over the length; none where it was not
-    /// looked for.
+    /// Estimated error of the motion as a fraction of the rod length; null if not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<f64>,
-    /// Work of the runs that it was chosen by, edges times Newton iterations.
+    /// Work of the trial runs, edges times Newton iterations.
     #[serde(default)]
     pub work: f64,
-    /// Why the error may be larger than was asked for.
+    /// Reason why the error may exceed the requested accuracy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bound: Option<Bound>,
 }
 
-/// What kept the program from what was asked for.
+/// Reason why the requested accuracy was not reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Bound {
-    /// Finer runs would have cost too much.
+    /// Finer runs would be too expensive.
     Work,
-    /// What the scene gives itself, mesh or step, is too coarse.
+    /// Mesh or step of the scene is too coarse.
     Given,
 }
 

@@ -14,48 +14,44 @@ use std::f64::consts::PI;
 /// Fewest and most edges of a rod.
 const SEGMENTS: std::ops::RangeInclusive<usize> = 2..=10_000_000;
 
-/// `[rod]`
+/// `[rod]`: shape, section and mesh of the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct RodSpec<D = f64> {
-    /// Number of edges, 2 to 1e7; by default as many as a polyline has, and for other shapes the program's
-    /// choice.
+    /// Number of edges, 2 to 1e7; default: that of a polyline, otherwise chosen by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub segments: Option<usize>,
-    /// Shape of the rod when nothing acts on it.
+    /// Shape of the rod without loads.
     pub shape: Shape<D>,
-    /// Cross-section.
+    /// Cross-section of the rod.
     pub section: Section<D>,
-    /// Factors on section and material where they change along the rod.
+    /// Factors along the rod on section and material.
     #[serde(default, skip_serializing_if = "Taper::is_none")]
     pub taper: Taper<D>,
-    /// Factor on the curvature of the rest shape: the rod is free of bending stress where it is
-    /// so many times as curved. A list gives one for each of as many equal parts of its length; a
-    /// rest shape that is straight has no curvature to be multiplied.
+    /// Factor on the curvature of the rest shape that gives the stress-free curvature, or a list of
+    /// factors along the rod; no effect on a straight rest shape.
     #[serde(default = "one::<D>")]
     pub natural_curvature: Along<D>,
-    /// Twist per length that the rod has when nothing acts on it, rad/m; or a list likewise.
+    /// Stress-free twist per length, rad/m, or a list along the rod.
     #[serde(default = "zero::<D>", skip_serializing_if = "is_zero")]
     pub natural_twist: Along<D>,
-    /// Curvature of the rod at rest along both of its material directors, 1/m, beside that of its shape:
-    /// pairs at places equally many edges apart from the first node to the last, linear between them.
-    /// For rods in space. A rod of one edge between any two markers may have one pair a marker.
+    /// Additional stress-free curvature along both material directors, 1/m: pairs at equally spaced
+    /// edges from the first node to the last, linear between them; spatial rods only.
     #[serde(
         deserialize_with = "crate::input::arrays::rows",
         default,
         skip_serializing_if = "Vec::is_empty"
     )]
     pub natural_bending: Vec<[D; 2]>,
-    /// What is fixed on the rod and weighs.
+    /// Point masses on the rod.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub mass: Vec<PointMass<D>>,
-    /// Which model to use.
+    /// Planar or spatial model.
     #[serde(default)]
     pub dimension: Dimension,
-    /// Which constants the elements get; by default the corrected ones, and the paper's with the
-    /// paper's walls at the nodes.
+    /// Constants of the elements; default: `corrected`, and `paper` with walls at the nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub discretization: Option<Discretization>,
 }
@@ -72,12 +68,12 @@ fn is_zero<D: From<f64> + PartialEq>(along: &Along<D>) -> bool {
     *along == zero()
 }
 
-/// Which model to use.
+/// Planar or spatial model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Dimension {
-    /// The smallest model that can hold the scene.
+    /// The planar model wherever it can represent the scene.
     #[default]
     Auto,
     /// Stretch and bend in one plane.
@@ -86,18 +82,18 @@ pub enum Dimension {
     Spatial,
 }
 
-/// Which constants the elements get.
+/// Constants of the discrete elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Discretization {
-    /// The paper's: chords and plain stiffnesses. A curved rod comes out too stiff.
+    /// Chords and plain stiffnesses, as in the paper; a curved rod is too stiff.
     Paper,
     /// Arc lengths, stiffnesses that make up for the polygon, and sums that end at walls in the
     /// middle of an edge: see [`crate::problem::model`].
     Corrected,
-    /// The same, and joints at the walls of straight rods corrected too: sags and swings of
-    /// cantilevers come out better, frequencies of small vibrations worse.
+    /// As `corrected`, with corrected joints at the walls of straight rods: more accurate sags,
+    /// less accurate frequencies.
     CorrectedStatics,
 }
 

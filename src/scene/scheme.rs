@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Time integrators.
+/// Time integration scheme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -14,15 +14,15 @@ pub enum Scheme {
     /// The paper's, corrected: [`crate::dynamics::coefficients`].
     #[default]
     NewmarkBeta,
-    /// Keeps energy exactly, at about 2.7 times the cost.
+    /// Second order; conserves energy exactly at about 2.7 times the cost.
     AverageVectorField,
-    /// Linearly implicit, fourth order, damps what the step does not resolve.
+    /// Linearly implicit, fourth order; damps frequencies that the step does not resolve.
     Rodas4,
-    /// Explicit, second order, symplectic; for steps below a limit of stability.
+    /// Explicit, second order, symplectic; stable below a step limit.
     Verlet,
-    /// Explicit, fourth order, symplectic; likewise.
+    /// Explicit, fourth order, symplectic; stable below a step limit.
     Pefrl,
-    /// Second order, and damps what the step does not resolve as much as `time.rho_inf` says.
+    /// Second order; damps frequencies that the step does not resolve, as set by `time.rho_inf`.
     GeneralisedAlpha,
 }
 

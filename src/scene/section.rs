@@ -8,7 +8,7 @@ use crate::scene::validate::{direction, positive};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// The cross-section of the rod.
+/// Cross-section of the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
@@ -23,20 +23,20 @@ pub enum Section<D = f64> {
     Tube {
         /// Outer radius, m.
         radius: D,
-        /// Of the wall, m; up to the radius.
+        /// Wall thickness, m; at most the radius.
         thickness: D,
     },
     /// A rectangle, `height` along `up`.
     Rectangle {
-        /// Across `up`, m.
+        /// Width across `up`, m.
         width: D,
-        /// Height, along `up`, m.
+        /// Height along `up`, m.
         height: D,
-        /// A direction; its part across the first edge counts.
+        /// Direction of the height; its component across the first edge counts.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         up: [D; 3],
     },
-    /// Any section, by its constants.
+    /// Any section, by its area, second moments and torsion constant.
     Custom {
         /// Area of the section, m^2.
         area: D,
@@ -46,7 +46,7 @@ pub enum Section<D = f64> {
         i2: D,
         /// Torsion constant, m^4.
         j: D,
-        /// A direction; its part across the first edge counts.
+        /// Direction of the height; its component across the first edge counts.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         up: [D; 3],
     },

@@ -12,22 +12,23 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The rod's shape at rest. Length counts from the wall to the tip; arc length 0 is at the origin.
+/// Shape of the rod at rest. Arc length is measured from the wall to the tip; arc length 0 is at
+/// the origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields, bound = "D: Written")]
 pub enum Shape<D = f64> {
-    /// From the origin along `direction`.
+    /// A straight line from the origin along `direction`.
     Straight {
         /// Length of the rod, m.
         length: D,
-        /// Where it goes from the origin: any non-zero vector.
+        /// Direction of the rod: any non-zero vector.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         direction: [D; 3],
     },
-    /// `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for the
-    /// axis `[0, 0, -1]` and left-handed.
+    /// A helix `x(s) = (R cos p, R sin p, -c p)`, `p = s/sqrt(R^2 + c^2)`, `c = pitch/(2 pi)`, for
+    /// the axis `[0, 0, -1]` and left-handed.
     Helix {
         /// Length along the curve, m.
         length: D,
@@ -35,13 +36,13 @@ pub enum Shape<D = f64> {
         radius: D,
         /// Advance along the axis per turn, m.
         pitch: D,
-        /// Direction of advance.
+        /// Direction of advance of the helix.
         #[serde(deserialize_with = "crate::input::arrays::numbers")]
         axis: [D; 3],
-        /// Sense of the turns.
+        /// Sense of rotation of the helix.
         handedness: Handedness,
     },
-    /// In the xy plane, from the origin along +x, curving toward +y.
+    /// A circular arc in the xy plane, from the origin along +x, curving toward +y.
     Arc {
         /// Length along the curve, m.
         length: D,
@@ -49,37 +50,34 @@ pub enum Shape<D = f64> {
         angle: D,
     },
     /// A smooth curve through the points of a CSV file with the columns x, y, z, in m or in the unit
-    /// of their header: `x[mm]`. The first point is where the rod begins, at the wall of a clamped
-    /// start, and the last is where it ends, at the wall of a clamped end or the tip. The rod gets
-    /// as many nodes as there are points, unless `segments` says otherwise. They are the points
-    /// themselves, but for rods whose walls are at `"mid-edge"`: those put the middle of the
-    /// outermost edge at the point, as for all shapes, and the nodes between move along the curve
-    /// by up to half an edge; a corner of the line is cut by as much.
+    /// of their header, `x[mm]`. The first point is the start of the rod, at the wall of a clamped
+    /// start; the last is its end, at the wall of a clamped end or the tip. Without `segments` the
+    /// rod has as many nodes as there are points. The nodes are the points, except with walls at
+    /// `"mid-edge"`: there the middle of the outermost edge is at the point, and the nodes between
+    /// move along the curve by up to half an edge.
     ///
-    /// As `initial.shape` the file may have any number of points: every node begins at the same
-    /// part of the line's length as at rest. A column s, as `rodfit static --out` writes, says for
-    /// every row which point of the rod it is instead: its arc length from the wall at rest,
-    /// negative behind it.
+    /// As `initial.shape` the file may have any number of points: every node starts at the same
+    /// fraction of the length as at rest. An optional column s, as `rodfit static --out` writes it,
+    /// gives the arc length of each row from the wall at rest, m.
     ///
-    /// The points may stand in the scene itself instead, as `points = [[x, y, z], ..]`, m; those of
-    /// [`Shape::points`] are saved so.
+    /// The scene may contain the points instead, as `points = [[x, y, z], ..]`, m; those of
+    /// [`Shape::points`] are saved that way.
     Polyline {
-        /// Relative to the scene file; empty beside `points`.
+        /// CSV file of the points, relative to the scene file; absent beside `points`.
         #[serde(default, skip_serializing_if = "is_empty")]
         file: PathBuf,
-        /// The points themselves, m, instead of a file.
+        /// Points of the curve, m, instead of a file.
         #[serde(
             deserialize_with = "crate::input::arrays::rows",
             default,
             skip_serializing_if = "Vec::is_empty"
         )]
         points: Vec<[f64; 3]>,
-        /// By how much the coordinates are multiplied.
+        /// Factor on the coordinates.
         #[serde(default = "one::<D>", skip_serializing_if = "is_one")]
         scale: D,
-        /// How long the edges between the points are, m, where the points show the turns of the line
-        /// better than its lengths: those of a cable that was laid on a table, say, whose lengths are
-        /// known from markers on it.
+        /// Lengths of the edges between the points, m, where the points give the turning angles but
+        /// not the lengths.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         lengths: Vec<f64>,
         /// The curve, once the points are read.
@@ -100,14 +98,14 @@ fn is_one<D: Written>(value: &D) -> bool {
     *value == one()
 }
 
-/// Sense of a helix.
+/// Sense of rotation of a helix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Handedness {
-    /// Turns clockwise as it comes toward the viewer.
+    /// Left-handed: clockwise for an observer that the helix approaches.
     Left,
-    /// Turns counter-clockwise as it comes toward the viewer.
+    /// Right-handed: counterclockwise for an observer that the helix approaches.
     Right,
 }
 

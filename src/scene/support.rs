@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What holds an end.
+/// Kind of support of an end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -10,17 +10,17 @@ pub enum Support {
     /// Nothing holds the end.
     #[default]
     Free,
-    /// A hinge: the end stays where it is.
+    /// A hinge: the position is fixed, the direction is free.
     Pinned,
-    /// A hinge on wheels: the end rolls along one line.
+    /// A hinge that moves along a line.
     Roller,
-    /// A wall: position and direction stay.
+    /// A wall: position and direction are fixed.
     Clamped,
-    /// A hand that leads the end as `supports.path` has recorded it.
+    /// A gripper: position and direction follow the recording `supports.path`.
     Recorded,
 }
 
-/// Where the wall of a clamped end stands.
+/// Position of the wall of a clamped end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -37,9 +37,9 @@ pub enum Clamp {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum End {
-    /// At arc length zero.
+    /// End at arc length zero.
     Start,
-    /// At the other end.
+    /// End at the largest arc length.
     #[default]
     End,
 }

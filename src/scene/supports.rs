@@ -20,42 +20,42 @@ const FEWEST_STEPS: f64 = 4.0;
 /// by the sudden start, and by 2 to 9 % with 10 a ramp.
 const GOOD_STEPS: f64 = 20.0;
 
-/// `[supports]`
+/// `[supports]`: supports of both ends of the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Supports<D = f64> {
-    /// At arc length zero.
+    /// Support of the end at arc length zero.
     #[serde(default = "clamped")]
     pub start: Support,
-    /// At the other end.
+    /// Support of the end at the largest arc length.
     #[serde(default)]
     pub end: Support,
-    /// Where the wall of a clamped end stands.
+    /// Position of the wall of a clamped end.
     #[serde(default)]
     pub clamp: Clamp,
-    /// By how much the rod as a whole is turned about its first node, right-handed about the normal of its plane, rad: in
-    /// the xy plane about z, counterclockwise; planar scenes only.
+    /// Rotation of the whole rod about its first node, rad, right-handed about the normal of its
+    /// plane (in the xy plane about z, counterclockwise); planar scenes only.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub angle: D,
-    /// How a clamped start gives way.
+    /// Compliance of a clamped start.
     #[serde(default, skip_serializing_if = "Compliance::is_rigid")]
     pub start_compliance: Compliance<D>,
-    /// How a clamped end does.
+    /// Compliance of a clamped end.
     #[serde(default, skip_serializing_if = "Compliance::is_rigid")]
     pub end_compliance: Compliance<D>,
-    /// The direction in which a roller rolls; by default along the rod at that end.
+    /// Direction in which a roller moves; default: along the rod at that end.
     #[serde(
         default,
         deserialize_with = "crate::input::arrays::some_numbers",
         skip_serializing_if = "Option::is_none"
     )]
     pub roller: Option<[f64; 3]>,
-    /// How the ends are moved.
+    /// Prescribed motions of the ends.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<Motion<D>>,
-    /// The recording that recorded ends follow.
+    /// Recording that recorded ends follow.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<Recorded>,
 }
@@ -84,17 +84,16 @@ impl<D: From<f64>> Default for Supports<D> {
     }
 }
 
-/// `start_compliance` and `end_compliance`: how a clamp gives way to what the rod does to it. Zero is a
-/// rigid wall.
+/// Compliance of a clamp (`start_compliance`, `end_compliance`); zero is rigid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Compliance<D = f64> {
-    /// By how much it turns with a bending moment, rad/(N m).
+    /// Rotation per bending moment, rad/(N m).
     #[serde(default)]
     pub rotation: D,
-    /// How far it goes along the rod with a force, m/N.
+    /// Displacement along the rod per force, m/N.
     #[serde(default)]
     pub axial: D,
 }
@@ -125,35 +124,36 @@ impl Compliance {
     }
 }
 
-/// `[[supports.motion]]`: how a clamped or pinned end is moved, or a recorded one turned. Several of one end add up.
+/// `[[supports.motion]]`: prescribed motion of a clamped or pinned end, or twist of a recorded one.
+/// Motions of one end are added.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Motion<D = f64> {
-    /// The end that moves.
+    /// End of the rod that moves.
     pub end: End,
-    /// How far the end goes, m.
+    /// Displacement of the end, m.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub displacement: [D; 3],
-    /// About which axis through the end, and by how much, a clamped end turns, rad.
+    /// Rotation vector of a clamped end about an axis through it, rad.
     #[serde(deserialize_with = "crate::input::arrays::numbers", default)]
     pub rotation: [D; 3],
-    /// How far a clamped end turns about the rod itself, rad, right-handed about the direction
-    /// from start to end; counted beyond whole turns. Of a recorded end: how it is held turned from the
-    /// beginning, beyond how the rod lies with the least energy between the first markers.
+    /// Rotation of a clamped end about the rod itself, rad, right-handed from start to end, counted
+    /// beyond full turns. Of a recorded end: constant rotation relative to the position of least
+    /// energy between the first markers.
     #[serde(default)]
     pub twist: D,
-    /// The motion takes so long, s, from rest to rest; without ramp and frequency the end is moved
+    /// Duration of a motion from rest to rest, s; without ramp and frequency the end is displaced
     /// from the beginning.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ramp: Option<D>,
-    /// The motion swings as `sin(2 pi frequency t)`, Hz.
+    /// Frequency of a motion `sin(2 pi frequency t)`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frequency: Option<D>,
-    /// A recording of the end's own motion beside these, relative to the scene file: a CSV file with a
-    /// clock `t` and columns x, y, z of a point that goes along, in which the end goes as far from where it
-    /// is at t = 0; or `ax, ay, az` of an accelerometer, m/s^2, which starts at rest.
+    /// Recording of the motion, relative to the scene file: a CSV file with a clock `t` and columns
+    /// x, y, z of a point that moves with the end, m, or `ax, ay, az` of an accelerometer that
+    /// starts at rest, m/s^2.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub file: PathBuf,
     /// The recording, once it is read.

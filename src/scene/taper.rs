@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 /// Declares the factors: one for each number of a section and a material that may change along the rod.
 macro_rules! factors {
     ($($(#[$doc:meta])* $key:ident;)*) => {
-        /// `rod.taper`: factors along the rod on numbers of its section and material; 1 where there is
-        /// none. Each is a list with one factor for each of as many equal parts of the length, or goes
-        /// in a straight line from the start to the end, `{ from = 1.0, to = 0.5 }`.
+        /// `[rod.taper]`: factors along the rod on section and material; default 1. Each is a list
+        /// with one factor for each of equally many equal parts of the length, or a linear function
+        /// `{ from = 1.0, to = 0.5 }`.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(test, derive(schemars::JsonSchema))]
         #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
@@ -59,27 +59,27 @@ macro_rules! factors {
 }
 
 factors! {
-    /// On the radius of a circle or a tube.
+    /// Factor on the radius of a circle or a tube.
     radius;
-    /// On the wall of a tube.
+    /// Factor on the wall thickness of a tube.
     thickness;
-    /// On the width of a rectangle.
+    /// Factor on the width of a rectangle.
     width;
-    /// On the height of a rectangle.
+    /// Factor on the height of a rectangle.
     height;
-    /// On the area of a custom section.
+    /// Factor on the area of a custom section.
     area;
-    /// On its second moment in the plane of `up`.
+    /// Factor on the second moment `i1` of a custom section.
     i1;
-    /// On that across it.
+    /// Factor on the second moment `i2` of a custom section.
     i2;
-    /// On its torsion constant.
+    /// Factor on the torsion constant of a custom section.
     j;
-    /// On the density.
+    /// Factor on the density.
     density;
-    /// On Young's modulus, and so on the shear modulus that Poisson's ratio gives.
+    /// Factor on Young's modulus, and on the shear modulus that follows from Poisson's ratio.
     youngs_modulus;
-    /// On the shear modulus, where the material gives one.
+    /// Factor on the shear modulus, if the material gives one.
     shear_modulus;
 }
 

@@ -36,23 +36,28 @@ pub struct Time<D = f64> {
 /// The `rho_inf` of a scene that gives none.
 const RHO_INF: f64 = 0.5;
 
-/// `[time]` as it is written: `beta`, `rho_inf` and `tolerance` stand beside the scheme they belong to
-/// only.
+/// `[time]`: duration, step and scheme.
 #[derive(Clone, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 struct TimeForm<D> {
+    /// Duration of the simulation, s; default: that of the recording that drives the ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     end: Option<f64>,
+    /// Time step, s; default: chosen by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     step: Option<f64>,
+    /// Time integration scheme; default: chosen with the step, or `newmark-beta` beside a step.
     #[serde(skip_serializing_if = "Option::is_none")]
     scheme: Option<Scheme>,
+    /// Parameter of `newmark-beta`, 0.5 to 1: 0.5 conserves energy, 1 is implicit Euler.
     #[serde(skip_serializing_if = "Option::is_none")]
     beta: Option<D>,
+    /// Spectral radius of `generalised-alpha` at infinite frequency, 0 to 1; default 0.5.
     #[serde(skip_serializing_if = "Option::is_none")]
     rho_inf: Option<D>,
+    /// Newton error of a step as a fraction of the rod length, or `"rounding"`; default 3e-14.
     #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<Tolerance>,
 }

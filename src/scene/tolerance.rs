@@ -95,7 +95,10 @@ impl schemars::JsonSchema for Tolerance {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "anyOf": [{ "type": "number" }, { "const": ROUNDING }] })
+        schemars::json_schema!({
+            "description": "Newton error of a step as a fraction of the rod length, or \"rounding\".",
+            "anyOf": [{ "type": "number" }, { "const": ROUNDING }],
+        })
     }
 }
 

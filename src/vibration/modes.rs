@@ -38,31 +38,30 @@ pub enum About {
     Rest,
 }
 
-/// Which way a mode of a planar scene goes.
+/// Plane of a mode relative to the plane of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Plane {
-    /// It stays in the plane.
+    /// The mode moves in the plane of the scene.
     In,
-    /// It leaves the plane, or twists.
+    /// The mode moves out of the plane, or twists.
     Out,
 }
 
-/// What resists a mode: where most of its elastic energy is, and how it moves.
+/// Kind of a mode by its elastic energy and motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Kind {
-    /// The rod bends.
+    /// Bending mode.
     Bending,
-    /// The rod twists.
+    /// Twist mode.
     Torsion,
-    /// Stretching, of a rod that moves along itself.
+    /// Stretch mode along the rod.
     Axial,
-    /// The rod keeps its shape: it moves freely, at frequency zero, or its loads hold it, as those
-    /// of a pendulum do.
+    /// Rigid motion: free at frequency zero, or held by loads as a pendulum.
     Rigid,
 }
 

@@ -81,8 +81,7 @@ fn schema<T: JsonSchema>(written: bool, title: &str) -> Schema {
     schema
 }
 
-/// Says in plain words what the documentation of the code says with links, and leaves out nulls, which TOML does not
-/// have.
+/// Removes the links of the code's documentation, and nulls, which TOML lacks.
 struct Plain {
     /// Whether they are kept.
     nulls: bool,
@@ -92,6 +91,16 @@ impl Transform for Plain {
     fn transform(&mut self, schema: &mut Schema) {
         transform_subschemas(self, schema);
         let Some(object) = schema.as_object_mut() else { return };
+        if let Some(Value::Object(properties)) = object.get_mut("properties") {
+            for property in properties.values_mut().filter_map(Value::as_object_mut) {
+                if let Some(Value::String(tag)) = property.get("const")
+                    && !property.contains_key("description")
+                {
+                    let text = format!("Always `{tag}`: selects this kind.");
+                    property.insert("description".into(), text.into());
+                }
+            }
+        }
         if let Some(Value::String(words)) = object.get_mut("description") {
             *words = plain(words);
         }
@@ -144,4 +153,38 @@ fn plain(words: &str) -> String {
 fn links_become_their_words() {
     let words = "The [motion](crate::resolution), by\n[`Scene::load`] in [0, 1]. [a\n\n```\nx\n```";
     assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
+}
+
+/// Paths of the properties and definitions of a schema whose description is missing or refers to its neighbors.
+fn dependent_descriptions(path: &str, value: &Value, found: &mut Vec<String>) {
+    let starts =
+        ["The same", "Of ", "On ", "Likewise", "Its ", "It ", "As many", "Those ", "In the same"];
+    let Value::Object(object) = value else { return };
+    let description = object.get("description").and_then(Value::as_str);
+    if description.is_some_and(|text| starts.iter().any(|start| text.starts_with(start))) {
+        found.push(path.into());
+    }
+    for group in ["properties", "definitions"] {
+        for (name, inner) in object.get(group).and_then(Value::as_object).into_iter().flatten() {
+            let path = format!("{path}/{name}");
+            if inner.is_object() && inner.get("description").is_none() {
+                found.push(format!("{path} (none)"));
+            }
+            dependent_descriptions(&path, inner, found);
+        }
+    }
+    for group in ["anyOf", "oneOf", "allOf"] {
+        for inner in object.get(group).and_then(Value::as_array).into_iter().flatten() {
+            dependent_descriptions(path, inner, found);
+        }
+    }
+}
+
+#[test]
+fn descriptions_of_schemas_stand_alone() {
+    for of in Of::value_variants() {
+        let mut found = Vec::new();
+        dependent_descriptions("", made(*of).as_value(), &mut found);
+        assert!(found.is_empty(), "{}: {found:#?}", name(*of));
+    }
 }

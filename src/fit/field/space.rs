@@ -8,16 +8,17 @@ use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::validate::positive;
 
-/// A list of numbers along the rod to identify.
+/// `[[field]]`: a list along the rod to identify with a smooth prior.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Field {
-    /// A list of the scene: `natural_curvature`, `natural_twist`, `rod.natural_bending.d1` or `.d2`.
+    /// List of the scene: `natural_curvature`, `natural_twist`, `rod.natural_bending.d1` or
+    /// `rod.natural_bending.d2`.
     pub name: String,
-    /// How far its numbers may be from the scene's, as a standard deviation in their unit.
+    /// Prior standard deviation about the values of the scene, in their unit.
     pub sigma: f64,
-    /// Over which length of the rod they change, m: the correlation of what is not known falls to 0.74 there.
+    /// Prior correlation length along the rod, m: the correlation is 0.74 at this distance.
     pub length: f64,
 }
 

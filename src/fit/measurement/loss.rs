@@ -20,19 +20,19 @@ pub(crate) fn typical(sigmas: &[f64]) -> Option<(f64, Vec<f64>)> {
     Some((sigma, sigmas.iter().map(|s| s / sigma).collect()))
 }
 
-/// How residuals count. Near zero all losses are the square.
+/// Loss function of the residuals. Near zero all losses are quadratic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
-    /// `r^2`: best for normal noise, at the mercy of outliers.
+    /// `r^2`: optimal for normal noise, sensitive to outliers.
     #[default]
     Squares,
     /// Linear beyond 1.345 sigma (Huber 1964).
     Huber,
-    /// `2 c^2 (sqrt(1 + (r/c)^2) - 1)` with c = 1.29 sigma: Huber's without its corners.
+    /// `2 c^2 (sqrt(1 + (r/c)^2) - 1)` with c = 1.29 sigma: a smooth Huber loss.
     SoftL1,
-    /// `c^2 ln(1 + (r/c)^2)` with c = 2.385 sigma: far outliers count for nothing.
+    /// `c^2 ln(1 + (r/c)^2)` with c = 2.385 sigma: distant outliers have almost no influence.
     Cauchy,
 }
 

@@ -25,23 +25,23 @@ pub struct Sample {
     pub position: [Option<f64>; 3],
 }
 
-/// What is done about frames in which a marker jumps, and two on each side of them.
+/// Treatment of frames in which a marker jumps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Glitches {
-    /// They are compared as all others.
+    /// Frames with glitches are compared as all others.
     #[default]
     Keep,
-    /// They are left out.
+    /// Frames with glitches and two frames on each side are excluded.
     Mask,
 }
 
-/// Rows of a file that were left out.
+/// Numbers of dropped rows of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Dropped {
-    /// Number of rows from before the motion starts.
+    /// Number of rows before the start of the motion.
     pub before_time_zero: usize,
     /// Number of rows without any position.
     pub empty: usize,

@@ -26,42 +26,40 @@ const FEWEST: usize = 12;
 /// Correlations are looked for up to this many samples apart.
 const LAGS: usize = 10;
 
-/// The tests of one coordinate of one observation.
+/// Tests of the residuals of one coordinate of one observation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ResidualTests {
-    /// The file, or the point.
+    /// Name of the file or of the point.
     pub observation: String,
-    /// x, y or z; f for frequencies.
+    /// Coordinate: x, y or z; f for frequencies.
     pub axis: String,
     /// Number of values.
     #[serde(default)]
     pub values: usize,
-    /// How probable correlations between neighbours as large as these are for white noise
-    /// (Ljung and Box 1978, with the tail of so few values).
+    /// p-value of the test for autocorrelation (Ljung and Box 1978, with the tail of few values).
     pub whiteness: f64,
-    /// Correlation of neighbours at the usual distance of two; 0 where none is seen.
+    /// Lag-1 autocorrelation of the residuals at the usual interval; 0 if none is detected.
     #[serde(default)]
     pub correlation: f64,
-    /// How many independent values tell as much of a mean.
+    /// Equivalent number of independent samples.
     #[serde(default)]
     pub effective_samples: f64,
-    /// The whiteness of what is new in each value after that correlation.
+    /// p-value of the whiteness test of the innovations.
     #[serde(default)]
     pub new_whiteness: f64,
-    /// How probable a deviation from a normal distribution as large as this is for normal noise
-    /// (Anderson and Darling).
+    /// p-value of the normality test (Anderson and Darling).
     pub normality: f64,
-    /// How probable a trend over time as large as this is for noise: of the residuals or of their
-    /// size, whichever is clearer.
+    /// p-value of a trend over time, of the residuals or of their size, whichever is more
+    /// significant.
     pub trend: f64,
-    /// What is less probable than this is taken for no chance: 1e-3, and less beside many other coordinates.
+    /// Level of significance of the tests: 1e-3, or less with many other coordinates.
     #[serde(default = "usual_doubt")]
     pub doubt: f64,
-    /// What is wrong, or that nothing is.
+    /// Result of the tests, as text.
     pub verdict: String,
-    /// Whether nothing is wrong.
+    /// Whether all tests passed.
     pub passed: bool,
 }
 

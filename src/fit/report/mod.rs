@@ -39,95 +39,93 @@ const HIDDEN: usize = 3;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DroppedRows {
-    /// The file the rows are missing from.
+    /// File of the dropped rows.
     pub observation: String,
-    /// How many rows, and why.
+    /// Numbers of dropped rows.
     #[serde(flatten)]
     pub rows: Dropped,
 }
 
-/// The result of a fit. Serialises to the JSON of `rodfit fit --json`.
+/// Result of a fit: the JSON of `rodfit fit --json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FitReport {
     /// Whether a minimum of the misfit was reached.
     pub converged: bool,
-    /// The estimates, in the order in which the parameters were asked for.
+    /// Estimates, in the order of the fit file.
     pub parameters: Vec<Estimate>,
     /// Correlations between the parameters; none where one is not identifiable.
     pub correlation: Vec<Vec<Option<f64>>>,
     /// Root mean square residual per coordinate, m; per frequency, rad/s, without positions.
     pub residual_rms: f64,
-    /// Standard deviation of the noise of each measurement, m or rad/s: given or estimated.
+    /// Standard deviation of the noise of each measurement, given or estimated, in `units`.
     pub sigma: Vec<f64>,
-    /// Unit of each sigma: m or rad/s.
+    /// Unit of each `sigma`: m or rad/s.
     pub units: Vec<String>,
-    /// Singular values of the Jacobian with its columns scaled to length one, descending; near zero
-    /// where the parameters cannot be told apart.
+    /// Singular values of the Jacobian with normalized columns, descending; near zero where
+    /// parameters are collinear.
     pub singular_values: Vec<f64>,
-    /// The combinations of parameters that the data do not determine.
+    /// Combinations of parameters that the data do not determine.
     pub not_identifiable: Vec<Finding>,
-    /// What mesh and step may be off, parameter by parameter; empty where it was not looked for.
+    /// Discretization error of each parameter; empty if it was not estimated.
     pub discretization_error: Vec<DiscretizationError>,
     /// The budgets of all parameters in one list.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budget: Vec<BudgetLine>,
-    /// What the program chose of mesh, step and scheme, in the order of the experiments; those that give all are
-    /// none.
+    /// Chosen mesh, step and scheme, in the order of the experiments.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub resolution: Vec<Option<Resolution>>,
-    /// Whether what is left looks like noise, for every coordinate of every observation.
+    /// Tests of the residuals of each coordinate of each observation.
     pub residual_tests: Vec<ResidualTests>,
-    /// Noise of every coordinate of the recorded motions, estimated from differences of the samples, beside its residuals.
+    /// Noise of each coordinate of the recorded motions, estimated from differences of the samples.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub noise_scale: Vec<NoiseScale>,
     /// Rows of the files that were left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dropped: Vec<DroppedRows>,
-    /// What robust losses did with the measurements that have one.
+    /// Effect of robust losses on the measurements.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub losses: Vec<LossEffect>,
-    /// How well what was held out is predicted.
+    /// Errors of the predictions of validation data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub predictions: Vec<Prediction>,
-    /// The terms that the scene lacks, or numbers that may be off, in the first three places of what explains best what is
-    /// left.
+    /// Likely omitted effects by score tests, those of the first three ranks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub score_tests: Vec<ScoreTest>,
-    /// What could be off without a trace in the residuals, and what it would do to each parameter: the
-    /// most standard errors first.
+    /// Undetected bias: effect of omitted effects on each parameter that the data do not exclude,
+    /// the most standard errors first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub could_hide: Vec<CouldHide>,
-    /// Groups of numbers that the data determine without the density: where no force was measured.
+    /// Ratios to the density that the data determine, where no force was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub determined_groups: Vec<DeterminedGroup>,
-    /// How far rods go from the recordings that lead their ends.
+    /// Errors of the free-run predictions of recordings with driven ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recordings: Option<RecordingErrors>,
-    /// The minima of the misfit that were seen, and why this one was chosen.
+    /// Local minima of the misfit that were found, and the reason for the selection.
     pub basins: Basins,
-    /// Work of the fit, in full simulations.
+    /// Cost of the fit, in full simulations.
     pub simulations: f64,
-    /// Wall time of the fit, s.
+    /// Wall-clock time of the fit, s.
     pub wall_seconds: f64,
-    /// What numbers went [side by side](crate::numerics::abreast::level) with.
+    /// SIMD unit of the processor that was used.
     #[serde(default)]
     pub vector_unit: String,
-    /// In one line how the fit ended.
+    /// End of the search, in one line.
     pub status: String,
-    /// How far the result can be believed.
+    /// Grade of the result.
     pub grade: Grade,
-    /// Why it has this grade, in a sentence, and what to do about it.
+    /// Reason for the grade, and the recommended action.
     pub verdict: String,
-    /// What the user should know before believing the numbers, the weightiest first.
+    /// Warnings, the most severe first.
     pub warnings: Vec<String>,
-    /// The codes of the warnings, in their order, as they stand in brackets behind them.
+    /// Codes of `warnings`, in the same order.
     #[serde(default)]
     pub warning_codes: Vec<Code>,
-    /// Whether the fit was told to stop before it was done.
+    /// Whether the fit was stopped before convergence.
     pub interrupted: bool,
-    /// What the numbers rest on, if it was to be [kept](super::Fit::keep_plot_data).
+    /// Data of the plots, if requested.
     #[serde(skip_serializing_if = "Option::is_none", alias = "evidence")]
     pub plot_data: Option<PlotData>,
 }

@@ -11,48 +11,48 @@ use crate::input::track::recording::Recording;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
-/// Data against model, how the optimum was found, and what the rod does there.
+/// Data of the plots: observations, model, search and shapes of the rod.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PlotData {
-    /// Where each parameter was looked for, in the order of the report's parameters.
+    /// Search range of each parameter, in the order of `parameters`.
     #[serde(alias = "asked")]
     pub ranges: Vec<SearchRange>,
-    /// Data and model, one per observation and coordinate.
+    /// Data and model of each coordinate of each observation.
     pub series: Vec<Series>,
-    /// The rod at about a dozen moments.
+    /// Shape of the rod at about a dozen times.
     pub shapes: Vec<RodShape>,
-    /// Rods against the recordings that lead their ends, those held out too.
+    /// Comparison of simulations with recordings that drive the ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recordings: Option<RecordingPlots>,
-    /// The way to the optimum.
+    /// Convergence history of the search.
     pub history: Vec<Iterate>,
-    /// The misfit in the scan over each unknown, all others at their best; none without a scan.
+    /// Misfit of the scan over each parameter, minimized over all others; empty without a scan.
     pub landscape: Vec<Landscape>,
-    /// Profiles of the likelihood, where they were asked for.
+    /// Profile likelihoods, if requested.
     pub profiles: Vec<Profile>,
-    /// What was simulated, one per experiment.
+    /// Settings of the simulation of each experiment.
     #[serde(alias = "setups")]
     pub settings: Vec<SimulationSettings>,
-    /// Version of this crate.
+    /// Version of rodfit.
     pub version: String,
 }
 
-/// Where a parameter was looked for.
+/// Search range of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SearchRange {
-    /// The parameter.
+    /// Name of the parameter.
     pub name: Parameter,
-    /// The start, if one was given.
+    /// Given start value, in the unit of the parameter; null if none.
     pub start: Option<f64>,
-    /// The bounds, if any were given.
+    /// Given bounds, in the unit of the parameter; null if none.
     pub bounds: Option<[f64; 2]>,
 }
 
-/// What an observation is given over.
+/// Abscissa of an observation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -68,30 +68,30 @@ pub enum Abscissa {
     Reading,
 }
 
-/// One coordinate of one observation, and what the model makes of it.
+/// Data and model of one coordinate of one observation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Series {
-    /// The experiment; empty where there is only one.
+    /// Name of the experiment; empty if there is only one.
     pub experiment: String,
-    /// The measurement: its file, or what it is.
+    /// Name of the measurement.
     pub label: String,
-    /// Coordinate: x, y or z; f of frequencies, g of gauges.
+    /// Coordinate: x, y or z; f for frequencies, g for user-defined measurements.
     pub axis: String,
     /// Unit of `observed`, `simulated` and `sigma`.
     pub unit: String,
-    /// What `at` counts.
+    /// Abscissa of the values.
     pub over: Abscissa,
-    /// Where or when each value was seen.
+    /// Abscissa of each value, in the unit of `over`.
     pub at: Vec<f64>,
-    /// What was observed at each place.
+    /// Observed values, in `unit`.
     pub observed: Vec<f64>,
-    /// What the model does at the same places.
+    /// Model values at the same abscissas, in `unit`.
     pub simulated: Vec<f64>,
-    /// Standard deviation of the noise, given or estimated.
+    /// Standard deviation of the noise, given or estimated, in `unit`.
     pub sigma: f64,
-    /// The model between the data: (place, value); empty where it has nothing there.
+    /// Model between the data as pairs of abscissa and value; empty if not available.
     pub curve: Vec<[f64; 2]>,
 }
 
@@ -103,59 +103,59 @@ impl Series {
     }
 }
 
-/// The rod at a moment, as it would have been recorded.
+/// Shape of the rod at one time, in recorded coordinates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RodShape {
-    /// The experiment; empty where there is only one.
+    /// Name of the experiment; empty if there is only one.
     pub experiment: String,
-    /// Time of the motion, s; none at rest.
+    /// Time of the motion, s; null at rest.
     pub time: Option<f64>,
     /// Positions of the nodes in world coordinates, m.
     pub nodes: Vec<[f64; 3]>,
 }
 
-/// What an experiment was simulated with.
+/// Settings of the simulation of an experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SimulationSettings {
-    /// The experiment; empty where there is only one.
+    /// Name of the experiment; empty if there is only one.
     pub experiment: String,
-    /// The scene's file, if it was read from one.
+    /// Scene file; null if it was not read from a file.
     pub scene: Option<String>,
-    /// `planar` or `spatial`, and why.
+    /// `planar` or `spatial`, with the reason.
     pub model: String,
-    /// The time integrator; none where nothing moves.
+    /// Time integration scheme; null without a motion.
     pub scheme: Option<String>,
-    /// Time step, s.
+    /// Time step, s; null without a motion.
     pub step: Option<f64>,
-    /// End of the motion, s.
+    /// End of the motion, s; null without a motion.
     pub end: Option<f64>,
     /// Number of edges of the rod.
     pub segments: usize,
     /// Length of the rod, m.
     pub length: f64,
-    /// What was observed, one per measurement.
+    /// Measurements of the experiment.
     pub observations: Vec<String>,
-    /// How much was measured, in the same order.
+    /// Number of measured values, in the order of `observations`.
     #[serde(default)]
     pub measured: Vec<Measured>,
 }
 
-/// How much was measured, and how its file was read.
+/// Size of a measurement, and the interpretation of its file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Measured {
-    /// The measurement, as warnings name it.
+    /// Name of the measurement.
     pub label: String,
-    /// Points in time or along the rod, frequencies or readings.
+    /// Number of times, points of the rod, frequencies or readings.
     pub points: usize,
-    /// Values: coordinates seen, frequencies or readings.
+    /// Number of values: observed coordinates, frequencies or readings.
     pub values: usize,
-    /// How the file was read, if it was read from one.
+    /// Interpretation of the file; null without a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<Recording>,
 }

@@ -27,85 +27,85 @@ const SPEEDS: f64 = 8.0;
 /// The last of them begins below this part of all markers.
 const SLOWER: f64 = 0.99;
 
-/// How rods go along with the recordings that lead their ends.
+/// Comparison of simulations with recordings that drive the ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingPlots {
-    /// Mean error by how long rods go on their own, over all markers as in
-    /// [`RecordingError`](crate::fit::RecordingError).
+    /// Mean error by duration of the free run, over all markers.
     pub windows: Vec<WindowError>,
-    /// Mean error of the markers that no end holds by how fast they are, over whole recordings.
+    /// Mean error of the free markers by speed, over whole recordings.
     pub speeds: Vec<SpeedError>,
-    /// Each recording.
+    /// Simulated and recorded motion of each recording.
     pub motions: Vec<RecordedMotion>,
 }
 
-/// A mean error, and of how many.
+/// Mean error with its number of values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MeanError {
     /// Mean distance per coordinate between simulation and recording, m.
     pub mean: f64,
-    /// Windows, or markers in frames.
+    /// Number of windows, or of markers times frames.
     pub count: usize,
 }
 
-/// How far rods are off that go on their own for so long, each time from two frames of the recording: in
-/// windows that do not overlap, eight in a recording at most, spread evenly over it.
+/// Mean error of free runs of one duration. Each starts from two frames of a recording; at most
+/// eight windows per recording, without overlap.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WindowError {
-    /// Length of the windows, s.
+    /// Duration of the windows, s.
     pub length: f64,
-    /// Of the recordings that were fitted.
+    /// Error over the fitted recordings.
     pub fitted: Option<MeanError>,
-    /// Of those of which nothing was.
+    /// Error over the validation recordings.
     pub held_out: Option<MeanError>,
-    /// Windows whose simulation failed.
+    /// Number of windows whose simulation failed.
     pub failed: usize,
 }
 
-/// How far markers are off whose speed lies in a range.
+/// Mean error of markers in a range of speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct SpeedError {
     /// Smallest and largest speed, m/s.
     pub speed: [f64; 2],
-    /// Of the recordings that were fitted.
+    /// Error over the fitted recordings.
     pub fitted: Option<MeanError>,
-    /// Of those of which nothing was.
+    /// Error over the validation recordings.
     pub held_out: Option<MeanError>,
 }
 
-/// A recording at a dozen moments, evenly spread.
+/// Simulation and recording at a dozen evenly spaced times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordedMotion {
-    /// The experiment; empty where there is only one.
+    /// Name of the experiment; empty if there is only one.
     pub experiment: String,
-    /// Whether nothing of it was fitted.
+    /// Whether the recording is validation data.
     pub held_out: bool,
-    /// Mean distance per coordinate between simulation and recording over all of it, m.
+    /// Mean distance per coordinate between simulation and recording over the whole recording, m.
     pub mean_error: f64,
-    /// The moments.
+    /// Shapes at these times.
     pub moments: Vec<RecordedMoment>,
 }
 
-/// The rod and its markers at a moment.
+/// Rod and markers at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordedMoment {
-    /// When, s.
+    /// Time of the motion, s.
     pub time: f64,
-    /// Simulated positions of the nodes, m; of those with markers only where a fine mesh was simulated for long.
+    /// Simulated positions of the nodes, m; for long runs on fine meshes only of the nodes with
+    /// markers.
     pub nodes: Vec<[f64; 3]>,
-    /// Where each marker was seen, m; none where it was not.
+    /// Recorded position of each marker, m; null where it is missing.
     pub seen: Vec<Option<[f64; 3]>>,
     /// Mean distance per coordinate between simulation and recording, m.
     pub error: f64,

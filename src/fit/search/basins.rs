@@ -12,49 +12,49 @@ const LISTED: usize = 20;
 /// Optima nearer than this on the unknowns' scales are one.
 pub(crate) const SAME: f64 = 1e-2;
 
-/// The minima of the misfit that the search came across.
+/// Local minima of the misfit that the search found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Basins {
-    /// How many minima were seen.
+    /// Number of local minima.
     pub count: usize,
-    /// The minima: the chosen one first, then those of the full model, then those of the scan, best
-    /// first.
+    /// Local minima: the selected one, then those of the full model, then those of the scan, the
+    /// best first.
     pub list: Vec<Basin>,
-    /// Why the chosen one was taken, in words.
+    /// Reason for the selection, as text.
     pub words: String,
 }
 
-/// A minimum of the misfit.
+/// A local minimum of the misfit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Basin {
-    /// How the minimum was seen.
+    /// Model by which the minimum was found.
     pub seen: SeenBy,
-    /// The parameters, in the report's order and their units.
+    /// Values of the parameters, in the order and units of the report.
     pub values: Vec<f64>,
-    /// Half the sum of squared residuals there.
+    /// Half the sum of squared residuals at this minimum.
     pub misfit: f64,
-    /// The misfit over the best that was seen in the same way.
+    /// Misfit divided by the lowest one of the same model.
     #[serde(deserialize_with = "crate::input::arrays::or_infinite")]
     pub relative: f64,
-    /// Whether the optimiser reached the minimum.
+    /// Whether the optimizer converged to this minimum.
     pub converged: bool,
-    /// Whether it is the one reported.
+    /// Whether this minimum is the reported one.
     pub chosen: bool,
 }
 
-/// How a minimum was seen.
+/// Model by which a local minimum was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum SeenBy {
-    /// By fitting the whole record with the full model.
+    /// Fit of the whole record with the full model.
     Fit,
-    /// In the scan of the coarse model over the first period, and not followed to the end.
+    /// Scan of the coarse model over the first period, not refined.
     Scan,
 }
 

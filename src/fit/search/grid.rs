@@ -5,19 +5,18 @@ use crate::numerics::order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
-/// The misfit of the coarse model over the first period, against one unknown.
+/// Misfit of the coarse model over the first period, as a function of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Landscape {
-    /// The unknown.
+    /// Name of the parameter.
     pub name: Parameter,
-    /// Its name with the experiments it is of, if it is not of all.
+    /// Name of the parameter with its experiments, if it does not belong to all.
     pub label: String,
-    /// Values of the unknown, ascending, in its unit.
+    /// Values of the parameter, ascending, in its unit.
     pub values: Vec<f64>,
-    /// The least misfit over all values of the others; infinite, in JSON null, where nothing could be
-    /// simulated.
+    /// Misfit minimized over the other parameters; null where nothing could be simulated.
     #[serde(deserialize_with = "crate::input::arrays::all_or_infinite")]
     pub misfit: Vec<f64>,
 }

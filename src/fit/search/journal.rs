@@ -7,21 +7,21 @@ use crate::fit::unknown::Unknown;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// A point on the way to the optimum.
+/// One point of the convergence history.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Iterate {
-    /// `scan`, `coarse model`, `growing horizon` or `full model`.
+    /// Stage of the search: `scan`, `coarse model`, `growing horizon` or `full model`.
     pub stage: String,
-    /// Work so far, in full simulations.
+    /// Cost up to this point, in full simulations.
     pub simulations: f64,
-    /// Half the sum of squared residuals (or their losses), over the part of the record that the stage
-    /// looks at, in units of the sigmas that the fit ended with.
+    /// Half the sum of squared residuals or of their losses, in units of the final sigmas, over the
+    /// part of the record that the stage uses.
     pub misfit: f64,
-    /// Number of residuals that the misfit is made of.
+    /// Number of residuals in the misfit.
     pub residuals: usize,
-    /// The parameters, in their units.
+    /// Values of the parameters, in their units.
     pub values: Vec<f64>,
 }
 

@@ -24,16 +24,16 @@ use std::ops::Range;
 /// Replicates between two reports of progress.
 const BATCH: usize = 16;
 
-/// The spread of an estimate over the replicates.
+/// Spread of an estimate over bootstrap replicates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Bootstrap {
     /// Standard deviation of the estimates, in the parameter's unit.
     pub std_error: f64,
-    /// Percentiles 2.5 and 97.5 of the estimates, in the same unit.
+    /// 2.5 and 97.5 percentiles of the estimates, in the parameter's unit.
     pub interval95: [f64; 2],
-    /// What every replicate found, in the same unit, where fits [share out](crate::fit::Analysis::bootstrap_first) a bootstrap.
+    /// Estimate of each replicate, in the parameter's unit, where fits share a bootstrap.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub estimates: Vec<f64>,
 }

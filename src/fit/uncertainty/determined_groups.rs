@@ -19,18 +19,19 @@ const EXACT: f64 = 1e-3;
 /// Sections of several experiments are one where they differ by less than this part.
 const SAME_SECTION: f64 = 1e-9;
 
-/// A group of numbers that the data determine without the density.
+/// A ratio to the density that the data determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DeterminedGroup {
-    /// The group: `EI/(rho A)` or `GJ/(rho A)`; `EI1` bends in the plane of `up` and `EI2` across it.
+    /// Name of the ratio: `EI/(rho A)` or `GJ/(rho A)`; `EI1` bends in the plane of `up` and `EI2`
+    /// across it.
     pub name: String,
-    /// Its value at the estimate of the modulus, without the factors of a taper, in its unit.
+    /// Value at the estimate of the modulus, without the factors of a taper, in `unit`.
     pub value: f64,
-    /// Standard error over the value: the uncertainty of the given density is no part of it.
+    /// Standard error as a fraction of the value, without the uncertainty of the given density.
     pub relative_std_error: f64,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: String,
 }
 

@@ -40,24 +40,25 @@ const FEWEST_STEPS: f64 = 100.0;
 /// The same of steps where the program chose them.
 const FEWEST_CHOSEN_STEPS: f64 = 40.0;
 
-/// The discretisation error of an identified parameter.
+/// Discretization error of a parameter, as fractions of its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DiscretizationError {
-    /// The parameter.
+    /// Name of the parameter.
     pub name: Parameter,
-    /// The experiments it is a parameter of; all that have it when empty.
+    /// Experiments with this parameter; empty: all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub experiments: Vec<String>,
-    /// Error of mesh and step together over the value; none where the parameter is not identifiable.
+    /// Error of mesh and step as a fraction of the value; null if the parameter is not
+    /// identifiable.
     pub relative: Option<f64>,
-    /// Error of the mesh over the value; none where the parameter is not identifiable.
+    /// Error of the mesh as a fraction of the value; null if the parameter is not identifiable.
     pub mesh: Option<f64>,
-    /// Error of the step over the value; none where the fit identifies beta, whose meaning goes with
-    /// the step.
+    /// Error of the time step as a fraction of the value; null where the fit identifies beta.
     pub step: Option<f64>,
-    /// By how much the value was corrected for mesh and step, over the value; none where they are given.
+    /// Correction of the value for mesh and step, as a fraction of it; null where the scene gives
+    /// them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correction: Option<f64>,
 }

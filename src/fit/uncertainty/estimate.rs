@@ -11,22 +11,22 @@ use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
-/// What the differences between experiments say of a parameter, and what the residuals do.
+/// Cluster jackknife: uncertainty of a parameter from the differences between experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct AcrossExperiments {
-    /// How many experiments were compared.
+    /// Number of compared experiments.
     pub experiments: usize,
-    /// Standard error from how they differ, in the parameter's unit.
+    /// Standard error from the differences between experiments, in the parameter's unit.
     pub std_error: f64,
-    /// 95 % interval from how they differ.
+    /// 95 % interval from the differences between experiments, in the parameter's unit.
     pub interval95: [f64; 2],
-    /// Standard error from the residuals, each taken for a draw of its own.
+    /// Standard error from the residuals, in the parameter's unit.
     pub residual_std_error: f64,
-    /// 95 % interval from the residuals.
+    /// 95 % interval from the residuals, in the parameter's unit.
     pub residual_interval95: [f64; 2],
-    /// Whether the report's interval is that of the experiments: it is where that is the wider one.
+    /// Whether this interval is the reported one, because it is wider.
     pub reported: bool,
 }
 
@@ -35,61 +35,62 @@ pub struct AcrossExperiments {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Estimate {
-    /// The parameter, under the name that it was asked for by.
+    /// Name of the parameter as requested.
     pub name: Parameter,
-    /// The experiments it is a parameter of; all that have it when empty.
+    /// Experiments with this parameter; empty: all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub experiments: Vec<String>,
-    /// In the parameter's SI unit; none when not identifiable.
+    /// Estimate in the parameter's SI unit; null if not identifiable.
     pub value: Option<f64>,
-    /// Standard error in the same unit; none without convergence.
+    /// Standard error, in the parameter's unit; null without convergence.
     pub std_error: Option<f64>,
-    /// 95 % interval in the same unit; none without convergence.
+    /// 95 % interval, in the parameter's unit; null without convergence.
     pub interval95: Option<[f64; 2]>,
-    /// One-sided 95 % upper end of a damping that cannot be distinguished from zero, or of a parameter that the data do
-    /// not bound from below, in the same unit: the interval is then `[0, upper95]`, and there is no standard error.
+    /// One-sided 95 % upper bound of a damping that is not distinguishable from zero, or of a
+    /// parameter that the data do not bound from below, in its unit; the interval is then `[0,
+    /// upper95]`, without a standard error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub upper95: Option<f64>,
-    /// One-sided 95 % lower end of a parameter that the data do not bound from above, in the same unit: there is neither
-    /// an interval nor a standard error.
+    /// One-sided 95 % lower bound of a parameter that the data do not bound from above, in its
+    /// unit; there is then no interval and no standard error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lower95: Option<f64>,
-    /// What the differences between experiments say, of five experiments or more.
+    /// Cluster jackknife, with five experiments or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub across_experiments: Option<AcrossExperiments>,
     /// Whether the data determine the parameter.
     pub identifiable: bool,
-    /// What was known of the parameter before the data.
+    /// Prior of the parameter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prior: Option<Prior>,
-    /// Standard error from the exact Hessian of the misfit, if asked for.
+    /// Standard error from the exact Hessian of the misfit, in the parameter's unit, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observed_std_error: Option<f64>,
-    /// 95 % interval from the likelihood's profile, if asked for; an end is none where the data
-    /// set none.
+    /// 95 % interval from the profile likelihood, in the parameter's unit, if requested; an end is
+    /// null where the data set no limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub profile95: Option<[Option<f64>; 2]>,
-    /// Spread over a parametric bootstrap, if asked for.
+    /// Spread over a parametric bootstrap, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<Bootstrap>,
-    /// Every source of uncertainty with what it does to the parameter; empty without a standard error.
+    /// Uncertainty budget: contribution of each source; empty without a standard error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budget: Vec<BudgetLine>,
-    /// Standard uncertainty of all sources together, in the parameter's unit.
+    /// Combined standard uncertainty of all sources, in the parameter's unit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub combined_std: Option<f64>,
-    /// How many of those the expanded uncertainty has: Student's t at the effective degrees of freedom.
+    /// Coverage factor of the expanded uncertainty: Student's t at the effective degrees of
+    /// freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage_factor: Option<f64>,
-    /// Interval of the expanded uncertainty (GUM): the value plus and minus `coverage_factor` times `combined_std`, in its
-    /// unit, within the limits of the parameter.
+    /// Expanded 95 % interval (GUM): value plus and minus `coverage_factor` times `combined_std`,
+    /// in the parameter's unit, within its limits.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expanded95: Option<[f64; 2]>,
-    /// What one per cent of numbers that are neither identified nor said to be known would change, the
-    /// most first.
+    /// Sensitivities to +1 % of each input without a stated uncertainty, the largest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub one_per_cent: Vec<PerCent>,
-    /// What fits with other known numbers and other noise say, if asked for.
+    /// Spread of fits with random inputs and noise, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monte_carlo: Option<MonteCarlo>,
 }

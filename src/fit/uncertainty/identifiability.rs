@@ -22,15 +22,15 @@ const SAID: usize = 3;
 /// is also looked at as far as that: a long way off, the model may be flatter than it is here.
 pub(crate) const SUSPICIOUS: f64 = 0.1;
 
-/// Whether better data would help.
+/// Kind of non-identifiability.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum NonIdentifiability {
-    /// No record of these points determines the combination, however good.
+    /// No record of these points determines the combination, however accurate.
     Structural,
-    /// The noise of these data hides it.
+    /// The noise of these data hides the combination.
     Practical,
 }
 
@@ -49,11 +49,11 @@ impl NonIdentifiability {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Finding {
-    /// Whether better data would help.
+    /// Kind of non-identifiability.
     pub kind: NonIdentifiability,
-    /// The parameters in the combination.
+    /// Parameters of the combination.
     pub parameters: Vec<Parameter>,
-    /// What is wrong, in a sentence.
+    /// Description, as text.
     pub words: String,
 }
 

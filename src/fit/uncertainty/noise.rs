@@ -111,23 +111,23 @@ pub(crate) fn residual_rms(search: &Search, optimum: &Optimum) -> f64 {
     of_unit("m").or_else(|| of_unit("rad/s")).or_else(|| of_unit(first)).unwrap_or(0.0)
 }
 
-/// What a robust loss did with a measurement.
+/// Effect of a robust loss on a measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct LossEffect {
-    /// The file, or what was measured.
+    /// Name of the measurement.
     pub observation: String,
-    /// The loss of the measurement.
+    /// Loss function of the measurement.
     pub loss: Loss,
-    /// Values farther off than the loss's scale, which count less than their squares.
+    /// Number of down-weighted values, beyond the scale of the loss.
     pub beyond_scale: usize,
-    /// Values farther off than five sigma: no noise.
+    /// Number of values with residuals above five sigma.
     pub beyond_5_sigma: usize,
     /// Number of values of the measurement.
     pub values: usize,
-    /// Standard errors over those of least squares on normal noise of the same sigma: about 1.03
-    /// for clean data.
+    /// Ratio of standard errors to those of least squares on normal noise of the same sigma: about
+    /// 1.03 for clean data.
     pub error_factor: f64,
 }
 

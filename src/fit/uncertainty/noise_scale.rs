@@ -24,7 +24,7 @@ const CLEARLY_LOWER: f64 = 2.0;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct NoiseScale {
-    /// The file, or the point.
+    /// Name of the file or of the point.
     pub observation: String,
     /// x, y or z.
     pub axis: String,
@@ -32,7 +32,7 @@ pub struct NoiseScale {
     pub value: Option<f64>,
     /// Unit of `value` and `residual_rms`.
     pub unit: String,
-    /// Degrees of freedom of the square of `value`.
+    /// Degrees of freedom of the squared `value`; null without a value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degrees_of_freedom: Option<f64>,
     /// Order of the differences; none where the resolution of the values sets the scale.

@@ -14,20 +14,21 @@ use crate::fit::unknown::Unknown;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// How well a measurement that was held out is predicted.
+/// Error of the prediction of a validation measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Prediction {
-    /// The file, or what was measured.
+    /// Name of the measurement.
     pub observation: String,
     /// Unit of `rms` and `expected`.
     pub unit: String,
-    /// Root mean square difference between what was predicted and what was measured, in `unit`.
+    /// Root mean square difference between prediction and measurement, in `unit`.
     pub rms: f64,
-    /// What the noise, where its sigma is given, and the parameters' errors let one expect of `rms`.
+    /// Expected `rms` from the noise, where sigma is given, and from the parameter errors, in
+    /// `unit`.
     pub expected: f64,
-    /// Number of values that were predicted.
+    /// Number of predicted values.
     pub values: usize,
 }
 

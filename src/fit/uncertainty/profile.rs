@@ -24,21 +24,21 @@ const MOST_POINTS: usize = 40;
 /// An end farther than this on the unknown's scale (20 decades of a logarithm) is none.
 const FARTHEST: f64 = 46.0;
 
-/// The profile of the likelihood over one unknown.
+/// Profile likelihood of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Profile {
-    /// The unknown.
+    /// Name of the parameter.
     pub name: Parameter,
-    /// Its name with the experiments it is of, if it is not of all.
+    /// Name of the parameter with its experiments, if it does not belong to all.
     pub label: String,
-    /// Values of the unknown, ascending, in its unit.
+    /// Values of the parameter, ascending, in its unit.
     pub values: Vec<f64>,
-    /// Rise of twice the misfit over the optimum, all others fitted, in units of the noise's
-    /// variance.
+    /// Rise of twice the misfit over the optimum, all other parameters fitted, in units of the
+    /// noise variance.
     pub rise: Vec<f64>,
-    /// The rise at the ends of the 95 % interval.
+    /// Rise of the profile at the ends of the 95 % interval.
     pub level: f64,
 }
 

@@ -17,48 +17,47 @@ use std::sync::Arc;
 /// Frames that a recorded start is made of: nothing is predicted there.
 pub(crate) const STARTING: usize = 2;
 
-/// How far the rod of an experiment goes from its recording.
+/// Free-run prediction error of an experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingError {
-    /// The experiment; empty where there is only one.
+    /// Name of the experiment; empty if there is only one.
     pub experiment: String,
-    /// Whether nothing of it was fitted.
+    /// Whether the experiment is validation data.
     pub held_out: bool,
-    /// Mean distance per coordinate between simulation and recording, m: over all markers, held ones too,
-    /// and all frames after the two that the motion starts from, without looking at the markers again.
-    /// None where the simulation failed.
+    /// Mean distance per coordinate between simulation and recording, m, over all markers and all
+    /// frames after the two that start the run; null where the simulation failed.
     pub mean_error: Option<f64>,
 }
 
-/// The same of several experiments.
+/// Summary of the free-run prediction errors of several experiments.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ErrorSummary {
-    /// How many experiments were simulated.
+    /// Number of simulated experiments.
     pub experiments: usize,
-    /// Mean of their mean errors, m.
+    /// Mean of the mean errors, m.
     pub mean: f64,
-    /// Median of their mean errors, m.
+    /// Median of the mean errors, m.
     pub median: f64,
-    /// The largest of their mean errors, m.
+    /// Largest of the mean errors, m.
     pub worst: f64,
-    /// The experiment that has it.
+    /// Name of the experiment with the largest error.
     pub worst_experiment: String,
 }
 
-/// How far rods go from the recordings that lead their ends.
+/// Free-run prediction errors of recordings with driven ends.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct RecordingErrors {
-    /// Of the experiments that were fitted.
+    /// Errors of the fitted experiments.
     pub fitted: Option<ErrorSummary>,
-    /// Of those of which nothing was.
+    /// Errors of the validation experiments.
     pub held_out: Option<ErrorSummary>,
-    /// Each experiment.
+    /// Error of each experiment.
     pub list: Vec<RecordingError>,
 }
 

@@ -7,86 +7,88 @@ use std::fmt;
 /// So many that could be it as well are named.
 const NAMED: usize = 3;
 
-/// A source of uncertainty, and what it does to a parameter.
+/// One source of the uncertainty budget of a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct BudgetLine {
-    /// A known number of the scenes, `noise`, `mesh`, `step` or `experiments`.
+    /// Source of the uncertainty: name of an input, `noise`, `mesh`, `step` or `experiments`.
     pub source: String,
-    /// The parameter.
+    /// Name of the parameter.
     pub parameter: Parameter,
-    /// Standard uncertainty of the source in its own unit, where it is a number of the scenes.
+    /// Standard uncertainty of an input, in its unit; null for other sources.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std: Option<f64>,
-    /// The unit of the source.
+    /// Unit of the source.
     #[serde(skip_serializing_if = "String::is_empty", default)]
     pub unit: String,
-    /// Change of the parameter over that of the source, both in their units.
+    /// Change of the parameter per change of the source, both in their units.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensitivity: Option<f64>,
-    /// Per cent of the parameter per per cent of the source, where both have a size.
+    /// Relative change of the parameter per relative change of the source.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative_sensitivity: Option<f64>,
     /// Standard uncertainty of the parameter by this source alone, in the parameter's unit.
     pub contribution: f64,
-    /// Part of the combined variance; below zero where a correlation makes up for others.
+    /// Fraction of the combined variance; negative where a correlation compensates others.
     pub share: f64,
-    /// Degrees of freedom, where there are few.
+    /// Degrees of freedom of the source; null if there are many.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub degrees_of_freedom: Option<f64>,
 }
 
-/// What many fits say of a parameter, each with other known numbers and other noise.
+/// Spread of the estimates over fits with random inputs and noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct MonteCarlo {
-    /// How many fits.
+    /// Number of fits.
     pub fits: usize,
-    /// Standard deviation of their estimates, in the parameter's unit.
+    /// Standard deviation of the estimates, in the parameter's unit.
     pub std: f64,
-    /// Their percentiles 2.5 and 97.5.
+    /// 2.5 and 97.5 percentiles of the estimates, in the parameter's unit.
     pub interval95: [f64; 2],
-    /// What the budget says to that: noise and known numbers together.
+    /// Standard deviation that the uncertainty budget predicts, in the parameter's unit.
     pub linear_std: f64,
 }
 
-/// What one per cent more of a number does to a parameter.
+/// Sensitivity of a parameter to +1 % of an input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct PerCent {
-    /// The number, by its place in the scene; a vector by that of its components.
+    /// Name of the input; a vector by the name of its components.
     pub source: String,
-    /// How the estimate changes, in its unit.
+    /// Change of the estimate, in its unit.
     pub change: f64,
-    /// The same over the estimate, where that is positive.
+    /// Relative change of the estimate, as a fraction, where the estimate is positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
 }
 
-/// What a term that the scene lacks would explain of what is left, or a number that is off.
+/// Score test of an omitted effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ScoreTest {
-    /// The number, by its place in the scene that has the term.
+    /// Name of the number in the scene with the effect.
     pub source: String,
-    /// What it is.
+    /// Name of the effect, as text.
     pub words: String,
-    /// Its place in the order of what explains what is left best, from 1. What the data cannot tell apart has the same.
+    /// Rank of the effect among all tested ones, from 1; effects that the data cannot separate
+    /// share a rank.
     #[serde(default)]
     pub place: usize,
-    /// How large it would be, beside what the scene has, by the linear model.
+    /// Estimated size of the effect beyond the scene, by the linear model, in `unit`.
     pub estimate: f64,
     /// Unit of the estimate.
     pub unit: String,
-    /// The estimate over its standard error.
+    /// Estimate divided by its standard error.
     pub sigmas: f64,
     /// Probability that noise alone makes any of the tested effects as significant.
     pub p_value: f64,
-    /// The same if the autocorrelation of the residuals were that of the noise; none where they have none.
+    /// The p-value if the autocorrelation of the residuals is that of the noise; null without
+    /// autocorrelation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p_value_if_correlated: Option<f64>,
 }
@@ -119,40 +121,43 @@ pub(crate) fn looks_like(tests: &[ScoreTest]) -> Vec<String> {
     found.map(words).collect()
 }
 
-/// Bias of a parameter by an effect that the model omits and the data do not exclude.
+/// Undetected bias: bias of a parameter by an omitted effect that the data do not exclude.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CouldHide {
-    /// The number, by its place in the scene that has the term.
+    /// Name of the number in the scene with the effect.
     pub source: String,
-    /// What it is.
+    /// Name of the effect, as text.
     pub words: String,
-    /// Size of the effect, beside what the scene has, that plausibility and data together exceed with a probability of 5 %.
+    /// Size of the effect, in `unit`, that plausibility and data together exceed with a probability
+    /// of 5 %.
     pub size: f64,
-    /// Plausible size before the data: scale of a Student t prior with four degrees of freedom, in the same unit.
+    /// Plausible size before the data, in `unit`: scale of a Student t prior with four degrees of
+    /// freedom.
     #[serde(default)]
     pub plausible: f64,
-    /// Size by the score test alone; none where the parameters follow all of the effect.
+    /// Size of the effect by the score test alone, in `unit`; null where the effect is collinear
+    /// with the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<f64>,
-    /// Standard error of that estimate.
+    /// Standard error of `estimate`, in `unit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate_std_error: Option<f64>,
-    /// Unit of these sizes.
+    /// Unit of the sizes.
     pub unit: String,
-    /// The parameter, with its experiments if it is of some only.
+    /// Name of the parameter, with its experiments if it does not belong to all.
     pub parameter: String,
-    /// By how much the estimate would be off, in its unit.
+    /// Bias of the estimate, in its unit.
     pub change: f64,
-    /// The same over the true value, where that is positive.
+    /// Bias as a fraction of the true value, where that is positive.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
-    /// The same in standard errors of the estimate.
+    /// Bias in standard errors of the estimate.
     pub std_errors: f64,
-    /// How many standard deviations of the noise it would leave in the residuals.
+    /// Effect on the residuals, in standard deviations of the noise.
     pub visible: f64,
-    /// What would tell.
+    /// Experiment that would reveal the effect.
     pub tell: String,
 }
 

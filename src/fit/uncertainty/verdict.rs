@@ -7,26 +7,26 @@ use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::fmt;
 
-/// How far a result can be believed, the best first. In JSON in kebab case, as in `refine-numerics`.
+/// Grade of a result, the best first; in JSON in kebab case, as `refine-numerics`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Grade {
-    /// Nothing speaks against values and intervals.
+    /// No problem detected.
     Trustworthy,
-    /// The model fits, but mesh and step may be off by more than the intervals say.
+    /// Discretization too coarse: the discretization error may exceed the intervals.
     RefineNumerics,
-    /// Residuals that autocorrelated noise or an effect missing in the model would leave: the data do not separate the
-    /// two, and a missing effect would bias the estimates.
+    /// Correlated noise or a missing effect: the data do not separate the two, and a missing effect
+    /// would bias the estimates.
     CorrelatedOrMissing,
-    /// What is left of the data is no noise: the values may be near, the intervals are too narrow.
+    /// Model inadequate: the residuals are not noise, and the intervals are too narrow.
     ModelDoesNotExplain,
-    /// The data do not determine all that was asked for.
+    /// The data do not determine all requested parameters.
     NotIdentifiable,
-    /// The fit was told to stop before it was done.
+    /// The fit was stopped before convergence.
     Interrupted,
-    /// The values mean nothing: the fit did not converge, or the data show no motion of this rod.
+    /// Unusable: the fit did not converge, or the data show no motion of this rod.
     NotUsable,
 }
 

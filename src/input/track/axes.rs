@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What the world's x, y and z are in the file's axes: `["x", "z", "-y"]`; `"none"` of one that was not seen.
+/// Axes of the file that are the world's x, y and z: `["x", "z", "-y"]`; `"none"` for a coordinate
+/// that was not observed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(try_from = "Vec<String>", into = "Vec<String>")]

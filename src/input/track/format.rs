@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Bytes that are looked at.
 const FIRST: usize = 4096;
 
-/// Programs whose files of markers can be read.
+/// Tracking programs whose files are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]

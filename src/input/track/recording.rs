@@ -9,8 +9,7 @@ use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted, is_called};
 use crate::input::track::sigma::SigmaColumns;
 use serde::{Deserialize, Serialize};
 
-/// How the numbers of a file become seconds and metres, and which of its markers is meant. The default reads files
-/// in SI units, or in the units of their header.
+/// Units, axes and marker of a recorded file. The default is SI units or the units of the header.
 ///
 /// ```
 /// use rodfit::Observation;
@@ -36,45 +35,43 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Recording {
-    /// Which program wrote the file; found from its first bytes without.
+    /// Program that wrote the file; null: determined from the first bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub format: Option<Format>,
-    /// Which of the file's markers; not needed where there is one.
+    /// Name of the marker in the file; null if there is only one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker: Option<String>,
-    /// Places that the program is less sure of than this are missing.
+    /// Confidence below which positions are treated as missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub likelihood: Option<f64>,
-    /// Which of the file's axes are the world's.
+    /// Axes of the file that are the world's x, y and z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<Axes>,
-    /// Frames a second, Hz; where the time is a frame number and the file does not say the rate, and only there.
+    /// Frames per second, Hz, for files with frame numbers only.
     pub fps: Option<f64>,
-    /// Metres a pixel; where positions are in pixels, `x[px]`, or in a unit that the file does not name, and only
-    /// there.
+    /// Meters per pixel, or per unit that the file does not name.
     pub scale: Option<f64>,
-    /// Where the world's origin is in the file's own coordinates and units, whatever these are; 0
-    /// along an axis that was not seen.
+    /// Position of the world's origin in the file's own coordinates and unit.
     #[serde(deserialize_with = "crate::input::arrays::some_numbers")]
     pub origin: Option<[f64; 3]>,
-    /// Which way the y axis points; needed for pixels, up for lengths.
+    /// Direction of the file's y axis; required for pixels, up for lengths.
     pub y: Option<Vertical>,
-    /// When the motion starts on the file's own clock, in its unit; what was seen before is left
-    /// out, and counted in [`Observation::dropped`](crate::Observation::dropped).
+    /// Time on the file's own clock, in its unit, at which the motion starts; earlier rows are
+    /// dropped and counted in `dropped`.
     pub time_zero: Option<f64>,
-    /// Which columns say how far off each place is; of a table of one marker, or of a shape.
+    /// Columns with the standard deviations of the positions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sigma: Option<SigmaColumns>,
 }
 
-/// Which way an axis points.
+/// Direction of the vertical image axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Vertical {
-    /// Against gravity, as in drawings.
+    /// Upward, as in drawings.
     Up,
-    /// With gravity, as in images.
+    /// Downward, as in images.
     Down,
 }
 

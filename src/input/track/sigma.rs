@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::input::table::Table;
 use serde::{Deserialize, Serialize};
 
-/// The columns with the standard deviations of a file's places, row by row; in the unit of their headers, or that of
-/// the places.
+/// Columns with the standard deviations of the positions, row by row, in the unit of their headers
+/// or of the positions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
@@ -13,24 +13,24 @@ use serde::{Deserialize, Serialize};
     expecting = "expected the name of a column, or { x = \"..\", y = \"..\" } of those of the axes"
 )]
 pub enum SigmaColumns {
-    /// One for all axes.
+    /// Name of one column for all axes.
     All(String),
-    /// One for each of the file's axes.
+    /// Name of one column for each axis of the file.
     Each(AxisColumnNames),
 }
 
-/// Names of columns for the file's axes.
+/// Names of the columns with standard deviations, by axis of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct AxisColumnNames {
-    /// Of x.
+    /// Column of x.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<String>,
-    /// Of y.
+    /// Column of y.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<String>,
-    /// Of z.
+    /// Column of z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z: Option<String>,
 }
