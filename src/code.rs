@@ -101,7 +101,10 @@ codes! {
     Glitches "glitches",
     ImplausibleUnits "implausible-units",
     NoGravity "no-gravity",
+    CoarseCurvature "coarse-curvature",
+    StepBeyondEnd "step-beyond-end",
     LargeStrain "large-strain",
+    NumericalDamping "numerical-damping",
     // Of rods at rest and of derivatives.
     Unstable "unstable",
     DerivativesDisagree "derivatives-disagree",

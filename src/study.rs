@@ -280,9 +280,9 @@ struct Run {
 impl Run {
     fn new(problem: &Problem) -> Result<Self, Error> {
         let time = problem.time()?;
-        let tip = problem.nodes() - 1;
+        let tip: Vec<usize> = problem.tip().nodes.iter().map(|(node, _)| *node).collect();
         let mut report = SimulationReport::new(problem);
-        let mut trajectory = Trajectory::new(problem, &[tip], &[])?;
+        let mut trajectory = Trajectory::new(problem, &tip, &[])?;
         let outcome =
             trajectory.run(problem, time.steps(), |now| report.push(problem, now)).and_then(|()| {
                 let at = |k: usize| time.end * k as f64 / SAMPLES as f64;
@@ -291,7 +291,7 @@ impl Run {
         let mut seconds = trajectory.stepping().as_secs_f64();
         for _ in 0..2 {
             if outcome.is_ok() && seconds < SHORT {
-                let mut again = Trajectory::new(problem, &[tip], &[])?;
+                let mut again = Trajectory::new(problem, &tip, &[])?;
                 again.run(problem, time.steps(), |_| {})?;
                 seconds = seconds.min(again.stepping().as_secs_f64());
             }

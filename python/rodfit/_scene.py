@@ -105,8 +105,8 @@ class Run:
 
     @property
     def tip(self) -> np.ndarray:
-        """Places of the last node, m: (times, 3)."""
-        return self.position[:, -1, :]
+        """Places of the rod's end, m: (times, 3). It is the last node, or the wall that holds this end between two nodes."""
+        return self.at("tip")
 
     @property
     def energy(self) -> dict[str, np.ndarray]:

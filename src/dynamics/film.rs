@@ -3,6 +3,7 @@
 use crate::dynamics::run::Snapshot;
 use crate::problem::Problem;
 use crate::rod::Energies;
+use crate::scene::Stencil;
 
 /// Most moments with the whole rod, beside the first, and of its tip and energies.
 const FRAMES: usize = 200;
@@ -15,6 +16,8 @@ const EDGES: usize = 100;
 pub struct Film {
     /// The nodes that are kept, ascending, both ends among them.
     nodes: Vec<usize>,
+    /// The nodes and weights whose sum is the tip.
+    tip: Stencil,
     steps: usize,
     /// Steps from one sample to the next, and samples from one frame to the next.
     every: [usize; 2],
@@ -52,7 +55,8 @@ impl Film {
         nodes.push(last);
         let frame = steps.div_ceil(sample).div_ceil(FRAMES).max(1);
         let every = [sample, frame];
-        Self { nodes, steps, every, seen: 0, frames: Vec::new(), samples: Vec::new() }
+        let (frames, samples) = (Vec::new(), Vec::new());
+        Self { nodes, tip: problem.tip(), steps, every, seen: 0, frames, samples }
     }
 
     /// Takes the state of a simulation after a step, and before the first.
@@ -64,8 +68,8 @@ impl Film {
         if !step.is_multiple_of(sample) && !is_last {
             return;
         }
-        let (time, tip) = (simulation.time(), self.nodes[self.nodes.len() - 1]);
-        let (tip, energies) = (simulation.position(tip), simulation.energies());
+        let time = simulation.time();
+        let (tip, energies) = (simulation.place(&self.tip), simulation.energies());
         self.samples.push(Sample { time, tip, energies });
         if step.is_multiple_of(sample * frame) || is_last {
             let nodes = self.nodes.iter().map(|i| simulation.position(*i)).collect();

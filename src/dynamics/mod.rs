@@ -3,6 +3,7 @@
 
 pub mod adjoint;
 pub mod coefficients;
+mod energy_balance;
 mod film;
 mod follower;
 mod largest_step;

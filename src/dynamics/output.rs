@@ -1,6 +1,7 @@
 //! What `rodfit simulate` writes: a CSV table of all nodes while it runs, a JSON report at the end.
 
 use crate::code::Code;
+use crate::dynamics::energy_balance;
 use crate::dynamics::run::Snapshot;
 use crate::dynamics::step::Work;
 use crate::dynamics::trajectory::Trajectory;
@@ -8,9 +9,12 @@ use crate::error::Error;
 use crate::numerics::abreast::level;
 use crate::problem::Problem;
 use crate::problem::strain::StrainRecord;
-use crate::scene::{Resolution, Scene, Scheme};
+use crate::scene::{Resolution, Scene, Scheme, Stencil};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
+
+/// An energy that changes by less than this part of the largest kinetic energy is kept.
+const MAX_KEPT: f64 = 0.02;
 
 /// A CSV table with a row per step: `t`, then `x_i,y_i,z_i` of every node in world axes, m.
 #[derive(Debug)]
@@ -125,12 +129,19 @@ pub struct SimulationReport {
     /// Last recorded row `[t, x, y, z]` of the tip, s and m.
     #[serde(default)]
     last_tip: Option<[f64; 4]>,
+    /// The nodes and weights whose sum is the tip.
+    #[serde(skip, default = "no_end")]
+    end: Stencil,
     /// The largest strain so far.
     #[serde(skip)]
     strains: StrainRecord,
     /// Whether `tip` and `energy` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     keeps_series: bool,
+}
+
+fn no_end() -> Stencil {
+    Stencil::node(0)
 }
 
 fn yes() -> bool {
@@ -167,6 +178,7 @@ impl SimulationReport {
             end_energy: 0.0,
             negligible_energy: negligible_energy(problem),
             last_tip: None,
+            end: problem.tip(),
             strains: StrainRecord::new(problem),
             keeps_series: true,
         }
@@ -178,9 +190,9 @@ impl SimulationReport {
     }
 
     /// Appends the state of a simulation.
-    pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
+    pub fn push(&mut self, _problem: &Problem, simulation: &dyn Snapshot) {
         let (t, e) = (simulation.time(), simulation.energies());
-        let [x, y, z] = simulation.position(problem.nodes() - 1);
+        let [x, y, z] = simulation.place(&self.end);
         let total = e.total();
         self.strains.add(|i| simulation.position(i), t);
         match self.last_tip {
@@ -205,7 +217,8 @@ impl SimulationReport {
         self.wall_seconds = trajectory.stepping().as_secs_f64();
         let modulus = self.scene.material.youngs_modulus;
         let strained = self.strains.largest().and_then(|largest| largest.warning(modulus));
-        if let Some((code, words)) = strained {
+        let unbalanced = energy_balance::warning(&self.scene, self.energy_drift());
+        for (code, words) in strained.into_iter().chain(unbalanced) {
             self.warnings.push(code.behind(words));
             self.warning_codes.push(code);
         }
@@ -254,8 +267,11 @@ impl SimulationReport {
             let part = percent(100.0 * (start - end) / self.largest_kinetic_energy);
             let rho_inf = time.rho_inf;
             format!("rho_inf = {rho_inf} took {part} of the largest kinetic energy")
-        } else {
+        } else if self.energy_drift() <= MAX_KEPT {
             format!("energy kept to {} of the largest kinetic energy", percent(drift))
+        } else {
+            let name = self.scene.scheme().name();
+            format!("{name} changed the energy by {} of the largest kinetic energy", percent(drift))
         }
     }
 

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::{Directors, Discretized, FramesOf, Model, Problem};
 use crate::rod::{Energies, Sensitive, State};
-use crate::scene::Parameter;
+use crate::scene::{Parameter, Stencil};
 use num_dual::Dual64;
 use std::sync::Arc;
 
@@ -24,6 +24,10 @@ pub trait Snapshot {
     fn energies(&self) -> Energies;
     /// The work so far.
     fn work(&self) -> Work;
+    /// Position of a point in world coordinates, m.
+    fn place(&self, stencil: &Stencil) -> [f64; 3] {
+        stencil.place(|i| self.position(i))
+    }
 }
 
 /// A simulation with the model that knows where its nodes are.

@@ -17,10 +17,11 @@
 //! The average vector field keeps the energy where its quadrature is exact. A large step in which
 //! the rod whips about may be beyond that, and has many roots; it shows in the energy at once.
 
+use crate::dynamics::energy_balance::is_dissipative;
 use crate::dynamics::simulation::Simulation;
 use crate::error::Error;
 use crate::rod::Rod;
-use crate::scene::scheme::{EnergyKept, SchemeParameter};
+use crate::scene::scheme::EnergyKept;
 use crate::scene::{Scene, Scheme};
 
 /// How often a step is halved before the run ends.
@@ -35,10 +36,6 @@ const EXPLICIT_INTERVAL: usize = 32;
 /// energy of limp rods in large steps swings by a hundredth for long without growing; to take such
 /// steps in halves would make what depends on parameters jump.
 const EASY: usize = 5;
-/// Above this beta the scheme dissipates.
-const DISSIPATES: f64 = 0.505;
-/// Below this `rho_inf` generalised-alpha does.
-const DISSIPATES_BELOW: f64 = 0.98;
 /// Coordinates are right to this part of themselves.
 const COORDINATES: f64 = 8.0 * f64::EPSILON;
 
@@ -87,11 +84,7 @@ impl Limits {
                 remedy: SMALLER,
             });
         }
-        let dissipates = match traits.parameter {
-            Some(SchemeParameter::Beta) => time.beta >= DISSIPATES,
-            Some(SchemeParameter::RhoInf) => time.rho_inf <= DISSIPATES_BELOW,
-            None => false,
-        };
+        let dissipates = is_dissipative(time);
         let explicit = traits.stability_limit.is_some();
         Some(Self {
             per_step: 0.01,

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
 use crate::rod::Energies;
-use crate::scene::{Parameter, Point};
+use crate::scene::{Parameter, Point, Stencil};
 use crate::statics::{Reactions, nodes_over};
 use nalgebra::Vector3;
 use num_dual::Dual64;
@@ -328,10 +328,12 @@ impl<D: Scalar> Trajectory<D> {
         self.problem.nodes()
     }
 
-    /// Position of the tip after `k` steps in world coordinates, m. Panics if `k` was not recorded
-    /// or the tip not tracked.
+    /// Position of the rod's end after `k` steps in world coordinates, m: its last node, or the wall that holds this end
+    /// between two nodes. Panics if `k` was not recorded or its nodes not tracked.
     pub fn tip(&self, k: usize) -> [D; 3] {
-        self.node(self.nodes() - 1, k)
+        let nodes = self.problem.tip().nodes.into_iter();
+        Stencil { nodes: nodes.map(|(i, weight)| (i, D::from(weight))).collect() }
+            .place(|i| self.node(i, k))
     }
 
     /// Position of a tracked node after `k` steps in world coordinates, m. Panics if `k` was not

@@ -6,6 +6,7 @@ mod curved_joints;
 mod layout;
 pub mod model;
 mod modelled;
+pub(crate) mod natural_turn;
 mod own;
 mod parameters;
 mod planar;
@@ -36,7 +37,7 @@ use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
 use crate::numerics::led::Led;
 use crate::numerics::scalar::Nestable;
-use crate::numerics::vector::{add, scale};
+use crate::numerics::vector::add;
 use crate::problem::layout::{BESIDE_STRAIGHT, check_edges, checked, choose, correction};
 use crate::problem::modelled::AnyModel;
 use crate::rod::Rod;
@@ -129,6 +130,7 @@ impl Problem {
             let allowed = format!("1 {BESIDE_STRAIGHT}");
             return Err(Error::invalid("rod.natural_curvature", found, allowed));
         }
+        natural_turn::check(&scene, &mesh)?;
         let (model, reason) = match like {
             Some(like) => {
                 checked(&scene, &mesh)?;
@@ -297,9 +299,10 @@ impl Problem {
         // Turning the rod turns it about this node.
         (scene.made_mesh().nodes[0], scene)
     }
-    /// How far the rest shape's tangent turns from end to end, rad.
+    /// Turning angle of the tangent from end to end, at rest or free of stress, whichever is larger, rad.
     pub(crate) fn turning(&self) -> f64 {
-        self.scene.rod.shape.turning().unwrap_or_else(|| self.mesh.turning())
+        let rest = self.scene.rod.shape.turning().unwrap_or_else(|| self.mesh.turning());
+        natural_turn::turning(&self.scene, rest, self.length())
     }
     /// A point of the rest shape in the world, m.
     pub(crate) fn rest_position(&self, stencil: &Stencil) -> [f64; 3] {
@@ -307,7 +310,7 @@ impl Problem {
             AnyProblem::Planar(discretized) => discretized.rest_positions(),
             AnyProblem::Spatial(discretized) => discretized.rest_positions(),
         };
-        stencil.nodes.iter().fold([0.0; 3], |sum, (i, w)| add(sum, scale(nodes[*i], *w)))
+        stencil.place(|i| nodes[i])
     }
     /// Where a marker is in the rest shape, m.
     pub(crate) fn marker_at_rest(&self, point: Point, offset: [f64; 3]) -> Result<[f64; 3], Error> {
@@ -432,8 +435,17 @@ impl Problem {
 
     /// Steps that follow the motion of a support badly.
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
-        let time = self.scene.time.as_ref();
-        time.map_or(Vec::new(), |time| self.scene.supports.step_warnings(time.step))
+        let Some(time) = &self.scene.time else { return Vec::new() };
+        let mut warnings = self.scene.supports.step_warnings(time.step);
+        if time.is_beyond_end() {
+            let (step, end) = (time.step, time.end);
+            let words = format!(
+                "time.step = {step:e} s is longer than time.end = {end:e} s. The motion is computed in one step, with a large \
+                 error. Take a small part of time.end, or leave time.step out"
+            );
+            warnings.push((Code::StepBeyondEnd, words));
+        }
+        warnings
     }
 
     /// What is wrong in the recording that leads the ends, or was mended.
@@ -458,6 +470,11 @@ impl Problem {
             Error::invalid("time", "no such table", "[time] with end and step, to simulate")
                 .in_file(self.scene.path.as_deref())
         })
+    }
+
+    /// The nodes and weights whose sum is the rod's end.
+    pub(crate) fn tip(&self) -> Stencil {
+        Point::Tip.stencil(&self.mesh).unwrap_or_else(|_| Stencil::node(self.segments()))
     }
 
     /// The nodes and weights whose sum is a point of the rod.

@@ -46,7 +46,7 @@ impl Problem {
                          Write [loads] gravity = [0, -9.81, 0], or [0, 0, 0] if none is meant";
             (Code::NoGravity, words.to_string())
         });
-        units.into_iter().chain(gravity).collect()
+        units.into_iter().chain(gravity).chain(self.natural_turn_note()).collect()
     }
 
     /// Whether gravity is left out of a scene in which nothing else drives a rod that is not vertical.

@@ -22,6 +22,7 @@ pub use aim::Aim;
 
 use crate::error::Error;
 use crate::problem::Problem;
+use crate::problem::natural_turn::turning;
 use crate::resolution::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, is_struck, solved_for};
 use crate::resolution::motion::Search;
 use crate::resolution::still::still;
@@ -94,7 +95,8 @@ impl Scene {
 
 /// Edges of a first mesh.
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
-    let turning = scene.rod.shape.turning().unwrap_or(0.0);
+    let shape = &scene.rod.shape;
+    let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
     let first = match aim {
         Aim::Motion if is_struck(scene) || scene.supports.path.is_some() => FIRST_EDGES_STRUCK,
         Aim::Motion => FIRST_EDGES,

@@ -51,15 +51,23 @@ pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Res
     }
 }
 
-/// Places over the length, or logarithms of frequencies.
+/// The logarithm of a frequency or of a growth rate (negative), with its sign: two meshes differ by the relative error of
+/// the mode, or by more than all of it where one of them has an unstable mode and the other a stable one.
+fn logarithm(frequency: f64) -> [f64; 3] {
+    match frequency == 0.0 {
+        true => [0.0; 3],
+        false => [frequency.abs().ln(), frequency.signum(), 0.0],
+    }
+}
+
+/// Places over the length, or logarithms of frequencies and growth rates.
 fn seen(problem: &Problem, aim: Aim) -> Result<Seen, Error> {
     if let Aim::Modes(count) = aim {
         // What has no equilibrium may still be looked at about its rest shape.
         let found = problem
             .modes(count, About::Equilibrium)
             .or_else(|_| problem.modes(count, About::Rest))?;
-        let ln = |frequency: &f64| [frequency.max(1e-300).ln(), 0.0, 0.0];
-        return Ok(found.modes.iter().map(|mode| ln(&mode.frequency_rad_s)).collect());
+        return Ok(found.modes.iter().map(|mode| logarithm(mode.frequency_rad_s)).collect());
     }
     let rest = problem.equilibrium()?;
     let over = problem.length().recip();

@@ -18,7 +18,24 @@ pub struct Mesh<D = f64> {
     pub named: Option<Vec<D>>,
 }
 
+/// Arc lengths that differ by less than this part of the rod's length are equal.
+const ROUNDING: f64 = 1e-9;
+
 impl<D: Scalar> Mesh<D> {
+    /// Whether the last node is behind the wall of a clamp, so that the rod ends between two nodes.
+    pub(crate) fn is_clamped_at_end(&self) -> bool {
+        let last = self.arc_length.last().map_or(0.0, D::value);
+        last > self.length.value() * (1.0 + ROUNDING)
+    }
+
+    /// Whether a place, by arc length from the wall, m, lies in an edge that reaches behind the wall of a clamp.
+    pub(crate) fn is_in_clamped_edge(&self, s: f64) -> bool {
+        let place = |i: usize| self.arc_length[i].value();
+        let (last, tolerance) = (self.arc_length.len() - 1, ROUNDING * self.length.value());
+        let at_start = place(0) < -tolerance && s <= place(1) + tolerance;
+        at_start || self.is_clamped_at_end() && s >= place(last - 1) - tolerance
+    }
+
     /// Where the nodes are, as parts of the length.
     pub(crate) fn places(&self) -> Vec<f64> {
         self.arc_length.iter().map(|s| s.value() / self.length.value()).collect()
@@ -36,7 +53,8 @@ impl Mesh {
         self.turns().all(|turn| turn < 1e-9)
     }
 
-    fn turns(&self) -> impl Iterator<Item = f64> {
+    /// Turning angle of every joint, rad.
+    pub(crate) fn turns(&self) -> impl Iterator<Item = f64> {
         self.nodes.windows(3).map(|p| {
             let [a, b, c] = [0, 1, 2].map(|i| Vector3::from(p[i]));
             angle(&(b - a), &(c - b))

@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use crate::numerics::scalar::Scalar;
+use crate::numerics::vector::{add, scale};
 use crate::scene::mesh::Mesh;
 use crate::scene::number::{Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,7 @@ use std::ops::Range;
     bound = "D: Written"
 )]
 pub enum Point<D = f64> {
-    /// The last node.
+    /// The end of the rod: its last node, or the wall that holds this end between two nodes.
     #[default]
     Tip,
     /// A node by its index, 0 at the start. It goes along when the rod gets longer.
@@ -112,6 +113,8 @@ impl<D: Scalar> Point<D> {
     pub fn stencil(self, mesh: &Mesh<D>) -> Result<Stencil<D>, Error> {
         match self.arc_length(mesh)? {
             Ok(node) => Ok(Stencil::node(node)),
+            // A clamp keeps the edge in it straight.
+            Err(s) if mesh.is_in_clamped_edge(s.value()) => Ok(Stencil::lever(&mesh.arc_length, s)),
             Err(s) => Ok(Stencil::between(&mesh.arc_length, s)),
         }
     }
@@ -143,6 +146,7 @@ impl<D: Scalar> Point<D> {
         let outside = |what, found, high| Err(Error::OutOfRange { what, found, low: 0.0, high });
         let last = mesh.nodes.len() - 1;
         match (self, &mesh.named) {
+            (Self::Tip, _) if mesh.is_clamped_at_end() => Ok(Err(mesh.length)),
             (Self::Tip, _) => Ok(Ok(last)),
             (Self::Node(i), None) if i <= last => Ok(Ok(i)),
             (Self::Node(i), None) => outside("node", i as f64, last as f64),
@@ -168,6 +172,12 @@ pub struct Stencil<D = f64> {
 }
 
 impl<D: Scalar> Stencil<D> {
+    /// The place of the point, m, where nodes have these positions, m.
+    pub(crate) fn place(&self, position: impl Fn(usize) -> [D; 3]) -> [D; 3] {
+        let zero = [D::from(0.0); 3];
+        self.nodes.iter().fold(zero, |sum, (i, weight)| add(sum, scale(position(*i), *weight)))
+    }
+
     /// One node.
     pub fn node(i: usize) -> Self {
         Self { nodes: vec![(i, D::from(1.0))] }

@@ -214,6 +214,16 @@ impl Shape {
         }
     }
 
+    /// Length, m; 0 of a polyline, whose points determine it.
+    pub(crate) fn length(&self) -> f64 {
+        match self {
+            Self::Straight { length, .. }
+            | Self::Arc { length, .. }
+            | Self::Helix { length, .. } => *length,
+            Self::Polyline { .. } => 0.0,
+        }
+    }
+
     /// How far the tangent turns from end to end, rad; none where only the points tell.
     pub(crate) fn turning(&self) -> Option<f64> {
         match self {

@@ -33,6 +33,9 @@ pub struct Time<D = f64> {
     pub tolerance: Tolerance,
 }
 
+/// A step and an end that differ by less than this part are equal.
+const ROUNDING: f64 = 1e-9;
+
 /// The `rho_inf` of a scene that gives none.
 const RHO_INF: f64 = 0.5;
 
@@ -67,6 +70,13 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
+        // Infinity stands for a key that is left out, in memory alone.
+        if step == Some(Time::LEFT_OPEN) {
+            return Err("time.step: found inf, allowed: a finite number above 0, or no such key");
+        }
+        if end == Some(Time::TO_THE_END) {
+            return Err("time.end: found inf, allowed: a finite number above 0");
+        }
         // A step was given for the default scheme, and so were its numbers.
         let numbers = beta.is_some() || rho_inf.is_some() || tolerance.is_some();
         let scheme_left_open = step.is_none() && scheme.is_none() && !numbers;
@@ -181,6 +191,11 @@ impl Time {
     /// Duration in s; step and scheme are the program's to choose.
     pub fn lasting(end: f64) -> Self {
         Self { scheme_left_open: true, ..Self::new(end, Self::LEFT_OPEN) }
+    }
+
+    /// Whether a given step is longer than the simulation.
+    pub(crate) fn is_beyond_end(&self) -> bool {
+        self.step != Self::LEFT_OPEN && self.step > self.end * (1.0 + ROUNDING)
     }
 
     /// Number of steps to the end; the last may be shorter.

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 pub struct Equilibrium {
     /// `planar` or `spatial`.
     pub model: String,
-    /// Position of the last node, m.
+    /// Position of the rod's end, m: its last node, or the wall that holds this end between two nodes.
     pub tip: [f64; 3],
     /// Elastic energy and potential of the loads, J.
     pub energy: f64,
@@ -133,7 +133,7 @@ fn at_rest<M: Model<W>, const W: usize>(
     warnings.extend(strain.and_then(|strain| strain.warning(modulus)));
     Ok(Equilibrium {
         model: problem.model().0.into(),
-        tip: nodes[nodes.len() - 1],
+        tip: problem.tip().place(|i| nodes[i]),
         energy: energies.total(),
         energies,
         newton_iterations: rest.newton_iterations,

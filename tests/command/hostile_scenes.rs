@@ -214,6 +214,7 @@ const SCENES: &[(&str, &str, &[&str])] = &[
     ("end = 0.3", "end = inf", &["time.end", "inf"]),
     ("end = 0.3", "end = 1e308", &["time", "1e9 steps"]),
     ("end = 0.3", "end = \"1 s\"", &["scene.toml", "string"]),
+    ("step = 2e-3", "step = inf", &["time.step", "inf"]),
     ("step = 2e-3", "step = nan", &["time.step", "NaN"]),
     ("step = 2e-3", "step = -1e-3", &["time.step", "-0.001"]),
     ("step = 2e-3", "step = 1e-320", &["time.step", "1e9 steps"]),

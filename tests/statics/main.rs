@@ -5,6 +5,7 @@ mod common;
 
 mod bifurcations;
 mod equilibrium;
+mod growth;
 mod led;
 mod masses;
 mod modes;

@@ -138,11 +138,11 @@ pub(crate) fn jumps(search: &Search, optimum: &Optimum, warnings: &mut Warnings)
 /// Recorded motions whose supports move too fast for the steps.
 pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warnings) {
     for experiment in experiments.iter().filter(|e| e.moves()) {
-        for (_, words) in experiment.problem.step_warnings() {
+        for (code, words) in experiment.problem.step_warnings() {
             let kind = "warnings of simulations";
             let words = experiment.key(&words);
             let alike = (kind, &experiment.name[..]);
-            warnings.add_alike(Weight::Numerics, Code::StepTooLarge, alike, words);
+            warnings.add_alike(Weight::Numerics, code, alike, words);
         }
     }
 }

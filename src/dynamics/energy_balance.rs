@@ -1,0 +1,50 @@
+//! Energy that a time integrator adds to a motion, or takes from it.
+//!
+//! Without damping, moving supports or flow the total energy `T + V` of a rod is constant. Its change is then an
+//! error of the scheme. The largest kinetic energy is the scale: what changes by all of it is not the motion of the
+//! scene. Gains stop a run ([`StepControl`](crate::dynamics::step_control::StepControl)); losses are reported here.
+
+use crate::code::Code;
+use crate::scene::{Scene, SchemeParameter, Time};
+
+/// Largest numerical change of the energy of a scheme that is meant to keep it, over the largest kinetic energy: the
+/// limit of step control for gains.
+const MAX_CHANGE: f64 = 0.1;
+/// The same where `beta` or `rho_inf` asks for numerical dissipation, or the program chose the step for the accuracy of
+/// positions: high modes that hold little displacement may lose their energy.
+const MAX_DISSIPATION: f64 = 1.0;
+/// Above this beta Newmark's scheme dissipates.
+const DISSIPATIVE_BETA: f64 = 0.505;
+/// Below this `rho_inf` generalised-alpha dissipates.
+const DISSIPATIVE_RHO_INF: f64 = 0.98;
+
+/// Whether the number of the scheme asks for numerical dissipation.
+pub(super) fn is_dissipative(time: &Time) -> bool {
+    match time.scheme.traits().parameter {
+        Some(SchemeParameter::Beta) => time.beta >= DISSIPATIVE_BETA,
+        Some(SchemeParameter::RhoInf) => time.rho_inf <= DISSIPATIVE_RHO_INF,
+        None => false,
+    }
+}
+
+/// Whether every change of the total energy of a scene is an error of the scheme.
+pub(super) fn is_conservative(scene: &Scene) -> bool {
+    !(scene.supports.move_ends() || scene.loads.flow() || scene.loads.take_energy())
+}
+
+/// The warning of a run whose total energy changed by `change` of the largest kinetic energy.
+pub(super) fn warning(scene: &Scene, change: f64) -> Option<(Code, String)> {
+    let time = scene.time.as_ref().filter(|_| is_conservative(scene))?;
+    let most = match is_dissipative(time) || scene.chosen().step {
+        true => MAX_DISSIPATION,
+        false => MAX_CHANGE,
+    };
+    let percent = 100.0 * change;
+    let words = format!(
+        "the scheme {} changed the total energy by {percent:.0} % of the largest kinetic energy, though the scene has no \
+         damping. The motion is damped by the numerics. Take a smaller time.step or scheme = \"average-vector-field\", \
+         or give the rod the damping that it has",
+        time.scheme.name()
+    );
+    (change.is_nan() || change > most).then_some((Code::NumericalDamping, words))
+}

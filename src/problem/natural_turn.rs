@@ -1,0 +1,167 @@
+//! How far the joints of a mesh turn in the stress-free state, and whether the mesh resolves it.
+//!
+//! A joint with the integrated natural curvature `k` is free of stress at the turning angle `2 atan(k/2)`, which
+//! approximates `k` with the relative error `k^2/12` and stays below half a turn. Natural curvature that turns an edge
+//! by half a turn or more is refused, as shapes are.
+
+use crate::code::Code;
+use crate::error::Error;
+use crate::problem::Problem;
+use crate::scene::Scene;
+use crate::scene::mesh::Mesh;
+use std::f64::consts::PI;
+
+/// Largest natural turning angle of a joint without a warning, rad: its stress-free polygon is curved 7 % too little.
+const MAX_RESOLVED_TURN: f64 = 1.0;
+
+/// The joint that natural curvature and bending turn most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LargestTurn {
+    /// Integrated natural curvature, rad.
+    angle: f64,
+    /// The joint's node.
+    node: usize,
+    /// Whether `rod.natural_bending` contributes more than the rest shape times `rod.natural_curvature`.
+    by_bending: bool,
+}
+
+impl LargestTurn {
+    fn key(&self) -> &'static str {
+        if self.by_bending { "rod.natural_bending" } else { "rod.natural_curvature" }
+    }
+
+    /// Edges whose joints turn at most by `angle`, rad.
+    fn edges_for(&self, segments: usize, angle: f64) -> f64 {
+        (segments as f64 * self.angle / angle).ceil()
+    }
+}
+
+/// The largest natural turn; none where the rest shape is free of bending stress.
+fn largest_turn(scene: &Scene, mesh: &Mesh) -> Option<LargestTurn> {
+    let rod = &scene.rod;
+    if rod.natural_bending.is_empty() && rod.natural_curvature.values().iter().all(|f| *f == 1.0) {
+        return None;
+    }
+    let (places, segments) = (mesh.places(), mesh.nodes.len() - 1);
+    let joint = |(i, rest): (usize, f64)| {
+        let node = i + 1;
+        let curvature = rod.natural_curvature.at(places[node]).abs() * rest;
+        let [first, second] = rod.bending_at(node, segments);
+        let bending = first.hypot(second) * 0.5 * (mesh.arcs[i] + mesh.arcs[node]);
+        LargestTurn { angle: curvature + bending, node, by_bending: bending > curvature }
+    };
+    mesh.turns().enumerate().map(joint).max_by(|a, b| a.angle.total_cmp(&b.angle))
+}
+
+/// Refuses natural curvature and bending that turn a joint by half a turn or more.
+pub(super) fn check(scene: &Scene, mesh: &Mesh) -> Result<(), Error> {
+    let segments = mesh.nodes.len() - 1;
+    match largest_turn(scene, mesh).filter(|turn| turn.angle >= PI) {
+        Some(turn) => {
+            let found = format!(
+                "a natural turn of {:.3e} rad at node {} of {segments} segments",
+                turn.angle, turn.node
+            );
+            let allowed = format!(
+                "less than half a turn an edge: more than {:.0} segments, or less curvature",
+                turn.edges_for(segments, PI)
+            );
+            Err(Error::invalid(turn.key(), found, allowed))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Turning angle of the whole rod in its stress-free state, rad, at most: for the number of edges of a first mesh.
+pub(crate) fn turning(scene: &Scene, rest: f64, length: f64) -> f64 {
+    let factors = scene.rod.natural_curvature.values().into_iter();
+    let factor = factors.map(f64::abs).fold(0.0, f64::max);
+    let bending = scene.rod.natural_bending.iter().map(|[a, b]| a.hypot(*b)).fold(0.0, f64::max);
+    rest.max(factor * rest + bending * length)
+}
+
+impl Problem {
+    /// The warning of a mesh that is too coarse for the natural curvature. Meshes that the program chose are as fine as
+    /// the accuracy needs.
+    pub(super) fn natural_turn_note(&self) -> Option<(Code, String)> {
+        let turn = largest_turn(&self.scene, &self.mesh)?;
+        let (LargestTurn { angle, node, .. }, segments) = (turn, self.segments());
+        let words = format!(
+            "{} turns the joint at node {node} by {angle:.2} rad without stress, which {segments} segments represent by \
+             {:.2} rad. Results have an error of that order. Take {:.0} segments or more, or leave rod.segments out",
+            turn.key(),
+            2.0 * (0.5 * angle).atan(),
+            turn.edges_for(segments, 0.5 * MAX_RESOLVED_TURN)
+        );
+        let coarse = angle > MAX_RESOLVED_TURN && !self.scene.chosen().segments;
+        coarse.then_some((Code::CoarseCurvature, words))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resolution::Aim;
+    use crate::scene::{Along, Material, Section, Shape};
+
+    /// An arc of 1 rad, 0.5 m long, whose natural shape is `factor` times as curved.
+    fn arc(segments: usize, factor: f64) -> Scene {
+        let shape = Shape::Arc { length: 0.5, angle: 1.0 };
+        let section = Section::Circle { radius: 0.005 };
+        let mut scene = Scene::new(segments, shape, section, Material::new(1273.52, 1e8));
+        scene.rod.natural_curvature = Along::Whole(factor);
+        scene
+    }
+
+    /// 19.5 edges between wall and end turn by 1 rad at rest: half a turn each at a factor of 19.5 pi = 61.3.
+    #[test]
+    fn natural_curvature_of_half_a_turn_an_edge_is_refused() {
+        for (factor, allowed) in
+            [(61.0, true), (-61.0, true), (61.5, false), (-61.5, false), (1e3, false)]
+        {
+            let found = arc(20, factor).problem().map(drop).map_err(|error| error.to_string());
+            match (allowed, found) {
+                (true, found) => assert_eq!(found, Ok(()), "{factor}"),
+                (false, found) => {
+                    let words = found.unwrap_err();
+                    assert!(words.starts_with("rod.natural_curvature"), "{words}");
+                    assert!(words.contains("half a turn an edge"), "{words}");
+                }
+            }
+        }
+    }
+
+    /// On a straight rod 1/m of bending turns an edge of 0.5 m/19.5 by 0.0256 rad: half a turn at 122.5 1/m.
+    #[test]
+    fn natural_bending_of_half_a_turn_an_edge_is_refused() {
+        for (size, allowed) in [(122.0, true), (123.0, false), (1e6, false)] {
+            let mut scene = arc(20, 1.0);
+            scene.rod.shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] };
+            scene.material.poisson_ratio = Some(0.5);
+            scene.rod.natural_bending = vec![[0.6 * size, 0.8 * size]];
+            let found = scene.problem().map(drop).map_err(|error| error.to_string());
+            assert_eq!(found.is_ok(), allowed, "{found:?}");
+            assert!(allowed || found.unwrap_err().starts_with("rod.natural_bending"));
+        }
+    }
+
+    /// A natural turn of 55/19.5 = 2.82 rad a joint is represented by 2 atan(1.41) = 1.91 rad.
+    #[test]
+    fn coarse_mesh_of_a_natural_shape_is_reported() {
+        let found = arc(20, 55.0).problem().unwrap().equilibrium().unwrap();
+        assert!(found.warning_codes.contains(&Code::CoarseCurvature), "{:?}", found.warnings);
+        let fine = arc(20, 15.0).problem().unwrap();
+        assert_eq!(fine.natural_turn_note(), None);
+        let coarse = arc(20, 55.0).problem().unwrap().natural_turn_note().unwrap();
+        assert!(coarse.1.contains("2.82 rad") && coarse.1.contains("1.91 rad"), "{coarse:?}");
+    }
+
+    /// Without `rod.segments` the first mesh resolves the natural shape, not the rest shape alone.
+    #[test]
+    fn chosen_mesh_resolves_the_natural_shape() {
+        let mut scene = arc(20, 55.0);
+        scene.rod.segments = None;
+        let problem = scene.problem_for(Aim::Guess).unwrap();
+        assert!(problem.segments() as f64 >= 55.0 / 1.5, "{}", problem.segments());
+    }
+}

@@ -1,0 +1,77 @@
+//! Energy that a scheme takes from a rod without damping is reported.
+
+use rodfit::dynamics::SimulationReport;
+use rodfit::scene::{Scene, Scheme, Time};
+use rodfit::{Code, Trajectory};
+
+use crate::common::cantilever;
+
+/// A cantilever without weight that starts with a small velocity, in steps of so many periods of its first mode.
+fn struck(periods: f64, scheme: Scheme) -> Scene {
+    let mut scene = cantilever();
+    scene.rod.segments = Some(10);
+    scene.loads.gravity = [0.0; 3];
+    scene.initial.velocity = [0.0, 1e-3, 0.0];
+    // omega_1 = 1.875^2/L^2 sqrt(E r^2/(4 rho)).
+    let omega = 1.8751_f64.powi(2) / 0.25 * (1e8 * 0.005_f64.powi(2) / (4.0 * 1273.52)).sqrt();
+    let step = periods * std::f64::consts::TAU / omega;
+    scene.time = Some(Time { scheme, ..Time::new(20.0 * step, step) });
+    scene
+}
+
+fn run(scene: &Scene) -> SimulationReport {
+    let problem = scene.problem().unwrap();
+    let mut report = SimulationReport::new(&problem);
+    let mut run = Trajectory::new(&problem, &[], &[]).unwrap();
+    let steps = problem.time().unwrap().steps();
+    let outcome = run.run(&problem, steps, |now| report.push(&problem, now));
+    report.finish(&run, &outcome);
+    outcome.unwrap();
+    report
+}
+
+/// Rodas4 is L-stable: a step of ten periods leaves nothing of any mode, so that all energy is lost, 100 % of the kinetic
+/// energy at the start.
+#[test]
+fn energy_lost_by_rodas4_is_reported() {
+    let report = run(&struck(10.0, Scheme::Rodas4));
+    assert!((report.energy_drift() - 1.0).abs() < 0.01, "{}", report.energy_drift());
+    assert_eq!(report.warning_codes, [Code::NumericalDamping]);
+    assert!(report.warnings[0].contains("100 %"), "{:?}", report.warnings);
+    assert!(!report.energy_in_words().contains("kept"), "{}", report.energy_in_words());
+}
+
+/// The trapezoidal rule keeps the energy of a linear vibration at every step.
+#[test]
+fn energy_kept_is_not_reported() {
+    for scheme in [Scheme::NewmarkBeta, Scheme::AverageVectorField] {
+        let report = run(&struck(1.0, scheme));
+        assert_eq!(report.warning_codes, [], "{:?}", report.warnings);
+        assert!(report.energy_in_words().starts_with("energy kept to "));
+    }
+}
+
+/// Implicit Euler asks for dissipation. In steps of ten periods it goes to equilibrium, and takes the work of the weight,
+/// twice the elastic energy, which is far more than the kinetic energy on the way.
+#[test]
+fn energy_lost_beyond_the_kinetic_energy_is_reported_for_dissipative_schemes() {
+    let mut scene = struck(10.0, Scheme::NewmarkBeta);
+    scene.time.as_mut().unwrap().beta = 1.0;
+    scene.initial.velocity = [0.0; 3];
+    scene.loads.gravity = [0.0, -0.98, 0.0];
+    let report = run(&scene);
+    assert!(report.energy_drift() > 2.0, "{}", report.energy_drift());
+    assert_eq!(report.warning_codes, [Code::NumericalDamping], "{:?}", report.warnings);
+}
+
+/// A step beyond the end is taken as one step, with a warning.
+#[test]
+fn step_beyond_the_end_is_reported() {
+    let mut scene = cantilever();
+    for (step, end, expected) in [(0.3, 0.1, true), (0.1, 0.1, false), (0.1 + 1e-16, 0.1, false)] {
+        scene.time = Some(Time::new(end, step));
+        let problem = scene.problem().unwrap();
+        let found = problem.warnings().iter().any(|words| words.contains("[step-beyond-end]"));
+        assert_eq!((found, problem.time().unwrap().steps()), (expected, 1), "{step}");
+    }
+}

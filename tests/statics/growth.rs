@@ -1,0 +1,40 @@
+//! Growth rates of unstable equilibria, and the mesh that is chosen for them.
+
+use rodfit::resolution::Aim;
+use rodfit::scene::{Material, Point, PointForce, Scene, Section, Shape, Support};
+use rodfit::vibration::About;
+use std::f64::consts::PI;
+
+/// A pinned column on a roller with the mode sin(pi s/L): under a force of `ratio` Euler loads it grows by
+/// `pi/L sqrt((ratio - 1) P/(rho A))`.
+#[test]
+fn growth_rate_of_eulers_column_is_as_accurate_as_estimated() {
+    let (length, radius, modulus, density) = (1.0_f64, 4e-3_f64, 2e11, 7850.0);
+    let critical = PI.powi(3) * modulus * radius.powi(4) / (4.0 * length.powi(2));
+    let shape = Shape::Straight { length, direction: [0.0, 0.0, 1.0] };
+    let section = Section::Circle { radius };
+    for ratio in [1.05, 1.2, 2.0, 3.9] {
+        let mut scene =
+            Scene::new(8, shape.clone(), section.clone(), Material::new(density, modulus));
+        scene.rod.segments = None;
+        (scene.supports.start, scene.supports.end) = (Support::Pinned, Support::Roller);
+        let force = [0.0, 0.0, -ratio * critical];
+        scene.loads.point = vec![PointForce { node: Point::Tip, force, moment: [0.0; 3] }];
+        let exact =
+            PI / length * ((ratio - 1.0) * critical / (density * PI * radius.powi(2))).sqrt();
+        for count in [1, 2, 3] {
+            let problem = scene.problem_for(Aim::Modes(count)).unwrap();
+            let resolution = *problem.resolution().unwrap();
+            let found = problem.modes(count, About::Equilibrium).unwrap();
+            assert_eq!(found.unstable, 1, "{ratio} {count}");
+            let error = (-found.frequencies_rad_s[0] / exact - 1.0).abs();
+            let estimate = resolution.error.unwrap();
+            println!(
+                "{ratio} {count}: {} segments, error {error:.2e}, estimate {estimate:.2e}",
+                resolution.segments
+            );
+            assert!(error < 1.1e-3, "{ratio} {count}: {error:e}");
+            assert!(estimate > 0.2 * error && estimate < 1e-3, "{estimate:e} {error:e}");
+        }
+    }
+}
