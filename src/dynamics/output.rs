@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::numerics::abreast::level;
 use crate::problem::Problem;
 use crate::problem::strain::StrainRecord;
-use crate::scene::{Resolution, Scene, Scheme, Stencil};
+use crate::scene::{Resolution, Scene, Scheme};
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
@@ -129,19 +129,12 @@ pub struct SimulationReport {
     /// Last recorded row `[t, x, y, z]` of the tip, s and m.
     #[serde(default)]
     last_tip: Option<[f64; 4]>,
-    /// The nodes and weights whose sum is the tip.
-    #[serde(skip, default = "no_end")]
-    end: Stencil,
     /// The largest strain so far.
     #[serde(skip)]
     strains: StrainRecord,
     /// Whether `tip` and `energy` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     keeps_series: bool,
-}
-
-fn no_end() -> Stencil {
-    Stencil::node(0)
 }
 
 fn yes() -> bool {
@@ -178,7 +171,6 @@ impl SimulationReport {
             end_energy: 0.0,
             negligible_energy: negligible_energy(problem),
             last_tip: None,
-            end: problem.tip(),
             strains: StrainRecord::new(problem),
             keeps_series: true,
         }
@@ -190,9 +182,9 @@ impl SimulationReport {
     }
 
     /// Appends the state of a simulation.
-    pub fn push(&mut self, _problem: &Problem, simulation: &dyn Snapshot) {
+    pub fn push(&mut self, problem: &Problem, simulation: &dyn Snapshot) {
         let (t, e) = (simulation.time(), simulation.energies());
-        let [x, y, z] = simulation.place(&self.end);
+        let [x, y, z] = simulation.place(&problem.tip());
         let total = e.total();
         self.strains.add(|i| simulation.position(i), t);
         match self.last_tip {
