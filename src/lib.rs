@@ -1,41 +1,8 @@
-//! Simulation of slender elastic rods, and identification of their parameters from recorded
-//! motion.
+//! Simulation of slender elastic rods, and identification of their parameters from recorded motion.
 //!
-//! A rod of `N` nodes `x_0 .. x_(N-1)` has the energy (Discrete Elastic Rods; Bergou et al. 2008,
-//! 2010; Huang & Jawed 2019, Eq. 1)
-//!
-//! ```text
-//! E(q) = sum_j 1/2 EA eps_j^2 l_j                              stretch, every edge
-//!      + sum_i 1/2 (EI/dl_i) |kappa_i - kappa_natural_i|^2     bend, every inner node
-//!      + sum_i 1/2 (GJ/dl_i) (tau_i - tau_natural_i)^2         twist, in space
-//!      - f.q
-//! ```
-//!
-//! and moves by `M dv/dt = -dE/dq - damping`, which the corrected Newmark-beta scheme steps through
-//! time with Newton's method on an exact banded tangent; [`dynamics::stepper`] has four more schemes and says
-//! when to take which. Given where a point of the rod was seen, [`Fit`] finds the parameters that
-//! explain it:
-//!
-//! ```text
-//! minimise over p   1/2 sum_k |x(s, t_k; p) - x_seen_k|^2 / sigma^2
-//! ```
-//!
-//! with exact derivatives of the trajectory ([`dynamics::sensitivity`]), a start of its own making, and an
-//! error bar that says what the data can tell.
-//!
-//! | symbol | meaning | unit |
-//! |---|---|---|
-//! | `q` | unknowns: `[x_0, y_0, x_1, ..]` in the plane of the scene; `[x_0 (3), theta_0, x_1 (3), ..]` in space | m, rad |
-//! | `theta_j` | angle of edge `j`'s material directors from its transported reference ([`energy::frame`]) | rad |
-//! | `l_j` | rest length of edge `j` | m |
-//! | `dl_i` | Voronoi length of inner node `i`, half the adjacent rest lengths | m |
-//! | `eps_j` | stretching strain `abs(e_j)/l_j - 1` | 1 |
-//! | `kappa_i` | integrated curvature `2 tan(phi_i/2)` of the turning angle `phi_i`; in space its two components in the material frame | 1 |
-//! | `tau_i` | twist: angle between neighbouring material directors, counted on past a turn | rad |
-//! | `E`, `G` | Young's and shear modulus | Pa |
-//! | `A`, `I`, `J` | area, second moment of area, torsion constant | m^2, m^4 |
-//! | `M` | lumped masses, half of each adjacent edge; rotational inertias of edges | kg, kg m^2 |
-//! | `beta` | of the scheme: 1 is implicit Euler, 1/2 keeps energy | 1 |
+//! A [`Scene`] describes a rod, its supports and its loads. It becomes a [`Problem`], which is
+//! simulated. A [`Fit`] compares simulations with measurements and estimates parameters with their
+//! uncertainty. All derivatives are exact. Numbers are in SI units.
 //!
 //! # A simulation and a fit
 //!
@@ -55,19 +22,86 @@
 //! # Ok::<(), rodfit::Error>(())
 //! ```
 //!
-//! # How the data go
+//! # Data in memory
 //!
-//! A [`scene`] (a file, validated) becomes a [`problem`]: mesh, supports, loads and a
-//! [model](problem::model), the smallest that holds the scene, which makes a [`rod`] of elements with an
-//! [`energy`] each. It comes to rest ([`statics`]), rings there ([`vibration`]) and moves
-//! ([`dynamics`]). [`fit`] compares all three with what was measured, `page` shows what came of it;
-//! [`check`] proves derivatives and [`study`] weighs schemes, steps and meshes. [`numerics`] knows no
-//! rods. Every stage is generic over the [`Scalar`], so that a simulation also runs in dual numbers.
+//! Neither scene nor data need a file. [`Observation::new`] takes [samples](fit::Sample) of a point,
+//! [`fit::RestShape`] a shape at rest, [`fit::Frequencies`] natural frequencies:
 //!
-//! To change an energy, read [`energy::stretch`]; [`check`] tells whether its derivatives hold.
-//! To add one that is not built in, a field or a foundation, see [`energy::own`].
+//! ```
+//! use rodfit::fit::Sample;
+//! use rodfit::scene::{Material, Section, Shape, Time};
+//! use rodfit::{Fit, Observation, Parameter, Point, Scene};
+//!
+//! let shape = Shape::Straight { length: 0.5, direction: [1.0, 0.0, 0.0] }; // m
+//! let mut scene = Scene::new(20, shape, Section::Circle { radius: 0.005 }, Material::new(1200.0, 1e8));
+//! scene.loads.gravity = [0.0, -9.81, 0.0]; // m/s^2
+//! scene.time = Some(Time::new(0.5, 2e-3)); // s
+//! let problem = scene.problem()?;
+//! let run = problem.simulate()?; // synthetic data of the tip, every fifth step
+//! let samples = run.times().iter().enumerate().step_by(5).map(|(k, &time)| {
+//!     let [x, y, _] = run.tip(k);
+//!     Sample { time, position: [Some(x), Some(y), None] } // s, m
+//! });
+//! let fit = Fit::new(&problem)
+//!     .observe(Observation::new(samples.collect()).at(Point::Tip))
+//!     .identify(Parameter::YoungsModulus)
+//!     .solve()?;
+//! assert!((fit.parameters()[0].1 / 1e8 - 1.0).abs() < 1e-6);
+//! # Ok::<(), rodfit::Error>(())
+//! ```
+//!
+//! # Modules
+//!
+//! | module | content |
+//! |---|---|
+//! | [`scene`] | rod, material, supports, loads, initial state; parameters by name |
+//! | [`problem`] | a prepared scene: mesh, supports, [model](problem::model) |
+//! | [`statics`], [`vibration`], [`dynamics`] | equilibria, modes, trajectories with [sensitivities](dynamics::sensitivity) and [schemes](dynamics::stepper) |
+//! | [`fit`] | measurements, search, uncertainty, report |
+//! | [`energy`], [`rod`] | elements and their assembly; [user-defined energies](energy::own) |
+//! | [`check`] | verification of derivatives, also of your own |
+//! | [`resolution`], [`study`] | choice of mesh and step; speed against error |
+//! | [`numerics`] | dual numbers, band matrices, least squares; independent of rods |
+//! | `page`, `campaign`, `command` | HTML pages, many fits, the command line (features `page` and `cli`) |
+//!
+//! Every stage is generic over the [`Scalar`], so a simulation also runs in dual numbers.
+//!
+//! # Theory
+//!
+//! A rod of `N` nodes `x_0 .. x_(N-1)` has the energy (Discrete Elastic Rods; Bergou et al. 2008,
+//! 2010; Huang & Jawed 2019, Eq. 1)
+//!
+//! ```text
+//! E(q) = sum_j 1/2 EA eps_j^2 l_j                              stretch, every edge
+//!      + sum_i 1/2 (EI/dl_i) |kappa_i - kappa_natural_i|^2     bend, every inner node
+//!      + sum_i 1/2 (GJ/dl_i) (tau_i - tau_natural_i)^2         twist, in space
+//!      - f.q
+//! ```
+//!
+//! The equation of motion is `M dv/dt = -dE/dq - damping`. Implicit schemes solve each step with
+//! Newton's method on an exact banded tangent. A fit minimizes
+//!
+//! ```text
+//! 1/2 sum_k |x(s, t_k; p) - x_observed_k|^2 / sigma^2
+//! ```
+//!
+//! | symbol | meaning | unit |
+//! |---|---|---|
+//! | `q` | unknowns: `[x_0, y_0, x_1, ..]` in the plane of the scene; `[x_0 (3), theta_0, x_1 (3), ..]` in space | m, rad |
+//! | `theta_j` | angle of edge `j`'s material directors from its transported reference ([`energy::frame`]) | rad |
+//! | `l_j` | rest length of edge `j` | m |
+//! | `dl_i` | Voronoi length of inner node `i`, half the adjacent rest lengths | m |
+//! | `eps_j` | stretching strain `abs(e_j)/l_j - 1` | 1 |
+//! | `kappa_i` | integrated curvature `2 tan(phi_i/2)` of the turning angle `phi_i`; in space its two components in the material frame | 1 |
+//! | `tau_i` | twist: angle between neighboring material directors, counted beyond full turns | rad |
+//! | `E`, `G` | Young's and shear modulus | Pa |
+//! | `A`, `I`, `J` | area, second moment of area, torsion constant | m^2, m^4 |
+//! | `M` | lumped masses, half of each adjacent edge; rotational inertias of edges | kg, kg m^2 |
+//! | `beta` | parameter of Newmark-beta: 1 is implicit Euler, 1/2 conserves energy | 1 |
+//!
+//! To change an energy, read [`energy::stretch`] first; [`check`] verifies its derivatives.
 
-// The command names the library as everybody does who uses it.
+// The command imports the library by its name, as users do.
 #[cfg(feature = "cli")]
 extern crate self as rodfit;
 
