@@ -53,6 +53,7 @@ codes! {
     // What speaks against a fit.
     NothingMoves "nothing-moves",
     FarStart "far-start",
+    LateRelease "late-release",
     WrongPace "wrong-pace",
     BetterMinimum "better-minimum",
     NotAMinimum "not-a-minimum",
@@ -77,6 +78,7 @@ codes! {
     ModeNumbers "mode-numbers",
     BadlyPredicted "badly-predicted",
     NotPredicted "not-predicted",
+    NotFitted "not-fitted",
     MayBeZero "may-be-zero",
     OneSided "one-sided",
     RunawayValues "runaway-values",

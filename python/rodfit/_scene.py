@@ -23,20 +23,24 @@ ENERGIES = ("kinetic", "stretch", "bend", "twist", "potential")
 
 
 class _Table:
-    """What a JSON table says, by attribute."""
+    """A JSON table, its entries as attributes."""
+
+    #: Entries that the table may lack, with their values then.
+    _absent: Mapping[str, Any] = {}
 
     def __init__(self, table: Mapping[str, Any]):
         self._table = dict(table)
 
     def __getattr__(self, name: str) -> Any:
+        table = self.__dict__.get("_table", {})
         try:
-            return self.__dict__["_table"][name]
+            return table[name] if name in table else type(self)._absent[name]
         except KeyError:
-            known = ", ".join(self.__dict__.get("_table", {}))
+            known = ", ".join(dict.fromkeys([*table, *type(self)._absent]))
             raise AttributeError(f"no {name}, allowed: {known}") from None
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._table]
+        return [*super().__dir__(), *self._table, *self._absent]
 
     def to_dict(self) -> dict[str, Any]:
         """The table itself."""
@@ -44,7 +48,24 @@ class _Table:
 
 
 class Equilibrium(_Table):
-    """Where a rod rests: ``nodes`` (m), ``tip`` (m), ``stable``, ``energies`` (J), ``reactions`` (N, N m)."""
+    """A rod at rest: ``nodes`` (m), ``tip`` (m), ``stable``, ``stable_in_plane``, ``energies`` (J), ``reactions``
+    (N, N m)."""
+
+    _absent = {"stable_in_plane": None, "resolution": None, "warnings": (), "warning_codes": ()}
+
+    @property
+    def stable(self) -> bool:
+        """Whether no examined direction lowers the energy. A planar scene without ``shear_modulus`` and
+        ``poisson_ratio`` is examined in its plane only."""
+        in_plane = self._table.get("stable_in_plane")
+        return bool(self._table.get("stable", in_plane))
+
+    @property
+    def tip(self) -> np.ndarray:
+        """Position of the last node, m: (3,)."""
+        import numpy as np
+
+        return np.asarray(self._table["tip"])
 
     @property
     def nodes(self) -> np.ndarray:
@@ -54,11 +75,14 @@ class Equilibrium(_Table):
         return np.asarray(self._table["nodes"])
 
     def __repr__(self) -> str:
-        return f"Equilibrium(tip={self._table['tip']}, stable={self._table.get('stable')})"
+        plane = "" if "stable" in self._table else ", examined in its plane only"
+        return f"Equilibrium(tip={self._table['tip']}, stable={self.stable}{plane})"
 
 
 class Modes(_Table):
     """Small vibrations: ``frequencies_hz``, ``modes`` with their shapes, ``unstable``."""
+
+    _absent = {"resolution": None, "warnings": (), "warning_codes": ()}
 
     @property
     def frequencies_hz(self) -> np.ndarray:

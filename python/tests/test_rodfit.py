@@ -154,6 +154,27 @@ def test_rest_and_modes(scene):
     rest, modes = scene.equilibrium(), scene.modes(4)
     assert rest.nodes.shape[1] == 3 and rest.tip[1] < 0
     assert len(modes.frequencies_hz) >= 4 and modes.frequencies_hz[0] > 0
+    assert rest.tip.shape == (3,) and rest.stable is True
+    assert rest.warnings is not None and modes.resolution is None
+
+
+def test_stability_of_a_planar_scene_without_shear_modulus():
+    text = """
+[rod]
+segments = 20
+shape = { kind = "straight", length = 0.3, direction = [1, 0, 0] }
+section = { kind = "circle", radius = 0.003 }
+[material]
+density = 1100
+youngs_modulus = 2e7
+[loads]
+gravity = [0, -9.81, 0]
+"""
+    rest = rodfit.Scene.from_toml(text).equilibrium()
+    assert rest.stable is True and rest.stable_in_plane is True
+    assert "stable=True" in repr(rest) and "in its plane only" in repr(rest)
+    with pytest.raises(AttributeError, match="allowed: .*stable_in_plane"):
+        rest.no_such_entry
 
 
 def test_the_shipped_fit(result):

@@ -6,6 +6,7 @@ use crate::campaign::row::Row;
 use crate::campaign::table;
 use crate::error::Error;
 use crate::input::file::text;
+use crate::input::hints::{CAMPAIGN, explained};
 use crate::input::missing_keys::parse;
 use serde::Deserialize;
 use std::collections::BTreeSet;
@@ -69,7 +70,9 @@ pub(crate) struct Starts {
 impl Form {
     /// Reads a campaign file.
     pub fn read(file: &Path) -> Result<Self, Error> {
-        let form: Self = parse(&text(file)?, &[]).map_err(|error| error.in_file(Some(file)))?;
+        let text = text(file)?;
+        let form: Self = parse(&text, &[])
+            .map_err(|error| explained(error, &text, &CAMPAIGN).in_file(Some(file)))?;
         form.check().map_err(|error| error.in_file(Some(file)))?;
         Ok(form)
     }

@@ -2,9 +2,10 @@
 
 use crate::command::extend::extended;
 use crate::command::output::{Output, Outputs};
+use crate::command::predict::{Places, predicted};
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
 use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, Known};
-use rodfit::{Code, Error, Parameter, Problem, page};
+use rodfit::{Code, Error, Parameter, Problem, Unknown, page};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,7 +21,8 @@ pub struct Options {
     fit: Vec<PathBuf>,
     #[command(flatten)]
     json: Json,
-    /// Write the scene with the fitted values to this file (TOML), one per experiment; `-` is standard output.
+    /// Write the scene with the fitted values to this file (TOML), `-` is standard output. Experiments that differ in
+    /// their recordings only share one file.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
     /// Write a page with data, model and warnings (`fit.html`) and its data (`fit.json`) into this folder.
@@ -136,7 +138,7 @@ struct Run {
     json: Option<Output>,
     page: Option<Output>,
     numbers: Option<Output>,
-    saves: Vec<Option<Output>>,
+    saves: Vec<Save>,
     /// Whether to fit again with what explains best what is left.
     extend: bool,
 }
@@ -185,8 +187,8 @@ impl Run {
             options.report.as_ref().map(|folder| name.map_or(folder.clone(), |n| folder.join(n)));
         let page = outputs.add_in_folder("--report", folder.as_deref(), "fit.html");
         let numbers = outputs.add_in_folder("--report", folder.as_deref(), "fit.json");
-        let saves: Vec<Option<Output>> = match of(&options.save, "--save")? {
-            Some(path) => saves(&path, &file.experiments, &mut outputs)?,
+        let saves: Vec<Save> = match of(&options.save, "--save")? {
+            Some(path) => saves(&path, &file, &mut outputs)?,
             None => Vec::new(),
         };
         let (path, extend) = (path.into(), options.extend);
@@ -202,6 +204,9 @@ impl Run {
 
     /// The exit code, and the result in a line.
     fn solve(self, stop: Arc<AtomicBool>) -> Result<(u8, String), Error> {
+        if self.file.is_validation_only() {
+            return self.predict(stop);
+        }
         if let Some(fit) = self.file.field_fit()? {
             return self.solve_along(fit.stop_when(stop));
         }
@@ -221,8 +226,8 @@ impl Run {
             outputs.write(page, || Ok(page::fit_page(&report, &title).into_bytes())),
             outputs.write_json(numbers, &report),
         ];
-        for (output, experiment) in saves.into_iter().zip(&file.experiments) {
-            written.push(outputs.write(output, || saved(&report, experiment)));
+        for Save { experiment, output } in saves {
+            written.push(outputs.write(output, || saved(&report, &file.experiments[experiment])));
         }
         written.push(outputs.summary(&report));
         let code = if report.is_success() { 0 } else { 3 };
@@ -230,6 +235,28 @@ impl Run {
             terminal::tell(format_args!("error: {} [{}]", report.status, report.grade.code()));
         }
         Ok((conclude(code, written), report.in_a_line()))
+    }
+
+    /// Compares the scenes with measurements that are all validation data.
+    fn predict(self, stop: Arc<AtomicBool>) -> Result<(u8, String), Error> {
+        let Self { path, file, outputs, json, page, numbers, saves, extend, .. } = self;
+        let of_fits = [
+            ("--extend", extend),
+            ("--save", !saves.is_empty()),
+            ("--known", !file.knowns.is_empty()),
+        ];
+        if let Some((option, _)) = of_fits.into_iter().find(|(_, is_given)| *is_given) {
+            return Err(Error::Invalid {
+                file: None,
+                key: option.into(),
+                found: "beside validation data only, which nothing is fitted to".into(),
+                allowed: "--json and --report with predictions".into(),
+            });
+        }
+        let report = predicted(&file, page.is_some(), stop)?;
+        let line = report.in_a_line();
+        let places = Places { json, page, numbers };
+        Ok((places.write(&report, &outputs, &path.display().to_string())?, line))
     }
 
     /// Solves a fit of numbers along the rod.
@@ -250,9 +277,9 @@ impl Run {
             outputs.write(page, || Ok(page::field_page(&report, &title).into_bytes())),
             outputs.write_json(numbers, &report),
         ];
-        for (output, experiment) in saves.into_iter().zip(&file.experiments) {
+        for Save { experiment, output } in saves {
             written.push(outputs.write(output, || {
-                let problem = &experiment.problem;
+                let problem = &file.experiments[experiment].problem;
                 scene_with(problem, report.values(problem.scene())?)
             }));
         }
@@ -319,34 +346,75 @@ fn scene_with(problem: &Problem, values: Vec<(Parameter, f64)>) -> Result<Vec<u8
     Ok(scene.to_toml()?.into_bytes())
 }
 
-/// Where the fitted scenes go, one of every experiment.
-fn saves(
-    path: &Path,
-    experiments: &[Experiment],
-    outputs: &mut Outputs,
-) -> Result<Vec<Option<Output>>, Error> {
-    if let [_, second, ..] = experiments
+/// A fitted scene to write.
+struct Save {
+    /// Index of the experiment whose scene it is: the first of those that differ in their recordings only.
+    experiment: usize,
+    output: Option<Output>,
+}
+
+/// Files of the fitted scenes. Experiments that differ in their recordings only share one.
+fn saves(path: &Path, file: &FitFile, outputs: &mut Outputs) -> Result<Vec<Save>, Error> {
+    let groups = groups(file);
+    if let [_, second, ..] = &groups[..]
         && path == Path::new("-")
     {
+        let second = &file.experiments[second[0]].name;
         return Err(Error::Invalid {
             file: None,
             key: "--save".into(),
-            found: format!(
-                "- beside {} experiments, {} among them",
-                experiments.len(),
-                second.name
-            ),
+            found: format!("- beside {} experiments, {second} among them", groups.len()),
             allowed: "a file, to whose name those of the experiments are added".into(),
         });
     }
-    let add = |experiment: &Experiment| match experiment.name.is_empty() {
-        true => outputs.add("--save", Some(path)),
-        false => {
-            let option = format!("--save of experiment {:?}", experiment.name);
-            outputs.add(&option, Some(&path_of(path, &experiment.name, "toml")))
-        }
+    let add = |own: &Vec<usize>| {
+        let name = match (own.len(), groups.len()) {
+            (2.., 1) => String::new(),
+            (1, _) => file.experiments[own[0]].name.clone(),
+            _ => group_name(file, own, &groups),
+        };
+        let output = match name.is_empty() {
+            true => outputs.add("--save", Some(path)),
+            false => {
+                let option = format!("--save of experiment {name:?}");
+                outputs.add(&option, Some(&path_of(path, &name, "toml")))
+            }
+        };
+        Save { experiment: own[0], output }
     };
-    Ok(experiments.iter().map(add).collect())
+    Ok(groups.iter().map(add).collect())
+}
+
+/// Indices of the experiments that get one fitted scene each: same scene, same parameters, other recordings.
+fn groups(file: &FitFile) -> Vec<Vec<usize>> {
+    let all = &file.experiments;
+    let share = |i: usize, j: usize| {
+        let is_of = |u: &Unknown, k: usize| {
+            u.experiments.is_empty() || u.experiments.contains(&all[k].name)
+        };
+        let parameters = file.unknowns.iter().all(|u| is_of(u, i) == is_of(u, j));
+        let [a, b] = [i, j].map(|k| all[k].problem.scene());
+        parameters && a.differs_in_recording_only(b)
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for i in 0..all.len() {
+        match groups.iter_mut().find(|own| share(own[0], i)) {
+            Some(own) => own.push(i),
+            None => groups.push(vec![i]),
+        }
+    }
+    groups
+}
+
+/// The name of the scene file of a group, or of its first experiment where another group has the same scene file.
+fn group_name(file: &FitFile, own: &[usize], groups: &[Vec<usize>]) -> String {
+    let stem = |group: &[usize]| {
+        let path = file.experiments[group[0]].problem.scene().path.clone()?;
+        Some(path.file_stem()?.to_string_lossy().into_owned())
+    };
+    let same = groups.iter().filter(|group| stem(group) == stem(own)).count();
+    let first = file.experiments[own[0]].name.clone();
+    stem(own).filter(|_| same == 1).unwrap_or(first)
 }
 
 /// Where what is of one of several experiments or fits is written: `fitted-NAME.toml`.

@@ -16,6 +16,7 @@ mod limits;
 mod modes;
 mod output;
 mod parameters;
+mod predict;
 mod rest;
 mod schema;
 mod simulate;
@@ -107,6 +108,11 @@ enum Command {
         after_help = "Example: rodfit fit data/cantilever-fit.toml --report page --known radius=5e-5"
     )]
     Fit(fit::Options),
+    /// Compare a scene with recordings, without a fit.
+    #[command(
+        after_help = "Example: rodfit predict data/cantilever.toml --on data/cantilever-tip.csv"
+    )]
+    Predict(predict::Options),
     /// Run many fits on one or several machines: plan, run, collect.
     #[command(subcommand)]
     #[command(after_help = "Example: rodfit campaign plan data/campaign.toml --out out")]
@@ -193,6 +199,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Bench(options) => bench::run(&options, manner),
         Command::Check(options) => check::run(&options, manner),
         Command::Fit(options) => fit::run(&options, manner),
+        Command::Predict(options) => predict::run(&options, manner),
         Command::Campaign(what) => campaign::run(&what, manner),
         Command::Design(options) => design::run(&options, manner),
         Command::Inspect(options) => inspect::run(&options, manner),

@@ -13,7 +13,9 @@ use crate::fit::required::REQUIRED;
 use crate::fit::shape_form::ShapeForm;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::unknown::{Prior, Unknown};
-use crate::fit::validate::{check, recorded};
+use crate::fit::validate::{check, check_predicted, recorded};
+use crate::fit::validation_errors::is_validation_only;
+use crate::input::hints::{FIT, explained};
 use crate::input::missing_keys::parse;
 use crate::resolution::Aim;
 use crate::scene::Parameter;
@@ -347,7 +349,9 @@ impl ExperimentForm {
             None => Ok(()),
         };
         let scene = match &self.scene {
-            SceneForm::File(scene) => Scene::load_with(folder.join(scene), follow)?,
+            SceneForm::File(scene) => {
+                Scene::load_with(crate::input::file::at(folder, scene), follow)?
+            }
             SceneForm::Here(scene) => Scene::read_with(&scene.to_string(), file, follow)?,
         };
         admit(&scene)?;
@@ -490,7 +494,8 @@ impl FitFile {
 
     /// What stands in a fit file of this path.
     pub(crate) fn read(text: &str, path: &Path, admit: &Admit) -> Result<Self, Error> {
-        let mut form: Form = parse(text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
+        let mut form: Form = parse(text, &REQUIRED)
+            .map_err(|error| explained(error, text, &FIT).in_file(Some(path)))?;
         let forms = form.experiments().map_err(|error| error.in_file(Some(path)))?;
         let read = |e: ExperimentForm| e.read(path, admit);
         let experiments = forms.into_iter().map(read).collect::<Result<_, Error>>();
@@ -500,6 +505,10 @@ impl FitFile {
         file.add(form.parameter, form.known).map_err(|error| error.in_file(Some(path)))?;
         if let Some(fit) = file.field_fit().map_err(|error| error.in_file(Some(path)))? {
             fit.check().map_err(|error| error.in_file(Some(path)))?;
+            return Ok(file);
+        }
+        if file.is_validation_only() {
+            check_predicted(&file.experiments).map_err(|error| error.in_file(Some(path)))?;
             return Ok(file);
         }
         check(&file.experiments, &file.unknowns, &file.analysis)
@@ -564,6 +573,12 @@ impl FitFile {
         }
         let allowed = "[[parameter]] alone; `rodfit fit` finds numbers along the rod";
         Err(Error::invalid("field", "numbers along the rod", allowed))
+    }
+
+    /// Whether every measurement is validation data: nothing can be fitted, and [`Fit::predict`] compares them with the
+    /// scenes.
+    pub fn is_validation_only(&self) -> bool {
+        self.fields.is_empty() && is_validation_only(&self.experiments)
     }
 
     /// The fit of parameters the file describes.

@@ -32,7 +32,9 @@ mod shape_form;
 pub(crate) mod uncertainty;
 mod unknown;
 mod validate;
+mod validation_errors;
 
+pub use crate::input::missing_keys::placeholders;
 pub use crate::input::track::axes::Axes;
 pub use crate::input::track::format::Format;
 pub use crate::input::track::recording::{Recording, Vertical};
@@ -78,6 +80,9 @@ pub use uncertainty::recordings::{ErrorSummary, RecordingError, RecordingErrors}
 pub use uncertainty::sources::{BudgetLine, CouldHide, MonteCarlo, PerCent, ScoreTest};
 pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
+pub use validation_errors::{
+    FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
+};
 
 use crate::code::Code;
 use crate::error::Error;

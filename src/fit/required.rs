@@ -4,7 +4,7 @@ use crate::input::missing_keys::{Keys, Rule, always, if_there};
 
 /// What a fit file must have.
 pub(crate) const REQUIRED: [Rule; 13] = [
-    always("", |fit| if fit.contains_key("field") { &[] } else { &["parameter"] }),
+    always("", fit_keys),
     if_there("field[]", |_| &["name", "sigma", "length"]),
     if_there("parameter[]", |_| &["name"]),
     if_there("parameter[].prior", |_| &["mean", "sigma"]),
@@ -18,6 +18,14 @@ pub(crate) const REQUIRED: [Rule; 13] = [
     if_there("experiment[].shape[]", shape_keys),
     if_there("experiment[].frequencies[]", |_| &["sigma"]),
 ];
+
+/// Lists of numbers along the rod are unknowns too, and predictions have none.
+fn fit_keys(fit: &toml::Table) -> Keys {
+    let held_out = |table: &toml::Value| table.get("held_out") == Some(&toml::Value::Boolean(true));
+    let experiments = fit.get("experiment").and_then(toml::Value::as_array);
+    let only_predicts = experiments.is_some_and(|list| list.iter().all(held_out));
+    if fit.contains_key("field") || only_predicts { &[] } else { &["parameter"] }
+}
 
 /// Experiments of recordings are called after these.
 fn experiment_keys(experiment: &toml::Table) -> Keys {

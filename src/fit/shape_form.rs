@@ -43,7 +43,9 @@ impl ShapeForm {
         let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
         let recording = Recording { scale, origin, y, sigma: columns, ..Recording::default() };
         let read = match &self.file {
-            Some(file) if self.at.is_empty() => RestShape::read_as(folder.join(file), &recording)?,
+            Some(file) if self.at.is_empty() => {
+                RestShape::read_as(crate::input::file::at(folder, file), &recording)?
+            }
             None if self.at.is_empty() => {
                 let allowed = "a file, or at = [arc lengths in m] of what is planned";
                 return Err(Error::invalid(format!("{key}.file"), "none", allowed));

@@ -33,10 +33,12 @@ pub(crate) fn check(
 ) -> Result<(), Error> {
     let fitted = fitted(experiments);
     if all(&fitted).next().is_none() {
-        return Err(Error::invalid("observation", "none", "at least one that is not held out"));
+        let allowed = "at least one that is not held out; `rodfit predict` compares without a fit";
+        return Err(Error::invalid("observation", "none", allowed));
     }
     if unknowns.is_empty() {
-        return Err(Error::invalid("parameter", "none", "at least one"));
+        let allowed = "at least one; with held_out = true beside every measurement the scene only predicts them";
+        return Err(Error::invalid("parameter", "none", allowed));
     }
     check_experiments(experiments)?;
     check_unknowns(experiments, unknowns)?;
@@ -82,6 +84,14 @@ pub(crate) fn check(
         return Err(Error::invalid("observation", format!("{values} values"), allowed));
     }
     Ok(())
+}
+
+/// Refuses measurements that cannot be compared with their scenes.
+pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
+    check_experiments(experiments)?;
+    // Without a fit measurements are not weighed against each other.
+    let several = false;
+    experiments.iter().try_for_each(|e| check_measurements(e, &[], several))
 }
 
 /// Refuses what is only planned.
@@ -388,7 +398,8 @@ impl Measurement {
                 }
             }
             Self::RestShape(shape) => {
-                for (k, sighting) in shape.sightings.iter().enumerate() {
+                let given = shape.sightings.iter().filter(|_| !shape.arc_lengths_fitted);
+                for (k, sighting) in given.enumerate() {
                     problem.stencil(sighting.point).map_err(|error| {
                         let allowed =
                             "points of the rod; a unit in the header, as in s[mm], may be missing";

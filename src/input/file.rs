@@ -1,6 +1,7 @@
 //! Reading files that others name: only what ends, and what fits.
 
 use crate::error::Error;
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -12,16 +13,36 @@ const MOST_TEXT: u64 = 100_000_000;
 
 /// The bytes of a table.
 pub(crate) fn data(path: &Path) -> Result<Vec<u8>, Error> {
-    bytes(path, MOST_DATA).map_err(|source| Error::io(path, source))
+    bytes(path, MOST_DATA).map_err(|source| unreadable(path, source))
 }
 
 /// The text of a scene or fit file.
 pub(crate) fn text(path: &Path) -> Result<String, Error> {
-    let bytes = bytes(path, MOST_TEXT).map_err(|source| Error::io(path, source))?;
+    let bytes = bytes(path, MOST_TEXT).map_err(|source| unreadable(path, source))?;
     String::from_utf8(bytes).map_err(|error| {
         let message = format!("byte {} is not UTF-8 text", error.utf8_error().valid_up_to());
         Error::io(path, io::Error::new(io::ErrorKind::InvalidData, message))
     })
+}
+
+/// The error of a file that could not be read; it names an environment variable that the path needs and that is not set.
+fn unreadable(path: &Path, source: io::Error) -> Error {
+    let mut parts = path.iter().filter_map(|part| part.to_str()?.strip_prefix('$'));
+    let unset = parts.find(|name| !name.is_empty() && variable(name).is_none());
+    match unset.filter(|_| source.kind() == io::ErrorKind::NotFound) {
+        Some(name) => {
+            let message = format!(
+                "the environment variable {name} is not set; set it to the folder that ${name} stands for"
+            );
+            Error::io(path, io::Error::new(io::ErrorKind::NotFound, message))
+        }
+        None => Error::io(path, source),
+    }
+}
+
+/// The value of an environment variable; none where it is not set or empty.
+fn variable(name: &str) -> Option<OsString> {
+    std::env::var_os(name).filter(|value| !value.is_empty())
 }
 
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -50,10 +71,8 @@ fn is_handed_over(path: &Path) -> bool {
 /// environment variable names: recordings need not lie beside what is said of them.
 pub fn at(folder: &Path, name: &Path) -> PathBuf {
     let text = name.to_string_lossy();
-    let Some((variable, rest)) = text.strip_prefix('$').and_then(|text| text.split_once('/'))
-    else {
+    let Some((own, rest)) = text.strip_prefix('$').and_then(|text| text.split_once('/')) else {
         return folder.join(name);
     };
-    std::env::var_os(variable)
-        .map_or_else(|| folder.join(name), |value| Path::new(&value).join(rest))
+    variable(own).map_or_else(|| folder.join(name), |value| Path::new(&value).join(rest))
 }

@@ -95,12 +95,52 @@ fn place(text: &str, key: &str) -> Option<usize> {
     start
 }
 
+/// Values that templates, and people, write where a value is still missing.
+const PLACEHOLDERS: [&str; 4] = ["..", "...", "?", "TODO"];
+
+/// A key with a placeholder in the place of its value.
+struct Placeholder<'a> {
+    line: usize,
+    key: &'a str,
+    /// The comment behind it, which tells what belongs there.
+    comment: &'a str,
+}
+
+fn find_placeholders(text: &str) -> Vec<Placeholder<'_>> {
+    let found = text.lines().enumerate().filter_map(|(k, line)| {
+        let (key, rest) = line.split_once('=')?;
+        let (value, comment) = rest.split_once('#').unwrap_or((rest, ""));
+        let (key, comment) = (key.trim(), comment.trim());
+        let is_open = PLACEHOLDERS.contains(&value.trim()) && !key.starts_with('#');
+        is_open.then_some(Placeholder { line: k + 1, key, comment })
+    });
+    found.collect()
+}
+
+/// Keys of a scene or fit file that have a placeholder such as `..` in the place of a value.
+pub fn placeholders(text: &str) -> Vec<String> {
+    find_placeholders(text).into_iter().map(|placeholder| placeholder.key.into()).collect()
+}
+
+/// The keys that are still to be filled in, with their lines and comments; none where there are none.
+fn placeholder_message(text: &str) -> Option<String> {
+    let one = |p: &Placeholder| {
+        let comment = if p.comment.is_empty() { "" } else { &format!(" ({})", p.comment) };
+        format!("line {}: {} is still to be filled in{comment}", p.line, p.key)
+    };
+    let all: Vec<String> = find_placeholders(text).iter().map(one).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
 /// Parses TOML; the message says line, key and what was expected, or all the keys that are missing.
 pub(crate) fn parse<T: serde::de::DeserializeOwned>(
     text: &str,
     required: &[Rule],
 ) -> Result<T, Error> {
     toml::from_str(text).map_err(|error: toml::de::Error| {
+        if let Some(message) = placeholder_message(text) {
+            return Error::Parse { file: None, message };
+        }
         let missing = match (error.message().starts_with("missing field"), text.parse()) {
             (true, Ok(table)) => missing(&table, required),
             _ => Vec::new(),

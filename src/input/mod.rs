@@ -2,6 +2,7 @@
 
 pub(crate) mod arrays;
 pub(crate) mod file;
+pub(crate) mod hints;
 pub(crate) mod missing_keys;
 pub(crate) mod onset;
 pub(crate) mod table;

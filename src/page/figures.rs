@@ -1,8 +1,8 @@
 //! The figures of a fit's page.
 
+use crate::fit::Estimate;
 use crate::fit::ResidualTests;
 use crate::fit::{Abscissa, Landscape, PlotData, Profile, RodShape, Series};
-use crate::fit::{Estimate, FitReport};
 use crate::numerics::order;
 use crate::page::chart::Chart;
 use crate::page::escaped;
@@ -215,8 +215,9 @@ pub(super) fn history(plots: &PlotData) -> String {
     figure("Convergence", "convergence of the search", &chart.svg(), &words)
 }
 
-/// What the scan saw over one unknown.
-pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
+/// The misfit of the scan over one unknown. `moves` says whether motions were fitted, of which the scan has the first
+/// period; shapes and frequencies have none.
+pub(super) fn landscape(landscape: &Landscape, value: Option<f64>, moves: bool) -> String {
     let values = &landscape.values;
     let positive = values.iter().all(|x| *x > 0.0);
     let wide = values.iter().copied().fold(0.0, f64::max)
@@ -245,8 +246,25 @@ pub(super) fn landscape(landscape: &Landscape, value: Option<f64>) -> String {
         &format!("Scan over {name}"),
         &format!("misfit in the scan over {name}"),
         &chart.svg(),
-        "coarse model over the first period, the other unknowns at their best; dashed: the fit",
+        &format!(
+            "coarse {}, the other unknowns at their best; dashed: the fit{}",
+            if moves { "model over the first period" } else { "mesh" },
+            if value.is_some_and(|value| is_beside_the_minimum(landscape, value)) {
+                ", which is not at the minimum of the scan: the coarse mesh has its minimum elsewhere"
+            } else {
+                ""
+            }
+        ),
     )
+}
+
+/// Whether a value lies more than a step of the scan away from the scan's minimum.
+fn is_beside_the_minimum(landscape: &Landscape, value: f64) -> bool {
+    let Landscape { values, misfit, .. } = landscape;
+    let least = (0..misfit.len()).min_by(|i, j| misfit[*i].total_cmp(&misfit[*j]));
+    let Some(least) = least.filter(|_| values.len() == misfit.len()) else { return false };
+    let [low, high] = [least.saturating_sub(1), (least + 1).min(values.len() - 1)];
+    !(values[low]..=values[high]).contains(&value)
 }
 
 /// One plane or two of the axes, that show most of these places.
@@ -273,7 +291,7 @@ pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
 }
 
 /// The rod over time, with the points seen, in one plane or two; not where a recording that leads it is drawn.
-pub(super) fn shapes(report: &FitReport, plots: &PlotData) -> String {
+pub(super) fn shapes(is_interrupted: bool, plots: &PlotData) -> String {
     let motions = plots.recordings.as_ref().map_or(&[][..], |r| &r.motions);
     let is_drawn = |name: &str| motions.iter().any(|m| m.experiment == name);
     let mut experiments: Vec<&str> = plots.shapes.iter().map(|s| s.experiment.as_str()).collect();
@@ -300,7 +318,7 @@ pub(super) fn shapes(report: &FitReport, plots: &PlotData) -> String {
         )
     };
     let drawn: String = experiments.into_iter().map(one).collect();
-    match (drawn.is_empty(), report.interrupted) {
+    match (drawn.is_empty(), is_interrupted) {
         (false, _) => drawn,
         (true, true) => "<p class=\"none\">not simulated: the fit was interrupted</p>".into(),
         // All are drawn with their recordings.

@@ -3,7 +3,7 @@
 use crate::code::Code;
 use crate::fit::Grade;
 use crate::fit::ResidualTests;
-use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy, Series};
+use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy, Series, SimulationSettings};
 use crate::fit::{Estimate, FitReport};
 use crate::fit::{Recording, Vertical};
 use crate::numerics::order;
@@ -43,7 +43,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     }
     body += &section("The search", &search(report, plots));
     if let Some(plots) = plots {
-        let shapes = figures::shapes(report, plots);
+        let shapes = figures::shapes(report.interrupted, plots);
         if !shapes.is_empty() {
             body += &section("The rod at the optimum", &shapes);
         }
@@ -214,9 +214,12 @@ fn left_over(report: &FitReport) -> String {
     let series = report.plot_data.as_ref().map_or(&[][..], |e| &e.series);
     let unit = match series.iter().any(|s| s.unit == "m") || series.is_empty() {
         true => "m",
+        // Series are in the unit of the data.
+        false if series[0].unit == "Hz" => "rad/s",
         false => &series[0].unit,
     };
     let with_unit = |value: f64, unit: &str| {
+        let (value, unit) = report.in_data_unit(value, unit);
         let scale = Scale::of(value, unit);
         format!("{} {}", scale.show(value, Some(0.01 * value)), scale.unit)
     };
@@ -326,9 +329,10 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     }
     if let Some(plots) = plots {
         html += &format!("<div class=\"row\">{}", figures::history(plots));
+        let moves = plots.settings.iter().any(|settings| settings.step.is_some());
         for landscape in &plots.landscape {
             let value = estimate(report, &landscape.label).and_then(|e| e.value);
-            html += &figures::landscape(landscape, value);
+            html += &figures::landscape(landscape, value, moves);
         }
         html += "</div>\n";
     }
@@ -347,6 +351,9 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
         let seen = match basin.seen {
             SeenBy::Fit if basin.converged => "fit of the whole record",
             SeenBy::Fit => "fit of the whole record, not converged",
+            SeenBy::Scan if plots.is_some_and(|p| p.settings.iter().all(|s| s.step.is_none())) => {
+                "scan on a coarse mesh"
+            }
             SeenBy::Scan => "scan of the first period",
         };
         format!(
@@ -359,7 +366,7 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
     let heads: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
     let rows: String = basins.list.iter().map(row).collect();
     html += &format!(
-        "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><td></td>{heads}<th>misfit over the least</th>\
+        "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><td></td>{heads}<th>misfit over the least seen in the same way</th>\
          <th>seen in</th></tr></thead>\n<tbody>{rows}</tbody></table></div>"
     );
     html
@@ -389,48 +396,55 @@ fn measured(measured: &Measured) -> String {
     words.join("; ")
 }
 
-fn run(report: &FitReport, plots: Option<&PlotData>) -> String {
-    let mut rows: Vec<(String, String)> = Vec::new();
-    let mut row = |key: &str, value: String| rows.push((key.into(), escaped(&value)));
-    for settings in plots.map_or(&[][..], |e| &e.settings) {
+/// What was simulated, experiment by experiment.
+pub(super) fn settings_table(settings: &[SimulationSettings]) -> String {
+    table(&settings_rows(settings))
+}
+
+/// Keys with plain text.
+type Rows = Vec<(&'static str, String)>;
+
+fn settings_rows(all: &[SimulationSettings]) -> Rows {
+    let mut rows = Rows::new();
+    for settings in all {
         if !settings.experiment.is_empty() {
-            row("experiment", settings.experiment.clone());
+            rows.push(("experiment", settings.experiment.clone()));
         }
-        if let Some(scene) = &settings.scene {
-            row("scene", scene.clone());
-        }
-        for measured in &settings.measured {
-            row("measured", self::measured(measured));
-        }
-        row("model", settings.model.clone());
-        if let Some(scheme) = &settings.scheme {
-            row("scheme", scheme.clone());
-        }
+        rows.extend(settings.scene.iter().map(|scene| ("scene", scene.clone())));
+        rows.extend(settings.measured.iter().map(|own| ("measured", measured(own))));
+        rows.push(("model", settings.model.clone()));
+        rows.extend(settings.scheme.iter().map(|scheme| ("scheme", scheme.clone())));
         if let (Some(step), Some(end)) = (settings.step, settings.end) {
-            row("step", format!("{} up to {}", quantity(step, "s"), quantity(end, "s")));
+            rows.push(("step", format!("{} up to {}", quantity(step, "s"), quantity(end, "s"))));
         }
         let edge = settings.length / settings.segments.max(1) as f64;
-        row(
-            "segments",
-            format!(
-                "{} on {}, about {} each",
-                settings.segments,
-                quantity(settings.length, "m"),
-                quantity(edge, "m")
-            ),
+        let segments = format!(
+            "{} on {}, about {} each",
+            settings.segments,
+            quantity(settings.length, "m"),
+            quantity(edge, "m")
         );
+        rows.push(("segments", segments));
     }
+    rows
+}
+
+fn table(rows: &Rows) -> String {
+    let row = |(key, value): &(&str, String)| {
+        format!("<tr><th>{key}</th><td>{}</td></tr>\n", escaped(value))
+    };
+    format!("<table class=\"plain\">{}</table>", rows.iter().map(row).collect::<String>())
+}
+
+fn run(report: &FitReport, plots: Option<&PlotData>) -> String {
+    let mut rows = settings_rows(plots.map_or(&[][..], |e| &e.settings));
     for dropped in &report.dropped {
-        row("left out", format!("{}: rows {}", dropped.observation, dropped.rows));
+        rows.push(("left out", format!("{}: rows {}", dropped.observation, dropped.rows)));
     }
-    row("work", format!("{:.1} simulations", report.simulations));
-    row("time", format!("{} s", short(report.wall_seconds)));
+    rows.push(("work", format!("{:.1} simulations", report.simulations)));
+    rows.push(("time", format!("{} s", short(report.wall_seconds))));
     if let Some(plots) = plots {
-        row("rodfit", plots.version.clone());
+        rows.push(("rodfit", plots.version.clone()));
     }
-    let rows: String = rows
-        .iter()
-        .map(|(key, value)| format!("<tr><th>{key}</th><td>{value}</td></tr>\n"))
-        .collect();
-    format!("<table class=\"plain\">{rows}</table>")
+    table(&rows)
 }

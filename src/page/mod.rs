@@ -8,12 +8,14 @@ mod figures;
 mod fit;
 mod moments;
 mod number;
+mod prediction;
 mod recordings;
 mod simulation;
 mod study;
 
 pub use field::field_page;
 pub use fit::fit_page;
+pub use prediction::prediction_page;
 pub use simulation::simulation_page;
 pub use study::study_page;
 

@@ -60,6 +60,7 @@ pub use tolerance::Tolerance;
 pub use track::Track;
 
 use crate::error::Error;
+use crate::input::hints::{SCENE, explained};
 use crate::input::missing_keys::parse;
 use crate::numerics::scalar::Scalar;
 use crate::scene::number::{Numbers, Quantity, Written};
@@ -131,9 +132,18 @@ pub struct Scene<D = f64> {
     /// What the program chose of the numerics, or checked.
     #[serde(skip)]
     pub(crate) resolution: Option<Resolution>,
+    /// End of the recording that replaced a missing `time.end`, s.
+    #[serde(skip)]
+    pub(crate) end_of_recording: Option<f64>,
 }
 
 impl<D> Scene<D> {
+    /// Whether the scene gives no `time.end`, and the motion lasts as long as its recording.
+    fn ends_with_recording(&self) -> bool {
+        let end = self.time.as_ref().map(|time| time.end);
+        end.is_some() && end == self.end_of_recording
+    }
+
     /// The time integrator.
     pub fn scheme(&self) -> Scheme {
         self.time.as_ref().map_or_else(Scheme::default, |time| time.scheme)
@@ -184,6 +194,7 @@ impl Scene {
             gravity_left_out: false,
             accuracy: None,
             resolution: None,
+            end_of_recording: None,
         }
     }
 
@@ -207,6 +218,7 @@ impl Scene {
             gravity_left_out: self.gravity_left_out,
             accuracy: self.accuracy,
             resolution: self.resolution,
+            end_of_recording: self.end_of_recording,
         }
     }
 
@@ -227,6 +239,7 @@ impl Scene {
                 let last = track.end();
                 if time.end == Time::TO_THE_END {
                     time.end = last;
+                    self.end_of_recording = Some(last);
                 }
                 // A step may begin before the last frame and end after it.
                 if time.end > last + time.step && time.step != Time::LEFT_OPEN {
@@ -299,7 +312,8 @@ impl Scene {
 
     /// The same as it is written, not validated yet.
     fn written(text: &str, path: &Path) -> Result<Self, Error> {
-        let mut scene: Self = parse(text, &REQUIRED).map_err(|error| error.in_file(Some(path)))?;
+        let mut scene: Self = parse(text, &REQUIRED)
+            .map_err(|error| explained(error, text, &SCENE).in_file(Some(path)))?;
         scene.path = Some(path.into());
         // A gravity of zero that the file gives is meant.
         scene.gravity_left_out = scene.loads.gravity == [0.0; 3]
@@ -326,6 +340,7 @@ impl Scene {
     }
 
     fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
+        self.leave_end_to_recording();
         let Some(path) = &mut self.supports.path else {
             let (found, allowed) = ("no such table", "one, whose file another recording replaces");
             return Err(Error::invalid("supports.path", found, allowed));
@@ -335,9 +350,33 @@ impl Scene {
         Ok(())
     }
 
-    /// The scene as a file.
+    /// Removes a `time.end` that the file did not give, so that another recording sets its own.
+    fn leave_end_to_recording(&mut self) {
+        if self.ends_with_recording() {
+            self.time.iter_mut().for_each(|time| time.end = Time::TO_THE_END);
+            self.end_of_recording = None;
+        }
+    }
+
+    /// Whether two scenes of recorded ends have the same rod, material, loads and numerics, and differ in the recording
+    /// only.
+    pub fn differs_in_recording_only(&self, other: &Self) -> bool {
+        let without_recording = |scene: &Self| {
+            let mut scene = scene.reopened();
+            scene.leave_end_to_recording();
+            if let Some(path) = &mut scene.supports.path {
+                (path.file, path.track) = (PathBuf::new(), None);
+            }
+            scene
+        };
+        self.supports.path.is_some() && without_recording(self) == without_recording(other)
+    }
+
+    /// The scene as a file. Without a `time.end` in its own file it has none here.
     pub fn to_toml(&self) -> Result<String, Error> {
-        toml::to_string_pretty(self)
+        let mut written = self.clone();
+        written.leave_end_to_recording();
+        toml::to_string_pretty(&written)
             .map_err(|error| Error::Parse { file: None, message: error.to_string() })
     }
 

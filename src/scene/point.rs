@@ -8,6 +8,10 @@ use crate::scene::number::{Numbers, Quantity, Written};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
+/// Arc lengths this far beyond an end, over the length of the rod, are the end: sums and unit conversions leave rounding
+/// errors of some 1e-16, and printed numbers have far fewer digits than 9.
+pub(crate) const ROUNDING: f64 = 1e-9;
+
 /// A point of the rod: `"tip"`, the index of a node, or an arc length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -157,7 +161,9 @@ impl<D: Scalar> Point<D> {
                 None => outside("node", i as f64, named.len() as f64 - 1.0),
             },
             (Self::ArcLength(s), _) => match (mesh.length.value(), s.value()) {
-                (length, at) if (0.0..=length).contains(&at) => Ok(Err(s)),
+                (length, at) if (-ROUNDING * length..=(1.0 + ROUNDING) * length).contains(&at) => {
+                    Ok(Err(s))
+                }
                 (length, at) => outside("arc_length", at, length),
             },
         }
@@ -189,7 +195,7 @@ impl<D: Scalar> Stencil<D> {
         let n = arc_length.len();
         let [first, last] =
             [0, n.saturating_sub(1)].map(|i| arc_length.get(i).map_or(0.0, D::value));
-        let there = s - 1e-9 * (last - first);
+        let there = s - ROUNDING * (last - first);
         let right = arc_length.partition_point(|a| a.value() < there).clamp(1, n.max(2) - 1);
         let first = right.saturating_sub(2).min(n.saturating_sub(4));
         first..(first + 4).min(n)

@@ -177,7 +177,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     }
 
     /// A stiffness of every unknown that counts as none, N/m (N m for angles): a billionth of the
-    /// rod's own in bending and twisting as a whole, or what rounding errors amount to in a tangent
+    /// rod's own in bending (its softer direction) and twisting as a whole, or what rounding errors amount to in a tangent
     /// that goes with the fourth power of the mesh, or in edge coordinates with the second.
     pub(crate) fn negligible(&self, edges: Option<EdgeCoordinates>) -> Vec<f64> {
         let nodes = self.nodes() as f64;
@@ -187,11 +187,12 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let length = self.problem.length();
         let power = if edges.is_some() { 2 } else { 4 };
         let noise = 10.0 * f64::EPSILON * nodes.powi(power);
-        let bending = self.bending_frequency_squared() * (1e-9 + noise);
-        let moving = match edges {
-            Some(_) => bending,
-            None => bending + self.zero_frequency_squared(),
-        };
+        let softest = self.bending_frequency_squared();
+        let bending = softest * (1e-9 + noise);
+        // Rounding errors are those of the stiffer direction, which bends too.
+        let stiffer = i1.max(i2) / i1.min(i2);
+        let moving = softest * (1e-9 + noise * stiffer)
+            + if edges.is_some() { 0.0 } else { self.zero_frequency_squared() };
         // An angle's inertia about the edge is so small that it would not show: it counts like the
         // edge's mass on a lever of the rod's length, as much more as twisting is stiffer.
         let bend = p.youngs_modulus * i1.min(i2);

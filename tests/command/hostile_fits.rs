@@ -61,7 +61,6 @@ const FITS: &[(&str, &str, &[&str])] = &[
     (POINT, "loss = 3", &["fit.toml", "line 6"]),
     (POINT, "loss = \"huberr\"", &["`huberr`", "`huber`"]),
     (POINT, "held_out = \"yes\"", &["fit.toml", "line 6"]),
-    (POINT, "held_out = true", &["observation", "not held out"]),
     ("[[observation]]\nfile = \"tip.csv\"\npoint = \"tip\"", "", &["fit.toml"]),
     ("[[observation]]", "[observation]", &["fit.toml", "line 4"]),
     ("[[observation]]", "[[observations]]", &["`observations`", "`observation`"]),

@@ -5,6 +5,7 @@ mod common;
 
 mod bodies;
 mod camera;
+mod center_lines;
 mod duplicates;
 mod experiments;
 mod field;

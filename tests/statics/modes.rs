@@ -299,3 +299,27 @@ fn all_that_is_unstable() {
         }
     }
 }
+
+/// Rounding errors of a rigid motion are those of the stiffer bending direction: a strip of 20 mm by 6 mm, or 60 mm by 3 mm,
+/// has six free motions on every mesh, and none of them grows.
+#[test]
+fn free_strip_has_six_free_motions_on_every_mesh() {
+    for [width, height] in [[0.02, 0.006], [0.06, 0.003]] {
+        for segments in [54, 102, 110, 134, 190, 262] {
+            let shape = Shape::Straight { length: 0.2, direction: [1.0, 0.0, 0.0] };
+            let section = Section::Rectangle { width, height, up: [0.0, 1.0, 0.0] };
+            let material = Material { shear_modulus: Some(5e10), ..Material::new(7850.0, 1e11) };
+            let mut scene = Scene::new(segments, shape, section, material);
+            (scene.supports.start, scene.supports.end) = (Support::Free, Support::Free);
+            let found = modes(&scene, 8);
+            assert_eq!(
+                found.unstable, 0,
+                "{segments} segments of {width} m by {height} m: {found}"
+            );
+            let free = found.modes.iter().filter(|m| m.frequency_rad_s == 0.0);
+            assert!(free.clone().all(|m| m.kind == Kind::Rigid && m.number.is_none()), "{found}");
+            assert_eq!(free.count(), 6, "{segments}: {found}");
+            assert_eq!(scene.problem().unwrap().equilibrium().unwrap().negative_directions, 0);
+        }
+    }
+}

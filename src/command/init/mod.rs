@@ -1,12 +1,14 @@
 //! `rodfit init`
 
 mod made_up;
+mod measures;
 
+use crate::command::init::measures::Measures;
 use crate::command::inspect::Said;
 use crate::command::output::{Output, Outputs};
 use crate::command::{Manner, conclude};
 use clap::ValueEnum;
-use rodfit::fit::{Inspection, Recording, RestShape};
+use rodfit::fit::{Inspection, Recording, RestShape, placeholders};
 use rodfit::numerics::order;
 use rodfit::scene::Track;
 use rodfit::{Error, Observation, Scene};
@@ -21,6 +23,8 @@ pub struct Options {
     from: Option<PathBuf>,
     #[command(flatten)]
     said: Said,
+    #[command(flatten)]
+    measures: Measures,
     /// Folder of the files.
     #[arg(long, value_name = "DIR", default_value = ".")]
     into: PathBuf,
@@ -60,6 +64,9 @@ type Files = Vec<(String, String)>;
 
 pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let (name, scene, fit) = texts(options.template);
+    let is_planar = !matches!(options.template, Template::Helix | Template::Cable);
+    let scene = options.measures.applied(scene, is_planar)?;
+    let scene = &scene[..];
     let files = match (&options.from, options.template) {
         (None, _) => made_up::files(options.template, (name, scene, fit))?,
         (Some(file), template) => from(file, template, (name, scene, fit), options)?,
@@ -91,7 +98,13 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         Some(_) => "where the scene's origin is, and its measures, are yours to fill in",
         None => "the data are made up",
     };
-    let words = format!("wrote {}: {made_up}\nrodfit fit {}", names.join(", "), fit.display());
+    let open: Vec<String> = files.iter().flat_map(|(_, text)| placeholders(text)).collect();
+    let open = match open.is_empty() {
+        true => String::new(),
+        false => format!("\nstill to be filled in: {}", open.join(", ")),
+    };
+    let words =
+        format!("wrote {}: {made_up}{open}\nrodfit fit {}", names.join(", "), fit.display());
     written.push(outputs.summary(&words));
     Ok(conclude(0, written))
 }

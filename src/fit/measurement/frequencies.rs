@@ -24,6 +24,8 @@ pub struct Frequencies {
     pub among: Among,
     /// Standard deviation of each, rad/s.
     pub sigma: f64,
+    /// Whether the frequencies were given in Hz; reports display them in Hz then.
+    pub in_hz: bool,
     /// How residuals count.
     pub loss: Loss,
     /// Whether they are kept out of the fit and only predicted.
@@ -38,6 +40,7 @@ impl Frequencies {
             values: rad_s.iter().enumerate().map(number).collect(),
             among: Among::default(),
             sigma,
+            in_hz: false,
             loss: Loss::Squares,
             held_out: false,
         }
@@ -46,7 +49,8 @@ impl Frequencies {
     /// Measured frequencies given in Hz.
     pub fn hz(hz: &[f64], sigma: f64) -> Self {
         let tau = std::f64::consts::TAU;
-        Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau)
+        let own = Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau);
+        Self { in_hz: true, ..own }
     }
 
     /// Of other modes than the lowest.

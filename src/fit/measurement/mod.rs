@@ -56,6 +56,20 @@ impl From<Gauge> for Measurement {
     }
 }
 
+/// A unit that data are given in, and reports display them in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DataUnit<'a> {
+    /// Its symbol.
+    pub name: &'a str,
+    /// Its size in the unit of the values.
+    pub size: f64,
+}
+
+impl DataUnit<'_> {
+    /// Of frequencies, whose values are in rad/s.
+    pub const HERTZ: Self = Self { name: "Hz", size: std::f64::consts::TAU };
+}
+
 /// Values of one coordinate, in the order of the residuals, and what they are over: times, arc
 /// lengths or modes.
 pub(crate) struct Coordinate {
@@ -95,6 +109,20 @@ impl Measurement {
             }
             Self::Frequencies(_) | Self::Gauge(_) => vec![sigma; self.values()],
         }
+    }
+
+    /// Values that unknown arc lengths use up.
+    pub(crate) fn fitted_arc_lengths(&self) -> usize {
+        match self {
+            Self::RestShape(shape) => shape.fitted_arc_lengths(),
+            _ => 0,
+        }
+    }
+
+    /// The part of the values that unknown arc lengths leave as degrees of freedom.
+    pub(crate) fn free_share(&self) -> f64 {
+        let values = self.values().max(1) as f64;
+        (1.0 - self.fitted_arc_lengths() as f64 / values).max(1.0 / values)
     }
 
     /// How residuals count.
@@ -214,6 +242,14 @@ impl Measurement {
         }
     }
 
+    /// The unit that the values were given in.
+    pub(crate) fn data_unit(&self) -> DataUnit<'_> {
+        match self {
+            Self::Frequencies(frequencies) if frequencies.in_hz => DataUnit::HERTZ,
+            _ => DataUnit { name: self.unit(), size: 1.0 },
+        }
+    }
+
     /// The values, in the order of the residuals.
     pub(crate) fn seen_mut(&mut self) -> Vec<&mut f64> {
         match self {
@@ -243,7 +279,7 @@ impl Measurement {
             Self::Motion(o) => o.samples.iter().map(|s| (s.time, s.position)).collect(),
             Self::RestShape(shape) => {
                 let place = |point| problem.arc_length(point).unwrap_or(0.0);
-                shape.sightings.iter().map(|s| (place(s.point), s.position)).collect()
+                shape.placed(problem).iter().map(|s| (place(s.point), s.position)).collect()
             }
             Self::Frequencies(_) | Self::Gauge(_) => Vec::new(),
         }
@@ -280,7 +316,7 @@ impl Measurement {
             Self::Motion(o) => o.spread(),
             Self::RestShape(shape) => {
                 let (mut sum, mut count) = (0.0, 0.0_f64);
-                for sighting in &shape.sightings {
+                for sighting in shape.placed(problem) {
                     let Ok(stencil) = problem.stencil(sighting.point) else { continue };
                     let rest = problem.rest_position(&stencil);
                     for (seen, rest) in sighting.position.iter().zip(rest) {

@@ -5,6 +5,7 @@ use crate::fit::measurement::loss::{Loss, typical};
 use crate::fit::measurement::motion::Dropped;
 use crate::input::table::{LENGTHS, Table};
 use crate::input::track::recording::{BEYOND, Recording, is_finite};
+use crate::problem::Problem;
 use crate::scene::Point;
 use std::path::{Path, PathBuf};
 
@@ -40,6 +41,18 @@ pub struct RestShape {
     pub dropped: Dropped,
     /// Whether it is only [planned](Self::planned): its positions mean nothing, but which coordinates would be seen.
     pub planned: bool,
+    /// Whether the points have no given arc length: each is compared with the nearest point of the rod, and its own
+    /// [`Point`] is only about where it is.
+    pub arc_lengths_fitted: bool,
+}
+
+/// Fewest points of a center line without arc lengths: fewer do not show its order and shape.
+const LEAST_OF_A_LINE: usize = 3;
+
+/// Distance in the coordinates that both have, m.
+fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
+    let parts = a.iter().zip(b).filter_map(|(a, b)| Some(((*a)? - b?).powi(2)));
+    parts.sum::<f64>().sqrt()
 }
 
 impl RestShape {
@@ -55,7 +68,59 @@ impl RestShape {
             recording: None,
             dropped: Dropped::default(),
             planned: false,
+            arc_lengths_fitted: false,
         }
+    }
+
+    /// Points of the center line of a rod at rest, in their order along the rod, whose arc lengths are not known: x, y, z
+    /// in m.
+    pub fn center_line(positions: &[[Option<f64>; 3]]) -> Self {
+        let mut along = 0.0;
+        let mut before: Option<[Option<f64>; 3]> = None;
+        let sighting = |position: &[Option<f64>; 3]| {
+            along += before.map_or(0.0, |before| chord(before, *position));
+            before = Some(*position);
+            Sighting { point: Point::ArcLength(along), position: *position }
+        };
+        let sightings = positions.iter().map(sighting).collect();
+        Self { arc_lengths_fitted: true, ..Self::new(sightings) }
+    }
+
+    /// Arc lengths by the chords between the points, from the end of the rod that is nearer to the first point, m, with
+    /// the positions.
+    pub(crate) fn approximate_arc_lengths(
+        &self,
+        problem: &Problem,
+    ) -> Vec<(f64, [Option<f64>; 3])> {
+        let wall = problem.wall().map(Some);
+        let from_wall = |s: Option<&Sighting>| s.map_or(0.0, |s| chord(wall, s.position));
+        let [first, last] = [self.sightings.first(), self.sightings.last()].map(from_wall);
+        let place = |s: &Sighting| match s.point {
+            Point::ArcLength(along) => along,
+            _ => 0.0,
+        };
+        let whole = self.sightings.last().map_or(0.0, place);
+        let at = |s: &Sighting| {
+            let along = place(s);
+            let from_wall = if first <= last { first + along } else { last + whole - along };
+            (from_wall.min(problem.length()), s.position)
+        };
+        self.sightings.iter().map(at).collect()
+    }
+
+    /// The observed points with points of the rod: approximate ones where arc lengths are unknown.
+    pub(crate) fn placed(&self, problem: &Problem) -> Vec<Sighting> {
+        if !self.arc_lengths_fitted {
+            return self.sightings.clone();
+        }
+        let approximate = self.approximate_arc_lengths(problem).into_iter();
+        let sighting = |(along, position)| Sighting { point: Point::ArcLength(along), position };
+        approximate.map(sighting).collect()
+    }
+
+    /// Values that the unknown arc lengths use up: one for each point.
+    pub(crate) fn fitted_arc_lengths(&self) -> usize {
+        if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
 
     /// A photograph that is only planned, of points at these arc lengths from the wall, m, in all three coordinates.
@@ -65,7 +130,8 @@ impl RestShape {
     }
 
     /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
-    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s.
+    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s. Without `s` and `node` the rows are
+    /// points of the [center line](Self::center_line) in their order along the rod.
     ///
     /// # Errors
     ///
@@ -94,7 +160,7 @@ impl RestShape {
             (Some(column), None) => (column, false),
             (None, Some(column)) => (column, true),
             (Some(_), Some(_)) => return Err(refused("columns `s` and `node`")),
-            (None, None) => return Err(refused("no column s or node")),
+            (None, None) => return Self::read_center_line(path, &table, recording),
         };
         let factor = match (by_node, &table.columns[place].1) {
             (true, Some(unit)) => {
@@ -142,6 +208,42 @@ impl RestShape {
             return Err(table.error(1, "no value below the header"));
         }
         Ok(shape.sigmas(&sigmas))
+    }
+
+    /// Points of the center line, without arc lengths.
+    fn read_center_line(path: &Path, table: &Table, recording: &Recording) -> Result<Self, Error> {
+        let known = ["x", "y", "z"];
+        recording.check_columns(table, &known)?;
+        let axes = recording.axis_columns(table)?;
+        let sigma_columns = recording.sigma_columns(table, &axes, &known)?;
+        let (mut positions, mut sigmas) = (Vec::new(), Vec::new());
+        let mut dropped = Dropped::default();
+        for row in &table.rows {
+            let position = recording.position(&axes, &row.values);
+            if !is_finite(0.0, &position) {
+                return Err(table.error(row.line, BEYOND));
+            }
+            if position.iter().flatten().count() < 2 {
+                dropped.empty += 1;
+                continue;
+            }
+            if recording.sigma.is_some() {
+                let seen = position.map(|x| x.is_some());
+                sigmas.extend(recording.sigma(table, &sigma_columns, row, seen)?.iter().flatten());
+            }
+            positions.push(position);
+        }
+        if positions.len() < LEAST_OF_A_LINE {
+            let message = format!(
+                "no column s or node, and {} points, allowed: {LEAST_OF_A_LINE} or more points along the center line, with \
+                 two coordinates each, or a column s (arc length) or node (index)",
+                positions.len()
+            );
+            return Err(table.error(1, &message));
+        }
+        let line = Self::center_line(&positions);
+        let (source, recording) = (Some(path.into()), Some(recording.clone()));
+        Ok(Self { source, recording, dropped, ..line }.sigmas(&sigmas))
     }
 
     /// With a known standard deviation per coordinate, m.

@@ -12,11 +12,13 @@ use crate::fit::measurement::gauge::{OverScalars, Shown};
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::Sample;
 use crate::fit::misfit::camera::View;
+use crate::fit::misfit::foot_point::Curve;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::Point;
 use crate::scene::Scene;
+use crate::scene::Stencil;
 use crate::scene::marker::{Marker, is_beside};
 use crate::vibration::ModeName;
 use crate::vibration::NaturalFrequency;
@@ -36,6 +38,8 @@ pub(crate) struct Comparison {
     /// Points that move, and points at rest, that are looked at.
     pub(super) moving: Vec<Point>,
     resting: Vec<Point>,
+    /// Whether all of the rod at rest is looked at.
+    rests_whole: bool,
     /// Points that move and have a marker beside them.
     pub(super) beside: Vec<Point>,
     /// The modes whose frequencies are looked at.
@@ -61,6 +65,8 @@ pub(super) enum Values {
     /// Of a point, or a marker beside it.
     Motion(Point, [f64; 3], Vec<Sample>),
     RestShape(Vec<(Point, [Option<f64>; 3])>),
+    /// Of points of a rod at rest whose arc lengths are only about these, m.
+    CenterLine(Vec<(f64, [Option<f64>; 3])>),
     /// Places among the modes, and rad/s.
     Frequencies(Vec<(usize, f64)>),
     Gauge {
@@ -101,6 +107,7 @@ impl Comparison {
             series: Vec::new(),
             moving: Vec::new(),
             resting: Vec::new(),
+            rests_whole: false,
             beside: Vec::new(),
             modes: Vec::new(),
             end: 0.0,
@@ -126,6 +133,10 @@ impl Comparison {
                     observation.samples.iter().copied().filter(|s| s.time <= horizon).collect();
                 self.end = samples.last().map_or(self.end, |s| self.end.max(s.time));
                 Values::Motion(observation.point, observation.offset, samples)
+            }
+            Measurement::RestShape(shape) if shape.arc_lengths_fitted => {
+                self.rests_whole = true;
+                Values::CenterLine(shape.approximate_arc_lengths(&self.problem))
             }
             Measurement::RestShape(shape) => {
                 self.resting.extend(shape.sightings.iter().map(|s| s.point));
@@ -236,12 +247,13 @@ impl Comparison {
             moving = Some(trajectory);
         }
         count(self.rest_work);
-        let resting = match self.resting.is_empty() {
-            true => None,
-            false => {
-                Some(Trajectory::at_rest(&problem, &nodes(&self.resting, &problem)?, &wanted)?)
-            }
+        let resting = match (self.rests_whole, self.resting.is_empty()) {
+            (false, true) => None,
+            (false, false) => Some(nodes(&self.resting, &problem)?),
+            (true, _) => Some((0..problem.nodes()).collect()),
         };
+        let resting = resting.map(|nodes| Trajectory::at_rest(&problem, &nodes, &wanted));
+        let resting = resting.transpose()?;
         Ok(Run { problem, moving, resting })
     }
 
@@ -334,6 +346,21 @@ impl Comparison {
                         compare(resting.position(&stencil, start)?, position);
                     }
                 }
+                Values::CenterLine(points) => {
+                    let Some(resting) = resting else { continue };
+                    let place = |i: usize| resting.position(&Stencil::node(i), D::from(0.0));
+                    let nodes = (0..mesh.nodes.len()).map(|i| Ok(view.recorded(place(i)?)));
+                    let nodes = nodes.collect::<Result<Vec<_>, Error>>()?;
+                    let curve = Curve { nodes: &nodes, arc_length: &mesh.arc_length };
+                    for (near, observed) in points {
+                        let offset = curve.offset(observed, *near);
+                        for c in (0..3).filter(|c| observed[*c].is_some()) {
+                            if let Some(weight) = weights.next() {
+                                each(offset[c] * weight, *loss);
+                            }
+                        }
+                    }
+                }
                 Values::Gauge { shows, points, readings } => {
                     let mut seen = Vec::with_capacity(points.len());
                     let stencils = points.iter().map(|point| point.fixed().stencil(&mesh));
@@ -400,6 +427,7 @@ impl Series {
         match &self.values {
             Values::Motion(_, _, samples) => samples.iter().map(|s| seen(&s.position)).sum(),
             Values::RestShape(points) => points.iter().map(|(_, position)| seen(position)).sum(),
+            Values::CenterLine(points) => points.iter().map(|(_, position)| seen(position)).sum(),
             Values::Frequencies(values) => values.len(),
             Values::Gauge { readings, .. } => readings.len(),
         }

@@ -3,6 +3,7 @@
 mod backward;
 pub(crate) mod camera;
 pub(crate) mod comparison;
+pub(crate) mod foot_point;
 pub(crate) mod hessian;
 pub(crate) mod memory;
 pub(crate) mod noise;

@@ -212,10 +212,9 @@ impl FitReport {
         });
         details(f, "Robust loss", &losses.collect::<Vec<_>>())?;
         let predictions = self.predictions.iter().map(|p| {
-            format!(
-                "{}: RMS error {:.3e} {}, {:.3e} expected",
-                p.observation, p.rms, p.unit, p.expected
-            )
+            let [(rms, unit), (expected, _)] =
+                [p.rms, p.expected].map(|x| self.in_data_unit(x, &p.unit));
+            format!("{}: RMS error {rms:.3e} {unit}, {expected:.3e} expected", p.observation)
         });
         details(f, "Validation data", &predictions.collect::<Vec<_>>())?;
         match &self.recordings {
@@ -227,7 +226,11 @@ impl FitReport {
     /// Residuals beside the noise, the search and the work.
     fn write_cost(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let pairs = self.sigma.iter().zip(&self.units);
-        let sigma: Vec<String> = pairs.map(|(s, unit)| format!("{s:.3e} {unit}")).collect();
+        let shown = |(s, unit): (&f64, &String)| {
+            let (s, unit) = self.in_data_unit(*s, unit);
+            format!("{s:.3e} {unit}")
+        };
+        let sigma: Vec<String> = pairs.map(shown).collect();
         let alike = sigma.chunk_by(|a, b| a == b).map(|same| match same.len() {
             ..3 => same.join(", "),
             n => format!("{} (of {n})", same[0]),
@@ -236,7 +239,8 @@ impl FitReport {
         // Positions come before frequencies.
         let unit = self.units.iter().find(|unit| **unit == "m").or(self.units.first());
         let unit = unit.map_or("m", String::as_str);
-        let rms = format!("RMS {:.3e} {unit}, sigma {}", self.residual_rms, sigma.join(", "));
+        let (rms, unit) = self.in_data_unit(self.residual_rms, unit);
+        let rms = format!("RMS {rms:.3e} {unit}, sigma {}", sigma.join(", "));
         detail(f, "Residuals", rms)?;
         if let Some(words) = self.noise_scale_in_words() {
             detail(f, "Noise scale", words)?;

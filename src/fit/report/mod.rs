@@ -9,6 +9,7 @@ pub(crate) mod replay;
 mod validation;
 
 use crate::code::Code;
+use crate::fit::measurement::DataUnit;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::measurement::motion::Dropped;
 use crate::fit::misfit::residual_tests::ResidualTests;
@@ -63,6 +64,10 @@ pub struct FitReport {
     pub sigma: Vec<f64>,
     /// Unit of each `sigma`: m or rad/s.
     pub units: Vec<String>,
+    /// Unit of each measurement in its file: m, Hz or rad/s. The displayed report and the page use it; the values of the
+    /// JSON are in `units`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub data_units: Vec<String>,
     /// Singular values of the Jacobian with normalized columns, descending; near zero where
     /// parameters are collinear.
     pub singular_values: Vec<f64>,
@@ -153,6 +158,7 @@ impl FitReport {
             residual_rms: assessment.residual_rms,
             sigma: assessment.sigma,
             units: all(search.experiments).map(|(_, m)| m.unit().into()).collect(),
+            data_units: all(search.experiments).map(|(_, m)| m.data_unit().name.into()).collect(),
             singular_values,
             not_identifiable: findings,
             discretization_error: assessment.discretization,
@@ -177,6 +183,16 @@ impl FitReport {
             warning_codes,
             interrupted,
             plot_data,
+        }
+    }
+
+    /// A value in the unit that the data were given in, with that unit: frequencies in Hz where all were given so.
+    pub(crate) fn in_data_unit<'a>(&self, value: f64, unit: &'a str) -> (f64, &'a str) {
+        let is_frequency = unit == "rad/s";
+        let is_given = |name: &str| self.data_units.iter().any(|own| own == name);
+        match is_frequency && is_given("Hz") && !is_given("rad/s") {
+            true => (value / DataUnit::HERTZ.size, DataUnit::HERTZ.name),
+            false => (value, unit),
         }
     }
 
@@ -264,7 +280,7 @@ pub(crate) fn hidden(all: &[CouldHide]) -> Vec<String> {
 }
 
 /// What was chosen, if anything was.
-fn resolutions(experiments: &[Experiment]) -> Vec<Option<Resolution>> {
+pub(crate) fn resolutions(experiments: &[Experiment]) -> Vec<Option<Resolution>> {
     let chosen = |e: &Experiment| e.problem.resolution().copied().filter(|r| r.chosen.any());
     let all: Vec<_> = experiments.iter().map(chosen).collect();
     if all.iter().any(Option::is_some) { all } else { Vec::new() }

@@ -31,7 +31,7 @@ pub(crate) fn still(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -
     PlotData {
         ranges: search.unknowns.iter().map(range).collect(),
         series: optimum.map_or(Vec::new(), |optimum| series(search, optimum, sigma)),
-        history: search.journal.history(search.unknowns, &search.sigmas),
+        history: search.journal.history(search.unknowns, &search.sigmas, search.full_work),
         landscape: search.journal.landscape(search.unknowns),
         settings: search.experiments.iter().map(settings).collect(),
         version: env!("CARGO_PKG_VERSION").into(),
@@ -94,13 +94,14 @@ pub(crate) fn compared(
     let mut copy = measurement.clone();
     let seen: Vec<f64> = copy.seen_mut().into_iter().map(|x| *x).collect();
     let units = measurement.sigmas(weight);
+    let unit = measurement.data_unit();
     let series = |coordinate: Coordinate| {
         let own = || coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
         Series {
             experiment: experiment.into(),
             label: measurement.label(),
             axis: coordinate.axis.into(),
-            unit: measurement.unit().into(),
+            unit: unit.name.into(),
             over: match measurement {
                 Measurement::Motion(_) => Abscissa::Time,
                 Measurement::RestShape(_) => Abscissa::ArcLength,
@@ -109,9 +110,11 @@ pub(crate) fn compared(
                 Measurement::Gauge(_) => Abscissa::Reading,
             },
             at: own().map(|(_, at)| *at).collect(),
-            observed: own().map(|(k, _)| seen[*k]).collect(),
-            simulated: own().map(|(k, _)| seen[*k] + residuals[*k] * units[*k]).collect(),
-            sigma,
+            observed: own().map(|(k, _)| seen[*k] / unit.size).collect(),
+            simulated: own()
+                .map(|(k, _)| (seen[*k] + residuals[*k] * units[*k]) / unit.size)
+                .collect(),
+            sigma: sigma / unit.size,
             curve: Vec::new(),
         }
     };

@@ -24,17 +24,19 @@ pub(crate) fn write(f: &mut fmt::Formatter<'_>, report: &FitReport) -> fmt::Resu
     order::sort_by(&mut own, |p| p.rms);
     let n = own.len();
     let (median, worst) = (0.5 * (own[(n - 1) / 2].rms + own[n / 2].rms), own[n - 1]);
+    let shown = |value: f64| report.in_data_unit(value, unit);
+    let ((median, shown_unit), (rms, _), (expected, _)) =
+        (shown(median), shown(worst.rms), shown(worst.expected));
+    let (observation, unit) = (&worst.observation, shown_unit);
     match n {
         1 => writeln!(
             f,
-            "validation, {}: RMS error {median:.2e} {unit}, {:.2e} expected",
-            worst.observation, worst.expected
+            "validation, {observation}: RMS error {median:.2e} {unit}, {expected:.2e} expected"
         ),
         _ => writeln!(
             f,
-            "validation, {n} held-out observations: median RMS error {median:.2e} {unit}, worst {:.2e} {unit}{}",
-            worst.rms,
-            behind(&worst.observation)
+            "validation, {n} held-out observations: median RMS error {median:.2e} {unit}, worst {rms:.2e} {unit}{}",
+            behind(observation)
         ),
     }
 }

@@ -16,6 +16,7 @@ use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::{ResidualTests, doubt};
 use crate::fit::unknown::Unknown;
+use crate::input::onset::onset_of_motion;
 use crate::numerics::order;
 use crate::numerics::vector::{Vector, dot, scale, sub};
 use crate::scene::Parameter;
@@ -76,9 +77,14 @@ impl FirstLook {
                 let Measurement::Motion(o) = measurement else { continue };
                 let label = experiment.label(measurement);
                 let Some(release) = Release::new(experiment, o)? else { continue };
+                let late = release.late_release(&label).map(|words| (Code::LateRelease, words));
+                let is_late = late.is_some();
+                look.suspicions.extend(late);
                 let far = release.far_start(&label)?.map(|words| (Code::FarStart, words));
                 look.suspicions.extend(far);
-                look.suspicions.extend(release.pace(&label).map(|words| (Code::WrongPace, words)));
+                // A wrong start of the clock makes the pace meaningless.
+                let pace = release.pace(&label).filter(|_| !is_late);
+                look.suspicions.extend(pace.map(|words| (Code::WrongPace, words)));
             }
         }
         Ok(look)
@@ -191,6 +197,29 @@ impl<'a> Release<'a> {
     /// From `place` to a sample, along the coordinates that were seen.
     fn from(&self, place: Vector<f64>, sample: &Sample) -> Vector<f64> {
         std::array::from_fn(|c| sample.position[c].map_or(0.0, |x| x - place[c]))
+    }
+
+    /// That the point rests at first, though the scene has released the rod: the recording began before the release.
+    fn late_release(&self, label: &str) -> Option<String> {
+        let samples = &self.observation.samples;
+        if self.experiment.problem.scene().supports.move_ends() {
+            return None;
+        }
+        let (times, places): (Vec<f64>, Vec<[Option<f64>; 3]>) =
+            samples.iter().map(|s| (s.time, s.position)).unzip();
+        let onset = onset_of_motion(&times, &places)?;
+        let distance = |t: &f64| (t - onset).abs();
+        let onset = times.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let rest = self.view.time(onset);
+        let recording = self.observation.recording.as_ref();
+        let zero = recording.and_then(|recording| recording.time_zero).unwrap_or(0.0);
+        (rest > 0.0).then(|| {
+            format!(
+                "{label}: the point rests until t = {onset:.4} s, and the scene releases the rod at t = 0 s. The recording \
+                 began before the release. Raise time_zero by {rest:.4} s (to {:.4} if the clock of the file is in s)",
+                zero + rest
+            )
+        })
     }
 
     /// What is wrong where the recording does not start where the rod does.

@@ -4,6 +4,7 @@ use crate::fit::search::basins::{Basins, SAME, basins, distance, values};
 use crate::fit::search::grid::{Grid, Landscape};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::unknown::Unknown;
+use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -14,7 +15,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 pub struct Iterate {
     /// Stage of the search: `scan`, `coarse model`, `growing horizon` or `full model`.
     pub stage: String,
-    /// Cost up to this point, in full simulations.
+    /// Cost up to this point, in full simulations on the final mesh and with the final steps.
     pub simulations: f64,
     /// Half the sum of squared residuals or of their losses, in units of the final sigmas, over the
     /// part of the record that the stage uses.
@@ -70,7 +71,8 @@ pub(crate) struct Visit {
 struct Noted {
     stage: Stage,
     x: Vec<f64>,
-    simulations: f64,
+    /// Work so far, steps times segments.
+    work: f64,
     residuals: usize,
     squares: Squares,
 }
@@ -97,14 +99,14 @@ impl Journal {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Notes a point, after the work of this many simulations.
-    pub fn visit(&self, visit: Visit, simulations: f64) {
+    /// Notes a point, after this much work, steps times segments.
+    pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
         let noted = Noted {
             stage: *stage,
             x: x.clone(),
-            simulations,
+            work,
             residuals: residuals.len(),
             squares: Squares::new(residuals, counts, &records.sigmas, *cost),
         };
@@ -173,16 +175,20 @@ impl Journal {
         self.records().best.clone()
     }
 
-    /// The way, in the parameters' units, all of it in the weighting of these `sigmas`.
-    pub fn history(&self, unknowns: &[Unknown], sigmas: &[f64]) -> Vec<Iterate> {
+    /// The iterates in the order of their work, in the parameters' units, all of them in the weighting of these `sigmas`.
+    /// `full_work` is the work of one full simulation: that of another mesh would make the work go back.
+    pub fn history(&self, unknowns: &[Unknown], sigmas: &[f64], full_work: f64) -> Vec<Iterate> {
         let iterate = |noted: &Noted| Iterate {
             stage: noted.stage.name().into(),
-            simulations: noted.simulations,
+            simulations: noted.work / full_work,
             misfit: noted.squares.misfit(sigmas),
             residuals: noted.residuals,
             values: values(unknowns, &noted.x),
         };
-        self.records().history.iter().map(iterate).collect()
+        let mut history: Vec<Iterate> = self.records().history.iter().map(iterate).collect();
+        // Threads share the counter.
+        order::sort_by(&mut history, |iterate| iterate.simulations);
+        history
     }
 
     /// The scan over each unknown that it had several values of.
@@ -227,7 +233,29 @@ mod tests {
         journal.visit(visit(Stage::Full, 2, 6.0), 3.0);
         journal.visit(visit(Stage::Growing, 1, 1.0), 4.0);
         assert_eq!(journal.best().map(|best| best.cost), Some(5.0));
-        assert_eq!(journal.history(&[Unknown::new(Parameter::YoungsModulus)], &[1.0]).len(), 5);
+        let unknowns = [Unknown::new(Parameter::YoungsModulus)];
+        assert_eq!(journal.history(&unknowns, &[1.0], 1.0).len(), 5);
+    }
+
+    /// A coarse mesh has simulations of less work, and many of them; its iterates still come first.
+    #[test]
+    fn history_of_a_refined_mesh_has_ascending_work() {
+        let journal = Journal::default();
+        journal.reweight(&[1.0]);
+        let visit = || Visit {
+            stage: Stage::Full,
+            x: vec![0.0],
+            cost: 1.0,
+            residuals: vec![1.0],
+            counts: vec![1],
+        };
+        // 20 runs of 10 units on the first mesh, then 3 of 100 on the last.
+        let works = (1..=20).map(|k| 10.0 * f64::from(k)).chain([300.0, 500.0, 400.0]);
+        works.for_each(|work| journal.visit(visit(), work));
+        let history = journal.history(&[Unknown::new(Parameter::YoungsModulus)], &[1.0], 100.0);
+        let work: Vec<f64> = history.iter().map(|iterate| iterate.simulations).collect();
+        assert!(work.is_sorted(), "{work:?}");
+        assert_eq!((work[0], work[22]), (0.1, 5.0));
     }
 
     /// The same place costs the same before and after the weights have changed.
@@ -244,7 +272,7 @@ mod tests {
         }
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         for (sigmas, cost) in [([1.0, 1.0], 43.0), ([0.1, 1.0], 0.5 * (900.0 + 41.0 + 36.0))] {
-            for iterate in journal.history(&unknowns, &sigmas) {
+            for iterate in journal.history(&unknowns, &sigmas, 1.0) {
                 assert!((iterate.misfit / cost - 1.0).abs() < 1e-12, "{iterate:?}");
             }
         }

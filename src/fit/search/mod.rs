@@ -191,7 +191,7 @@ impl<'a> Search<'a> {
 
     /// Notes a point.
     pub fn note(&self, visit: Visit) {
-        self.journal.visit(visit, self.simulations());
+        self.journal.visit(visit, self.work.total());
     }
 
     /// The residuals of the whole records.

@@ -197,7 +197,7 @@ impl Observer {
                 residuals: residuals.collect(),
                 counts: self.counts.clone(),
             };
-            self.journal.visit(visit, self.work.total() / self.full_work);
+            self.journal.visit(visit, self.work.total());
         }
     }
 }

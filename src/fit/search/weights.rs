@@ -50,6 +50,7 @@ impl Search<'_> {
             }
             // Perfect data have no noise to estimate.
             let least = EXACT * measurement.scale(&experiment.problem);
+            let freedom = freedom * measurement.free_share();
             (spread / freedom.sqrt()).max(least)
         };
         let own = self.sigmas.iter().zip(all(self.experiments));

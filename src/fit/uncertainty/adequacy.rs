@@ -75,7 +75,9 @@ impl Adequacy {
         let mut first = 0;
         for (place, (experiment, measurement, nominal, own)) in search.measured(optimum).enumerate()
         {
-            let is_shape = matches!(measurement, Measurement::RestShape(_));
+            // Offsets from a line of unknown arc lengths have no scale of their own in the samples.
+            let is_shape = matches!(measurement, Measurement::RestShape(_))
+                && measurement.fitted_arc_lengths() == 0;
             let is_motion = matches!(measurement, Measurement::Motion(_));
             let all = measurement.coordinates(&experiment.problem);
             let wanted = is_motion || is_shape && measurement.sigma().is_none();

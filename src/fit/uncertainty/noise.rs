@@ -35,8 +35,10 @@ impl Noise {
         // Values of small leverage weights are less than one value each.
         let weights = search.growth_weights().iter();
         let lost: f64 = weights.map(|weight| 1.0 - weight * weight).sum();
-        let freedom = (total - search.unknowns.len()) as f64 - lost;
-        let freedom = if lost > 0.0 { freedom.max(1.0) } else { freedom };
+        // Unknown arc lengths use up a value each.
+        let fitted: usize = all(search.experiments).map(|(_, m)| m.fitted_arc_lengths()).sum();
+        let freedom = (total - search.unknowns.len()) as f64 - lost - fitted as f64;
+        let freedom = if lost > 0.0 || fitted > 0 { freedom.max(1.0) } else { freedom };
         let known = all(search.experiments).all(|(_, m)| m.sigma().is_some());
         let settled = known || weights_depend_on_the_fit(search.experiments, search.unknowns);
         let trusted = |(k, r): (usize, &f64)| (search.trust.get(k).unwrap_or(&1.0) * r).powi(2);

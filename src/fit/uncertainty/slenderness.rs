@@ -339,7 +339,7 @@ fn displacements(
     let origin = view.recorded([0.0; 3]);
     let size = |v: [f64; 3]| dot(v, v).sqrt();
     let (mut changes, mut displaced, mut deflected) = (Vec::new(), 0.0_f64, 0.0_f64);
-    for sighting in &shape.sightings {
+    for sighting in shape.placed(problem) {
         let stencil = problem.stencil(sighting.point)?;
         let sum = stencil
             .nodes

@@ -69,13 +69,15 @@ pub(crate) fn unexplained(
     }
     let measured = search.measured(optimum).zip(spreads).zip(unexplained);
     for (((experiment, measurement, _, own), rms), is_unexplained) in measured {
-        let (label, unit) = (experiment.label(measurement), measurement.unit());
+        let label = experiment.label(measurement);
         let size = measurement.size(&experiment.problem);
         let relative = rms / size.max(f64::MIN_POSITIVE);
+        let unit = measurement.data_unit();
+        let (shown_rms, shown_size, unit) = (rms / unit.size, size / unit.size, unit.name);
         let outlying = parts.outlying(&experiment.name);
         if let Some(part) = outlying.filter(|_| is_unexplained) {
             let words = format!(
-                "{label}: the model leaves {} of what was observed unexplained ({rms:.3e} {unit} of {size:.3e} {unit}), \
+                "{label}: the model leaves {} of what was observed unexplained ({shown_rms:.3e} {unit} of {shown_size:.3e} {unit}), \
                  and {} of the whole experiment; the median of {} experiments is {}. This recording stands out, and \
                  the set-up that all share is not the reason. Look at it, or use it as validation data \
                  (held_out = true)",
@@ -90,8 +92,8 @@ pub(crate) fn unexplained(
             // Standing still at the mean of what was observed leaves no more.
             let weight = if relative >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
             let words = format!(
-                "{label}: the model leaves {} of what was observed unexplained ({rms:.3e} {unit} of \
-                 {size:.3e} {unit})",
+                "{label}: the model leaves {} of what was observed unexplained ({shown_rms:.3e} {unit} of \
+                 {shown_size:.3e} {unit})",
                 percent(relative)
             );
             let alike = ("with much unexplained", &experiment.name[..]);

@@ -1,0 +1,168 @@
+//! Offset of an observed point of unknown arc length from the simulated rod: to the foot of its perpendicular.
+//!
+//! The arc length `s` of the foot satisfies `(x(s) - y).x'(s) = 0` in the observed coordinates, with the observed point
+//! `y`. It follows the parameters: with `f(s, p)` for the left side, `ds/dp = -f_p/f_s`, which two Newton steps over a
+//! number with derivatives yield to second order. The offset `x(s) - y` has no part along the rod, so that the data
+//! constrain where the line of the rod is and not which of its points was observed (orthogonal distance regression,
+//! Boggs and Rogers 1990).
+
+use crate::numerics::scalar::Scalar;
+use crate::scene::Stencil;
+
+/// The foot is looked for this part of the length around the arc length that chords between the observed points give.
+const REACH: f64 = 0.2;
+/// Bisections of an edge: its foot is then known to 1e-12 of it.
+const BISECTIONS: usize = 40;
+/// Step of the difference quotient of `f`, over an edge: `f` is a polynomial, and its slope need not be exact.
+const STEP: f64 = 1e-4;
+
+/// The nodes of a rod as a curve over the arc length.
+pub(crate) struct Curve<'a, D> {
+    pub nodes: &'a [[D; 3]],
+    /// Arc lengths of the nodes, m.
+    pub arc_length: &'a [D],
+}
+
+impl<D: Scalar> Curve<'_, D> {
+    /// The offset of the foot from a point `observed` about the arc length `near`, m. Coordinates that were not observed
+    /// are not compared.
+    pub fn offset(&self, observed: &[Option<f64>; 3], near: f64) -> [D; 3] {
+        let (plain_nodes, plain_arcs): (Vec<[f64; 3]>, Vec<f64>) = (
+            self.nodes.iter().map(|x| x.map(|c| c.value())).collect(),
+            self.arc_length.iter().map(D::value).collect(),
+        );
+        let plain = Curve { nodes: &plain_nodes, arc_length: &plain_arcs };
+        let (foot, is_inside) = plain.foot(observed, near);
+        let mut s = D::from(foot);
+        if is_inside {
+            let step = STEP * (plain_arcs[1] - plain_arcs[0]);
+            let slope = (plain.slope(observed, foot + step) - plain.slope(observed, foot - step))
+                / (2.0 * step);
+            for _ in 0..2 {
+                let excess = self.slope(observed, s);
+                s -= excess / slope;
+            }
+        }
+        let [x, _] = self.at(s);
+        std::array::from_fn(|c| x[c] - observed[c].unwrap_or(0.0))
+    }
+
+    /// Half the derivative of the squared distance by the arc length.
+    fn slope(&self, observed: &[Option<f64>; 3], s: D) -> D {
+        let [x, tangent] = self.at(s);
+        let parts = (0..3).filter_map(|c| Some((x[c] - observed[c]?) * tangent[c]));
+        parts.fold(D::from(0.0), |sum, part| sum + part)
+    }
+
+    /// Place and tangent at an arc length: of the cubic through the four nearest nodes.
+    fn at(&self, s: D) -> [[D; 3]; 2] {
+        let near = Stencil::around(self.arc_length, s.value());
+        let mut found = [[D::from(0.0); 3]; 2];
+        for i in near.clone() {
+            let others: Vec<usize> = near.clone().filter(|j| *j != i).collect();
+            let factor =
+                |j: usize| (s - self.arc_length[j]) / (self.arc_length[i] - self.arc_length[j]);
+            let weight = others.iter().fold(D::from(1.0), |product, j| product * factor(*j));
+            let mut rate = D::from(0.0);
+            for k in &others {
+                let rest = others.iter().filter(|j| *j != k);
+                let product = rest.fold(D::from(1.0), |product, j| product * factor(*j));
+                rate += product / (self.arc_length[i] - self.arc_length[*k]);
+            }
+            for c in 0..3 {
+                found[0][c] += weight * self.nodes[i][c];
+                found[1][c] += rate * self.nodes[i][c];
+            }
+        }
+        found
+    }
+}
+
+impl Curve<'_, f64> {
+    /// The arc length of the nearest point about `near`, and whether it is not an end of the curve.
+    fn foot(&self, observed: &[Option<f64>; 3], near: f64) -> (f64, bool) {
+        let last = self.arc_length.len() - 1;
+        let (start, end) = (self.arc_length[0].max(0.0), self.arc_length[last]);
+        let reach = REACH * (end - start);
+        let distance = |i: usize| {
+            let parts = (0..3).filter_map(|c| Some((self.nodes[i][c] - observed[c]?).powi(2)));
+            parts.sum::<f64>()
+        };
+        let is_near = |i: &usize| (self.arc_length[*i] - near.clamp(start, end)).abs() <= reach;
+        let nearest =
+            (0..=last).filter(is_near).min_by(|i, j| distance(*i).total_cmp(&distance(*j)));
+        let nearest = nearest.unwrap_or(last);
+        let mut low = self.arc_length[nearest.saturating_sub(1)].max(start);
+        let mut high = self.arc_length[(nearest + 1).min(last)];
+        if self.slope(observed, low) >= 0.0 {
+            return (low, false);
+        }
+        if self.slope(observed, high) <= 0.0 {
+            return (high, false);
+        }
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            match self.slope(observed, middle) < 0.0 {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        (0.5 * (low + high), true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_dual::Dual64;
+
+    /// Nodes and arc lengths of an arc of the radius `r`, in edges of 0.01 m, with derivatives by the radius.
+    fn arc(r: f64) -> (Vec<[Dual64; 3]>, Vec<Dual64>) {
+        let s: Vec<f64> = (0..40).map(|i| 0.01 * f64::from(i)).collect();
+        let node = |s: &f64| {
+            let (sin, cos) = (s / r).sin_cos();
+            let x = Dual64::new(r * sin, sin - s / r * cos);
+            let y = Dual64::new(r * (cos - 1.0), cos - 1.0 + s / r * sin);
+            [x, y, Dual64::from(0.0)]
+        };
+        (s.iter().map(node).collect(), s.into_iter().map(Dual64::from).collect())
+    }
+
+    /// The offset from a circle of radius r is the distance to its center less r: -1 per metre of r along the normal.
+    #[test]
+    fn offset_from_an_arc_is_radial_with_its_exact_derivative() {
+        let (nodes, arc_length) = arc(0.3);
+        let curve = Curve { nodes: &nodes, arc_length: &arc_length };
+        for (angle, off) in [(0.3_f64, 0.004), (0.8, -0.003), (1.1, 0.0)] {
+            let radius = 0.3 + off;
+            let seen = [Some(radius * angle.sin()), Some(radius * angle.cos() - 0.3), None];
+            // A guess of the arc length that is 0.05 m off.
+            let offset = curve.offset(&seen, 0.3 * angle + 0.05);
+            let normal = [angle.sin(), angle.cos()];
+            for c in 0..2 {
+                assert!((offset[c].re + off * normal[c]).abs() < 1e-7, "{offset:?}");
+                // The center moves down by dr, and the circle grows by dr.
+                let about = [0.0, -1.0];
+                let along = normal[0] * about[0] + normal[1] * about[1] + 1.0;
+                // The normal turns about the observed point as the center moves.
+                let turn = (about[c] - normal[c] * (along - 1.0)) / radius;
+                let expected = along * normal[c] + off * turn;
+                assert!(
+                    (offset[c].eps - expected).abs() < 1e-5,
+                    "{angle} {off}: {offset:?} {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn point_beyond_the_tip_is_compared_with_the_tip() {
+        let (nodes, arc_length) = arc(0.3);
+        let curve = Curve { nodes: &nodes, arc_length: &arc_length };
+        let tip = nodes[39].map(|x| x.re);
+        let beyond = [Some(tip[0] + 0.01), Some(tip[1] - 0.01), None];
+        let offset = curve.offset(&beyond, 0.5);
+        let [x, y, _] = offset.map(|x| x.re);
+        assert!((x + 0.01).abs() < 1e-12 && (y - 0.01).abs() < 1e-12, "{offset:?}");
+    }
+}

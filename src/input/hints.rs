@@ -1,0 +1,196 @@
+//! Likely mistakes behind a file that cannot be parsed: a file of another kind, and `[[table]]` for `[table]` or the other
+//! way round.
+
+use crate::error::Error;
+use toml::{Table, Value};
+
+/// A kind of input file.
+pub(crate) struct FileKind {
+    /// Its name, with an article.
+    name: &'static str,
+    /// Keys of its own, one of which every file of this kind has.
+    marks: &'static [&'static str],
+    /// The commands that take it.
+    commands: &'static str,
+    /// Tables that occur once: `[rod]`.
+    single: &'static [&'static str],
+    /// Tables that may be repeated: `[[parameter]]`; those within another one after a point.
+    repeated: &'static [&'static str],
+}
+
+/// A scene file.
+pub(crate) const SCENE: FileKind = FileKind {
+    name: "a scene",
+    marks: &["rod", "material"],
+    commands: "`rodfit simulate`, `static`, `modes` and `predict` take it, and `scene = \"..\"` in a fit file",
+    single: &[
+        "rod",
+        "rod.shape",
+        "rod.section",
+        "rod.taper",
+        "material",
+        "supports",
+        "supports.path",
+        "loads",
+        "loads.damping",
+        "loads.drag",
+        "initial",
+        "initial.shape",
+        "time",
+        "camera",
+    ],
+    repeated: &["rod.mass", "loads.point", "initial.point", "supports.motion", "energy"],
+};
+
+/// A fit file.
+pub(crate) const FIT: FileKind = FileKind {
+    name: "a fit file",
+    marks: &["parameter", "observation", "experiment", "shape", "frequencies", "field"],
+    commands: "`rodfit fit` and `rodfit design` take it",
+    single: &["analysis"],
+    repeated: &[
+        "observation",
+        "shape",
+        "frequencies",
+        "experiment",
+        "experiment.observation",
+        "experiment.shape",
+        "experiment.frequencies",
+        "parameter",
+        "known",
+        "field",
+    ],
+};
+
+/// A campaign file.
+pub(crate) const CAMPAIGN: FileKind = FileKind {
+    name: "a campaign file",
+    marks: &["fits", "grid", "starts", "bootstrap", "table"],
+    commands: "`rodfit campaign plan` takes it",
+    single: &["grid", "bootstrap", "starts"],
+    repeated: &[],
+};
+
+/// The error of a text that is no file of the kind it was `read_as`, with the likely mistake in its place.
+pub(crate) fn explained(error: Error, text: &str, read_as: &FileKind) -> Error {
+    let Error::Parse { file, message } = error else { return error };
+    let hint = text.parse::<Table>().ok().and_then(|table| {
+        other_kind(&table, read_as).or_else(|| wrong_brackets(&table, text, read_as))
+    });
+    Error::Parse { file, message: hint.unwrap_or(message) }
+}
+
+/// That the file is one of another kind.
+fn other_kind(table: &Table, read_as: &FileKind) -> Option<String> {
+    let has_marks = |kind: &FileKind| kind.marks.iter().any(|key| table.contains_key(*key));
+    if has_marks(read_as) {
+        return None;
+    }
+    let other = [&SCENE, &FIT, &CAMPAIGN].into_iter().find(|kind| has_marks(kind))?;
+    Some(format!("this is {}, not {}; {}", other.name, read_as.name, other.commands))
+}
+
+/// That a table has the brackets of a list, or the other way round.
+fn wrong_brackets(table: &Table, text: &str, read_as: &FileKind) -> Option<String> {
+    let is_list = |value: &Value| {
+        value.as_array().is_some_and(|list| !list.is_empty() && list.iter().all(Value::is_table))
+    };
+    let line = |header: String| {
+        let is_header = |line: &str| line.replace([' ', '\t'], "").starts_with(&header);
+        let number = text.lines().position(is_header);
+        number.map_or(String::new(), |number| format!("line {}: ", number + 1))
+    };
+    for path in read_as.single {
+        if at(table, path).is_some_and(is_list) {
+            return Some(format!(
+                "{}found [[{path}]], allowed: [{path}], once",
+                line(format!("[[{path}]]"))
+            ));
+        }
+    }
+    for path in read_as.repeated {
+        if at(table, path).is_some_and(Value::is_table) {
+            return Some(format!(
+                "{}found [{path}], allowed: [[{path}]], with double brackets even if there is only one",
+                line(format!("[{path}]"))
+            ));
+        }
+    }
+    None
+}
+
+/// The value at a path; of a list of tables its first one is looked into.
+fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let (first, rest) =
+        path.split_once('.').map_or((path, None), |(first, rest)| (first, Some(rest)));
+    let value = table.get(first)?;
+    let Some(rest) = rest else { return Some(value) };
+    let inner = match value {
+        Value::Array(list) => list.first()?,
+        value => value,
+    };
+    at(inner.as_table()?, rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hint(text: &str, read_as: &FileKind) -> String {
+        let error = Error::Parse { file: None, message: "plain".into() };
+        explained(error, text, read_as).to_string()
+    }
+
+    #[test]
+    fn file_of_another_kind_is_named_with_its_commands() {
+        let scene = "[rod]\n[material]\ndensity = 1";
+        let fit = "scene = \"a\"\n[[parameter]]\nname = \"youngs_modulus\"";
+        let campaign = "fits = [\"a\"]";
+        for (text, read_as, words) in [
+            (scene, &FIT, ["this is a scene, not a fit file", "rodfit simulate"]),
+            (fit, &SCENE, ["this is a fit file, not a scene", "rodfit fit"]),
+            (campaign, &FIT, ["this is a campaign file, not a fit file", "campaign plan"]),
+            (fit, &CAMPAIGN, ["this is a fit file, not a campaign file", "rodfit fit"]),
+        ] {
+            let found = hint(text, read_as);
+            assert!(words.iter().all(|word| found.contains(word)), "{found}");
+        }
+        assert_eq!(hint("[rod]\nlenght = 1", &SCENE), "plain");
+        assert_eq!(hint("nonsense", &SCENE), "plain");
+    }
+
+    #[test]
+    fn wrong_brackets_are_named_with_their_line() {
+        for (text, read_as, words) in [
+            (
+                "[rod]\n\n[[material]]\ndensity = 1",
+                &SCENE,
+                "line 3: found [[material]], allowed: [material]",
+            ),
+            (
+                "[rod]\n[[rod.shape]]\nkind = \"arc\"",
+                &SCENE,
+                "found [[rod.shape]], allowed: [rod.shape]",
+            ),
+            (
+                "[rod]\n[loads.point]\nnode = 1",
+                &SCENE,
+                "found [loads.point], allowed: [[loads.point]]",
+            ),
+            (
+                "[parameter]\nname = \"a\"",
+                &FIT,
+                "line 1: found [parameter], allowed: [[parameter]]",
+            ),
+            (
+                "[[experiment]]\n[experiment.shape]\nfile = \"a\"",
+                &FIT,
+                "allowed: [[experiment.shape]]",
+            ),
+            ("[[analysis]]\n[[parameter]]", &FIT, "found [[analysis]], allowed: [analysis]"),
+        ] {
+            let found = hint(text, read_as);
+            assert!(found.contains(words), "{found}");
+        }
+    }
+}
