@@ -80,7 +80,7 @@ pub use uncertainty::recordings::{ErrorSummary, RecordingError, RecordingErrors}
 pub use uncertainty::sources::{BudgetLine, CouldHide, MonteCarlo, PerCent, ScoreTest};
 pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
-pub use validation_errors::{
+pub use validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
 

@@ -391,7 +391,9 @@ fn measured(measured: &Measured) -> String {
             Vertical::Up => "y up".to_string(),
             Vertical::Down => "y down".to_string(),
         }));
-        words.extend(time_zero.map(|t| format!("motion from {t} on its clock")));
+        words.extend(
+            time_zero.map(|t| format!("motion from {t} on the clock of the file, in its unit")),
+        );
     }
     words.join("; ")
 }

@@ -2,6 +2,7 @@
 
 use crate::code::Code;
 use crate::error::Error;
+use crate::fit::measurement::Measurement;
 use crate::fit::measurement::constant_axes::without_constant_axes;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::report::plot_data::PlotData;
@@ -12,7 +13,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::TOLERANCE;
 use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::validation_errors::{
+use crate::fit::validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
 use crate::numerics::order;
@@ -139,7 +140,7 @@ fn optimum(residuals: Vec<f64>, counts: Vec<usize>) -> Optimum {
 
 /// The given sigma of every measurement, or its root mean square difference.
 fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
-    let rms = |(_, measurement, weight, residuals): (_, &crate::fit::Measurement, f64, &[f64])| {
+    let rms = |(_, measurement, weight, residuals): (_, &Measurement, f64, &[f64])| {
         let square: f64 = residuals.iter().map(|r| r * r).sum();
         let rms = weight * (square / residuals.len().max(1) as f64).sqrt();
         measurement.sigma().unwrap_or(rms.max(f64::MIN_POSITIVE))

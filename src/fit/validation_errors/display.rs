@@ -1,6 +1,6 @@
 //! The prediction errors on the terminal.
 
-use crate::fit::validation_errors::{MeasurementError, ValidationReport};
+use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
 use std::fmt::{self, Formatter};
 
 impl fmt::Display for ValidationReport {
