@@ -266,7 +266,10 @@ pub(super) fn data(series: &[Series], tests: Option<&[ResidualTests]>) -> String
         if before.as_ref() != Some(&name) {
             html += &format!("<h3>{}</h3>\n", escaped(&name));
         }
-        let own = |t: &&ResidualTests| t.observation == name && t.axis == series.axis;
+        // Center lines are tested along their normal.
+        let own = |t: &&ResidualTests| {
+            t.observation == name && (t.axis == series.axis || t.axis == "normal")
+        };
         html += &figures::series(series, tests.map(|tests| tests.iter().find(own)));
         before = Some(name);
     }

@@ -118,6 +118,26 @@ impl RestShape {
         approximate.map(sighting).collect()
     }
 
+    /// Offsets of the points of a planar center line along the normal of the line, with their arc lengths; none in space,
+    /// where they have no sign. The `residuals` are those of the coordinates, point by point.
+    pub(crate) fn normal_offsets(&self, problem: &Problem, residuals: &[f64]) -> Vec<[f64; 2]> {
+        let seen = |s: &Sighting| -> Option<[f64; 2]> {
+            let values: Vec<f64> = s.position.iter().flatten().copied().collect();
+            values.try_into().ok()
+        };
+        let Some(points) = self.sightings.iter().map(seen).collect::<Option<Vec<_>>>() else {
+            return Vec::new();
+        };
+        let places = self.approximate_arc_lengths(problem).into_iter();
+        let offset = |((i, (along, _)), r): ((usize, (f64, _)), &[f64])| {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(points.len() - 1));
+            let tangent = [0, 1].map(|c| points[after][c] - points[before][c]);
+            let side = tangent[0] * r[1] - tangent[1] * r[0];
+            [along, side.signum() * r[0].hypot(r[1])]
+        };
+        places.enumerate().zip(residuals.chunks_exact(2)).map(offset).collect()
+    }
+
     /// Values that the unknown arc lengths use up: one for each point.
     pub(crate) fn fitted_arc_lengths(&self) -> usize {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }

@@ -33,7 +33,7 @@ const LAGS: usize = 10;
 pub struct ResidualTests {
     /// Name of the file or of the point.
     pub observation: String,
-    /// Coordinate: x, y or z; f for frequencies.
+    /// Coordinate: x, y or z; f for frequencies; normal for offsets from a center line.
     pub axis: String,
     /// Number of values.
     #[serde(default)]

@@ -15,6 +15,8 @@ const ROUNDING: f64 = 1e-8;
 const LEFT_IF_WRONG: f64 = 0.5;
 /// Values per coordinate from which on tests are trusted to find what is not noise.
 const ENOUGH: usize = 30;
+/// Name of the coordinate along the normal of a center line.
+pub(crate) const NORMAL: &str = "normal";
 
 impl Search<'_> {
     /// Whether every measurement is explained but for a tenth of its motion, three sigma, or noise.
@@ -101,6 +103,18 @@ pub(crate) fn residual_tests(
 ) -> Vec<ResidualTests> {
     if let Measurement::Frequencies(_) = measurement {
         return Vec::new();
+    }
+    if let Measurement::RestShape(shape) = measurement
+        && shape.arc_lengths_fitted
+    {
+        // Both coordinates of an offset along the normal are one value.
+        let mut offsets = shape.normal_offsets(&experiment.problem, residuals);
+        order::sort_by(&mut offsets, |[along, _]| *along);
+        let (places, values): (Vec<f64>, Vec<f64>) =
+            offsets.into_iter().map(|[along, offset]| (along, offset)).unzip();
+        let label = (experiment.label(measurement), NORMAL);
+        let tests = ResidualTests::new(label, (&places, &values), shape.loss, 0.0, doubt);
+        return tests.into_iter().collect();
     }
     let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {
         let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
