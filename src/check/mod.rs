@@ -2,7 +2,8 @@
 //!
 //! An entry's error is relative to the sum of the absolute terms that make it ([`Terms`]), so that
 //! rounding errors of a cancellation are not mistaken for a wrong formula, nor a wrong formula for
-//! rounding. Finite differences are a third opinion with a verdict of its own: they say whether both
+//! rounding. That sum has a floor of the element's own scale: what rounding errors of its strains change of
+//! the terms, so that an element at rest, whose terms vanish, is not compared with zero. Finite differences are a third opinion with a verdict of its own: they say whether both
 //! derivatives are those of the energy. [`check`] takes any energy with hand-derived derivatives, [`check_hessian`] a Hessian
 //! from elsewhere, and [`check_problem`] all elements of a scene.
 
@@ -192,7 +193,7 @@ impl CheckReport {
         dof: impl Fn(usize) -> String,
     ) {
         let array = |q: &[f64]| *q.first_chunk::<N>().expect("so many unknowns");
-        let terms = energy.energy(&Terms::unknowns(q).map(Called)).0;
+        let terms = energy.energy(&Terms::rounded_unknowns(q).map(Called)).0;
         let routes = Routes {
             energy: &|q| energy.energy(&array(q)),
             gradient: &|q| energy.gradient(&array(q)).to_vec(),

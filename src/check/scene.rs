@@ -284,3 +284,6 @@ fn compare_spatial(
     }
     compare_own(report, &rod.own, (q, &frames.edges), |i| of_edge(&rod.stretch, i));
 }
+
+#[cfg(test)]
+mod tests;

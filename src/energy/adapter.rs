@@ -448,7 +448,8 @@ impl<E: OwnEnergy<N, P>, const N: usize, const P: usize> AnyEnergy for Adapter<E
     fn terms(&self, site: &Site<f64>, q: &[f64]) -> Local<f64> {
         let mut local = ([0.0; MOST], [[0.0; MOST]; MOST]);
         by_size!(q, |q| {
-            let Terms { first, second, .. } = self.value(site, Terms::from, &Terms::unknowns(q));
+            let unknowns = Terms::rounded_unknowns(q);
+            let Terms { first, second, .. } = self.value(site, Terms::from, &unknowns);
             local.0[..q.len()].copy_from_slice(&first);
             for (to, row) in local.1.iter_mut().zip(&second) {
                 to[..q.len()].copy_from_slice(row);

@@ -11,6 +11,7 @@ mod led;
 mod motion;
 mod parameters;
 mod planar_elements;
+mod random_scene_checks;
 mod rates;
 mod recorded;
 mod rest;
