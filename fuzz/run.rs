@@ -7,10 +7,14 @@ mod targets;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// A file of this process alone.
+/// A file in a folder of this process alone.
 fn place() -> &'static Path {
     static PLACE: OnceLock<PathBuf> = OnceLock::new();
-    PLACE.get_or_init(|| std::env::temp_dir().join(format!("rodfit-fuzz-{}", std::process::id())))
+    PLACE.get_or_init(|| {
+        let folder = std::env::temp_dir().join(format!("rodfit-fuzz-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder for temporary files");
+        folder.join("file")
+    })
 }
 
 /// Takes them as the target of this name does.

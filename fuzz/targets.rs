@@ -1,15 +1,19 @@
 //! What is done with bytes that nobody vouches for: everything that is read, validated and inspected before anything is
 //! computed. Any panic, hang or gigabyte of memory is a fault; errors are what should come of most.
 
+use rodfit::campaign::{Admission, Collected, Outcome, Plan, Shard, Status, Store};
 use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape};
 use rodfit::problem::ParameterList;
 use rodfit::resolution::Aim;
 use rodfit::scene::{Shape, Track};
-use rodfit::{Observation, Scene};
+use rodfit::{Error, Observation, Scene, Trajectory};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 /// The targets by name: what is read, in which format.
-pub const TARGETS: [(&str, Target); 12] = [
+pub const TARGETS: [(&str, Target); 19] = [
     ("scene", Target::Scene),
     ("fit", Target::Fit),
     ("csv", Target::Markers(Format::Csv)),
@@ -22,6 +26,13 @@ pub const TARGETS: [(&str, Target); 12] = [
     ("kinovea", Target::Markers(Format::Kinovea)),
     ("sleap", Target::Markers(Format::Sleap)),
     ("trackmate", Target::Markers(Format::TrackMate)),
+    ("campaign", Target::Campaign),
+    ("table", Target::CampaignTable),
+    ("tasks", Target::Tasks),
+    ("shard", Target::Shard),
+    ("results", Target::Results),
+    ("design", Target::Design),
+    ("simulate", Target::Simulation),
 ];
 
 /// A kind of file.
@@ -30,10 +41,32 @@ pub enum Target {
     Scene,
     Fit,
     Markers(Format),
+    /// A campaign file: how many tasks it makes, and the plan of a small one.
+    Campaign,
+    /// The table of a campaign.
+    CampaignTable,
+    /// The list of tasks of a plan.
+    Tasks,
+    /// The text of `--shard` on the first line, and variables of a scheduler below.
+    Shard,
+    /// The results that a campaign has stored.
+    Results,
+    /// The fit file of an experiment that is only planned.
+    Design,
+    /// A scene, and its motion as far as it comes in 20 ms.
+    Simulation,
 }
 
 /// Nodes above which the command asks first whether the memory is there.
 const MOST_NODES: usize = 5000;
+/// Nodes of a simulation, one step of which takes a millisecond or so.
+const MOST_NODES_IN_MOTION: usize = 200;
+/// What a simulation may take.
+const SIMULATION_TIME: Duration = Duration::from_millis(20);
+/// Tasks of campaigns that are planned: each reads its files.
+const MOST_TASKS: usize = 8;
+/// Files of the data folder that campaigns and designs name.
+const PROVIDED: [&str; 3] = ["cantilever.toml", "cantilever-tip.csv", "cantilever-fit.toml"];
 
 impl Target {
     /// Reads a file of this kind; true if it was accepted. Its text may name other files in `folder`, and `place` is where
@@ -44,20 +77,186 @@ impl Target {
                 std::fs::write(place, bytes).expect("the place can be written");
                 markers(place, format)
             }
+            (Self::CampaignTable, _) => {
+                std::fs::write(place, bytes).expect("the place can be written");
+                let name = place.file_name().expect("a file").to_string_lossy();
+                let text = format!("fits = [\"cantilever-fit.toml\"]\ntable = \"{name}\"\n");
+                campaign(&text, folder, &place.with_extension("toml"))
+            }
             (_, Err(_)) => false,
+            (Self::Campaign, Ok(text)) => campaign(text, folder, place),
+            (Self::Tasks, Ok(text)) => tasks(text, place.parent().expect("a folder")),
+            (Self::Shard, Ok(text)) => shard(text),
+            (Self::Results, Ok(text)) => results(text, place.parent().expect("a folder")),
+            (Self::Design, Ok(text)) => {
+                provide(folder, place);
+                std::fs::write(place, text).expect("the place can be written");
+                FitFile::load_plan_if(place, admit).and_then(FitFile::of_parameters).is_ok()
+            }
+            (Self::Simulation, Ok(text)) => simulation(text, folder),
             (Self::Scene, Ok(text)) => scene(text, folder),
             (Self::Fit, Ok(text)) => FitFile::from_toml(text, folder).is_ok(),
         }
     }
 }
 
-fn scene(text: &str, folder: &Path) -> bool {
-    let Ok(scene) = Scene::from_toml(text, folder) else { return false };
-    let nodes = match &scene.rod.shape {
+/// The nodes of a scene, before its mesh is made; 0 where the program chooses.
+fn nodes(scene: &Scene) -> usize {
+    match &scene.rod.shape {
         Shape::Polyline { points, .. } => scene.rod.segments.unwrap_or(points.len()),
         _ => scene.rod.segments.unwrap_or(0),
+    }
+}
+
+/// Refuses what the command refuses as too large.
+fn admit(scene: &Scene) -> Result<(), Error> {
+    match nodes(scene) > MOST_NODES {
+        true => Err(Error::Fit("too many nodes".into())),
+        false => Ok(()),
+    }
+}
+
+/// Puts the files that campaigns and designs name beside a place.
+fn provide(folder: &Path, place: &Path) {
+    for name in PROVIDED {
+        let to = place.with_file_name(name);
+        if !to.exists() {
+            std::fs::copy(folder.join(name), to).expect("a file of the data folder is there");
+        }
+    }
+}
+
+fn campaign(text: &str, folder: &Path, place: &Path) -> bool {
+    provide(folder, place);
+    std::fs::write(place, text).expect("the place can be written");
+    let Ok(size) = Plan::size(place) else { return false };
+    if size > MOST_TASKS {
+        return true;
+    }
+    let admission = Admission { scene: &admit, fit: &|_, _| Ok(()) };
+    let out = place.with_file_name("plan");
+    let Ok(planned) = Plan::make(place, &out, &admission) else { return false };
+    assert_eq!(planned.plan.tasks.len(), size);
+    // What is written is read again.
+    let plan = Plan::open(&out).expect("a plan that was written can be read");
+    assert_eq!(plan.tasks, planned.plan.tasks);
+    true
+}
+
+fn tasks(text: &str, folder: &Path) -> bool {
+    let Ok(plan) = Plan::of_lines(folder, folder, text) else { return false };
+    let all = plan.open_tasks(None).expect("there are no results").0.len();
+    // Every task is in one shard; ids that are no numbers are in none.
+    let shards = ["0/3", "1/3", "2/3"].map(|shard| shard.parse::<Shard>().expect("a shard"));
+    let shares = shards.map(|shard| plan.open_tasks(Some(shard)).expect("no results").0.len());
+    assert!(shares.iter().sum::<usize>() <= all && all <= plan.tasks.len());
+    let collected = Collected::of(&plan).expect("there are no results");
+    assert_eq!(Status::of(&collected).left(), all);
+    !plan.tasks.is_empty()
+}
+
+fn shard(text: &str) -> bool {
+    let mut lines = text.lines();
+    let read = lines.next().unwrap_or_default().parse::<Shard>();
+    let variables: Vec<(&str, &str)> = lines.filter_map(|line| line.split_once('=')).collect();
+    let variable = |name: &str| {
+        variables.iter().find(|(own, _)| *own == name).map(|(_, value)| value.to_string())
     };
-    if nodes > MOST_NODES {
+    let of = variable("of").and_then(|of| of.parse().ok());
+    for shard in [read.as_ref().ok().copied(), Shard::of_scheduler(variable, of).ok().flatten()] {
+        let _ = shard.map(|shard| shard.has("00000000000000000000000000000003"));
+    }
+    read.is_ok()
+}
+
+/// Stores lines as results of one task and collects them.
+fn results(text: &str, folder: &Path) -> bool {
+    const TASK: &str = "{\"id\":\"0a\",\"fit\":\"fit.toml\"}";
+    let folder = folder.join("results");
+    let plan = Plan::of_lines(&folder, &folder, TASK).expect("a task");
+    let _ = std::fs::remove_dir_all(&folder);
+    let store = Store::new(&folder);
+    for line in text.lines() {
+        let stored = store.add("0a", &Outcome::new(0, line.into()), 0.1);
+        stored.expect("a result can be stored");
+    }
+    let Ok(collected) = Collected::of(&plan) else { return false };
+    let _ = (Status::of(&collected), collected.write_lines(&mut Vec::new()));
+    collected.sheet().is_ok_and(|sheet| !sheet.is_empty()) && !text.is_empty()
+}
+
+/// Sets a flag when a time is over.
+struct Watchdog {
+    since: Instant,
+    /// When, ms since then.
+    deadline: AtomicU64,
+    stop: Arc<AtomicBool>,
+}
+
+impl Watchdog {
+    fn new() -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        Self { since: Instant::now(), deadline: AtomicU64::new(u64::MAX), stop }
+    }
+
+    fn now(&self) -> u64 {
+        self.since.elapsed().as_millis() as u64
+    }
+
+    /// The watchdog of this process.
+    fn get() -> &'static Self {
+        static WATCHDOG: OnceLock<Watchdog> = OnceLock::new();
+        static STARTED: OnceLock<()> = OnceLock::new();
+        let watchdog = WATCHDOG.get_or_init(Self::new);
+        STARTED.get_or_init(|| {
+            std::thread::spawn(|| {
+                loop {
+                    std::thread::sleep(Duration::from_millis(2));
+                    let watchdog = Self::get();
+                    if watchdog.now() > watchdog.deadline.load(Ordering::Relaxed) {
+                        watchdog.stop.store(true, Ordering::Relaxed);
+                    }
+                }
+            });
+        });
+        watchdog
+    }
+}
+
+fn simulation(text: &str, folder: &Path) -> bool {
+    let Ok(scene) = Scene::from_toml(text, folder) else { return false };
+    if nodes(&scene) > MOST_NODES_IN_MOTION {
+        return false;
+    }
+    let Ok(problem) = scene.problem_for(Aim::Guess) else { return false };
+    if problem.nodes() > MOST_NODES_IN_MOTION {
+        return false;
+    }
+    let Ok(steps) = problem.time().map(|time| time.steps()) else { return false };
+    let watchdog = Watchdog::get();
+    watchdog.stop.store(false, Ordering::Relaxed);
+    let end = watchdog.now() + SIMULATION_TIME.as_millis() as u64;
+    watchdog.deadline.store(end, Ordering::Relaxed);
+    let problem = problem.stop_when(watchdog.stop.clone());
+    if let Ok(mut trajectory) = Trajectory::unrecorded(&problem) {
+        let tip = problem.nodes() - 1;
+        // Errors are allowed, positions that are no numbers are not.
+        let _ = trajectory.run(&problem, steps, |simulation| {
+            let position = simulation.position(tip);
+            assert!(
+                position.iter().all(|x| x.is_finite()),
+                "{position:?} at {}",
+                simulation.time()
+            );
+        });
+    }
+    watchdog.deadline.store(u64::MAX, Ordering::Relaxed);
+    true
+}
+
+fn scene(text: &str, folder: &Path) -> bool {
+    let Ok(scene) = Scene::from_toml(text, folder) else { return false };
+    if nodes(&scene) > MOST_NODES {
         return true;
     }
     // What is left open is guessed, and not found by simulations.

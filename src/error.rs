@@ -1,6 +1,9 @@
 //! What can go wrong, in words a user can act on.
 
+pub(crate) mod printable;
+
 use crate::code::Code;
+use crate::error::printable::{printable, printable_name, printable_path, token, with_tokens_cut};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -9,7 +12,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("{}{}: {source}", prefix(named_in), path.display())]
+    #[error("{}{}: {source}", prefix(named_in), printable_path(path))]
     Io {
         /// The scene or fit file that names it, where one does.
         named_in: Option<PathBuf>,
@@ -19,7 +22,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file is not valid TOML, or has unknown, missing or ill-typed keys.
-    #[error("{}{}", prefix(file), clipped(message))]
+    #[error("{}{}", prefix(file), shown(message))]
     Parse {
         /// The file, where there is one.
         file: Option<PathBuf>,
@@ -30,9 +33,9 @@ pub enum Error {
     #[error(
         "{}{}: found {}, allowed: {}",
         prefix(file),
-        clipped(key),
-        clipped(found),
-        clipped(allowed)
+        token(key),
+        printable_name(&clipped(found)),
+        printable(&clipped(allowed))
     )]
     Invalid {
         /// The file, where there is one.
@@ -45,7 +48,7 @@ pub enum Error {
         allowed: String,
     },
     /// A line of a data file cannot be used.
-    #[error("{}:{line}: {}", path.display(), clipped(message))]
+    #[error("{}:{line}: {}", printable_path(path), shown(message))]
     Data {
         /// The file.
         path: PathBuf,
@@ -194,7 +197,7 @@ pub enum Error {
     #[error("interrupted")]
     Interrupted,
     /// A fit that cannot start or cannot go on.
-    #[error("{}", clipped(.0))]
+    #[error("{}", printable(&clipped(.0)))]
     Fit(String),
 }
 
@@ -207,8 +210,13 @@ fn of_kinetic(fraction: f64) -> String {
     }
 }
 
+/// A message on a file: printable, and without more of the file than the tokens at fault.
+fn shown(message: &str) -> String {
+    printable(&clipped(&with_tokens_cut(message, '`'))).into_owned()
+}
+
 fn prefix(file: &Option<PathBuf>) -> String {
-    file.as_ref().map(|path| format!("{}: ", path.display())).unwrap_or_default()
+    file.as_ref().map(|path| format!("{}: ", printable_path(path))).unwrap_or_default()
 }
 
 /// Words and lines longer than this, bytes, are not shown whole.

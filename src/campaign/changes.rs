@@ -76,6 +76,17 @@ fn of_scene(parts: &[String]) -> Option<Vec<String>> {
     Some(path.split('.').map(Into::into).collect())
 }
 
+/// Whether a value can stand in a plan: JSON has no infinite numbers, and no key takes a date.
+pub(crate) fn can_be_planned(value: &Value) -> bool {
+    match value {
+        Value::Float(number) => number.is_finite(),
+        Value::Datetime(_) => false,
+        Value::Array(list) => list.iter().all(can_be_planned),
+        Value::Table(table) => table.values().all(can_be_planned),
+        Value::String(_) | Value::Integer(_) | Value::Boolean(_) => true,
+    }
+}
+
 /// Puts a value at a place, and makes the tables on the way that are missing. What stands there as text stays text.
 pub(crate) fn put(table: &mut Table, place: &[String], value: &Value) -> Result<(), Error> {
     let refused = |found: String, allowed: &str| Error::invalid(place.join("."), found, allowed);

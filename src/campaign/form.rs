@@ -1,6 +1,7 @@
 //! `campaign.toml`: which fits there are, and what is changed of them.
 
 use crate::campaign::changes::{Changes, Key};
+use crate::campaign::fit_pattern::matching_files;
 use crate::campaign::resolved::folder_of;
 use crate::campaign::row::Row;
 use crate::campaign::table;
@@ -51,6 +52,13 @@ pub(crate) struct Bootstrap {
     pub seed: u64,
 }
 
+impl Bootstrap {
+    /// In how many tasks.
+    pub fn parts(self) -> usize {
+        (self.replicates / self.batch).max(1)
+    }
+}
+
 fn sixteen() -> usize {
     16
 }
@@ -80,7 +88,8 @@ impl Form {
     fn check(&self) -> Result<(), Error> {
         if let Some(Bootstrap { replicates, batch, .. }) = self.bootstrap {
             if !(2..=MOST_TASKS).contains(&replicates) {
-                return Err(Error::invalid("bootstrap.replicates", replicates, "2 or more"));
+                let allowed = format!("2 .. {MOST_TASKS}");
+                return Err(Error::invalid("bootstrap.replicates", replicates, allowed));
             }
             if !(2..=100_000).contains(&batch) {
                 return Err(Error::invalid("bootstrap.batch", batch, "2 .. 100000"));
@@ -88,10 +97,17 @@ impl Form {
         }
         match self.starts {
             Some(Starts { count, .. }) if !(1..=MOST_TASKS).contains(&count) => {
-                Err(Error::invalid("starts.count", count, "1 or more"))
+                Err(Error::invalid("starts.count", count, format!("1 .. {MOST_TASKS}")))
             }
             _ => Ok(()),
         }
+    }
+
+    /// How many tasks so many rows make.
+    pub fn tasks_of(&self, rows: usize) -> usize {
+        let starts = self.starts.map_or(1, |starts| starts.count);
+        let parts = self.bootstrap.map_or(1, Bootstrap::parts);
+        rows.saturating_mul(starts).saturating_mul(parts)
     }
 
     /// All fits with all their changes, but for bootstrap and starts.
@@ -135,18 +151,10 @@ impl Form {
         let (mut all, mut seen) = (Vec::new(), BTreeSet::new());
         for (k, pattern) in self.fits.iter().enumerate() {
             let key = format!("fits[{k}]");
-            let whole =
-                Path::new(&glob::Pattern::escape(&root.display().to_string())).join(pattern);
-            let paths = glob::glob(&whole.display().to_string())
-                .map_err(|error| Error::invalid(&key, pattern, format!("a pattern: {error}")))?;
             let before = all.len();
-            for path in paths {
-                let path = path.map_err(|error| {
-                    let path = error.path().to_path_buf();
-                    Error::io(&path, error.into())
-                })?;
+            for path in matching_files(root, pattern, &key)? {
                 let relative = path.strip_prefix(root).unwrap_or(&path).to_path_buf();
-                if path.is_file() && seen.insert(relative.clone()) {
+                if seen.insert(relative.clone()) {
                     all.push(relative);
                 }
             }

@@ -7,6 +7,7 @@
 
 mod changes;
 mod collect;
+mod fit_pattern;
 mod form;
 mod hash;
 mod outcome;
@@ -27,7 +28,7 @@ pub use collect::{Collected, Damage};
 pub use outcome::Outcome;
 pub use plan::{Admission, Plan, Planned, Task};
 pub use platform::platform;
-pub use run::{Ran, Way};
+pub use run::{Ran, Way, useful_threads};
 pub use shard::Shard;
 pub use status::Status;
 pub use store::{About, Store};

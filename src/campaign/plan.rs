@@ -1,13 +1,16 @@
 //! The plan of a campaign: a folder with all its tasks.
 
-use crate::campaign::changes::Changes;
+use crate::campaign::changes::{Changes, can_be_planned};
 use crate::campaign::form::{Bootstrap, Form, MOST_TASKS};
+use crate::campaign::hash::hash;
 use crate::campaign::resolved::{Hashes, Resolved, folder_of};
 use crate::campaign::row::Row;
 use crate::campaign::starts;
 use crate::error::Error;
+use crate::error::printable::with_tokens_cut;
 use crate::fit::FitFile;
 use crate::input::file::text;
+use crate::input::part_file::PartFile;
 use crate::scene::Scene;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -68,7 +71,14 @@ pub struct Planned {
 struct About {
     version: String,
     root: PathBuf,
+    /// How many tasks there are.
+    tasks: usize,
+    /// The first 128 bits of the SHA-256 of the bytes of the file of tasks, in hexadecimal.
+    digest: String,
 }
+
+/// Bytes of the digest.
+const DIGEST: usize = 16;
 
 /// What a campaign file may say.
 #[cfg(test)]
@@ -98,29 +108,59 @@ impl Plan {
         let file = &root.join(file.file_name().unwrap_or_default());
         refuse_foreign(folder)?;
         let rows = form.rows(file)?;
+        refuse_too_many(form.tasks_of(rows.len()), file)?;
         // Every row by itself, in parallel; hashes of data that rows share are found by each thread.
         let shared: Vec<Result<Shared, Error>> = rows
             .par_iter()
-            .map_init(Hashes::new, |hashes, row| share_out(root, row, &form, hashes, admission))
+            .map_init(Hashes::new, |hashes, row| {
+                share_out(root, row, &form, hashes, admission)
+                    .map_err(|error| error.in_file(Some(file)))
+            })
             .collect();
         let (mut tasks, mut refused) = (Vec::new(), Vec::new());
         for shared in shared {
             let shared = shared?;
             tasks.extend(shared.tasks);
             refused.extend(shared.refused);
-            if tasks.len() > MOST_TASKS {
-                let allowed = format!("up to {MOST_TASKS} tasks");
-                return Err(Error::invalid("campaign", "more", allowed).in_file(Some(file)));
-            }
         }
         std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, error))?;
         let whole = folder.canonicalize().map_err(|error| Error::io(folder, error))?;
+        let lines = lines(tasks.iter()).map_err(|error| Error::io(folder, error))?;
+        let about = About {
+            version: env!("CARGO_PKG_VERSION").into(),
+            root: relative(&whole, root),
+            tasks: tasks.len(),
+            digest: hash(&lines, DIGEST),
+        };
         let about =
-            About { version: env!("CARGO_PKG_VERSION").into(), root: relative(&whole, root) };
-        write(folder, ABOUT, std::iter::once(&about))?;
-        write(folder, TASKS, tasks.iter())?;
+            self::lines(std::iter::once(&about)).map_err(|error| Error::io(folder, error))?;
+        write(folder, TASKS, &lines)?;
+        write(folder, ABOUT, &about)?;
         let plan = Self { folder: folder.into(), root: root.clone(), tasks };
         Ok(Planned { plan, refused })
+    }
+
+    /// How many tasks a campaign file makes. The fits are not read.
+    ///
+    /// # Errors
+    ///
+    /// A campaign file or a table that is not right, and more tasks than a plan may have.
+    pub fn size(file: &Path) -> Result<usize, Error> {
+        let form = Form::read(file)?;
+        let tasks = form.tasks_of(form.rows(file)?.len());
+        refuse_too_many(tasks, file).map(|()| tasks)
+    }
+
+    /// The plan with the lines of its file of tasks, whatever its digest.
+    ///
+    /// # Errors
+    ///
+    /// A line that is no task.
+    pub fn of_lines(folder: &Path, root: &Path, lines: &str) -> Result<Self, Error> {
+        let file = folder.join(TASKS);
+        let tasks = lines.lines().zip(1..).map(|(line, number)| parse(&file, line, number));
+        let tasks = tasks.collect::<Result<_, _>>()?;
+        Ok(Self { folder: folder.into(), root: root.into(), tasks })
     }
 
     /// The files of the plan itself.
@@ -132,7 +172,8 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// A folder without one, or with one that another version of the program made.
+    /// A folder without one, or with one that another version of the program made, or whose tasks are not those that were
+    /// planned.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         let file = folder.join(ABOUT);
         let about: About = parse(&file, &text(&file)?, 1)?;
@@ -145,8 +186,13 @@ impl Plan {
         let root = root.canonicalize().map_err(|error| Error::io(&root, error))?;
         let file = folder.join(TASKS);
         let tasks = text(&file)?;
-        let tasks = tasks.lines().zip(1..).map(|(line, number)| parse(&file, line, number));
-        Ok(Self { folder: folder.into(), root, tasks: tasks.collect::<Result<_, _>>()? })
+        let found = tasks.lines().count();
+        if found != about.tasks || hash(tasks.as_bytes(), DIGEST) != about.digest {
+            let found = format!("{found} lines that are not those that were planned");
+            let allowed = format!("the {} lines that were; plan again", about.tasks);
+            return Err(Error::invalid("tasks", found, allowed).in_file(Some(&file)));
+        }
+        Self::of_lines(folder, &root, &tasks)
     }
 }
 
@@ -165,6 +211,10 @@ fn share_out(
     admission: &Admission,
 ) -> Result<Shared, Error> {
     let located = |error: Error| row.located(error);
+    if let Some((key, value)) = row.changes.iter().find(|(_, value)| !can_be_planned(value)) {
+        let allowed = "finite numbers, texts, true, false, and lists and tables of these";
+        return Err(located(Error::invalid(key, value, allowed)));
+    }
     let resolved = Resolved::new(root, &row.fit, &row.changes).map_err(located)?;
     let base = resolved.id(hashes).map_err(located)?;
     // What is refused as too large is not refused for good.
@@ -184,7 +234,10 @@ fn share_out(
         Err(error) => match too_large.into_inner() {
             Some(error) => return Err(located(error)),
             None if row.from.is_some() => return Err(located(error)),
-            None => Some(error),
+            None => match misspelt_grid_key(root, row, &error) {
+                Some(error) => return Err(error),
+                None => Some(error),
+            },
         },
     };
     let mut all = vec![row.changes.clone()];
@@ -208,6 +261,19 @@ fn share_out(
     Ok(Shared { tasks: all.into_iter().map(task).collect::<Result<_, Error>>()?, refused })
 }
 
+/// The error of a grid whose keys a fit file and its scene cannot have, though they are right without them; what is
+/// wrong with a value is the result of its fit.
+fn misspelt_grid_key(root: &Path, row: &Row, error: &Error) -> Option<Error> {
+    if row.changes.is_empty() || !matches!(error, Error::Parse { .. }) {
+        return None;
+    }
+    let without = Resolved::new(root, &row.fit, &Changes::new()).ok()?;
+    let is_right = without.fit(|_| Ok(())).is_ok();
+    let keys: Vec<&str> = row.changes.keys().map(String::as_str).collect();
+    let allowed = "keys that the fit file or its scene may have";
+    is_right.then(|| Error::invalid("grid", format!("{} ({error})", keys.join(", ")), allowed))
+}
+
 /// Every set of changes with each of `more`.
 fn extended(all: Vec<Changes>, more: impl Iterator<Item = Changes> + Clone) -> Vec<Changes> {
     let with = |changes: &Changes| {
@@ -221,8 +287,8 @@ fn extended(all: Vec<Changes>, more: impl Iterator<Item = Changes> + Clone) -> V
 
 /// The parts of a bootstrap: together the replicates that one fit with this seed would run.
 fn batches(bootstrap: Bootstrap, seed: i64) -> impl Iterator<Item = Changes> + Clone {
-    let Bootstrap { replicates, batch, .. } = bootstrap;
-    let parts = (replicates / batch).max(1);
+    let replicates = bootstrap.replicates;
+    let parts = bootstrap.parts();
     (0..parts).map(move |k| {
         let (first, next) = (k * replicates / parts, (k + 1) * replicates / parts);
         let of = |key: &str, number: i64| (format!("analysis.{key}"), Value::Integer(number));
@@ -234,10 +300,24 @@ fn batches(bootstrap: Bootstrap, seed: i64) -> impl Iterator<Item = Changes> + C
     })
 }
 
-/// Refuses a folder that holds something else.
+fn refuse_too_many(tasks: usize, file: &Path) -> Result<(), Error> {
+    match tasks <= MOST_TASKS {
+        true => Ok(()),
+        false => {
+            let allowed = format!("up to {MOST_TASKS}");
+            Err(Error::invalid("tasks", tasks, allowed).in_file(Some(file)))
+        }
+    }
+}
+
+/// Refuses a folder that holds something else than a plan, or what a plan that was killed has left.
 fn refuse_foreign(folder: &Path) -> Result<(), Error> {
     let Ok(mut entries) = std::fs::read_dir(folder) else { return Ok(()) };
-    match entries.next().is_none() || folder.join(ABOUT).is_file() {
+    let is_of_plan = |name: &str| [ABOUT, TASKS].iter().any(|own| name.starts_with(own));
+    let is_own = |entry: std::io::Result<std::fs::DirEntry>| {
+        entry.is_ok_and(|entry| is_of_plan(&entry.file_name().to_string_lossy()))
+    };
+    match folder.join(ABOUT).is_file() || entries.all(is_own) {
         true => Ok(()),
         false => {
             let found = format!("{}, which has other files in it", folder.display());
@@ -248,34 +328,36 @@ fn refuse_foreign(folder: &Path) -> Result<(), Error> {
 
 fn parse<T: serde::de::DeserializeOwned>(path: &Path, text: &str, line: u64) -> Result<T, Error> {
     serde_json::from_str(text).map_err(|error| {
-        let message = format!("found {error}, allowed: what `rodfit campaign plan` wrote");
+        let error = error.to_string();
+        let found = with_tokens_cut(&error, '"');
+        let message = format!("found {found}, allowed: what `rodfit campaign plan` wrote");
         Error::Data { path: path.into(), line, message }
     })
 }
 
-/// Writes a file of lines under another name first, so that its own never stands for half of it.
-fn write<T: Serialize>(
-    folder: &Path,
-    name: &str,
-    lines: impl Iterator<Item = T>,
-) -> Result<(), Error> {
+/// A line of JSON for each.
+fn lines<T: Serialize>(each: impl Iterator<Item = T>) -> std::io::Result<Vec<u8>> {
+    let mut lines = Vec::new();
+    for one in each {
+        serde_json::to_writer(&mut lines, &one)?;
+        lines.push(b'\n');
+    }
+    Ok(lines)
+}
+
+/// Writes a file under another name first, so that its own never stands for half of it.
+fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<(), Error> {
     let path = folder.join(name);
-    let written = tempfile::NamedTempFile::new_in(folder).and_then(|mut file| {
-        let mut to = std::io::BufWriter::new(&mut file);
-        for line in lines {
-            to.write_all(&serde_json::to_vec(&line)?)?;
-            to.write_all(b"\n")?;
-        }
-        to.flush()?;
-        drop(to);
+    let written = PartFile::beside(&path).and_then(|mut file| {
+        file.write_all(bytes)?;
         #[cfg(unix)]
         {
             // Others of the group may run the plan.
             use std::os::unix::fs::PermissionsExt;
-            file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
+            file.file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
         }
-        file.as_file().sync_all()?;
-        file.persist(&path).map(drop).map_err(|error| error.error)
+        file.file().sync_all()?;
+        file.persist(&path).map_err(|(error, _)| error)
     });
     written.map_err(|error| Error::io(&path, error))
 }

@@ -8,9 +8,11 @@ use crate::campaign::store::Store;
 use crate::error::Error;
 use rayon::ThreadPoolBuilder;
 use std::collections::HashSet;
+use std::num::NonZero;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::available_parallelism;
 use std::time::Instant;
 
 /// How a campaign is run.
@@ -18,7 +20,7 @@ use std::time::Instant;
 pub struct Way {
     /// Which part of it; all without.
     pub shard: Option<Shard>,
-    /// Processors to use.
+    /// Processors to use, up to as many as there are.
     pub threads: usize,
     /// Stops it when set: fits that are not done are left.
     pub stop: Arc<AtomicBool>,
@@ -114,9 +116,13 @@ impl Plan {
         let (open, before) = self.open_tasks(way.shard)?;
         let ran = Ran { tasks: open.len() + before, before, ..Ran::default() };
         told(before, ran.tasks);
+        if open.is_empty() {
+            return Ok(ran);
+        }
         // Each worker takes the next task when it is done with one, as costs differ. Its fit has its own share of the
         // processors: in one pool a fit that waits for its parts would begin others within itself.
-        let workers = way.threads.clamp(1, open.len().max(1));
+        let threads = useful_threads(way.threads);
+        let workers = threads.min(open.len());
         let (next, ran, failure) = (AtomicUsize::new(0), Mutex::new(ran), Mutex::new(None));
         let work = |share: usize| -> Result<(), Error> {
             let pool = ThreadPoolBuilder::new().num_threads(share).build();
@@ -140,7 +146,7 @@ impl Plan {
         };
         std::thread::scope(|scope| {
             for worker in 0..workers {
-                let share = way.threads / workers + usize::from(worker < way.threads % workers);
+                let share = threads / workers + usize::from(worker < threads % workers);
                 let (work, failure) = (&work, &failure);
                 scope.spawn(move || {
                     if let Err(error) = work(share.max(1)) {
@@ -154,6 +160,13 @@ impl Plan {
             None => Ok(ran.into_inner().unwrap_or_else(PoisonError::into_inner)),
         }
     }
+}
+
+/// How many of so many threads are of use: as many as there are processors. More only take memory and turns, and many
+/// thousands starve the machine.
+pub fn useful_threads(asked: usize) -> usize {
+    let processors = available_parallelism().map_or(1, NonZero::get);
+    asked.clamp(1, processors)
 }
 
 /// What a fault elsewhere has left is still right: nothing is changed by halves.

@@ -3,7 +3,9 @@
 use crate::campaign::collect::Collected;
 use crate::campaign::plan::Task;
 use crate::error::Error;
+use crate::error::printable::with_tokens_cut;
 use crate::fit::{Bootstrap, Estimate, Unknown};
+use crate::input::text_cell::to_cell;
 use serde::Deserialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
@@ -38,7 +40,8 @@ struct Row<'a> {
 
 impl Collected<'_> {
     /// A row for every fit that has a result, in the order of the plan: name, fit file, what was changed, exit code, grade, how it
-    /// ended, and value, standard error and 95 % interval of every parameter. The parts of a bootstrap are one row.
+    /// ended, and value, standard error and 95 % interval of every parameter. The parts of a bootstrap are one row. Text that
+    /// a spreadsheet would compute has a leading apostrophe.
     ///
     /// # Errors
     ///
@@ -63,7 +66,8 @@ impl Collected<'_> {
             .chain(labels.iter().flat_map(|l| columns.iter().map(move |c| format!("{l}{c}"))));
         let mut sheet = csv::Writer::from_writer(Vec::new());
         let mut write = |row: Vec<String>| {
-            sheet.write_record(row).map_err(|error| Error::Fit(format!("no sheet: {error}")))
+            let cells = row.iter().map(|text| to_cell(text).into_owned());
+            sheet.write_record(cells).map_err(|error| Error::Fit(format!("no sheet: {error}")))
         };
         write(header.collect())?;
         for row in &rows {
@@ -102,7 +106,10 @@ impl Collected<'_> {
             let said: Said = serde_json::from_str(&record.result).map_err(|error| Error::Data {
                 path: record.file.clone(),
                 line: record.line,
-                message: format!("found {error}, allowed: a result of this version"),
+                message: format!(
+                    "found {}, allowed: a result of this version",
+                    with_tokens_cut(&error.to_string(), '"')
+                ),
             })?;
             let found =
                 |e: &Estimate| e.bootstrap.as_ref().map_or(Vec::new(), |b| b.estimates.clone());

@@ -3,8 +3,10 @@
 use crate::campaign::changes::{Changes, Key};
 use crate::campaign::row::Row;
 use crate::error::Error;
+use crate::error::printable::token;
 use crate::input::file::data;
 use crate::input::table::{csv_error, delimiter};
+use crate::input::text_cell::of_cell;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -22,17 +24,22 @@ pub(crate) fn rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<Row>, Error> {
         csv::ReaderBuilder::new().trim(csv::Trim::All).delimiter(delimiter).from_reader(bytes);
     let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
     let at = |line: u64, message: String| Error::Data { path: path.into(), line, message };
-    let mut known = Vec::new();
+    let mut known: Vec<(&str, Key)> = Vec::new();
     for (k, column) in header.iter().enumerate() {
         if header.iter().take(k).any(|other| other == column) {
-            return Err(at(1, format!("found {column} twice, allowed: every column once")));
+            return Err(at(
+                1,
+                format!("found {} twice, allowed: every column once", token(column)),
+            ));
         }
         if ![FIT, NAME].contains(&column) && !column.starts_with('#') {
             let also = "; fit, name, and columns whose name begins with #";
             let place = Key::new(column).map_err(|error| at(1, format!("{error}{also}")))?;
             if let Some((other, _)) = known.iter().find(|(_, other)| *other == place) {
                 let message = format!(
-                    "found {column} beside {other}, allowed: one of the two, which are the same"
+                    "found {} beside {}, allowed: one of the two, which are the same",
+                    token(column),
+                    token(other)
                 );
                 return Err(at(1, message));
             }
@@ -50,6 +57,7 @@ pub(crate) fn rows(path: &Path, fits: &[PathBuf]) -> Result<Vec<Row>, Error> {
         let line = record.position().map_or(0, |position| position.line());
         let (mut fit, mut name, mut changes) = (PathBuf::new(), String::new(), Changes::new());
         for (column, cell) in header.iter().zip(&record).filter(|(_, cell)| !cell.is_empty()) {
+            let cell = of_cell(cell);
             match column {
                 FIT => fit = cell.into(),
                 NAME => name = cell.into(),

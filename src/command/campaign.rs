@@ -2,14 +2,17 @@
 
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, code_of, conclude, limits, terminal};
-use rodfit::campaign::{Admission, Collected, Plan, Ran, Shard, Status, Way};
+use rodfit::campaign::{Admission, Collected, Plan, Ran, Shard, Status, Way, useful_threads};
 use rodfit::{Code, Error, Scene};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::thread::available_parallelism;
+use std::time::Duration;
 
 /// Tasks that cannot be begun are named up to so many.
 const NAMED: usize = 5;
+/// How long fits may take to stop after TERM or Ctrl-C. Then the process ends without them: what is done is stored.
+const STOP_TIME: Duration = Duration::from_secs(3);
 /// Shards of a job script unless told.
 const SHARDS: u64 = 100;
 
@@ -144,7 +147,15 @@ fn plan(campaign: &Path, out: &Path, manner: Manner) -> Result<u8, Error> {
 
 fn work(folder: &Path, shard: Option<Shard>, threads: usize, manner: Manner) -> Result<u8, Error> {
     let plan = Plan::open(folder)?;
-    let way = Way { shard, threads, stop: terminal::stop_on_ctrl_c(manner) };
+    let useful = useful_threads(threads);
+    if useful < threads && !manner.quiet {
+        let words = format_args!(
+            "--threads {threads} is more than this machine's processors; {useful} are used"
+        );
+        terminal::warn(Code::FewerThreads, words);
+    }
+    let way = Way { shard, threads: useful, stop: terminal::stop_on_ctrl_c(manner) };
+    terminal::end_after_stop(&way.stop, STOP_TIME);
     let bar = terminal::progress_bar(manner, 1);
     let ran = plan.run(&way, |done, total| {
         bar.set_length(total as u64);

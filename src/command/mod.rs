@@ -27,7 +27,7 @@ use crate::command::output::{Output, Outputs};
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use rodfit::scene::{Chosen, Resolution};
-use rodfit::{Derivatives, Error, Problem, Scene};
+use rodfit::{Derivatives, Error, Problem, Scene, printable_name};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -181,7 +181,13 @@ impl From<Route> for Derivatives {
 /// Does what a command line says, of which the first word is the program's name. The exit code: 0 done; 2 bad input;
 /// 3 could not be computed, did not converge, or not identifiable.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
-    let Arguments { manner, command } = match Arguments::try_parse_from(words) {
+    let words: Vec<OsString> = words.into_iter().collect();
+    let parsed = Arguments::try_parse_from(&words).map_err(|said| {
+        // The message quotes words, which may be names of files from elsewhere.
+        let shown = words.iter().map(|word| printable_name(&word.to_string_lossy()).into_owned());
+        Arguments::try_parse_from(shown).err().unwrap_or(said)
+    });
+    let Arguments { manner, command } = match parsed {
         Ok(arguments) => arguments,
         Err(said) => {
             // Help and versions among them; there is nobody to tell when that fails.

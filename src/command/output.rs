@@ -4,7 +4,7 @@
 //! the place of an older result unless it is told to.
 
 use crate::command::{Manner, terminal};
-use rodfit::{Code, Error};
+use rodfit::{Code, Error, PartFile};
 use serde::Serialize;
 use std::cell::Cell;
 use std::ffi::OsString;
@@ -13,7 +13,6 @@ use std::fs::{File, OpenOptions, metadata, symlink_metadata};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use tempfile::NamedTempFile;
 
 /// All outputs of a run.
 pub struct Outputs {
@@ -64,7 +63,14 @@ impl Target {
     /// Looks whether the place can be written, without leaving a trace.
     fn try_out(&self) -> Result<(), Error> {
         match metadata(&self.path) {
+            _ if self.is_stdout() && stdout_is_closed() => {
+                Err(self.refused("standard output, which is closed", "a file, or an open output"))
+            }
             _ if self.is_stdout() => Ok(()),
+            Err(_) if names_a_folder(&self.path) => {
+                let found = format!("{}, the name of a folder", self.path.display());
+                Err(self.refused(found, "the name of a file"))
+            }
             Ok(found) if found.is_dir() => {
                 Err(self
                     .refused(format!("{}, a folder", self.path.display()), "the name of a file"))
@@ -105,11 +111,17 @@ impl Target {
                 return Err(self.refused(found, "a file in a folder"));
             }
             Err(_) => {
-                let found = format!("{}, whose folder is not there", path.display());
+                let link = match path == self.path {
+                    true => String::new(),
+                    false => format!("{}, a link to ", self.path.display()),
+                };
+                let found = format!("{link}{}, whose folder is not there", path.display());
                 return Err(self.refused(found, "a file in a folder"));
             }
         }
-        temporary(folder, &path).map(drop).map_err(|source| {
+        // With `makes_folder` the folder itself may be missing.
+        let beside = folder.join(path.file_name().unwrap_or_default());
+        PartFile::beside(&beside).map(drop).map_err(|source| {
             // What the system says of the temporary file's own name would only confuse.
             let found =
                 format!("{}, whose folder takes no files: {}", path.display(), source.kind());
@@ -246,7 +258,7 @@ impl Outputs {
             let path = resolved(&target.path);
             let folder = folder_of(&path);
             let made = if target.makes_folder { std::fs::create_dir_all(folder) } else { Ok(()) };
-            made.and_then(|()| temporary(folder, &path)).map(Sink::Beside)
+            made.and_then(|()| PartFile::beside(&path)).map(Sink::Beside)
         };
         let sink = sink.map_err(|source| target.error(source))?;
         Ok(Writing { output, to: BufWriter::new(sink) })
@@ -274,7 +286,7 @@ impl Outputs {
             // A result keeps the permissions of the one it replaces.
             let _ = std::fs::set_permissions(file.path(), older.permissions());
         }
-        file.persist(&path).map(drop).map_err(|e| target.error(kept(e.file, e.error)))
+        file.persist(&path).map_err(|(source, file)| target.error(kept(file, source)))
     }
 
     /// Where a file goes: beside an older one if this run was interrupted.
@@ -316,14 +328,14 @@ enum Sink {
     /// What is no regular file, such as /dev/null.
     Device(File),
     /// A temporary file beside the one it will be.
-    Beside(NamedTempFile),
+    Beside(PartFile),
 }
 
 impl Write for Sink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
             Self::Standard(closed) if closed.get() => Ok(bytes.len()),
-            Self::Standard(closed) => match io::stdout().write(bytes) {
+            Self::Standard(closed) => match terminal::write_data(bytes) {
                 Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
                     closed.set(true);
                     Ok(bytes.len())
@@ -345,30 +357,12 @@ impl Write for Sink {
 }
 
 /// Keeps a temporary file, and says so in the error that stopped it.
-fn kept(file: NamedTempFile, source: io::Error) -> io::Error {
+fn kept(file: PartFile, source: io::Error) -> io::Error {
     let note = match file.keep() {
-        Ok((_, path)) => format!("what was written stays in {}", path.display()),
+        Ok(path) => format!("what was written stays in {}", path.display()),
         Err(error) => format!("what was written is lost: {error}"),
     };
     io::Error::new(source.kind(), format!("{source}; {note}"))
-}
-
-/// A temporary file for a result, in its folder.
-fn temporary(folder: &Path, path: &Path) -> io::Result<NamedTempFile> {
-    let mut name: OsString = path.file_name().unwrap_or_default().into();
-    if name.len() > 200 {
-        // With what is added it would be longer than file systems take.
-        name = "rodfit".into();
-    }
-    name.push(".");
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    let builder = {
-        use std::os::unix::fs::PermissionsExt;
-        // Less what the user's mask takes, as of any new file.
-        builder.permissions(std::fs::Permissions::from_mode(0o666))
-    };
-    builder.prefix(&name).suffix(".part").tempfile_in(folder)
 }
 
 fn open(path: &Path) -> io::Result<File> {
@@ -380,9 +374,49 @@ fn is_device(path: &Path) -> bool {
     metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// The file that a link leads to; a path that leads nowhere yet is itself.
+/// Symbolic links that are followed one after another, as systems do.
+const MAX_LINKS: usize = 40;
+
+/// The file that a symbolic link leads to, whether it is there or not; any other path is itself.
 fn resolved(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.into())
+    if let Ok(found) = path.canonicalize() {
+        return found;
+    }
+    let mut path = path.to_path_buf();
+    for _ in 0..MAX_LINKS {
+        match std::fs::read_link(&path) {
+            Ok(target) => path = folder_of(&path).join(target),
+            Err(_) => break,
+        }
+    }
+    path
+}
+
+/// Whether a path ends as those of folders do.
+fn names_a_folder(path: &Path) -> bool {
+    let bytes = path.as_os_str().as_encoded_bytes();
+    let ends = |end: &[u8]| bytes.ends_with(end);
+    let is_separator = |byte: &u8| std::path::is_separator(char::from(*byte));
+    bytes.last().is_some_and(is_separator) || ends(b"/.") || ends(b"/..") || bytes == b".."
+}
+
+/// Whether standard output was closed before the program began, as by `>&-`: the runtime opens /dev/null in its
+/// place, for reading and writing, while a shell that is told to drop an output opens it for writing.
+#[cfg(target_os = "linux")]
+fn stdout_is_closed() -> bool {
+    /// The access mode of an open file for reading and writing, O_RDWR, in the two bits of O_ACCMODE.
+    const READ_AND_WRITE: u32 = 2;
+    const ACCESS_MODE: u32 = 3;
+    let is_null = std::fs::read_link("/proc/self/fd/1").is_ok_and(|p| p == Path::new("/dev/null"));
+    let about = std::fs::read_to_string("/proc/self/fdinfo/1").unwrap_or_default();
+    let flags = about.lines().find_map(|line| line.strip_prefix("flags:"));
+    let flags = flags.and_then(|flags| u32::from_str_radix(flags.trim(), 8).ok());
+    is_null && flags.is_some_and(|flags| flags & ACCESS_MODE == READ_AND_WRITE)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn stdout_is_closed() -> bool {
+    false
 }
 
 /// The folder of a file.

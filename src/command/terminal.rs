@@ -3,19 +3,36 @@
 //! Nothing here panics. Whoever closes the pipe that standard output goes to (`rodfit fit .. | head -1`) has read
 //! enough: what is left of it is dropped without a word, all other outputs are written, and the exit code is that of
 //! the computation. A standard output that cannot be written, on a full disk, is an error.
+//!
+//! Control characters of names and of quoted lines are shown as `\x1b`: files from elsewhere have no say in what a
+//! terminal shows.
 
 use crate::command::Manner;
 use indicatif::{ProgressBar, ProgressStyle};
-use rodfit::{Code, Error};
+use rodfit::{Code, Error, printable};
 use std::fmt::Display;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Prints a result.
 pub fn print(text: &impl Display) -> Result<(), Error> {
     let mut stdout = std::io::stdout().lock();
-    unless_closed(writeln!(stdout, "{text}").and_then(|()| stdout.flush())).map_err(stdout_error)
+    let text = text.to_string();
+    unless_closed(writeln!(stdout, "{}", printable(&text)).and_then(|()| stdout.flush()))
+        .map_err(stdout_error)
+}
+
+/// Writes a piece of a result on standard output, and returns how much of it was written. Control characters are escaped
+/// where a person reads it; programs get every byte as it is.
+pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
+    let mut stdout = std::io::stdout();
+    if !stdout.is_terminal() {
+        return stdout.write(bytes);
+    }
+    let text = String::from_utf8_lossy(bytes);
+    stdout.write_all(printable(&text).as_bytes()).map(|()| bytes.len())
 }
 
 /// A closed pipe is no error.
@@ -33,7 +50,7 @@ pub fn stdout_error(source: std::io::Error) -> Error {
 
 /// Prints a line on standard error; there is nobody to tell when that fails.
 pub fn tell(text: impl Display) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", printable(&text.to_string()));
 }
 
 /// Prints a warning.
@@ -66,6 +83,24 @@ pub fn stop_on_ctrl_c(manner: Manner) -> Arc<AtomicBool> {
         warn(Code::NoCtrlC, format_args!("Ctrl-C will lose what was computed: {error}"));
     }
     flag
+}
+
+/// Ends the process with exit code 0 if it still runs so long after `stop` was set. For runs whose results are on disk
+/// as soon as they are there.
+pub fn end_after_stop(stop: &Arc<AtomicBool>, patience: Duration) {
+    /// How often the flag is looked at.
+    const INTERVAL: Duration = Duration::from_millis(50);
+    let stop = stop.clone();
+    std::thread::spawn(move || {
+        while !stop.load(Ordering::Relaxed) {
+            std::thread::sleep(INTERVAL);
+        }
+        std::thread::sleep(patience);
+        tell(
+            "ended before the fits at work were; they have no result, and are done again in the next run",
+        );
+        std::process::exit(0);
+    });
 }
 
 /// A bar of so many steps.

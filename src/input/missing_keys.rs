@@ -1,6 +1,7 @@
 //! Keys that a file must have and does not, all at once: the reader stops at the first.
 
 use crate::error::Error;
+use crate::error::printable::{column_name, token, with_tokens_cut};
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
@@ -125,11 +126,43 @@ pub fn placeholders(text: &str) -> Vec<String> {
 /// The keys that are still to be filled in, with their lines and comments; none where there are none.
 fn placeholder_message(text: &str) -> Option<String> {
     let one = |p: &Placeholder| {
-        let comment = if p.comment.is_empty() { "" } else { &format!(" ({})", p.comment) };
-        format!("line {}: {} is still to be filled in{comment}", p.line, p.key)
+        let comment = if p.comment.is_empty() { "" } else { &format!(" ({})", token(p.comment)) };
+        format!("line {}: {} is still to be filled in{comment}", p.line, column_name(p.key))
     };
     let all: Vec<String> = find_placeholders(text).iter().map(one).collect();
     (!all.is_empty()).then(|| all.join("; "))
+}
+
+/// The number of the line that ends a text.
+fn line_of(before: &str) -> usize {
+    before.matches('\n').count() + 1
+}
+
+/// Where a file is not right and why, with the token at fault and nothing else of the file: it may be any file, such as
+/// one that only the program may read.
+fn described(error: &toml::de::Error, text: &str) -> String {
+    let cut = with_tokens_cut(error.message(), '"').into_owned();
+    let message = with_tokens_cut(&cut, '`').trim_end().replace('\n', ", ");
+    let Some((before, found)) = error.span().and_then(|span| {
+        let before = text.get(..span.start)?;
+        Some((before, text.get(span)?.lines().next().unwrap_or_default().trim_end()))
+    }) else {
+        return message;
+    };
+    let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+    let place = format!("line {}, column {column}", line_of(before));
+    // Where the message has the token itself, and where nothing is at fault but what is missing, it is not repeated.
+    match found.is_empty() || message.contains(found.trim_matches(['"', '\''])) {
+        true => format!("{place}: {message}"),
+        false => format!("{place}: at `{}{}`: {message}", key_before(before), token(found)),
+    }
+}
+
+/// `key = ` where a text ends with it.
+fn key_before(text: &str) -> String {
+    let line = text.rsplit('\n').next().unwrap_or_default().trim_end();
+    let key = line.strip_suffix('=').and_then(|line| line.rsplit(['{', ',']).next());
+    key.map_or(String::new(), |key| format!("{} = ", column_name(key.trim())))
 }
 
 /// Parses TOML; the message says line, key and what was expected, or all the keys that are missing.
@@ -146,11 +179,11 @@ pub(crate) fn parse<T: serde::de::DeserializeOwned>(
             _ => Vec::new(),
         };
         let message = match &missing[..] {
-            [] => error.to_string().trim_end().to_string(),
+            [] => described(&error, text),
             [key] => {
                 let start = place(text, key).or(error.span().map(|span| span.start));
                 let before = start.map_or("", |start| &text[..start]);
-                format!("line {}: missing key: {key}", before.matches('\n').count() + 1)
+                format!("line {}: missing key: {key}", line_of(before))
             }
             keys => format!("missing keys: {}", keys.join(", ")),
         };

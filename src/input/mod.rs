@@ -5,5 +5,9 @@ pub(crate) mod file;
 pub(crate) mod hints;
 pub(crate) mod missing_keys;
 pub(crate) mod onset;
+#[cfg(feature = "cli")]
+pub mod part_file;
 pub(crate) mod table;
+#[cfg(feature = "cli")]
+pub(crate) mod text_cell;
 pub(crate) mod track;

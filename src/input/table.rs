@@ -2,6 +2,7 @@
 //! semicolons (then with decimal commas or points) or tabs.
 
 use crate::error::Error;
+use crate::error::printable::{column_name, token};
 use std::path::{Path, PathBuf};
 
 /// Units of times, in s, and of lengths, in m.
@@ -82,7 +83,7 @@ impl Table {
     /// The names of the columns, for messages.
     pub fn columns_found(&self) -> String {
         let found: Vec<&str> = self.columns.iter().map(|(column, _)| column.as_str()).collect();
-        found.join(", ")
+        token(&found.join(", "))
     }
 
     /// What the numbers of a column are multiplied by, as the unit in its header says; 1 without one.
@@ -94,6 +95,7 @@ impl Table {
         found.map(|(_, factor)| *factor).ok_or_else(|| {
             let symbols: Vec<&str> = known.iter().map(|(symbol, _)| *symbol).collect();
             let allowed = symbols.join(", ");
+            let (unit, name) = (token(unit), column_name(name));
             self.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}{more}"))
         })
     }
@@ -136,7 +138,9 @@ pub(crate) fn number(
             path: path.into(),
             line,
             message: format!(
-                "column `{column}`: found `{field}`, allowed: a finite number, blank or NaN"
+                "column `{}`: found `{}`, allowed: a finite number, blank or NaN",
+                column_name(column),
+                token(field)
             ),
         }),
     }

@@ -19,10 +19,14 @@ pub use prediction::prediction_page;
 pub use simulation::simulation_page;
 pub use study::study_page;
 
+use crate::error::printable::printable;
+
 const STYLE: &str = include_str!("page.css");
 
-/// A whole page; `title` and `body` are HTML.
+/// A whole page; `title` and `body` are HTML. Control characters in names have no place there; they are shown as on
+/// a terminal.
 fn page(kind: &str, title: &str, body: &str) -> String {
+    let (title, body) = (printable(title), printable(body));
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\

@@ -217,7 +217,7 @@ fn killed_at_any_moment_it_goes_on() {
     assert_eq!(collected(&folder, "out"), whole(GRID));
 }
 
-fn terminate(child: &std::process::Child) {
+pub fn terminate(child: &std::process::Child) {
     let killed = std::process::Command::new("sh")
         .args(["-c", &format!("kill -TERM {}", child.id())])
         .status();
@@ -544,9 +544,9 @@ fn what_is_no_campaign_is_refused() {
         ("fits = [\"fit.toml\"]\n[grids]\nradius = [1]", ["campaign.toml", "grids", "grid"]),
         (
             "fits = [\"fit.toml\"]\n[bootstrap]\nreplicates = 1",
-            ["bootstrap.replicates", "found 1", "2 or more"],
+            ["bootstrap.replicates", "found 1", "2 .. 300000"],
         ),
-        ("fits = [\"fit.toml\"]\n[starts]\ncount = 0", ["starts.count", "found 0", "1 or more"]),
+        ("fits = [\"fit.toml\"]\n[starts]\ncount = 0", ["starts.count", "found 0", "1 .. 300000"]),
         ("fits = [\"scene.toml\"]", ["scene.toml", "parameter", "bad"]),
         ("fits = [\"along.toml\"]", ["along.toml", "field", "bad"]),
     ] {

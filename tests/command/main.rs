@@ -4,6 +4,7 @@
 mod common;
 
 mod campaign;
+mod campaign_guards;
 mod design;
 #[cfg(unix)]
 mod documents;
@@ -18,6 +19,7 @@ mod hostile_scenes;
 mod inspect;
 mod interrupt;
 mod motion;
+mod output_places;
 mod outputs;
 mod plausibility;
 mod predictions;
@@ -28,3 +30,4 @@ mod results;
 mod schema;
 mod slurm;
 mod study;
+mod untrusted_files;

@@ -225,10 +225,10 @@ fn one_output_that_fails_takes_no_other_with_it() {
     folder.write("nodes.csv", "older\n");
     let full = "trap '' XFSZ; ulimit -f 8";
     let output = folder.run_after(full, &["simulate", "scene.toml", "--out", "nodes.csv"]);
-    refused(&output, &["nodes.csv", "too large", "stays in", ".part"]);
+    refused(&output, &["nodes.csv", "too large", "stays in", ".kept"]);
     assert!(stdout(&output).contains("150 steps"));
     assert_eq!(folder.read("nodes.csv"), "older\n");
-    let part = folder.files().into_iter().find(|name| name.ends_with(".part")).unwrap();
+    let part = folder.files().into_iter().find(|name| name.ends_with(".kept")).unwrap();
     assert!(part.starts_with("nodes.csv.") && folder.read(&part).starts_with("t,x_0,"), "{part}");
 }
 

@@ -15,6 +15,8 @@ use targets::{TARGETS, Target, corpus};
 
 /// What one file may take.
 const LONGEST: Duration = Duration::from_secs(5);
+/// How often a file that took longer is tried again.
+const RETRIES: usize = 3;
 
 /// Files of scenes, and the data that they and fits name.
 fn folder() -> PathBuf {
@@ -41,14 +43,24 @@ fn taken(
     let (mut count, mut accepted) = (0, 0);
     while goes_on(count) {
         let bytes = mutated(&mut random, &files);
-        let since = Instant::now();
-        let found = catch_unwind(AssertUnwindSafe(|| target.take(&bytes, &folder, &place)));
+        let take = || {
+            let since = Instant::now();
+            let found = catch_unwind(AssertUnwindSafe(|| target.take(&bytes, &folder, &place)));
+            (found, since.elapsed())
+        };
+        let (found, mut time) = take();
+        // On a busy machine a process may wait for many seconds; a file that hangs does so every time.
+        for _ in 0..RETRIES {
+            if time > LONGEST {
+                time = take().1;
+            }
+        }
         let (file, text) = (format!("{name} {seed} {count}"), String::from_utf8_lossy(&bytes));
         match found {
             Ok(found) => accepted += usize::from(found),
             Err(_) => panic!("panicked at {file}: {text}"),
         }
-        assert!(since.elapsed() < LONGEST, "{file} took {:?}: {text}", since.elapsed());
+        assert!(time < LONGEST, "{file} took {time:?}: {text}");
         count += 1;
     }
     (count, accepted)

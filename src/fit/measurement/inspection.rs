@@ -1,6 +1,7 @@
 //! What is in a file of markers, before anything is made of it.
 
 use crate::error::Error;
+use crate::error::printable::{printable_name, printable_path};
 use crate::input::onset::onset_of_motion;
 use crate::input::track;
 use crate::input::track::format::Format;
@@ -374,7 +375,8 @@ impl fmt::Display for Inspection {
             Format::Csv => "a table".to_string(),
             format => format!("a file of {}", format.program()),
         };
-        writeln!(f, "{}: {format}, format = \"{}\"", self.file.display(), self.format.key())?;
+        let file = printable_path(&self.file);
+        writeln!(f, "{file}: {format}, format = \"{}\"", self.format.key())?;
         let unit = match &self.clock_unit[..] {
             "frames" => String::new(),
             unit => format!(" {unit}"),
@@ -402,6 +404,7 @@ impl fmt::Display for Inspection {
         writeln!(f, "{} marker{plural}, places {named}:", self.markers.len())?;
         for marker in &self.markers {
             let name = if marker.name.is_empty() { "(no name)" } else { &marker.name };
+            let name = printable_name(name);
             write!(f, "  {name}: {}, seen in {} frames", marker.axes, marker.seen)?;
             let [gaps, longest] = marker.gaps;
             if gaps > 0 {

@@ -1,6 +1,7 @@
 //! Recordings as laboratories write them: their columns, units, clocks and image axes.
 
 use crate::error::Error;
+use crate::error::printable::token;
 use crate::input::table::Row;
 use crate::input::table::{LENGTHS, TIMES, Table};
 use crate::input::track::axes::Axes;
@@ -359,7 +360,8 @@ impl Recording {
             [clock] => (clock, self.clock_time(table, clock)?),
             [] => {
                 let found: Vec<&str> = table.columns.iter().map(|(name, _)| &name[..]).collect();
-                let message = format!("no column t, time or frame; found {}", found.join(", "));
+                let message =
+                    format!("no column t, time or frame; found {}", token(&found.join(", ")));
                 return Err(table.error(1, &message));
             }
             _ => return Err(table.error(1, "two clocks, allowed: one of t, time and frame")),

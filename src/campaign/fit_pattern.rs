@@ -1,0 +1,217 @@
+//! Patterns of fit files, as `specimens/*/fit.toml` and `**/fit.toml`.
+//!
+//! Folders that cannot be read are skipped, and so are folders of devices and processes, which hold no fits and may
+//! change while they are listed. The number of files that are looked at is limited.
+
+use crate::error::Error;
+use glob::Pattern;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Most entries of folders that a pattern may visit: about a minute on a local disk.
+const MOST_ENTRIES: usize = 1_000_000;
+/// Folders of devices and processes.
+const SYSTEM_FOLDERS: [&str; 3] = ["/dev", "/proc", "/sys"];
+/// The component of a pattern that stands for any number of folders.
+const ANY_DEPTH: &str = "**";
+
+/// The files that a pattern names, relative to a folder or absolute, in alphabetical order.
+///
+/// # Errors
+///
+/// A pattern that is not well formed, or that walks over the whole disk or over too many files.
+pub(crate) fn matching_files(
+    folder: &Path,
+    pattern: &str,
+    key: &str,
+) -> Result<Vec<PathBuf>, Error> {
+    let refused = |what: &str| {
+        let allowed =
+            "a pattern that begins with the folder of the fits, as in specimens/**/fit.toml";
+        Error::invalid(key, format!("{pattern:?}, {what}"), allowed)
+    };
+    let mut parts = Vec::new();
+    for part in Path::new(pattern).components().map(|part| part.as_os_str().to_string_lossy()) {
+        let parsed = Pattern::new(&part)
+            .map_err(|error| Error::invalid(key, pattern, format!("a pattern: {error}")))?;
+        parts.push(Part { text: part.into_owned(), pattern: parsed });
+    }
+    let mut walk = Walk { files: BTreeSet::new(), entries: 0 };
+    match walk.visit(folder, &parts) {
+        Ok(()) => Ok(walk.files.into_iter().collect()),
+        Err(Refused::WholeDisk) => Err(refused("which walks over the whole disk")),
+        Err(Refused::TooManyEntries) => {
+            Err(refused(&format!("which walks over more than {MOST_ENTRIES} files")))
+        }
+    }
+}
+
+/// A component of a pattern.
+struct Part {
+    text: String,
+    pattern: Pattern,
+}
+
+impl Part {
+    fn is_literal(&self) -> bool {
+        !self.text.contains(['*', '?', '['])
+    }
+}
+
+/// Why a pattern is refused.
+enum Refused {
+    WholeDisk,
+    TooManyEntries,
+}
+
+/// A walk over folders.
+struct Walk {
+    files: BTreeSet<PathBuf>,
+    /// Entries of folders that were looked at.
+    entries: usize,
+}
+
+impl Walk {
+    /// Adds the files at `place` that match what is left of a pattern.
+    fn visit(&mut self, place: &Path, parts: &[Part]) -> Result<(), Refused> {
+        let Some((part, rest)) = parts.split_first() else {
+            if place.is_file() {
+                self.files.insert(place.into());
+            }
+            return Ok(());
+        };
+        if part.text == ANY_DEPTH {
+            // Of several in a row, each is any depth already.
+            let rest = match rest.iter().position(|part| part.text != ANY_DEPTH) {
+                Some(next) => &rest[next..],
+                None => return self.visit_below(place, &[]),
+            };
+            return self.visit_below(place, rest);
+        }
+        if part.is_literal() {
+            return self.visit(&place.join(&part.text), rest);
+        }
+        for entry in self.entries(place)? {
+            let name = entry.file_name();
+            if part.pattern.matches(&name.to_string_lossy()) && !is_of_system(&entry.path()) {
+                self.visit(&entry.path(), rest)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The same in a folder and in all folders below it; without any `parts`, all files. A link to a folder is
+    /// followed unless it leads back to where the walk is.
+    fn visit_below(&mut self, top: &Path, parts: &[Part]) -> Result<(), Refused> {
+        let Ok(real) = top.canonicalize() else { return Ok(()) };
+        if real.parent().is_none() {
+            return Err(Refused::WholeDisk);
+        }
+        // Each folder with the folders that links on the way to it have led from and to.
+        let mut folders = vec![(top.to_path_buf(), vec![real])];
+        while let Some((folder, passed)) = folders.pop() {
+            if !parts.is_empty() {
+                self.visit(&folder, parts)?;
+            }
+            for entry in self.entries(&folder)? {
+                let path = entry.path();
+                if entry.file_type().is_ok_and(|kind| kind.is_symlink()) && path.is_dir() {
+                    let Ok(target) = path.canonicalize() else { continue };
+                    if !is_system(&target) && !passed.iter().any(|p| p.starts_with(&target)) {
+                        folders.push((path, [&passed[..], &[target]].concat()));
+                    }
+                } else if path.is_dir() {
+                    if !is_of_system(&path) {
+                        folders.push((path, passed.clone()));
+                    }
+                } else if parts.is_empty() && path.is_file() {
+                    self.files.insert(path);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The entries of a folder; none of one that cannot be read.
+    fn entries(&mut self, folder: &Path) -> Result<Vec<std::fs::DirEntry>, Refused> {
+        let mut entries = Vec::new();
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            self.entries += 1;
+            if self.entries > MOST_ENTRIES {
+                return Err(Refused::TooManyEntries);
+            }
+            entries.push(entry);
+        }
+        Ok(entries)
+    }
+}
+
+/// Whether a folder that a wildcard found is one of devices or processes.
+fn is_of_system(folder: &Path) -> bool {
+    is_system(folder) || folder.canonicalize().is_ok_and(|folder| is_system(&folder))
+}
+
+fn is_system(folder: &Path) -> bool {
+    SYSTEM_FOLDERS.iter().any(|system| folder == Path::new(system))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::campaign::fit_pattern::matching_files;
+    use std::fs::{create_dir_all, write};
+    use std::path::PathBuf;
+
+    #[test]
+    fn patterns_match_files_in_alphabetical_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap();
+        for file in
+            ["b/fit.toml", "a/fit.toml", "a/deep/fit.toml", "a/other.toml", "fit.toml", "[x].toml"]
+        {
+            create_dir_all(root.join(file).parent().unwrap()).unwrap();
+            write(root.join(file), "").unwrap();
+        }
+        let found = |pattern: &str| -> Vec<String> {
+            let files = matching_files(&root, pattern, "fits[0]").unwrap();
+            let relative = |file: PathBuf| file.strip_prefix(&root).unwrap().display().to_string();
+            files.into_iter().map(relative).collect()
+        };
+        assert_eq!(found("*/fit.toml"), ["a/fit.toml", "b/fit.toml"]);
+        let all = ["a/deep/fit.toml", "a/fit.toml", "b/fit.toml", "fit.toml"];
+        assert_eq!(found("**/fit.toml"), all);
+        assert_eq!(found("**/**/fit.toml"), all);
+        assert_eq!(found(&format!("{}/**/fit.toml", root.display())), all);
+        assert_eq!(found("a/**").len(), 3);
+        assert_eq!(found("a/../b/f*.toml"), ["a/../b/fit.toml"]);
+        assert_eq!(found("[[]x].toml"), ["[x].toml"]);
+        assert!(found("none/*.toml").is_empty());
+        assert!(matching_files(&root, "a[/fit.toml", "fits[0]").is_err());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_folders_are_followed_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap();
+        for name in ["a", "b"] {
+            create_dir_all(root.join(name)).unwrap();
+            write(root.join(name).join("fit.toml"), "").unwrap();
+        }
+        std::os::unix::fs::symlink("../b", root.join("a/l")).unwrap();
+        std::os::unix::fs::symlink("../a", root.join("b/l")).unwrap();
+        let found = matching_files(&root, "a/**/fit.toml", "fits[0]").unwrap();
+        assert_eq!(found, ["a/fit.toml", "a/l/fit.toml"].map(|file| root.join(file)));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn whole_disk_is_refused_and_system_folders_are_skipped() {
+        let root = std::env::temp_dir();
+        for pattern in ["/**/*.toml", "/tmp/../**/fit.toml", "/./**"] {
+            let error = matching_files(&root, pattern, "fits[0]").unwrap_err().to_string();
+            assert!(error.contains("fits[0]") && error.contains("whole disk"), "{error}");
+        }
+        // Links in there lead to what is gone the next moment.
+        assert!(matching_files(&root, "/[dps][er]*[vcs]/**/fd/*", "fits[0]").unwrap().is_empty());
+    }
+}

@@ -1,0 +1,172 @@
+//! Files that are written whole: under a temporary name beside theirs, `NAME.XXXXXX.part`, and renamed at the end.
+//!
+//! The temporary file is locked as long as its process lives. One without a lock was left by a process that was
+//! killed; the next process that writes the same name removes it. Where the file system has no locks, such files stay.
+
+use std::ffi::{OsStr, OsString};
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// What temporary names end with.
+const SUFFIX: &str = ".part";
+/// What the name of a file ends with that could not be written to its end, and is kept.
+const KEPT_SUFFIX: &str = "kept";
+/// Random letters and digits of a temporary name.
+const RANDOM_LENGTH: usize = 6;
+/// Longest name, bytes, that a temporary name begins with; file systems take 255 with what is added.
+const LONGEST_NAME: usize = 200;
+/// How often a file is made anew whose name another process removed before it was locked.
+const MAX_ATTEMPTS: usize = 100;
+
+/// A file while it is written. It is removed when dropped.
+#[derive(Debug)]
+pub struct PartFile(NamedTempFile);
+
+impl PartFile {
+    /// A temporary file beside `path`, in a folder that exists. Those of the same name that killed processes left are
+    /// removed.
+    ///
+    /// # Errors
+    ///
+    /// A folder that takes no files.
+    pub fn beside(path: &Path) -> io::Result<Self> {
+        let folder = folder_of(path);
+        let mut prefix: OsString = path.file_name().unwrap_or_default().into();
+        if prefix.len() > LONGEST_NAME {
+            prefix = "rodfit".into();
+        }
+        prefix.push(".");
+        let file = create_locked(folder, &prefix)?;
+        remove_abandoned(folder, &prefix);
+        Ok(Self(file))
+    }
+
+    /// Where it is now.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// The file itself.
+    pub fn file(&self) -> &File {
+        self.0.as_file()
+    }
+
+    /// Gives it its name.
+    ///
+    /// # Errors
+    ///
+    /// The reason why it cannot have that name, and the file.
+    pub fn persist(self, path: &Path) -> Result<(), (io::Error, Self)> {
+        self.0.persist(path).map(drop).map_err(|failed| (failed.error, Self(failed.file)))
+    }
+
+    /// Keeps a file that cannot be written to its end, under a name that no other run removes, `NAME.XXXXXX.kept`.
+    ///
+    /// # Errors
+    ///
+    /// A file that is gone.
+    pub fn keep(self) -> io::Result<PathBuf> {
+        let (_, path) = self.0.keep().map_err(|failed| failed.error)?;
+        let kept = path.with_extension(KEPT_SUFFIX);
+        Ok(std::fs::rename(&path, &kept).map_or(path, |()| kept))
+    }
+}
+
+impl Write for PartFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// A temporary file that is locked by this process.
+fn create_locked(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // Less what the user's mask takes, as of any new file.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.prefix(prefix).suffix(SUFFIX).rand_bytes(RANDOM_LENGTH);
+    for _ in 0..MAX_ATTEMPTS {
+        let file = builder.tempfile_in(folder)?;
+        // Another process may take a file without a lock for an abandoned one, and remove it before it is locked here.
+        if file.as_file().lock().is_err() || file.path().symlink_metadata().is_ok() {
+            return Ok(file);
+        }
+    }
+    Err(io::Error::other("temporary files are removed by another program"))
+}
+
+/// Removes temporary files of a name that no living process holds. What cannot be removed stays.
+fn remove_abandoned(folder: &Path, prefix: &OsStr) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten().filter(|entry| is_temporary(&entry.file_name(), prefix)) {
+        if !entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            continue;
+        }
+        let Ok(file) = OpenOptions::new().read(true).write(true).open(entry.path()) else {
+            continue;
+        };
+        // The lock is held until the file is gone, so that its maker notices.
+        if file.try_lock().is_ok() {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+fn is_temporary(name: &OsStr, prefix: &OsStr) -> bool {
+    let random = name.as_encoded_bytes().strip_prefix(prefix.as_encoded_bytes());
+    let random = random.and_then(|rest| rest.strip_suffix(SUFFIX.as_bytes()));
+    random.is_some_and(|r| r.len() == RANDOM_LENGTH && r.iter().all(u8::is_ascii_alphanumeric))
+}
+
+/// The folder of a file.
+pub fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder.as_os_str().is_empty() => Path::new("."),
+        Some(folder) => folder,
+        None => path,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::input::part_file::PartFile;
+    use std::fs::{read_dir, write};
+
+    #[test]
+    fn abandoned_files_are_removed_and_those_in_use_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = || {
+            let names = read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name());
+            let mut names: Vec<String> = names.map(|n| n.into_string().unwrap()).collect();
+            names.sort();
+            names
+        };
+        // Of other names, and of other forms of name.
+        let foreign = ["a.csv.part", "a.csv.Ab3-5f.part", "b.csv.Ab3d5f.part", "a.csv.Ab3d5f.kept"];
+        for name in foreign.iter().chain(&["a.csv.Ab3d5f.part", "a.csv.000000.part"]) {
+            write(folder.path().join(name), "older").unwrap();
+        }
+        let path = folder.path().join("a.csv");
+        let first = PartFile::beside(&path).unwrap();
+        let second = PartFile::beside(&path).unwrap();
+        let mut expected: Vec<String> = foreign.map(String::from).to_vec();
+        for file in [&first, &second] {
+            expected.push(file.path().file_name().unwrap().to_str().unwrap().into());
+        }
+        expected.sort();
+        assert_eq!(names(), expected);
+        first.persist(&path).unwrap();
+        let kept = second.keep().unwrap();
+        assert!(kept.exists() && kept.to_str().unwrap().ends_with(".kept"), "{}", kept.display());
+        drop(PartFile::beside(&path).unwrap());
+        assert_eq!(names().len(), foreign.len() + 2, "{:?}", names());
+    }
+}

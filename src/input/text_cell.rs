@@ -1,0 +1,45 @@
+//! Text in the cells of tables. Spreadsheets compute cells that begin with `=`, `+`, `-` or `@`, whoever wrote them; a
+//! leading apostrophe keeps them text (OWASP, "CSV Injection").
+
+use std::borrow::Cow;
+
+/// First characters of what spreadsheets may compute.
+const BEGINS_FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
+
+/// A text as the cell of a table: with a leading apostrophe if a spreadsheet would compute it. Numbers are as they are.
+pub(crate) fn to_cell(text: &str) -> Cow<'_, str> {
+    let is_formula = is_guarded(text) && text.parse::<f64>().is_err();
+    if is_formula { format!("'{text}").into() } else { text.into() }
+}
+
+/// The text of a cell, without the apostrophe that [`to_cell`] put before it.
+pub(crate) fn of_cell(cell: &str) -> &str {
+    cell.strip_prefix('\'').filter(|text| is_guarded(text)).unwrap_or(cell)
+}
+
+/// Whether a text begins like a formula, behind any apostrophes of its own: these get one more, so that every text is
+/// read back as it was.
+fn is_guarded(text: &str) -> bool {
+    text.trim_start_matches('\'').starts_with(BEGINS_FORMULA)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::input::text_cell::{of_cell, to_cell};
+
+    #[test]
+    fn formulas_become_text_and_are_read_back() {
+        let texts =
+            ["=1+1", "+cmd|calc", "-2+3", "@SUM(A1)", "\t=1", "\r=1", "'=1", "''=1", "a=1", "'a"];
+        for text in texts {
+            assert_eq!(of_cell(&to_cell(text)), text);
+        }
+        assert_eq!(to_cell("=cmd|calc"), "'=cmd|calc");
+        for plain in ["-2.5", "+3e-4", "a=1", "", "'a", "5e3"] {
+            assert_eq!(to_cell(plain), plain);
+        }
+        for number in ["-2.5", "+3", "'a", "'"] {
+            assert_eq!(of_cell(number), number);
+        }
+    }
+}
