@@ -109,6 +109,8 @@ codes! {
     NumericalDamping "numerical-damping",
     // Of rods at rest and of derivatives.
     Unstable "unstable",
+    Marginal "marginal",
+    UnstableState "unstable-state",
     DerivativesDisagree "derivatives-disagree",
     // Why a computation ended.
     NoSolution "no-solution",

@@ -138,6 +138,12 @@ pub enum Error {
         /// Degree of freedom of the zero pivot.
         row: usize,
     },
+    /// The tangent of an equilibrium has no inverse.
+    #[error(
+        "the tangent of the equilibrium is singular: a motion without stiffness, as at a critical load. A slightly different \
+         load or mesh has one"
+    )]
+    SingularEquilibrium,
     /// No equilibrium was found.
     #[error(
         "no equilibrium found: after {iterations} Newton iterations a force of {residual:e} N is out of balance; \
@@ -291,7 +297,7 @@ impl Error {
             Self::Unstable { .. } => Code::UnstableStep,
             Self::Fold { .. } => Code::Fold,
             Self::Leap { .. } => Code::Leap,
-            Self::SingularTangent { .. } => Code::SingularTangent,
+            Self::SingularTangent { .. } | Self::SingularEquilibrium => Code::SingularTangent,
             Self::Equilibrium { .. } => Code::NoEquilibrium,
             Self::Indifferent { .. } => Code::Indifferent,
             Self::Unconverged { .. } => Code::ModesNotFound,

@@ -46,7 +46,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let mut film = place.map(|_| Film::new(&problem, steps));
     let begun = out.map(|out| outputs.begin(out)).transpose()?;
     let mut table = begun.map(|writing| NodeTable::new(writing, problem.nodes()));
-    let mut trajectory = Trajectory::unrecorded(&problem)?;
+    let mut trajectory = Trajectory::unrecorded(&problem)?.check_stability();
     let bar = terminal::progress_bar(manner, steps as u64);
     let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);
     // The report sums all energies after every step.

@@ -19,6 +19,7 @@ mod step;
 mod step_control;
 pub mod stepper;
 mod trajectory;
+mod unstable_state;
 pub(crate) mod viscosity;
 
 pub use adjoint::{Reversible, Slopes};

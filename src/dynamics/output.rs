@@ -210,7 +210,10 @@ impl SimulationReport {
         let modulus = self.scene.material.youngs_modulus;
         let strained = self.strains.largest().and_then(|largest| largest.warning(modulus));
         let unbalanced = energy_balance::warning(&self.scene, self.energy_drift());
-        for (code, words) in strained.into_iter().chain(unbalanced) {
+        let end = self.scene.time.as_ref().map_or(f64::INFINITY, |time| time.end);
+        let stability = trajectory.record().stability.as_ref();
+        let unstable = stability.and_then(|checks| checks.found).map(|state| state.warning(end));
+        for (code, words) in strained.into_iter().chain(unbalanced).chain(unstable) {
             self.warnings.push(code.behind(words));
             self.warning_codes.push(code);
         }

@@ -1,6 +1,7 @@
 //! What a run leaves behind, over the scalar it was run in.
 
 use crate::dynamics::step::Work;
+use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::hermite::Hermite;
 use crate::numerics::scalar::Scalar;
@@ -40,6 +41,8 @@ pub(crate) struct Record<D = f64> {
     pub stepping: Duration,
     /// Whether anything is kept at all.
     pub keeps: bool,
+    /// Unstable states, where asked for.
+    pub stability: Option<StabilityChecks>,
 }
 
 impl<D: Scalar> Record<D> {
@@ -58,6 +61,7 @@ impl<D: Scalar> Record<D> {
             work: Work::default(),
             stepping: Duration::ZERO,
             keeps: true,
+            stability: None,
         }
     }
 

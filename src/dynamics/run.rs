@@ -6,6 +6,7 @@ use crate::dynamics::sensitivity::{Nodes, Sensitivities};
 use crate::dynamics::simulation::Simulation;
 use crate::dynamics::step::Work;
 use crate::dynamics::step_control::{HALVINGS, StepControl};
+use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::Nestable;
 use crate::problem::{Directors, Discretized, FramesOf, Model, Problem};
@@ -237,6 +238,12 @@ where
         record.work = simulation.work();
         result?;
         keep(discretized, simulation, (carried, markers), record);
+        if let Some(stability) = &mut record.stability
+            && StabilityChecks::includes(k, steps)
+        {
+            stability.examine(discretized, simulation);
+            record.work.stability_checks = stability.count;
+        }
         after(&Running { model, simulation });
     }
     Ok(())

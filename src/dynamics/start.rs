@@ -128,6 +128,19 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         setup: &Setup<D, M, W>,
         rod: &M::Rod<D>,
     ) -> Result<Placed<D, M, W>, Error> {
+        let (mut q, mut frames) = self.unperturbed_start(setup, rod)?;
+        if self.scene().initial.perturbation != 0.0 {
+            self.perturb(setup, &mut q);
+            M::Rod::<D>::rebase(&mut frames, &q);
+        }
+        Ok((q, frames))
+    }
+
+    fn unperturbed_start<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        rod: &M::Rod<D>,
+    ) -> Result<Placed<D, M, W>, Error> {
         let (begin, mut frames) = self.begin(setup);
         if self.scene().initial.state != InitialState::Equilibrium {
             return Ok((begin, frames));

@@ -23,6 +23,9 @@ pub struct Work {
     pub tangents: usize,
     /// Number of evaluations of the gradient alone.
     pub gradients: usize,
+    /// Number of states whose stability was examined.
+    #[serde(default)]
+    pub stability_checks: usize,
 }
 
 impl std::ops::AddAssign for Work {
@@ -32,6 +35,7 @@ impl std::ops::AddAssign for Work {
         self.factorizations += other.factorizations;
         self.tangents += other.tangents;
         self.gradients += other.gradients;
+        self.stability_checks += other.stability_checks;
     }
 }
 

@@ -4,6 +4,7 @@
 use crate::dynamics::record::{Motion, Record};
 use crate::dynamics::run::{self, Snapshot};
 use crate::dynamics::step::Work;
+use crate::dynamics::unstable_state::StabilityChecks;
 use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::problem::{AnyProblem, Discretized, Model, Problem};
@@ -98,6 +99,13 @@ impl Trajectory {
     /// Keeps the [energies](Self::energies) of a run to come.
     pub fn keep_energies(mut self) -> Self {
         self.record.energies = Some(Vec::new());
+        self
+    }
+
+    /// Examines the stability of a few states of a run to come: [`SimulationReport`](crate::dynamics::SimulationReport)
+    /// has a warning where symmetry holds the rod at an unstable one.
+    pub fn check_stability(mut self) -> Self {
+        self.record.stability = Some(StabilityChecks::default());
         self
     }
 

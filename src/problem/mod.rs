@@ -9,6 +9,7 @@ mod modelled;
 pub(crate) mod natural_turn;
 mod own;
 mod parameters;
+mod perturbation;
 mod planar;
 mod plausibility;
 mod profile;

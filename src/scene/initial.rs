@@ -35,9 +35,20 @@ pub struct Initial<D = f64> {
         skip_serializing_if = "is_zero"
     )]
     pub angular_velocity: [D; 3],
+    /// Amplitude of an asymmetric displacement across the rod at t = 0, over the length of the rod, -0.1 .. 0.1. It lets
+    /// the rod leave unstable states, and vanishes at supports. A planar rod stays in its plane.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub perturbation: f64,
     /// Additional point forces until t = 0 (pluck and release).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point: Vec<PointForce<D>>,
+}
+
+/// Largest perturbation over the length.
+const MAX_PERTURBATION: f64 = 0.1;
+
+fn is_none(perturbation: &f64) -> bool {
+    *perturbation == 0.0
 }
 
 /// Kind of the initial state.
@@ -58,7 +69,8 @@ pub enum InitialState {
 
 impl<D: Written> Initial<D> {
     pub(super) fn is_rest(&self) -> bool {
-        self.state == InitialState::Rest && self.point.is_empty() && !self.moves()
+        let perturbed = !is_none(&self.perturbation);
+        self.state == InitialState::Rest && self.point.is_empty() && !self.moves() && !perturbed
     }
 
     /// Whether the rod starts with a velocity.
@@ -83,6 +95,7 @@ impl Initial {
                 true => n.vector("angular_velocity", self.angular_velocity, spin),
                 false => self.angular_velocity.map(D::from),
             },
+            perturbation: self.perturbation,
             point: n.list("point", &self.point, PointForce::over),
         }
     }
@@ -90,6 +103,14 @@ impl Initial {
     pub(super) fn check(&self) -> Result<(), Error> {
         finite("initial.velocity", &self.velocity)?;
         finite("initial.angular_velocity", &self.angular_velocity)?;
+        if self.perturbation.is_nan() || self.perturbation.abs() > MAX_PERTURBATION {
+            let allowed = "-0.1 .. 0.1, a displacement over the rod's length";
+            return Err(Error::invalid("initial.perturbation", self.perturbation, allowed));
+        }
+        if self.perturbation != 0.0 && self.state == InitialState::Recorded {
+            let allowed = "0 beside state = \"recorded\"";
+            return Err(Error::invalid("initial.perturbation", self.perturbation, allowed));
+        }
         for (i, load) in self.point.iter().enumerate() {
             load.check(&format!("initial.point[{i}]"))?;
         }

@@ -14,7 +14,7 @@ use crate::problem::{AnyProblem, Discretized, FramesOf, Problem, Purpose};
 use crate::rod::State;
 use crate::rod::{Energies, Rod};
 use crate::scene::{Parameter, Resolution};
-use crate::statics::pencil::Pencil;
+use crate::statics::pencil::{Pencil, in_space};
 use crate::statics::reaction::Reactions;
 use crate::statics::rest::Settled;
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,7 @@ pub struct Equilibrium {
     /// Largest force on a node out of balance, N (N m for angles). Positions in double precision
     /// leave some `1e-16 EI L/l^3` of it, edges of length `l`, much on meshes of very many.
     pub residual: f64,
-    /// Whether no direction leads down, out of the plane included; absent when a planar scene
+    /// Whether no direction leads down or is marginal, out of the plane included; absent when a planar scene
     /// gives no shear modulus, without which nothing is known of what happens out of its plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stable: Option<bool>,
@@ -45,6 +45,9 @@ pub struct Equilibrium {
     pub stable_in_plane: Option<bool>,
     /// How many independent directions lead down, of those that were looked at.
     pub negative_directions: usize,
+    /// Number of independent directions that deform the rod without a measurable stiffness, as at a critical load.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub marginal_directions: usize,
     /// What the supports exert on the rod.
     pub reactions: Reactions,
     /// Position of every node, m.
@@ -60,12 +63,27 @@ pub struct Equilibrium {
     pub warning_codes: Vec<Code>,
 }
 
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+impl Equilibrium {
+    /// Whether no direction is known that is unstable or marginal.
+    fn is_stable(&self) -> bool {
+        self.negative_directions + self.marginal_directions == 0
+    }
+}
+
 impl std::fmt::Display for Equilibrium {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [x, y, z] = self.tip;
         let verdict = match (self.stable, self.stable_in_plane, self.negative_directions) {
             (Some(true), ..) => "stable".to_string(),
             (None, Some(true), _) => "stable in its plane".to_string(),
+            (.., 0) => Code::Marginal.behind(format!(
+                "MARGINAL, the stiffness of {} directions is below rounding errors",
+                self.marginal_directions
+            )),
             (Some(false), Some(true), n) => Code::Unstable
                 .behind(format!("UNSTABLE out of its plane, {n} directions lead down")),
             (.., n) => Code::Unstable.behind(format!("UNSTABLE, {n} directions lead down")),
@@ -93,22 +111,24 @@ impl Problem {
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
                 let mut found = at_rest(self, &discretized)?;
-                let in_plane = found.negative_directions;
-                found.stable_in_plane = Some(in_plane == 0);
+                found.stable_in_plane = Some(found.is_stable());
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.discretized_as(&model);
                     let (q, frames) = spatial.placed_still(&found.nodes);
-                    let whole = Pencil::resting(&spatial, &q, &frames);
-                    let across = whole.across(spatial.model.components(spatial.normal()));
-                    found.negative_directions += across.below(-1.0)?;
-                    found.stable = Some(found.negative_directions == 0);
+                    let normal = spatial.model.components(spatial.normal());
+                    let pencil = Pencil::resting(&spatial, &q, &frames).across(normal);
+                    let across =
+                        spatial.stability((&q, &frames), &pencil, |x| in_space(x, normal))?;
+                    found.negative_directions += across.unstable;
+                    found.marginal_directions += across.marginal;
+                    found.stable = Some(found.is_stable());
                 }
                 Ok(found)
             }
             AnyProblem::Spatial(discretized) => {
                 let mut found = at_rest(self, &discretized)?;
-                found.stable = Some(found.negative_directions == 0);
+                found.stable = Some(found.is_stable());
                 Ok(found)
             }
         }
@@ -129,6 +149,8 @@ fn at_rest<M: Model<W>, const W: usize>(
         (0..problem.nodes()).map(|i| discretized.model.position(&rest.q, i)).collect();
     let strain = StrainGauge::new(problem).map(|gauge| gauge.largest(|i| nodes[i], None));
     let mut warnings = problem.plausibility_notes(Purpose::Rest);
+    let pencil = Pencil::resting(discretized, &rest.q, &rest.frames);
+    let stability = discretized.stability((&rest.q, &rest.frames), &pencil, <[f64]>::to_vec)?;
     let modulus = problem.scene().material.youngs_modulus;
     warnings.extend(strain.and_then(|strain| strain.warning(modulus)));
     Ok(Equilibrium {
@@ -140,7 +162,8 @@ fn at_rest<M: Model<W>, const W: usize>(
         residual: rest.residual,
         stable: None,
         stable_in_plane: None,
-        negative_directions: Pencil::resting(discretized, &rest.q, &rest.frames).below(-1.0)?,
+        negative_directions: stability.unstable,
+        marginal_directions: stability.marginal,
         reactions,
         nodes,
         resolution: None,

@@ -8,6 +8,7 @@ mod reaction;
 mod recorded_start;
 mod rest;
 mod shear_deflection;
+mod stability;
 
 pub(crate) use descent::Descent;
 pub use descent::Rest;
@@ -16,3 +17,4 @@ pub(crate) use equilibrium::nodes_over;
 pub(crate) use pencil::{ACROSS, Pencil, in_space};
 pub use reaction::{Reaction, Reactions};
 pub(crate) use rest::Settled;
+pub(crate) use stability::{MAX_UNCERTAIN, Stability, UNCERTAIN_LEVELS, combined};

@@ -20,6 +20,10 @@ pub(crate) struct Pencil<D, const W: usize> {
     pub free: Range<usize>,
 }
 
+/// Shifts that an elimination is tried with, and their distance over the shift.
+const SHIFTS: u32 = 4;
+const SHIFTED: f64 = 0.0137;
+
 /// Half-bandwidth for motions out of the plane: a deflection and an angle a node, as many as in the plane.
 pub(crate) const ACROSS: usize = planar::HALF_BANDWIDTH;
 
@@ -71,7 +75,7 @@ impl<const W: usize> Pencil<f64, W> {
         factors
             .factor_sum(&self.mass, -squared, &self.tangent, 1.0, self.free.clone())
             .map(|()| factors)
-            .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })
+            .map_err(|_| Error::SingularEquilibrium)
     }
 
     /// How many eigenvalues there are.
@@ -82,6 +86,19 @@ impl<const W: usize> Pencil<f64, W> {
     /// How many eigenvalues lie below `squared`, by Sylvester's law of inertia.
     pub fn below(&self, squared: f64) -> Result<usize, Error> {
         Ok(self.factors(squared)?.negative_pivots())
+    }
+
+    /// The same, where an elimination that meets a pivot of zero is repeated a little below.
+    pub fn inertia(&self, squared: f64) -> Result<usize, Error> {
+        let shifts = (0..SHIFTS).map(|k| squared - f64::from(k) * SHIFTED * squared.abs());
+        let mut last = Err(Error::SingularEquilibrium);
+        for shift in shifts {
+            last = self.below(shift);
+            if last.is_ok() {
+                return last;
+            }
+        }
+        last
     }
 
     /// How far rounding errors of the tangent may move the eigenvalue of the mode `x`, 1/s^2.

@@ -275,7 +275,7 @@ fn frequency<D: Nestable, const W: usize>(
         let shift = squared * (1.0 - OFF);
         factors
             .factor_sum(mass, -shift, tangent, D::from(1.0), free.clone())
-            .map_err(|singular| Error::SingularTangent { time: 0.0, row: singular.row })?;
+            .map_err(|_| Error::SingularEquilibrium)?;
         let image: Vec<D> = x.iter().zip(mass).map(|(x, m)| *x * *m).collect();
         x.copy_from_slice(&image);
         factors.solve(&mut x);

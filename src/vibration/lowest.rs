@@ -137,9 +137,8 @@ impl<const W: usize> Pencil<f64, W> {
             let small = Mat::from_fn(block, block, |i, j| {
                 0.5 * (dot(&basis[i], &images[j]) + dot(&basis[j], &images[i]))
             });
-            let eigen = small
-                .self_adjoint_eigen(Side::Lower)
-                .map_err(|_| Error::SingularTangent { time: 0.0, row: self.free.start })?;
+            let eigen =
+                small.self_adjoint_eigen(Side::Lower).map_err(|_| Error::SingularEquilibrium)?;
             let rotation = eigen.U();
             *basis = (0..block)
                 .map(|k| {

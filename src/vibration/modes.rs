@@ -19,9 +19,12 @@ use crate::problem::{
 };
 use crate::rod::Rod;
 use crate::scene::{End, Resolution, Support};
-use crate::statics::{ACROSS, Pencil, in_space};
+use crate::statics::{
+    ACROSS, MAX_UNCERTAIN, Pencil, Stability, UNCERTAIN_LEVELS, combined, in_space,
+};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// Unstable directions beyond those asked for are listed up to so many.
 const UNSTABLE: usize = 200;
@@ -108,6 +111,9 @@ pub struct Modes {
     /// How many directions are unstable; the first 200 of either plane, or as many as were asked
     /// for, are among the modes.
     pub unstable: usize,
+    /// How many directions deform the rod without a measurable stiffness, as at a critical load.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub marginal: usize,
     /// Angular frequencies, ascending, in and out of plane, rad/s; unstable directions first, as
     /// minus their growth rates.
     pub frequencies_rad_s: Vec<f64>,
@@ -124,27 +130,31 @@ pub struct Modes {
     pub warning_codes: Vec<Code>,
 }
 
+fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
 impl Problem {
     /// The `count` lowest modes about a state, and all unstable ones.
     ///
     /// # Errors
     /// Those of [`equilibrium`](Problem::equilibrium), about it.
     pub fn modes(&self, count: usize, about: About) -> Result<Modes, Error> {
-        let (mut modes, mut unstable) = (Vec::new(), 0);
+        let (mut modes, mut all) = (Vec::new(), Stability::default());
         match self.discretized() {
             AnyProblem::Planar(discretized) => {
                 let (q, ()) = state(&discretized, about)?;
-                unstable += Vibrating::of(&discretized, &q, &())?.add(count, &mut modes)?;
+                all += Vibrating::of(&discretized, &q, &())?.add(count, &mut modes)?;
                 if self.can_twist() {
                     let model = self.spatial_model()?;
                     let spatial = self.discretized_as(&model);
                     let (q, frames) = across(&discretized, &spatial, &q);
-                    unstable += Vibrating::across(&spatial, &q, &frames)?.add(count, &mut modes)?;
+                    all += Vibrating::across(&spatial, &q, &frames)?.add(count, &mut modes)?;
                 }
             }
             AnyProblem::Spatial(discretized) => {
                 let (q, frames) = state(&discretized, about)?;
-                unstable += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
+                all += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
             }
         }
         order::sort_by(&mut modes, |x| x.frequency_rad_s);
@@ -155,7 +165,17 @@ impl Problem {
         let warnings = notes.iter().map(|(code, words)| code.behind(words)).collect();
         let warning_codes = notes.iter().map(|(code, _)| *code).collect();
         let resolution = None;
-        Ok(Modes { about, unstable, frequencies_rad_s, modes, resolution, warnings, warning_codes })
+        let Stability { unstable, marginal } = all;
+        Ok(Modes {
+            about,
+            unstable,
+            marginal,
+            frequencies_rad_s,
+            modes,
+            resolution,
+            warnings,
+            warning_codes,
+        })
     }
 }
 
@@ -215,8 +235,8 @@ pub(crate) struct Vibrating<'a, M: Model<W>, const W: usize, const V: usize> {
     pub(super) q: &'a [f64],
     pub(super) frames: &'a FramesOf<M, W>,
     pub(super) pencil: Pencil<f64, V>,
-    /// How many of the modes are unstable.
-    growing: usize,
+    /// How many of the modes are unstable, or marginal.
+    stability: Stability,
     /// Which way the vibrations of a planar scene go.
     pub plane: Option<Plane>,
 }
@@ -229,9 +249,10 @@ impl<'a, M: Model<W>, const W: usize> Vibrating<'a, M, W, W> {
         frames: &'a FramesOf<M, W>,
     ) -> Result<Self, Error> {
         let pencil = Pencil::at(discretized, &discretized.rod(), q, frames);
-        let growing = Pencil::resting(discretized, q, frames).below(-1.0)?;
+        let resting = Pencil::resting(discretized, q, frames);
+        let stability = discretized.stability((q, frames), &resting, <[f64]>::to_vec)?;
         let plane = (M::STRIDE < 3).then_some(Plane::In);
-        Ok(Self { discretized, q, frames, pencil, growing, plane })
+        Ok(Self { discretized, q, frames, pencil, stability, plane })
     }
 }
 
@@ -246,8 +267,9 @@ impl<'a>
     ) -> Result<Self, Error> {
         let normal = discretized.model.components(discretized.normal());
         let pencil = Pencil::at(discretized, &discretized.rod(), q, frames).across(normal);
-        let growing = Pencil::resting(discretized, q, frames).across(normal).below(-1.0)?;
-        Ok(Self { discretized, q, frames, pencil, growing, plane: Some(Plane::Out) })
+        let resting = Pencil::resting(discretized, q, frames).across(normal);
+        let stability = discretized.stability((q, frames), &resting, |x| in_space(x, normal))?;
+        Ok(Self { discretized, q, frames, pencil, stability, plane: Some(Plane::Out) })
     }
 }
 
@@ -280,16 +302,43 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
     /// The `count` lowest modes, in ascending order.
     pub fn lowest(&self, count: usize) -> Result<Vec<Eigenpair>, Error> {
         let zero = self.discretized.zero_frequency_squared();
-        let found = self.pencil.lowest(count, self.discretized.bending_frequency_squared())?;
+        let scale = self.discretized.bending_frequency_squared();
+        let mut found = self.pencil.lowest(count, scale)?;
+        let refined = self.refine(&mut found, zero + scale * self.discretized.mesh_rounding());
         let pair = |(k, (squared, vector)): (usize, (f64, Vec<f64>))| {
-            // What grows is known from the inertia, whatever rounding errors say.
-            let is_zero = k >= self.growing && squared <= zero.max(self.pencil.rounding(&vector));
+            let is_zero = !refined.contains(&k)
+                && k >= self.stability.unstable
+                && squared <= zero.max(self.pencil.rounding(&vector));
             let squared = if is_zero { 0.0 } else { squared };
             let rates = self.in_model(&vector);
             let shape = self.shape(&rates);
             Eigenpair { squared, kind: self.kind(squared, &rates, &shape), shape, vector }
         };
         Ok(found.into_iter().enumerate().map(pair).collect())
+    }
+
+    /// Makes squared frequencies, 1/s^2, whose signs rounding errors hide exact, those at zero zero; returns their places.
+    fn refine(&self, found: &mut [(f64, Vec<f64>)], rounding: f64) -> Range<usize> {
+        let level = UNCERTAIN_LEVELS * rounding;
+        let first = found.iter().position(|(squared, _)| squared.abs() <= level).unwrap_or(0);
+        let last =
+            found.iter().rposition(|(squared, _)| squared.abs() <= level).map_or(0, |k| k + 1);
+        let places = first..last.max(first);
+        if places.is_empty()
+            || places.len() > MAX_UNCERTAIN
+            || self.discretized.edge_coordinates().is_some()
+        {
+            return 0..0;
+        }
+        let vectors: Vec<Vec<f64>> = found[places.clone()].iter().map(|(_, x)| x.clone()).collect();
+        let motions: Vec<Vec<f64>> = vectors.iter().map(|x| self.in_model(x)).collect();
+        let stiffnesses = self.discretized.stiffnesses((self.q, self.frames), &motions);
+        for (place, stiffness) in places.clone().zip(stiffnesses) {
+            let squared = if stiffness.is_zero() { 0.0 } else { stiffness.value };
+            found[place] = (squared, combined(&vectors, &stiffness.combination));
+        }
+        found[places.clone()].sort_by(|a, b| a.0.total_cmp(&b.0));
+        places
     }
 
     /// A vector over the pencil's unknowns as one over those of the model.
@@ -338,9 +387,9 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
         shape
     }
 
-    /// Adds the `count` lowest modes, and all unstable ones; returns how many those are.
-    fn add(&self, count: usize, modes: &mut Vec<Mode>) -> Result<usize, Error> {
-        let pairs = self.lowest(count.max(self.growing.min(UNSTABLE)))?;
+    /// Adds the `count` lowest modes, and all unstable ones; returns how many those are, or are marginal.
+    fn add(&self, count: usize, modes: &mut Vec<Mode>) -> Result<Stability, Error> {
+        let pairs = self.lowest(count.max(self.stability.unstable.min(UNSTABLE)))?;
         let mut number = 0;
         for pair in pairs {
             number += usize::from(!pair.is_free());
@@ -352,7 +401,7 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
                 shape: pair.shape,
             });
         }
-        Ok(self.growing)
+        Ok(self.stability)
     }
 }
 
@@ -388,6 +437,11 @@ impl std::fmt::Display for Modes {
             0 => {}
             n if n == listed => write!(f, "\nunstable: {n} directions grow")?,
             n => write!(f, "\nunstable: {n} directions grow, {listed} of them listed")?,
+        }
+        if self.marginal > 0 {
+            let words =
+                format!("marginal: {} directions without a measurable stiffness", self.marginal);
+            write!(f, "\n{}", Code::Marginal.behind(words))?;
         }
         self.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
     }

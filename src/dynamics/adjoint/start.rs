@@ -55,6 +55,7 @@ where
     let initial = &discretized.scene().initial;
     let (state, rod, free) = (start.state(), start.rod(), start.free());
     let rests = match initial.state {
+        _ if initial.perturbation != 0.0 => return None,
         InitialState::Rest => false,
         InitialState::Equilibrium if initial.angular_velocity == [0.0; 3] => true,
         _ => return None,

@@ -1,0 +1,202 @@
+//! States of a simulation that are unstable while symmetry holds the rod there.
+//!
+//! A compressed straight strip stays straight in a simulation for ever, since nothing pushes it aside; a real one buckles.
+//! Such a state has three properties, which are examined at a few times:
+//!
+//! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene.
+//! 2. The rod is near the saddle along this mode, `|x' f| / sigma^2` and `|x' M v| / sigma` are zero but for rounding
+//!    errors, with the forces `f` out of balance. A rod that moves through unstable states in general is not.
+//! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma`. With `s = 2 sigma^2` these
+//!    displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
+
+use crate::code::Code;
+use crate::dynamics::simulation::Simulation;
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::problem::{Discretized, Model};
+use crate::rod::Rod;
+use crate::statics::{Pencil, UNCERTAIN_LEVELS, in_space};
+
+/// Exponent of growth in the time of the scene below which an instability does not matter: a factor of 20.
+const MIN_GROWTH: f64 = 3.0;
+/// Largest distance from the saddle over the rod's length: rounding errors leave some 1e-12.
+const HELD: f64 = 1e-8;
+/// Largest displacement in the time of growth, over the rod's length, of a state that persists.
+const PERSISTENT: f64 = 0.05;
+/// Most modes that are examined, the fastest.
+const MODES: usize = 4;
+/// Times that are examined, beside the end: at most so many, and one in so many steps.
+const MOST_TIMES: usize = 8;
+const STEPS_PER_TIME: usize = 50;
+
+/// An unstable state at which symmetry holds the rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct UnstableState {
+    /// When, s.
+    pub time: f64,
+    /// Growth rate of the fastest mode without damping, 1/s.
+    pub rate: f64,
+    /// Whether that mode leaves the plane of a planar scene.
+    pub out_of_plane: bool,
+}
+
+impl UnstableState {
+    /// The warning, of a simulation that lasts until `end`, s.
+    pub fn warning(&self, end: f64) -> (Code, String) {
+        let Self { time, rate, out_of_plane } = *self;
+        let when = match time >= end * (1.0 - 1e-9) {
+            true => "ends".into(),
+            false => format!("stays at t = {time:.3e} s"),
+        };
+        let (direction, model) = match out_of_plane {
+            true => (" out of its plane", " and rod.dimension = \"spatial\""),
+            false => ("", ""),
+        };
+        let words = format!(
+            "the simulation {when} at an unstable state, where only symmetry holds the rod: a disturbance{direction} grows by \
+             {rate:.3e} 1/s. A real rod leaves this state. Set initial.perturbation = 1e-4{model}, or add the imperfection of \
+             the real rod"
+        );
+        (Code::UnstableState, words)
+    }
+}
+
+/// The states that a simulation is examined at.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StabilityChecks {
+    /// The last unstable state.
+    pub found: Option<UnstableState>,
+    /// Number of states examined.
+    pub count: usize,
+}
+
+impl StabilityChecks {
+    /// Whether the state after `step` of so many is examined.
+    pub fn includes(step: usize, steps: usize) -> bool {
+        let times = (steps / STEPS_PER_TIME).min(MOST_TIMES) + 1;
+        step == steps || step > 0 && (step * times) / steps != ((step - 1) * times) / steps
+    }
+
+    /// Examines a state. A failure of the linear algebra is no finding.
+    pub fn examine<M: Model<W>, const W: usize>(
+        &mut self,
+        discretized: &Discretized<'_, M, W>,
+        simulation: &Simulation<f64, M::Rod<f64>, W>,
+    ) {
+        self.count += 1;
+        if let Ok(Some(found)) = unstable_state(discretized, simulation) {
+            self.found = Some(found);
+        }
+    }
+}
+
+/// An unstable mode at which symmetry holds the rod.
+struct HeldMode {
+    squared_rate: f64,
+    out_of_plane: bool,
+}
+
+fn unstable_state<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    simulation: &Simulation<f64, M::Rod<f64>, W>,
+) -> Result<Option<UnstableState>, Error> {
+    let (problem, state) = (discretized.problem, simulation.state());
+    let (rod, length) = (discretized.rod(), problem.length());
+    let end = problem.time()?.end;
+    let damping = discretized.scene().loads.damping.mass;
+    // A disturbance grows by sigma with sigma^2 + c sigma = -lambda.
+    let slowest = MIN_GROWTH / end;
+    let scale = discretized.bending_frequency_squared();
+    let rounding = discretized.zero_frequency_squared() + scale * discretized.mesh_rounding();
+    let least = (slowest * (slowest + damping)).max(UNCERTAIN_LEVELS * rounding);
+    let pencil = Pencil::at(discretized, &rod, &state.q, &state.frames);
+    let mut forces = vec![0.0; state.q.len()];
+    rod.gradient(&state.q, &state.frames, Derivatives::Hand, &mut forces);
+    let mut fastest = 0.0_f64;
+    let mut held: Option<HeldMode> = None;
+    let growing = pencil.inertia(-least)?;
+    for (squared, x) in pencil.lowest(growing.min(MODES), scale)? {
+        fastest = fastest.max(-squared);
+        let product =
+            |f: &dyn Fn(usize) -> f64| pencil.free.clone().map(|i| x[i] * f(i)).sum::<f64>();
+        let largest = largest_displacement::<M, W>(&x);
+        let offset = product(&|i| forces[i]).abs() / -squared * largest;
+        let drift = product(&|i| pencil.mass[i] * state.v[i]).abs() / (-squared).sqrt() * largest;
+        if offset.max(drift) <= HELD * length && held.is_none() {
+            held = Some(HeldMode { squared_rate: -squared, out_of_plane: false });
+        }
+    }
+    if M::STRIDE < 3 && problem.can_twist() {
+        let squared = out_of_plane(discretized, &state.q, least, scale)?;
+        fastest = fastest.max(squared.unwrap_or(0.0));
+        if let Some(squared_rate) = squared
+            && held.as_ref().is_none_or(|held| held.squared_rate < squared_rate)
+        {
+            held = Some(HeldMode { squared_rate, out_of_plane: true });
+        }
+    }
+    let Some(HeldMode { squared_rate, out_of_plane }) = held else { return Ok(None) };
+    let shift = 2.0 * fastest;
+    let factors = pencil.factors(-shift)?;
+    let free = |i: usize| pencil.free.contains(&i);
+    let displaced = |right: &dyn Fn(usize) -> f64| {
+        let mut x: Vec<f64> =
+            (0..state.q.len()).map(|i| if free(i) { right(i) } else { 0.0 }).collect();
+        factors.solve(&mut x);
+        largest_displacement::<M, W>(&x)
+    };
+    let slow =
+        displaced(&|i| forces[i]).max(displaced(&|i| shift.sqrt() * pencil.mass[i] * state.v[i]));
+    let persists = factors.negative_pivots() == 0 && slow <= PERSISTENT * length;
+    let found = UnstableState { time: state.time, rate: squared_rate.sqrt(), out_of_plane };
+    Ok(persists.then_some(found))
+}
+
+/// The square of the fastest growth rate out of the plane of a planar scene above a least one, 1/s^2. The motion in the
+/// plane has no part in these modes.
+fn out_of_plane<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    q: &[f64],
+    least: f64,
+    scale: f64,
+) -> Result<Option<f64>, Error> {
+    let model = discretized.problem.spatial_model()?;
+    let spatial = discretized.problem.discretized_as(&model);
+    let nodes: Vec<[f64; 3]> =
+        (0..discretized.nodes()).map(|i| discretized.model.position(q, i)).collect();
+    let (q, frames) = spatial.placed_still(&nodes);
+    let normal = spatial.model.components(spatial.normal());
+    let pencil = Pencil::at(&spatial, &spatial.rod(), &q, &frames).across(normal);
+    if pencil.inertia(-least)? == 0 {
+        return Ok(None);
+    }
+    let fastest = pencil.lowest(1, scale)?.into_iter().next();
+    // A spin between hinges moves no node.
+    let moves = |x: &[f64]| largest_displacement_in_space(&in_space(x, normal)) > 0.0;
+    Ok(fastest.filter(|(_, x)| moves(x)).map(|(squared, _)| -squared))
+}
+
+/// The largest displacement of a node along an axis, m.
+fn largest_displacement<M: Model<W>, const W: usize>(x: &[f64]) -> f64 {
+    let lengths = x.iter().enumerate().filter(|(i, _)| !M::Rod::<f64>::is_angle(*i));
+    lengths.map(|(_, x)| x.abs()).fold(0.0, f64::max)
+}
+
+fn largest_displacement_in_space(x: &[f64]) -> f64 {
+    x.chunks(4).flat_map(|node| node.iter().take(3)).map(|x| x.abs()).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One state in 50 steps, nine at most, the last among them.
+    #[test]
+    fn few_states_are_examined() {
+        for (steps, count) in [(1, 1), (20, 1), (100, 3), (1000, 9), (1_000_000, 9)] {
+            let examined: Vec<usize> =
+                (0..=steps).filter(|step| StabilityChecks::includes(*step, steps)).collect();
+            assert_eq!((examined.len(), examined.last()), (count, Some(&steps)), "{steps}");
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! A small displacement without symmetry that a rod starts with: `initial.perturbation`.
+//!
+//! A symmetric rod stays at an unstable state, since nothing pushes it aside. Node `i` at the part `u` of the length is
+//! displaced by `p L w(u) g(u)/max|w g|` across the rod. The window `w` vanishes at pinned ends, with its slope at clamped
+//! ones. `g` is a sum of three sines without common periods, so that no mode of a symmetric rod is orthogonal to it.
+
+use crate::numerics::scalar::Nestable;
+use crate::numerics::vector::{Vector, add, cross, dot, scale, sub, unit};
+use crate::problem::{Discretized, Model, Setup};
+use crate::scene::{End, Support};
+
+/// Amplitude, wave number over the length and phase of the sines.
+const SINES: [[f64; 3]; 3] = [[1.0, 2.1, 1.9], [0.7, 4.3, 0.6], [0.5, 7.7, 2.7]];
+/// The direction across the rod turns about it from one end to the other, rad.
+const DIRECTION: [f64; 2] = [0.7, 2.0];
+
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+    /// Displaces the nodes that no support holds.
+    pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M, W>, q: &mut [D]) {
+        let places = setup.mesh.places();
+        let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
+        let largest = shape.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let size = setup.mesh.length * (self.scene().initial.perturbation / largest.max(1e-9));
+        let (axes, last) = (M::STRIDE.min(3), self.nodes() - 1);
+        let node = |i: usize| -> Vector<D> {
+            let mut x = [D::from(0.0); 3];
+            x[..axes].copy_from_slice(&q[M::STRIDE * i..][..axes]);
+            x
+        };
+        let normal = |i: usize| {
+            let tangent = unit(sub(node(last.min(i + 1)), node(i.saturating_sub(1))));
+            if axes == 2 {
+                return cross([0.0, 0.0, 1.0].map(D::from), tangent);
+            }
+            // The axis that is most nearly across.
+            let k = (0..3)
+                .min_by(|a, b| tangent[*a].abs().value().total_cmp(&tangent[*b].abs().value()));
+            let axis = std::array::from_fn(|c| D::from(f64::from(u8::from(Some(c) == k))));
+            let first = unit(sub(axis, scale(tangent, dot(axis, tangent))));
+            let angle = DIRECTION[0] + (DIRECTION[1] - DIRECTION[0]) * places[i];
+            let second = scale(cross(tangent, first), D::from(angle.sin()));
+            add(scale(first, D::from(angle.cos())), second)
+        };
+        let moved: Vec<Vector<D>> =
+            (0..=last).map(|i| add(node(i), scale(normal(i), size * shape[i]))).collect();
+        let (free, led) = (self.free(), self.led());
+        for i in 0..=last {
+            for c in 0..axes {
+                let place = M::STRIDE * i + c;
+                if free.contains(&place) && !led.contains(place) {
+                    q[place] = moved[i][c];
+                }
+            }
+        }
+    }
+
+    /// Zero where supports hold the rod.
+    fn window(&self, u: f64) -> f64 {
+        let u = u.clamp(0.0, 1.0);
+        let end = |end: End, distance: f64| match self.scene().supports.at(end) {
+            Support::Free => 1.0,
+            Support::Pinned | Support::Roller => distance,
+            Support::Clamped | Support::Recorded => distance * distance,
+        };
+        end(End::Start, u) * end(End::End, 1.0 - u)
+    }
+}
+
+fn sines(u: f64) -> f64 {
+    SINES.iter().map(|[amplitude, wave, phase]| amplitude * (wave * u + phase).sin()).sum()
+}

@@ -1,0 +1,162 @@
+//! Stability of an equilibrium: how many independent motions decrease the energy to second order.
+//!
+//! Sylvester's law of inertia counts the negative eigenvalues of the tangent `K` without computing them. Elimination on a
+//! fine mesh has rounding errors of `eps n^4 EI/L^3`, which hide the sign of small eigenvalues. The sign of those is
+//! taken from the second variation of the energy along their eigenvectors,
+//!
+//! ```text
+//! x' K x = x' d/dt grad E(q + t x),
+//! ```
+//!
+//! evaluated element by element in dual numbers. Strains and their rates are differences of neighboring nodes there, so
+//! that the rounding error is that of the forces in the elements times the squared slopes of the motion,
+//! `eps n (EA + EI n^2/L^2) sum |dx|^2/h`, some `n^3` times smaller for the motion of a rigid body.
+
+use crate::energy::Derivatives;
+use crate::error::Error;
+use crate::problem::{Discretized, FramesOf, Model};
+use crate::rod::Rod;
+use crate::statics::pencil::Pencil;
+use faer::{Mat, Side};
+use num_dual::Dual64;
+
+/// Eigenvalues within this many rounding levels of zero have an uncertain sign: rounding errors of the elimination exceed
+/// the level, which is an estimate for single entries.
+pub(crate) const UNCERTAIN_LEVELS: f64 = 100.0;
+/// Most eigenvalues whose signs are determined one by one. A free rod in space has six.
+pub(crate) const MAX_UNCERTAIN: usize = 12;
+/// Stiffness that counts as none over that of bending as a whole.
+const NEUTRAL: f64 = 1e-9;
+
+/// Numbers of independent motions that do not raise the energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Stability {
+    /// Motions that decrease the energy.
+    pub unstable: usize,
+    /// Motions that deform the rod and whose stiffness is below its rounding error: at a critical load.
+    pub marginal: usize,
+}
+
+impl std::ops::AddAssign for Stability {
+    fn add_assign(&mut self, other: Self) {
+        self.unstable += other.unstable;
+        self.marginal += other.marginal;
+    }
+}
+
+/// The stiffness of a motion.
+pub(crate) struct Stiffness {
+    /// `x' K x`, J.
+    pub value: f64,
+    /// Its rounding error, or what counts as none, J.
+    pub tolerance: f64,
+    /// The motion as a combination of those given.
+    pub combination: Vec<f64>,
+}
+
+impl Stiffness {
+    pub fn is_zero(&self) -> bool {
+        self.value.abs() <= self.tolerance
+    }
+}
+
+impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
+    /// Stability with the tangent of `pencil`, whose masses are [negligible](Self::negligible) stiffnesses and whose
+    /// vectors `in_model` extends to all unknowns of the model.
+    pub(crate) fn stability<const V: usize>(
+        &self,
+        at: (&[f64], &FramesOf<M, W>),
+        pencil: &Pencil<f64, V>,
+        in_model: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> Result<Stability, Error> {
+        let certain = pencil.inertia(-UNCERTAIN_LEVELS)?;
+        let possible = pencil.inertia(UNCERTAIN_LEVELS)?;
+        let by_inertia = |pencil: &Pencil<f64, V>| -> Result<Stability, Error> {
+            Ok(Stability { unstable: pencil.inertia(-1.0)?, marginal: 0 })
+        };
+        if possible <= certain {
+            return Ok(Stability { unstable: certain, marginal: 0 });
+        }
+        if possible - certain > MAX_UNCERTAIN || self.edge_coordinates().is_some() {
+            return by_inertia(pencil);
+        }
+        let Ok(found) = pencil.lowest(possible, 1.0) else { return by_inertia(pencil) };
+        let motions: Vec<Vec<f64>> = found[certain..].iter().map(|(_, x)| in_model(x)).collect();
+        let mut stability = Stability { unstable: certain, marginal: 0 };
+        for stiffness in self.stiffnesses(at, &motions) {
+            if !stiffness.is_zero() {
+                stability.unstable += usize::from(stiffness.value < 0.0);
+                continue;
+            }
+            let motion = self.motion(at, &combined(&motions, &stiffness.combination));
+            stability.marginal += usize::from(!(motion.is_rigid() || motion.is_spin()));
+        }
+        Ok(stability)
+    }
+
+    /// The stiffnesses of combinations of `motions`, which are rates of all unknowns and vanish where supports hold the
+    /// rod: the principal ones, ascending.
+    pub(crate) fn stiffnesses(
+        &self,
+        (q, frames): (&[f64], &FramesOf<M, W>),
+        motions: &[Vec<f64>],
+    ) -> Vec<Stiffness> {
+        let rod = self.setup_over(|_, value| Dual64::from(value)).rod(self.model);
+        let frames = M::frames_over::<Dual64>(frames);
+        let forces: Vec<Vec<f64>> = motions
+            .iter()
+            .map(|x| {
+                let q: Vec<Dual64> = q.iter().zip(x).map(|(q, x)| Dual64::new(*q, *x)).collect();
+                let mut gradient = vec![Dual64::from(0.0); q.len()];
+                rod.gradient(&q, &frames, Derivatives::Hand, &mut gradient);
+                gradient.into_iter().map(|g| g.eps).collect()
+            })
+            .collect();
+        let (count, free) = (motions.len(), self.free());
+        let product = |x: &[f64], f: &[f64]| free.clone().map(|i| x[i] * f[i]).sum::<f64>();
+        let form = Mat::from_fn(count, count, |i, j| {
+            0.5 * (product(&motions[i], &forces[j]) + product(&motions[j], &forces[i]))
+        });
+        let rotation: Vec<Vec<f64>> = match form.self_adjoint_eigen(Side::Lower) {
+            Ok(eigen) => {
+                (0..count).map(|k| (0..count).map(|j| eigen.U()[(j, k)]).collect()).collect()
+            }
+            Err(_) => (0..count)
+                .map(|k| (0..count).map(|j| f64::from(u8::from(j == k))).collect())
+                .collect(),
+        };
+        let stiffness = |combination: Vec<f64>| {
+            let (x, f) = (combined(motions, &combination), combined(&forces, &combination));
+            Stiffness { value: product(&x, &f), tolerance: self.tolerance_of(&x), combination }
+        };
+        rotation.into_iter().map(stiffness).collect()
+    }
+
+    /// The rounding error of the stiffness of a motion, or what counts as none if that is larger, J.
+    fn tolerance_of(&self, x: &[f64]) -> f64 {
+        let (section, material) = self.scene().at(0.5);
+        let moments = section.moments();
+        let [i1, i2] = moments.second_moments;
+        let (nodes, length) = (self.nodes() as f64, self.problem.length());
+        let edge = length / (nodes - 1.0);
+        let bending = material.youngs_modulus * i1.max(i2) * (nodes / length).powi(2);
+        let axial = material.youngs_modulus * moments.area + bending;
+        let torsion = material.shear_modulus() * moments.torsion_constant;
+        let mut rounding = 0.0;
+        for i in M::STRIDE..x.len() {
+            let stiffness = if M::Rod::<f64>::is_angle(i) { torsion } else { axial };
+            rounding += stiffness * (x[i] - x[i - M::STRIDE]).powi(2) / edge;
+        }
+        let neutral: f64 = self.neutral(NEUTRAL).iter().zip(x).map(|(k, x)| k * x * x).sum();
+        f64::EPSILON * nodes * rounding + neutral
+    }
+}
+
+/// A sum of vectors with weights.
+pub(crate) fn combined(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
+    let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
+    for (vector, weight) in vectors.iter().zip(weights) {
+        sum.iter_mut().zip(vector).for_each(|(sum, x)| *sum += weight * x);
+    }
+    sum
+}
