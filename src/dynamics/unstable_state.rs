@@ -6,6 +6,8 @@
 //! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene.
 //! 2. The rod is near the saddle along this mode, `|x' f| / sigma^2` and `|x' M v| / sigma` are zero but for rounding
 //!    errors, with the forces `f` out of balance. A rod that moves through unstable states in general is not.
+//! Vibrations that are fast against the growth are taken out of the state first.
+//!
 //! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma`. With `s = 2 sigma^2` these
 //!    displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
 
@@ -13,8 +15,8 @@ use crate::code::Code;
 use crate::dynamics::simulation::Simulation;
 use crate::energy::Derivatives;
 use crate::error::Error;
-use crate::problem::{Discretized, Model};
-use crate::rod::Rod;
+use crate::problem::{Discretized, FramesOf, Model};
+use crate::rod::{Rod, State};
 use crate::statics::{Pencil, UNCERTAIN_LEVELS, in_space};
 
 /// Exponent of growth in the time of the scene below which an instability does not matter: a factor of 20.
@@ -109,7 +111,8 @@ fn unstable_state<M: Model<W>, const W: usize>(
     let scale = discretized.bending_frequency_squared();
     let rounding = discretized.zero_frequency_squared() + scale * discretized.mesh_rounding();
     let least = (slowest * (slowest + damping)).max(UNCERTAIN_LEVELS * rounding);
-    let pencil = Pencil::at(discretized, &rod, &state.q, &state.frames);
+    let Some(q) = relaxed(discretized, &rod, state, 2.0 * least)? else { return Ok(None) };
+    let pencil = Pencil::at(discretized, &rod, &q, &state.frames);
     let mut forces = vec![0.0; state.q.len()];
     rod.gradient(&state.q, &state.frames, Derivatives::Hand, &mut forces);
     let mut fastest = 0.0_f64;
@@ -127,7 +130,7 @@ fn unstable_state<M: Model<W>, const W: usize>(
         }
     }
     if M::STRIDE < 3 && problem.can_twist() {
-        let squared = out_of_plane(discretized, &state.q, least, scale)?;
+        let squared = out_of_plane(discretized, &q, least, scale)?;
         fastest = fastest.max(squared.unwrap_or(0.0));
         if let Some(squared_rate) = squared
             && held.as_ref().is_none_or(|held| held.squared_rate < squared_rate)
@@ -150,6 +153,28 @@ fn unstable_state<M: Model<W>, const W: usize>(
     let persists = factors.negative_pivots() == 0 && slow <= PERSISTENT * length;
     let found = UnstableState { time: state.time, rate: squared_rate.sqrt(), out_of_plane };
     Ok(persists.then_some(found))
+}
+
+/// Unknowns of the state without vibrations that are fast against a squared rate, 1/s^2: those of a column along itself
+/// double its load for half a period. None where that displaces the rod far, so that the state does not persist.
+fn relaxed<M: Model<W>, const W: usize>(
+    discretized: &Discretized<'_, M, W>,
+    rod: &M::Rod<f64>,
+    state: &State<f64, FramesOf<M, W>>,
+    squared: f64,
+) -> Result<Option<Vec<f64>>, Error> {
+    let pencil = Pencil::at(discretized, rod, &state.q, &state.frames);
+    let mut change = vec![0.0; state.q.len()];
+    rod.gradient(&state.q, &state.frames, Derivatives::Hand, &mut change);
+    for (i, change) in change.iter_mut().enumerate() {
+        if !pencil.free.contains(&i) || pencil.mass[i] == 0.0 {
+            *change = 0.0;
+        }
+    }
+    pencil.factors(-squared)?.solve(&mut change);
+    let far = largest_displacement::<M, W>(&change) > PERSISTENT * discretized.problem.length();
+    let moved = state.q.iter().zip(&change).map(|(q, change)| q - change);
+    Ok((!far).then(|| moved.collect()))
 }
 
 /// The square of the fastest growth rate out of the plane of a planar scene above a least one, 1/s^2. The motion in the

@@ -17,10 +17,20 @@ const DIRECTION: [f64; 2] = [0.7, 2.0];
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
     /// Displaces the nodes that no support holds.
     pub(crate) fn perturb<D: Nestable>(&self, setup: &Setup<D, M, W>, q: &mut [D]) {
+        self.perturb_by(setup, self.scene().initial.perturbation, q);
+    }
+
+    /// Displaces the nodes that no support holds by a part of the length.
+    pub(crate) fn perturb_by<D: Nestable>(
+        &self,
+        setup: &Setup<D, M, W>,
+        amplitude: f64,
+        q: &mut [D],
+    ) {
         let places = setup.mesh.places();
         let shape: Vec<f64> = places.iter().map(|u| self.window(*u) * sines(*u)).collect();
         let largest = shape.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let size = setup.mesh.length * (self.scene().initial.perturbation / largest.max(1e-9));
+        let size = setup.mesh.length * (amplitude / largest.max(1e-9));
         let (axes, last) = (M::STRIDE.min(3), self.nodes() - 1);
         let node = |i: usize| -> Vector<D> {
             let mut x = [D::from(0.0); 3];

@@ -4,7 +4,7 @@
 use crate::energy::frame::Frames;
 use crate::numerics::led::Led;
 use crate::numerics::scalar::Nestable;
-use crate::numerics::vector::{add, scale, sub, unit};
+use crate::numerics::vector::{add, cross, dot, scale, sub, unit};
 use crate::problem::boundary::{BoundaryMotion, MovedEnd, RecordedPart};
 use crate::problem::model::Model;
 use crate::problem::setup::Setup;
@@ -31,14 +31,57 @@ impl SpatialProblem<'_> {
             q[4 * i..4 * i + 3].copy_from_slice(&self.model.components(*x));
         }
         let mut frames = self.model.frames(&setup.rest);
+        let rest = self.model.unknowns(&setup.rest);
+        if let Some(halfway) = self.halfway(&rest, &q) {
+            SpatialRod::<D>::rebase(&mut frames, &halfway);
+        }
         SpatialRod::<D>::rebase(&mut frames, &q);
         (q, frames)
+    }
+
+    /// Unknowns between two states in a plane of which an edge turns by more than 120 degrees to the other: parallel
+    /// transport has no direction where an edge turns by half a turn. Edges turn about the normal of the plane.
+    fn halfway<D: Nestable>(&self, from: &[D], to: &[D]) -> Option<Vec<D>> {
+        let edge = |q: &[D], j: usize| {
+            let node = |i: usize| -> [D; 3] { std::array::from_fn(|c| q[4 * i + c]) };
+            unit(sub(node(j + 1), node(j)))
+        };
+        let edges = self.nodes() - 1;
+        if (0..edges).all(|j| dot(edge(from, j), edge(to, j)).value() > -0.5) {
+            return None;
+        }
+        let normal = self.model.components(self.normal().map(D::from));
+        let mut q = to.to_vec();
+        // An edge that turns by half a turn goes to the side that the edge before it goes to.
+        let mut side = 1.0;
+        for j in 0..edges {
+            let (a, b) = (edge(from, j), edge(to, j));
+            let across = cross(normal, a);
+            let sine = dot(across, b).value();
+            if sine.abs() > 1e-3 {
+                side = sine.signum();
+            }
+            let between = match dot(a, b).value() > -0.5 {
+                true => unit(add(a, b)),
+                false => unit(add(scale(add(a, b), D::from(0.5)), scale(across, D::from(side)))),
+            };
+            for c in 0..3 {
+                q[4 * (j + 1) + c] = q[4 * j + c] + between[c] * edge_length(to, j);
+            }
+        }
+        Some(q)
     }
 
     /// The same in plain numbers.
     pub(crate) fn placed_still(&self, nodes: &[[f64; 3]]) -> (Vec<f64>, Frames<f64>) {
         self.placed(self.setup, nodes)
     }
+}
+
+/// Length of edge `j` of a spatial rod, m.
+fn edge_length<D: Nestable>(q: &[D], j: usize) -> D {
+    let edge: [D; 3] = std::array::from_fn(|c| q[4 * (j + 1) + c] - q[4 * j + c]);
+    dot(edge, edge).sqrt()
 }
 
 impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {

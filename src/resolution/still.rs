@@ -28,7 +28,11 @@ pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Res
         _ => (MOST_EDGES, 2),
     };
     loop {
-        ladder.add(Some(seen(&scene.resolved(segments, step).posed()?, aim)?));
+        match seen(&scene.resolved(segments, step).posed()?, aim) {
+            // A coarse mesh may have no equilibrium where a finer one has.
+            Err(Error::Equilibrium { .. }) if 2 * segments <= most => ladder.add(None),
+            seen => ladder.add(Some(seen?)),
+        }
         if let Some((off, _)) = ladder.reaches(allowed, order, [FAR, FAR_BY_TWO]) {
             let chosen = (segments as f64 * off.finer(allowed).max(0.5)).ceil() as usize;
             let chosen = allowed_edges(scene, chosen.max(least));

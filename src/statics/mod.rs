@@ -9,6 +9,7 @@ mod recorded_start;
 mod rest;
 mod shear_deflection;
 mod stability;
+mod standing;
 
 pub(crate) use descent::Descent;
 pub use descent::Rest;

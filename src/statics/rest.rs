@@ -15,6 +15,7 @@ use crate::scene::{End, InitialState, Support};
 use crate::statics::descent::{Descent, Rest};
 use crate::statics::edge_coordinates::EdgeCoordinates;
 use crate::statics::pencil::Pencil;
+use crate::statics::standing::StandingLoads;
 
 /// Stiffness that is added to that of a rod which may move without a force, over a negligible one; and steps that undo what it
 /// does to the others, each but for a hundred-thousandth.
@@ -75,11 +76,11 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         if self.scene().initial.perturbation != 0.0 {
             self.perturb(self.setup, &mut q);
         }
+        let mut iterations = self.raise_loads(&mut q, &mut frames, settled);
         let boundary_motion = self.boundary_motion(self.setup);
         let stages = boundary_motion
             .as_ref()
             .map_or(1, |boundary_motion| boundary_motion.stages(self.problem.length(), settled));
-        let mut iterations = 0;
         for k in 1..=stages {
             if let Some(boundary_motion) = &boundary_motion {
                 let progress = |k: usize| k as f64 / stages as f64;
@@ -111,6 +112,28 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let (mut q, frames) = self.begin(setup);
         self.turn_ends(setup, &mut q);
         Ok((q, frames))
+    }
+
+    /// Brings a limp rod that stands to the equilibria under parts of its loads, one after the other; returns the Newton
+    /// iterations. A part without an equilibrium changes nothing.
+    fn raise_loads(&self, q: &mut Vec<f64>, frames: &mut FramesOf<M, W>, settled: bool) -> usize {
+        let Some(StandingLoads { parts, push }) = self.standing_loads(q) else { return 0 };
+        if push > 0.0 && self.scene().initial.perturbation == 0.0 {
+            self.perturb_by(self.setup, push, q);
+        }
+        let mut iterations = 0;
+        for part in parts {
+            let rod = self.under_part(part, !settled);
+            let edges = self.edge_coordinates();
+            let scales = (self.problem.length(), self.negligible(edges));
+            let derivatives = self.problem.derivatives();
+            let descent = Descent::new(&rod, self.free(), scales, edges, derivatives, q.clone());
+            if let Ok(rest) = descent.leading(self.led()).descend(frames.clone()) {
+                iterations += rest.newton_iterations;
+                (*q, *frames) = (rest.q, rest.frames);
+            }
+        }
+        iterations
     }
 
     /// Puts the unknowns that supports hold where they are at a moment, with their derivatives.

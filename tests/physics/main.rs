@@ -19,3 +19,4 @@ mod recorded;
 mod spatial;
 mod supports;
 mod tip;
+mod unstable_states;

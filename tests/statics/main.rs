@@ -10,4 +10,5 @@ mod led;
 mod masses;
 mod modes;
 mod soft_clamps;
+mod stability;
 mod tapered;
