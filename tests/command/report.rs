@@ -315,7 +315,8 @@ fn the_page_says_how_files_were_read() {
     let page = fit_page(&fit, "pixels");
     is_whole(&page);
     let words = "tip.csv: 20 points, 40 values; 50 frames a second; 1.00 mm a pixel; \
-                 origin at (100, 100, 0); y down; motion from 12 on its clock";
+                 origin at (100, 100, 0); y down; motion from 12 on the clock of the file, in its \
+                 unit";
     assert!(page.contains(words), "{page}");
     assert!(page.contains("tip.csv: rows 1 before time_zero"), "{page}");
 }
