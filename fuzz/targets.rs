@@ -1,10 +1,10 @@
 //! What is done with bytes that nobody vouches for: everything that is read, validated and inspected before anything is
 //! computed. Any panic, hang or gigabyte of memory is a fault; errors are what should come of most.
 
+use rodfit::accuracy::Aim;
 use rodfit::campaign::{Admission, Collected, Outcome, Plan, Shard, Status, Store};
 use rodfit::fit::{FitFile, Format, Inspection, Recording, RestShape};
 use rodfit::problem::ParameterList;
-use rodfit::resolution::Aim;
 use rodfit::scene::{Shape, Track};
 use rodfit::{Error, Observation, Scene, Trajectory};
 use std::path::{Path, PathBuf};

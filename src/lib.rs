@@ -60,7 +60,7 @@
 //! | [`fit`] | measurements, search, uncertainty, report |
 //! | [`energy`], [`rod`] | elements and their assembly; [user-defined energies](energy::own) |
 //! | [`check`] | verification of derivatives, also of your own |
-//! | [`resolution`], [`study`] | choice of mesh and step; speed against error |
+//! | [`accuracy`], [`study`] | choice of mesh and step; speed against error |
 //! | [`numerics`] | dual numbers, band matrices, least squares; independent of rods |
 //! | `page`, `campaign`, `command` | HTML pages, many fits, the command line (features `page` and `cli`) |
 //!
@@ -106,6 +106,7 @@
 extern crate self as rodfit;
 
 #[cfg(feature = "cli")]
+pub mod accuracy;
 pub mod campaign;
 pub mod check;
 pub mod code;
@@ -120,7 +121,6 @@ pub mod numerics;
 #[cfg(feature = "page")]
 pub mod page;
 pub mod problem;
-pub mod resolution;
 pub mod rod;
 pub mod scene;
 pub mod statics;

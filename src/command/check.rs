@@ -2,8 +2,8 @@
 
 use crate::command::{Json, Manner, conclude, limits, open};
 use rodfit::Error;
+use rodfit::accuracy::Aim;
 use rodfit::check::{Tolerance, check_problem};
-use rodfit::resolution::Aim;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

@@ -2,7 +2,7 @@
 
 use crate::command::{Json, Manner, chosen_mesh, conclude, limits, open};
 use rodfit::Error;
-use rodfit::resolution::Aim;
+use rodfit::accuracy::Aim;
 use rodfit::vibration::About;
 use std::path::PathBuf;
 

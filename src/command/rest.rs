@@ -2,8 +2,8 @@
 
 use crate::command::{Json, Manner, chosen_mesh, conclude, limits, open};
 use rodfit::Error;
+use rodfit::accuracy::Aim;
 use rodfit::dynamics::shape_csv;
-use rodfit::resolution::Aim;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]

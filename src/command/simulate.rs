@@ -2,6 +2,7 @@
 
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
+use rodfit::accuracy::Assessment;
 use rodfit::dynamics::{Film, NodeTable, SimulationReport};
 use rodfit::{Error, Problem, Scene, Trajectory, page};
 use std::fmt;
@@ -33,58 +34,82 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let place = outputs.add_in_folder("--report", options.report.as_deref(), "simulation.html");
     outputs.check(&scene.files())?;
     limits::of_mesh(&scene).admit(manner)?;
-    let problem = scene.problem()?.with_derivatives(options.derivatives.into());
-    let steps = problem.time()?.steps();
-    limits::of_simulation(&problem, steps, outputs.on_disk(out), json.is_some()).admit(manner)?;
+    let (mut problem, mut check) = scene.checked_problem()?;
     let stop = terminal::stop_on_ctrl_c(manner);
-    let problem = problem.stop_when(stop.clone());
-
-    let mut report = SimulationReport::new(&problem);
-    if json.is_none() {
-        report = report.without_series();
-    }
-    let mut film = place.map(|_| Film::new(&problem, steps));
-    let begun = out.map(|out| outputs.begin(out)).transpose()?;
-    let mut table = begun.map(|writing| NodeTable::new(writing, problem.nodes()));
-    let mut trajectory = Trajectory::unrecorded(&problem)?.check_stability();
-    let bar = terminal::progress_bar(manner, steps as u64);
-    let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);
-    // The report sums all energies after every step.
-    let is_told = json.is_some() || place.is_some() || outputs.has_summary();
-    let outcome = trajectory.run(&problem, steps, |simulation| {
-        if is_told {
-            report.push(&problem, simulation);
+    let is_streamed = out.is_some() && !outputs.on_disk(out);
+    loop {
+        problem = problem.with_derivatives(options.derivatives.into()).stop_when(stop.clone());
+        let steps = problem.time()?.steps();
+        limits::of_simulation(&problem, steps, outputs.on_disk(out), json.is_some())
+            .admit(manner)?;
+        let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
+        // What is written to a stream cannot be taken back: its numerics are checked before.
+        let is_trial = is_streamed && check.is_some();
+        let mut report = SimulationReport::new(&problem);
+        if json.is_none() {
+            report = report.without_series();
         }
-        if let Some(film) = &mut film {
-            film.push(simulation);
-        }
-        if let (Some(table), Ok(())) = (&mut table, &written) {
-            written = table.push(simulation);
-            if outputs.reader_left() && json.is_none() && place.is_none() {
-                // Nobody wants the rest.
-                stop.store(true, Ordering::Relaxed);
+        let mut film = place.map(|_| Film::new(&problem, steps));
+        let begun = out.filter(|_| !is_trial).map(|out| outputs.begin(out)).transpose()?;
+        let mut table = begun.map(|writing| NodeTable::new(writing, problem.nodes()));
+        let mut trajectory = Trajectory::unrecorded(&problem)?.check_stability();
+        let bar = terminal::progress_bar(manner, steps as u64);
+        let mut written = table.as_mut().map_or(Ok(()), NodeTable::header);
+        // The report sums all energies after every step.
+        let has_report = json.is_some() || place.is_some() || outputs.has_summary();
+        let outcome = trajectory.run(&problem, steps, |simulation| {
+            if let Some(monitor) = &mut monitor {
+                monitor.push(simulation);
             }
+            if has_report {
+                report.push(&problem, simulation);
+            }
+            if let Some(film) = &mut film {
+                film.push(simulation);
+            }
+            if let (Some(table), Ok(())) = (&mut table, &written) {
+                written = table.push(simulation);
+                if outputs.reader_left() && json.is_none() && place.is_none() {
+                    // Nobody wants the rest.
+                    stop.store(true, Ordering::Relaxed);
+                }
+            }
+            bar.set_position(simulation.work().steps as u64);
+        });
+        bar.finish_and_clear();
+        if let Some((own, monitor)) = check.take().zip(monitor) {
+            match own.assess(&outcome, &monitor)? {
+                Assessment::Again(next) => {
+                    let (finer, next) = *next;
+                    (problem, check) = (finer, Some(next));
+                    continue;
+                }
+                Assessment::Accepted(error) => problem.set_estimated_error(error),
+            }
+            if is_trial && outcome.is_ok() {
+                continue;
+            }
+            report.assessed(&problem);
         }
-        bar.set_position(simulation.work().steps as u64);
-    });
-    bar.finish_and_clear();
-    report.finish(&trajectory, &outcome);
-    let outcome = match outcome {
-        Err(Error::Interrupted) if outputs.reader_left() => Ok(()),
-        outcome => outcome,
-    };
-    if matches!(outcome, Err(Error::Interrupted)) {
-        outputs.are_interrupted();
+        report.finish(&trajectory, &outcome);
+        let outcome = match outcome {
+            Err(Error::Interrupted) if outputs.reader_left() => Ok(()),
+            outcome => outcome,
+        };
+        if matches!(outcome, Err(Error::Interrupted)) {
+            outputs.are_interrupted();
+        }
+        let table = table.map_or(Ok(()), |table| outputs.finish(table.into_inner(), written));
+        let code = outcome.as_ref().map_or_else(code_of, |()| 0);
+        let summary = outputs.summary(&Summary { problem: &problem, report: &report });
+        let title = options.scene.display().to_string();
+        let page = film.map_or(Ok(()), |film| {
+            let page = || page::simulation_page(&report, &film, &problem, &title);
+            outputs.write(place, || Ok(page().into_bytes()))
+        });
+        let json = outputs.write_json(json, &report);
+        return Ok(conclude(code, [table, json, page, summary, outcome]));
     }
-    let table = table.map_or(Ok(()), |table| outputs.finish(table.into_inner(), written));
-    let code = outcome.as_ref().map_or_else(code_of, |()| 0);
-    let summary = outputs.summary(&Summary { problem: &problem, report: &report });
-    let title = options.scene.display().to_string();
-    let page = film.map_or(Ok(()), |film| {
-        let page = || page::simulation_page(&report, &film, &problem, &title);
-        outputs.write(place, || Ok(page().into_bytes()))
-    });
-    Ok(conclude(code, [table, outputs.write_json(json, &report), page, summary, outcome]))
 }
 
 struct Summary<'a> {

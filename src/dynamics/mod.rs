@@ -13,7 +13,6 @@ pub(crate) mod record;
 mod run;
 pub mod sensitivity;
 mod simulation;
-mod small_motion;
 mod start;
 mod step;
 mod step_control;

@@ -176,6 +176,13 @@ impl SimulationReport {
         }
     }
 
+    /// Takes the estimated error of the numerics, and the warnings that follow from it, from the problem.
+    pub fn assessed(&mut self, problem: &Problem) {
+        self.resolution = problem.resolution().copied();
+        let warnings = Self::new(problem);
+        (self.warnings, self.warning_codes) = (warnings.warnings, warnings.warning_codes);
+    }
+
     /// The report without the series of tips and energies, which grow with every step.
     pub fn without_series(self) -> Self {
         Self { keeps_series: false, ..self }

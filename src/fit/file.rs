@@ -1,5 +1,6 @@
 //! The fit file.
 
+use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::Fit;
 use crate::fit::field::Field;
@@ -17,7 +18,6 @@ use crate::fit::validate::{check, check_predicted, recorded};
 use crate::fit::validation_errors::is_validation_only;
 use crate::input::hints::{FIT, explained};
 use crate::input::missing_keys::parse;
-use crate::resolution::Aim;
 use crate::scene::Parameter;
 use crate::scene::Scene;
 use crate::vibration::Among;

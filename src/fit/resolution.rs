@@ -6,6 +6,7 @@
 //! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), mesh and step are refined as it
 //! takes, and the fit goes on from where it is expected to end.
 
+use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
@@ -13,7 +14,6 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::local_analysis::Local;
 use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::fit::unknown::Unknown;
-use crate::resolution::Aim;
 use crate::scene::Tolerance;
 
 /// Part of a standard error that mesh and step may leave open together, and of a value, where data are exact.

@@ -47,6 +47,7 @@ use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
 use crate::scene::marker::Marker;
 use crate::scene::mesh::Mesh;
+use crate::scene::resolution::Bound;
 use crate::scene::{End, InitialState, Resolution, Scene, Support, Time};
 use crate::scene::{Point, Stencil};
 use std::ops::Range;
@@ -216,6 +217,15 @@ impl Problem {
     /// What the program chose of the numerics, or checked; none where the scene says all and asks for no accuracy.
     pub fn resolution(&self) -> Option<&Resolution> {
         self.scene.resolution.as_ref()
+    }
+
+    /// Replaces the estimated error of the chosen numerics by that which the chosen run showed, over the length.
+    pub fn set_estimated_error(&mut self, error: Option<f64>) {
+        let Some(resolution) = &mut self.scene.resolution else { return };
+        let Some(error) = error.filter(|error| error.is_finite()) else { return };
+        resolution.error = Some(error);
+        let exceeds = error > resolution.accuracy;
+        resolution.bound = exceeds.then(|| resolution.bound.unwrap_or(Bound::Work));
     }
     /// The name of the model chosen, `planar` or `spatial`, and why.
     pub fn model(&self) -> (&'static str, &str) {

@@ -101,7 +101,7 @@ impl Problem {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::resolution::Aim;
+    use crate::accuracy::Aim;
     use crate::scene::{Along, Material, Section, Shape};
 
     /// An arc of 1 rad, 0.5 m long, whose natural shape is `factor` times as curved.

@@ -3,8 +3,8 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rodfit::Problem;
+use rodfit::accuracy::Aim;
 use rodfit::check::{Tolerance, check_problem};
-use rodfit::resolution::Aim;
 use rodfit::scene::*;
 
 use crate::common::at_tip;

@@ -16,7 +16,7 @@ const ROOMS: [&str; 17] = [
     "statics",
     "vibration",
     "dynamics",
-    "resolution",
+    "accuracy",
     "fit",
     "check",
     "study",

@@ -1,6 +1,6 @@
 //! Mesh, step and scheme that the program chooses.
 
-use rodfit::resolution::Aim;
+use rodfit::accuracy::Aim;
 use rodfit::scene::{Resolution, Scheme, Tolerance};
 use rodfit::vibration::About;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
@@ -145,32 +145,58 @@ fn more_is_asked() {
     }
 }
 
-/// Where loads bend a rod little, small motions choose its mesh and step by less than a sixth of a run's work; where they
-/// bend it by more, runs do.
+/// Choosing takes less work than the chosen run, on rods that bend little and much.
 #[test]
-fn what_bends_little_is_chosen_by_small_motions() {
+fn choosing_takes_less_work_than_the_chosen_run() {
     let gravity = "[loads]\ngravity = [0, -9.8, 0]\n[time]\nend = 1.0\n";
-    for accuracy in [1e-2, 1e-3] {
-        let over_a_run = |scene: &str| {
-            let chosen = open(scene, accuracy);
-            let off = error(scene, &chosen, 6);
-            assert!(off < accuracy, "{accuracy}: {off:e}");
-            let work = chosen.simulate().unwrap().work();
-            // A step of rodas4 takes as long as five iterations.
-            let iterations = match work.newton_iterations {
-                0 => 5 * work.steps,
-                iterations => iterations,
-            };
-            chosen.resolution().unwrap().work / (iterations * chosen.segments()) as f64
+    for (accuracy, modulus) in [(1e-2, "1e8"), (1e-3, "1e8"), (1e-2, "1e7"), (1e-3, "1e7")] {
+        let scene = format!("{STRAIGHT}{gravity}").replace("1e8", modulus);
+        let chosen = open(&scene, accuracy);
+        let off = error(&scene, &chosen, 6);
+        assert!(off < accuracy, "{accuracy}: {off:e}");
+        let work = chosen.simulate().unwrap().work();
+        // A step of rodas4 takes as long as five iterations.
+        let iterations = match work.newton_iterations {
+            0 => 5 * work.steps,
+            iterations => iterations,
         };
-        let little = format!("{STRAIGHT}{gravity}");
-        let work = over_a_run(&little);
-        println!("{accuracy}: {work:.2} of a run");
-        assert!(work < 0.15, "{accuracy}: {work}");
-        let more = little.replace("youngs_modulus = 1e8", "youngs_modulus = 1e7");
-        let work = over_a_run(&more);
-        println!("{accuracy}: {work:.2} where loads bend it by more");
-        assert!(work > 0.2, "{accuracy}: {work}");
+        let part = chosen.resolution().unwrap().work / (iterations * chosen.segments()) as f64;
+        println!("{accuracy}, {modulus}: {part:.2} of a run");
+        assert!(part < 1.0, "{accuracy}, {modulus}: {part}");
+    }
+}
+
+/// Limp silicone rods fold under their weight; a request for more accuracy gives no worse a run; the chosen run is compared
+/// with a finer one, and the error of a twisted rod is not that of a run whose torsional modes the steps have damped.
+#[test]
+fn chosen_run_is_the_check_of_its_numerics() {
+    let limp =
+        STRAIGHT.replace("1e8", "1e5") + "[loads]\ngravity = [0, -9.81, 0]\n[time]\nend = 0.6\n";
+    let twisted = STRAIGHT.replace(
+        "section = { kind = \"circle\", radius = 0.005 }",
+        "section = { kind = \"rectangle\", width = 0.01, height = 0.006, up = [0, 1, 0] }\nnatural_twist = -4.0",
+    ) + "[loads]\npoint = [{ node = \"tip\", force = [0, 0.05, 0.04] }]\n[time]\nend = 0.15\n";
+    let released = STRAIGHT.replace("1e8", "1e6")
+        + "[initial]\nstate = \"shape\"\nshape = { kind = \"arc\", length = 0.5, angle = 1.5 }\n[time]\nend = 0.6\n";
+    for (name, scene) in [("limp", limp), ("twisted", twisted), ("released", released)] {
+        let text = scene.replace("[rod]", "accuracy = 1e-2\n[rod]");
+        let (chosen, run) = Scene::from_toml(&text, "data").unwrap().simulate().unwrap();
+        let resolution = chosen.resolution().unwrap();
+        let segments = format!("segments = {}", 3 * resolution.segments);
+        let time = format!("step = {}\n{}", resolution.step.unwrap() / 3.0, scheme(resolution));
+        let fine = problem(&scene, ["", &segments, &time]).unwrap().simulate().unwrap();
+        let end = chosen.time().unwrap().end;
+        let at = |run: &rodfit::Trajectory, s: f64, k: usize| {
+            run.at(Point::ArcLength(s), end * k as f64 / 100.0).unwrap().0.map(|x| x / 0.5)
+        };
+        let places = |run| -> Vec<[f64; 3]> {
+            let points = [0.125, 0.25, 0.375, 0.4999];
+            points.iter().flat_map(|s| (1..=100).map(move |k| at(run, *s, k))).collect()
+        };
+        let off = apart(&places(&run), &places(&fine));
+        println!("{name}: {off:.1e}; {}", resolution.words());
+        assert!(off <= 1e-2 || resolution.bound.is_some(), "{name}: {off:e}");
+        assert!(off <= 2.0 * resolution.error.unwrap(), "{name}: {off:e}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Growth rates of unstable equilibria, and the mesh that is chosen for them.
 
-use rodfit::resolution::Aim;
+use rodfit::accuracy::Aim;
 use rodfit::scene::{Material, Point, PointForce, Scene, Section, Shape, Support};
 use rodfit::vibration::About;
 use std::f64::consts::PI;

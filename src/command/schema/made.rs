@@ -151,7 +151,7 @@ fn plain(words: &str) -> String {
 
 #[test]
 fn links_become_their_words() {
-    let words = "The [motion](crate::resolution), by\n[`Scene::load`] in [0, 1]. [a\n\n```\nx\n```";
+    let words = "The [motion](crate::accuracy), by\n[`Scene::load`] in [0, 1]. [a\n\n```\nx\n```";
     assert_eq!(plain(words), "The motion, by `Scene::load` in [0, 1]. [a");
 }
 

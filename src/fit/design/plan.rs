@@ -1,5 +1,6 @@
 //! A plan, filled with what its scenes do and looked at as an optimum is.
 
+use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::design::choices::Choices;
 use crate::fit::design::told::Design;
@@ -14,7 +15,6 @@ use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::assessment::{Assessment, expected};
 use crate::fit::unknown::Unknown;
 use crate::fit::validate::key;
-use crate::resolution::Aim;
 use std::time::Instant;
 
 /// A plan: `experiments` with their layouts, what is looked for in them, and what is known.

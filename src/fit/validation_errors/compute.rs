@@ -1,5 +1,6 @@
 //! Simulations of the experiments, and their differences to the measurements.
 
+use crate::accuracy::Aim;
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
@@ -17,7 +18,6 @@ use crate::fit::validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
 use crate::numerics::order;
-use crate::resolution::Aim;
 use rayon::prelude::*;
 
 /// Errors of one experiment, with its plots.

@@ -28,9 +28,6 @@ pub(super) const MOST_LEFT: f64 = 1e-6;
 pub(super) const MOST_EDGES: usize = 20_000;
 pub(super) const MOST_OF_MODES: usize = 1_000;
 
-/// The order that is believed of steps of a struck rod.
-const ORDER_STRUCK: f64 = 1.0;
-
 /// Edges, step, the error that is left over the length, and what kept it from being smaller.
 pub(super) type Found = (usize, f64, Option<f64>, Option<Bound>);
 
@@ -59,10 +56,4 @@ pub(super) fn is_struck(Scene { initial, supports, .. }: &Scene) -> bool {
 /// on: what those move by in all goes with the length of an edge.
 pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
     if scene.supports.cut_edges() || is_struck(scene) { 1.0 } else { 2.0 }
-}
-
-/// The order that is believed of a scheme whose own is `order`: of a struck rod hardly any sees it, as modes are out of phase
-/// from some on, the sooner the larger the step.
-pub(super) fn order_of_step(scene: &Scene, order: u32) -> f64 {
-    if is_struck(scene) { ORDER_STRUCK } else { f64::from(order) }
 }

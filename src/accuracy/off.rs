@@ -24,28 +24,9 @@ impl Off {
         Self { by: run.iter().zip(finer).map(difference).collect(), order }
     }
 
-    /// Nothing.
-    pub fn none(order: f64) -> Self {
-        Self { by: Vec::new(), order }
-    }
-
     /// Nobody knows by how much.
     pub fn unknown(order: f64) -> Self {
         Self { by: vec![[f64::INFINITY, 0.0, 0.0]], order }
-    }
-
-    /// With what something else adds to it.
-    pub fn plus(mut self, other: &Self) -> Self {
-        for (a, b) in self.by.iter_mut().zip(&other.by) {
-            (0..3).for_each(|c| a[c] += b[c]);
-        }
-        self
-    }
-
-    /// So many times as much.
-    pub fn times(mut self, factor: f64) -> Self {
-        self.by.iter_mut().flatten().for_each(|x| *x *= factor);
-        self
     }
 
     /// The largest distance.
@@ -69,17 +50,6 @@ impl Off {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn errors_add_up_as_motions() {
-        let (run, finer) = (vec![[0.3, 0.0, 0.0], [0.0, 0.4, 0.0]], vec![[0.0; 3]; 2]);
-        let off = Off::of(&run, &finer, 2.0, 2.0);
-        assert!((off.size() - 0.8).abs() < 1e-15);
-        assert_eq!(apart(&run, &finer), 0.4);
-        assert_eq!(off.clone().plus(&off.clone().times(-1.0)).size(), 0.0);
-        assert_eq!(off.clone().plus(&Off::none(2.0)).size(), off.size());
-        assert_eq!(Off::unknown(2.0).size(), f64::INFINITY);
-    }
 
     #[test]
     fn what_is_left_falls_with_the_order() {

@@ -1,44 +1,42 @@
 //! Mesh, step and scheme where a scene leaves them to the program.
 //!
-//! A motion is looked at where the rod moves most freely: at its free ends, or halfway. Runs of which each is twice as
-//! fine as the one before tell what the last is off by (`off`) and the order this falls with (`ladder`); what is chosen is as
-//! fine as the error that is asked for needs it (`motion`, `steps`, `rival`, `mix`, `still`). Where loads bend the rod little its
-//! small motions tell as well, at a fraction of the work (`small`). `cargo run --release --example accuracy -- costs` tells what
-//! all that costs.
+//! For a motion, trial runs refine the mesh and the step, whichever leaves the larger error, and the
+//! [differences](difference) between successive runs over the whole rod estimate both errors ([`motion`]). The cheapest
+//! numerics that reach the requested error are chosen ([`refinement`], [`rodas4`]); the chosen run is compared with the last
+//! trial run and repeated with finer numerics where it disagrees or fails ([`check`]). What does not move has a mesh only
+//! ([`still`]). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
 
 mod aim;
+mod check;
+mod difference;
 mod ladder;
-mod mix;
 mod motion;
 mod off;
-mod rival;
-mod runs;
-mod small;
-mod steps;
+mod refinement;
+mod rodas4;
 mod still;
-mod tried;
+mod trial;
 
 pub use aim::Aim;
+pub use check::{Assessment, RunCheck, RunMonitor};
 
+use crate::accuracy::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
+use crate::accuracy::motion::{ChosenMotion, MotionSearch};
+use crate::accuracy::refinement::Free;
+use crate::accuracy::still::still;
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::problem::natural_turn::turning;
-use crate::resolution::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, is_struck, solved_for};
-use crate::resolution::motion::Search;
-use crate::resolution::still::still;
 use crate::scene::Scene;
 
-/// Fewest edges of a first mesh, at an accuracy of 1 %; the number goes with the fourth root of the accuracy, as a
-/// better one needs higher modes in the coarse runs too.
+/// Fewest edges of a first mesh: those of a motion are refined as it takes.
 const FIRST_EDGES: f64 = 4.0;
-/// The same where supports move or the rod starts with a velocity: that strikes higher modes than loads do.
-const FIRST_EDGES_STRUCK: f64 = 8.0;
-/// The same for what does not move, whose meshes cost little.
+/// The same for what does not move, at an accuracy of 1 %; the number goes with the fourth root of the accuracy.
 const FIRST_EDGES_STILL: f64 = 6.0;
 /// Largest turn of an edge of a first mesh, rad.
 const FIRST_TURN: f64 = 1.5;
-/// First steps in the shortest of the times that a scene is made of, likewise, and fewest in all.
-const FIRST_STEPS: f64 = 7.0;
+/// Steps of the first trial run in the shortest of the times that a scene is made of.
+const FIRST_STEPS: f64 = 5.0;
 
 impl Scene {
     /// Validates the scene, [chooses](self) mesh, step and scheme where they are left out, and builds what a
@@ -49,6 +47,36 @@ impl Scene {
     /// those of a simulation.
     pub fn problem(&self) -> Result<Problem, Error> {
         self.problem_for(if self.time.is_some() { Aim::Motion } else { Aim::Rest })
+    }
+
+    /// The same for a simulation, with the check of a run by chosen numerics; none where nothing was chosen.
+    ///
+    /// # Errors
+    /// Those of [`problem`](Self::problem).
+    pub fn checked_problem(&self) -> Result<(Problem, Option<RunCheck>), Error> {
+        self.validate()?;
+        let open = self.left_open();
+        if self.time.is_none() || !open.any() && self.accuracy.is_none() {
+            return Ok((self.problem()?, None));
+        }
+        let mut scene = self.clone();
+        scene.read_shapes().map_err(|error| error.in_file(self.path.as_deref()))?;
+        let edges = first_edges(&scene, Aim::Motion)?;
+        let step = first_step(&scene, edges)?;
+        let guess = scene.resolved(edges, step);
+        let mut search = MotionSearch::new(&scene, guess)?;
+        let ChosenMotion { numerics, step, error, bound, basis } = search.choose(step)?;
+        let mut chosen = scene.resolved(numerics.segments, step).by(numerics.scheme);
+        if let Some(resolution) = &mut chosen.resolution {
+            resolution.error = error.filter(|error| error.is_finite());
+            (resolution.bound, resolution.work) = (bound, search.work());
+        }
+        solved_for(&mut chosen, OF_ACCURACY);
+        let free = Free { mesh: open.segments, step: open.step };
+        let check = basis
+            .filter(|_| open.any())
+            .map(|basis| RunCheck::new(&scene, basis, free, search.work()));
+        Ok((chosen.posed()?, check))
     }
 
     /// The same, chosen for another aim.
@@ -62,32 +90,21 @@ impl Scene {
         if !open.any() && !checked {
             return self.posed();
         }
+        if aim == Aim::Motion {
+            return Ok(self.checked_problem()?.0);
+        }
         let mut scene = self.clone();
         scene.read_shapes().map_err(|error| error.in_file(self.path.as_deref()))?;
         let edges = first_edges(&scene, aim)?;
         let step = first_step(&scene, edges)?;
-        let guess = scene.resolved(edges, step);
-        let mut work = 0.0;
-        let mut scheme = guess.scheme();
         let (segments, step, error, bound) = match aim {
-            Aim::Motion => {
-                let search = Search::new(&scene, guess)?;
-                let found;
-                (found, scheme) = search.motion(step)?;
-                work = search.runs.work.get();
-                found
-            }
-            Aim::Guess => (edges, step, None, None),
-            _ if !open.segments => (edges, step, None, None),
-            Aim::Rest | Aim::Modes(_) => still(&scene, aim, (edges, step))?,
+            Aim::Rest | Aim::Modes(_) if open.segments => still(&scene, aim, (edges, step))?,
+            _ => (edges, step, None, None),
         };
-        let mut scene = scene.resolved(segments, step).by(scheme);
+        let mut scene = scene.resolved(segments, step);
         if let Some(resolution) = &mut scene.resolution {
             let known = error.filter(|error| error.is_finite());
-            (resolution.error, resolution.bound, resolution.work) = (known, bound, work);
-        }
-        if aim == Aim::Motion {
-            solved_for(&mut scene, OF_ACCURACY);
+            (resolution.error, resolution.bound) = (known, bound);
         }
         scene.posed()
     }
@@ -97,12 +114,10 @@ impl Scene {
 fn first_edges(scene: &Scene, aim: Aim) -> Result<usize, Error> {
     let shape = &scene.rod.shape;
     let turning = turning(scene, shape.turning().unwrap_or(0.0), shape.length());
-    let first = match aim {
-        Aim::Motion if is_struck(scene) || scene.supports.path.is_some() => FIRST_EDGES_STRUCK,
+    let fine = match aim {
         Aim::Motion => FIRST_EDGES,
-        _ => FIRST_EDGES_STILL,
+        _ => FIRST_EDGES_STILL * fineness(scene),
     };
-    let fine = first * fineness(scene);
     let modes = if let Aim::Modes(count) = aim { 2.0 * count as f64 } else { 0.0 };
     let edges = fine.max(turning / FIRST_TURN).max(modes).ceil() as usize;
     if edges > MOST_EDGES {
@@ -139,5 +154,5 @@ fn first_step(scene: &Scene, edges: usize) -> Result<f64, Error> {
     let frames = scene.supports.path.as_ref().map(|path| path.track()).transpose()?;
     let frame = frames.map_or(f64::INFINITY, |track| track.end() / track.times().len() as f64);
     let good = scene.supports.largest_good_step();
-    Ok((shortest.min(time.end) / (FIRST_STEPS * fineness(scene))).min(good).min(frame))
+    Ok((shortest.min(time.end) / FIRST_STEPS).min(good).min(frame))
 }

@@ -1,6 +1,6 @@
 //! Runs of which each is twice as fine as the one before, and what their differences say.
 
-use crate::resolution::off::{Off, Seen, apart};
+use crate::accuracy::off::{Off, Seen, apart};
 
 /// Differences of runs that fall by this factor when edges or steps are halved are those of a method that converges; of one of
 /// first order by this part of its own.

@@ -1,11 +1,11 @@
 //! A mesh for what does not move.
 
+use crate::accuracy::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges, order_of_mesh};
+use crate::accuracy::ladder::Ladder;
+use crate::accuracy::off::Seen;
+use crate::accuracy::trial::looked_at;
 use crate::error::Error;
 use crate::problem::Problem;
-use crate::resolution::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges, order_of_mesh};
-use crate::resolution::ladder::Ladder;
-use crate::resolution::off::Seen;
-use crate::resolution::runs::looked_at;
 use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
 use crate::vibration::About;

@@ -1,0 +1,229 @@
+//! The chosen run as the check of its own numerics.
+//!
+//! While the chosen run goes on it is compared with the last trial run. Where they differ by more than the estimated errors
+//! allow, the errors of the trial run were underestimated by that factor, and so was that of the chosen run. Where it is above
+//! the requested one then, or the run fails, finer numerics are chosen.
+
+use crate::accuracy::aim::{OF_ACCURACY, solved_for};
+use crate::accuracy::motion::Basis;
+use crate::accuracy::refinement::{Free, Refinement};
+use crate::accuracy::trial::{Numerics, compared_points};
+use crate::dynamics::{Snapshot, Trajectory};
+use crate::error::Error;
+use crate::problem::Problem;
+use crate::scene::{Scene, Stencil};
+
+/// Runs that may be chosen after the first.
+const MOST_ATTEMPTS: usize = 3;
+/// Growth of the work from the last trial run below which a difference determines nothing: both runs are alike.
+const LEAST_GROWTH: f64 = 1.3;
+/// The least change of a refined run, over the error of the trial run.
+const LEAST_CHANGE: f64 = 0.3;
+/// Refinement of the step after a run that failed.
+const AFTER_FAILURE: f64 = 3.0;
+/// Times at which the run is compared, at most.
+const TIMES: f64 = 200.0;
+
+/// The check of a run by numerics that the program chose.
+pub struct RunCheck {
+    scene: Scene,
+    basis: Basis,
+    free: Free,
+    /// Refinement of the run over the numerics of the basis.
+    finer: Refinement,
+    numerics: Numerics,
+    attempts: usize,
+    /// Work of the trial runs and of the runs that were repeated, edges times Newton iterations.
+    work: f64,
+}
+
+/// The largest difference between a run and the last trial run, while the run goes on.
+pub struct RunMonitor {
+    /// Of the compared points on the mesh of the run and on that of the trial run.
+    stencils: Vec<[Stencil; 2]>,
+    trial: std::sync::Arc<crate::dynamics::record::Record>,
+    over: f64,
+    interval: f64,
+    next: f64,
+    difference: f64,
+    /// Newton iterations so far, or steps where the scheme has none, and edges.
+    iterations: usize,
+    segments: usize,
+}
+
+/// What follows from a run.
+pub enum Assessment {
+    /// Its estimated error over the length, where there is one.
+    Accepted(Option<f64>),
+    /// Finer numerics are needed.
+    Again(Box<(Problem, RunCheck)>),
+}
+
+impl RunCheck {
+    pub(super) fn new(scene: &Scene, basis: Basis, free: Free, work: f64) -> Self {
+        let finer = basis.refinement(free);
+        let numerics = basis.refined(finer, scene);
+        Self { scene: scene.clone(), basis, free, finer, numerics, attempts: 0, work }
+    }
+
+    /// A monitor of a run of this problem.
+    ///
+    /// # Errors
+    /// None of problems that the check was made for.
+    pub fn monitor(&self, problem: &Problem) -> Result<RunMonitor, Error> {
+        let points = compared_points(problem);
+        let own = points.iter().map(|point| problem.stencil(*point));
+        let of_trial = self.basis.trial.stencils.iter();
+        let pair = |(own, other): (Result<Stencil, Error>, &Stencil)| Ok([own?, other.clone()]);
+        let interval = problem.time()?.end / TIMES;
+        Ok(RunMonitor {
+            stencils: own.zip(of_trial).map(pair).collect::<Result<_, Error>>()?,
+            trial: self.basis.trial.record.clone(),
+            over: problem.length().recip(),
+            interval,
+            next: interval,
+            difference: 0.0,
+            iterations: 0,
+            segments: problem.segments(),
+        })
+    }
+
+    /// Assesses a run from how it ended and its difference from the last trial run.
+    ///
+    /// # Errors
+    /// Those of building another problem.
+    pub fn assess(
+        mut self,
+        outcome: &Result<(), Error>,
+        monitor: &RunMonitor,
+    ) -> Result<Assessment, Error> {
+        let can_refine = self.free.step && self.attempts < MOST_ATTEMPTS;
+        self.work += (monitor.iterations * monitor.segments) as f64;
+        match outcome {
+            Ok(()) => {}
+            Err(Error::Invalid { .. } | Error::Io { .. } | Error::Interrupted) => {
+                return Ok(Assessment::Accepted(None));
+            }
+            Err(_) if can_refine => {
+                let finer = Refinement { step: AFTER_FAILURE * self.finer.step, ..self.finer };
+                return self.again(finer, 1.0);
+            }
+            Err(_) => return Ok(Assessment::Accepted(None)),
+        }
+        let expected = self.basis.chosen_errors.after(self.finer);
+        let factor = self.underestimation(expected, monitor.difference);
+        let error = factor * expected;
+        if error <= self.scene.asked() || !can_refine {
+            return Ok(Assessment::Accepted(Some(error)));
+        }
+        let same = Refinement { mesh: 1.0, step: 1.0 };
+        let scaled = self.basis.chosen_errors.refined(same, factor);
+        let segments = self.basis.chosen_from.segments as f64;
+        match scaled.cheapest(self.basis.target, segments, self.free) {
+            Some((finer, _)) if self.is_affordable(finer) => self.again(finer, factor),
+            _ => Ok(Assessment::Accepted(Some(error))),
+        }
+    }
+
+    /// Whether a run takes no longer than the longest that is chosen.
+    fn is_affordable(&self, finer: Refinement) -> bool {
+        let Numerics { segments, steps, .. } = self.basis.refined(finer, &self.scene);
+        segments as f64 * steps as f64 <= self.basis.most_work
+    }
+
+    /// The factor by which the errors of the last trial run were underestimated, as far as the difference of the run shows.
+    fn underestimation(&self, expected: f64, difference: f64) -> f64 {
+        let errors = self.basis.errors;
+        let trial = errors.mesh + errors.step;
+        if self.basis.growth(self.numerics) < LEAST_GROWTH || trial == 0.0 {
+            return 1.0;
+        }
+        // Errors of one scheme have one direction; those of two may point against each other.
+        let allowed = match self.basis.numerics.scheme == self.numerics.scheme {
+            true => (trial - expected).abs().max(LEAST_CHANGE * trial),
+            false => trial + expected,
+        };
+        (difference / allowed).max(1.0)
+    }
+
+    /// The problem with other numerics.
+    fn again(mut self, finer: Refinement, factor: f64) -> Result<Assessment, Error> {
+        let same = Refinement { mesh: 1.0, step: 1.0 };
+        self.basis.chosen_errors = self.basis.chosen_errors.refined(same, factor);
+        self.basis.errors = self.basis.errors.refined(same, factor);
+        self.finer = finer;
+        self.attempts += 1;
+        let numerics = self.basis.refined(finer, &self.scene);
+        self.numerics = numerics;
+        let error = self.basis.chosen_errors.after(finer);
+        let problem = numbered(&self.scene, numerics, error, self.work)?;
+        Ok(Assessment::Again(Box::new((problem, self))))
+    }
+}
+
+/// The problem of a scene with these numerics and an estimated error.
+fn numbered(scene: &Scene, numerics: Numerics, error: f64, work: f64) -> Result<Problem, Error> {
+    let end = scene.time.as_ref().map_or(0.0, |time| time.end);
+    let mut scene =
+        scene.resolved(numerics.segments, end / numerics.steps as f64).by(numerics.scheme);
+    if let Some(resolution) = &mut scene.resolution {
+        (resolution.error, resolution.work) = (Some(error), work);
+    }
+    solved_for(&mut scene, OF_ACCURACY);
+    scene.posed()
+}
+
+impl Scene {
+    /// Simulates the scene with the numerics that it gives, or that are chosen and checked by the run: it is repeated with
+    /// finer ones where it fails, or where the estimated error turns out to be above the requested one. All nodes are recorded.
+    ///
+    /// # Errors
+    /// Those of [`problem`](Self::problem) and of [`Trajectory::run`].
+    pub fn simulate(&self) -> Result<(Problem, Trajectory), Error> {
+        let (mut problem, mut check) = self.checked_problem()?;
+        loop {
+            let all: Vec<usize> = (0..problem.nodes()).collect();
+            let mut trajectory = Trajectory::new(&problem, &all, &[])?;
+            let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
+            let outcome = trajectory.run(&problem, problem.time()?.steps(), |state| {
+                monitor.iter_mut().for_each(|monitor| monitor.push(state));
+            });
+            let Some((own, monitor)) = check.take().zip(monitor) else {
+                return outcome.map(|()| (problem, trajectory));
+            };
+            match own.assess(&outcome, &monitor)? {
+                Assessment::Again(next) => {
+                    let (finer, next) = *next;
+                    (problem, check) = (finer, Some(next));
+                }
+                Assessment::Accepted(error) => {
+                    problem.set_estimated_error(error);
+                    return outcome.map(|()| (problem, trajectory));
+                }
+            }
+        }
+    }
+}
+
+impl RunMonitor {
+    /// Compares a state of the run.
+    pub fn push(&mut self, state: &dyn Snapshot) {
+        let (time, work) = (state.time(), state.work());
+        self.iterations = work.newton_iterations.max(work.steps);
+        if time < self.next {
+            return;
+        }
+        self.next = time + self.interval;
+        let recorded = self.trial.read();
+        for [own, other] in &self.stencils {
+            let Ok(places) = recorded.places(other, std::iter::once(time)) else { continue };
+            let mut square = 0.0;
+            for c in 0..3 {
+                let here: f64 =
+                    own.nodes.iter().map(|(i, weight)| weight * state.position(*i)[c]).sum();
+                square += (here - places[0][c]).powi(2);
+            }
+            self.difference = self.difference.max(self.over * square.sqrt());
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! How much finer mesh and step must be for a requested error, at the least work.
+
+/// Errors of mesh and step of a run, over the length, and the powers that they fall with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ErrorModel {
+    pub mesh: f64,
+    pub step: f64,
+    pub mesh_order: f64,
+    pub step_order: f64,
+}
+
+/// Factors by which mesh and step are finer than those of a run; below one they are coarser.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Refinement {
+    pub mesh: f64,
+    pub step: f64,
+}
+
+/// Which of the two may change.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Free {
+    pub mesh: bool,
+    pub step: bool,
+}
+
+/// Coarsest and finest factor for the mesh, and the number of candidates between them.
+const COARSEST: f64 = 0.5;
+const FINEST: f64 = 8.0;
+const CANDIDATES: i32 = 80;
+
+/// A step takes as long as so many edges more would.
+pub(super) const EDGES_OF_STEP: f64 = 8.0;
+
+/// Work of a run with so many edges and steps, up to a factor.
+pub(super) fn work(segments: f64, steps: f64) -> f64 {
+    (segments + EDGES_OF_STEP) * steps
+}
+
+impl ErrorModel {
+    /// The error that is left after a refinement.
+    pub fn after(&self, finer: Refinement) -> f64 {
+        self.mesh * finer.mesh.powf(-self.mesh_order)
+            + self.step * finer.step.powf(-self.step_order)
+    }
+
+    /// The errors of a run that is finer, times a factor.
+    pub fn refined(&self, finer: Refinement, factor: f64) -> Self {
+        Self {
+            mesh: factor * self.mesh * finer.mesh.powf(-self.mesh_order),
+            step: factor * self.step * finer.step.powf(-self.step_order),
+            ..*self
+        }
+    }
+
+    /// The cheapest refinement of a run with so many edges that leaves at most `target`, and the factor by which it multiplies
+    /// the work; none where a part that cannot change leaves more.
+    pub fn cheapest(&self, target: f64, segments: f64, free: Free) -> Option<(Refinement, f64)> {
+        let factor =
+            |k: i32| COARSEST * (FINEST / COARSEST).powf(f64::from(k) / f64::from(CANDIDATES));
+        let meshes: Vec<f64> = match free.mesh {
+            true => (0..=CANDIDATES).map(factor).collect(),
+            false => vec![1.0],
+        };
+        let candidates = meshes.into_iter().filter_map(|mesh| {
+            let left = target - self.mesh * mesh.powf(-self.mesh_order);
+            let step = (self.step / left).powf(self.step_order.recip()).max(COARSEST);
+            let step = if free.step { step } else { 1.0 };
+            let finer = Refinement { mesh, step };
+            let is_enough = left > 0.0 && self.after(finer) <= target * (1.0 + 1e-9);
+            is_enough.then(|| (finer, work(mesh * segments, step) / work(segments, 1.0)))
+        });
+        candidates.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The refinement that leaves the least error for at most so many times the work.
+    pub fn best_within(&self, growth: f64, segments: f64, free: Free) -> Refinement {
+        let [mut low, mut high] =
+            [1e-3, 1e3].map(|factor| factor * (self.mesh + self.step).max(1e-300));
+        let within =
+            |target: f64| self.cheapest(target, segments, free).filter(|(_, cost)| *cost <= growth);
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            match within(middle) {
+                Some(_) => high = middle,
+                None => low = middle,
+            }
+        }
+        within(high).map_or(Refinement { mesh: 1.0, step: 1.0 }, |(finer, _)| finer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOTH: Free = Free { mesh: true, step: true };
+
+    fn model(mesh: f64, step: f64) -> ErrorModel {
+        ErrorModel { mesh, step, mesh_order: 2.0, step_order: 2.0 }
+    }
+
+    /// Without a price for a step both errors are equal at the least work: with the orders equal, d(mesh part) = d(step part).
+    #[test]
+    fn cheapest_refinement_shares_the_error_equally_on_large_meshes() {
+        let model = model(4e-3, 1e-3);
+        let (finer, cost) = model.cheapest(1e-3, 1e9, BOTH).unwrap();
+        let [mesh, step] = [4e-3 / finer.mesh.powi(2), 1e-3 / finer.step.powi(2)];
+        assert!(
+            (mesh / step - 1.0).abs() < 0.1 && (mesh + step - 1e-3).abs() < 1e-9,
+            "{mesh} {step}"
+        );
+        // sqrt(4e-3/5e-4) sqrt(1e-3/5e-4)
+        assert!((cost / 4.0 - 1.0).abs() < 0.01, "{cost}");
+    }
+
+    #[test]
+    fn given_part_is_not_refined() {
+        let free = Free { mesh: false, step: true };
+        assert!(model(2e-3, 1e-3).cheapest(1e-3, 10.0, free).is_none());
+        let (finer, _) = model(5e-4, 1e-3).cheapest(1e-3, 10.0, free).unwrap();
+        assert_eq!(finer.mesh, 1.0);
+        assert!((finer.step - 2f64.sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn bounded_refinement_uses_its_work() {
+        let model = model(1e-2, 1e-2);
+        let finer = model.best_within(6.0, 50.0, BOTH);
+        let cost = work(50.0 * finer.mesh, finer.step) / work(50.0, 1.0);
+        assert!(cost <= 6.0 && cost > 5.0, "{cost}");
+        assert!(model.after(finer) < model.after(Refinement { mesh: 2.0, step: 2.0 }));
+    }
+}

@@ -1,0 +1,179 @@
+//! Trial runs, by whose differences mesh and step are chosen.
+
+use crate::accuracy::aim::{OF_TRIAL, solved_for};
+use crate::accuracy::difference::Positions;
+use crate::dynamics::Trajectory;
+use crate::dynamics::record::Record;
+use crate::error::Error;
+use crate::problem::{AnyProblem, Problem};
+use crate::scene::{Chosen, End, Point, Scene, Scheme, Stencil, Support};
+use std::cell::{Cell, RefCell};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Times at which runs are compared, and parts of the rod between the points.
+const TIMES: usize = 100;
+const PARTS: usize = 8;
+/// Most work of a trial run, steps times edges, in a plane and in space: a few seconds.
+const MOST_WORK: [f64; 2] = [2e6, 5e5];
+/// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
+const ITERATIONS_OF_RODAS4: [f64; 2] = [5.0, 3.0];
+/// Part of the largest stable step of an explicit scheme that is used.
+const OF_STABLE_STEP: f64 = 0.95;
+
+/// Numerics of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Numerics {
+    pub segments: usize,
+    /// Steps over the scene's time.
+    pub steps: usize,
+    pub scheme: Scheme,
+}
+
+/// A run whose steps did not fail.
+#[derive(Clone)]
+pub(super) struct Trial {
+    pub positions: Arc<Positions>,
+    pub record: Arc<Record>,
+    /// Of the compared points on the mesh of the run.
+    pub stencils: Arc<[Stencil]>,
+}
+
+/// The trial runs of a scene.
+pub(super) struct Trials<'a> {
+    pub scene: &'a Scene,
+    pub open: Chosen,
+    /// The scene with its first mesh and step.
+    pub guess: Problem,
+    points: Vec<Point>,
+    pub most_work: f64,
+    /// Newton iterations that take as long as a step of `rodas4`.
+    pub iterations_of_rodas4: f64,
+    known: RefCell<Vec<(Numerics, Option<Trial>)>>,
+    /// Work so far, edges times Newton iterations.
+    pub work: Cell<f64>,
+}
+
+impl<'a> Trials<'a> {
+    pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
+        let guess = guess.posed()?;
+        let dimension = usize::from(guess.planar().is_none());
+        Ok(Self {
+            points: compared_points(&guess),
+            open: scene.left_open(),
+            scene,
+            most_work: MOST_WORK[dimension],
+            iterations_of_rodas4: ITERATIONS_OF_RODAS4[dimension],
+            guess,
+            known: RefCell::default(),
+            work: Cell::default(),
+        })
+    }
+
+    /// A run; none where its steps fail. The same run is not made twice.
+    pub fn run(&self, numerics: Numerics) -> Result<Option<Trial>, Error> {
+        if let Some((_, trial)) = self.known.borrow().iter().find(|(known, _)| *known == numerics) {
+            return Ok(trial.clone());
+        }
+        let trial = self.new_run(numerics)?;
+        self.known.borrow_mut().push((numerics, trial.clone()));
+        Ok(trial)
+    }
+
+    fn new_run(
+        &self,
+        Numerics { segments, steps, scheme }: Numerics,
+    ) -> Result<Option<Trial>, Error> {
+        let end = self.guess.time()?.end;
+        let step = end / steps as f64;
+        let mut scene = self.scene.resolved(segments, step).by(scheme);
+        if !self.open.segments && segments != self.guess.segments() {
+            scene.remeshed = Some(segments);
+        }
+        if let Some(time) = &mut scene.time {
+            time.step = step;
+        }
+        solved_for(&mut scene, OF_TRIAL);
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut problem = scene.posed()?.stop_when(stop.clone());
+        if let Some(largest) = largest_stable_step(&problem)?
+            && step > largest
+        {
+            if let Some(time) = &mut scene.time {
+                time.step = largest;
+            }
+            problem = scene.posed()?.stop_when(stop.clone());
+        }
+        let mut tracked = Vec::new();
+        for point in &self.points {
+            tracked.extend(problem.nodes_around(*point)?);
+        }
+        tracked.sort_unstable();
+        tracked.dedup();
+        let mut run = Trajectory::new(&problem, &tracked, &[])?;
+        let mut taken = 0;
+        let outcome = run.run(&problem, problem.time()?.steps(), |run| {
+            // Steps of rodas4 that fail are far too large.
+            if scheme == Scheme::Rodas4 && run.work().steps > taken {
+                stop.store(true, Ordering::Relaxed);
+            }
+            taken += 1;
+        });
+        let work = run.work();
+        let iterations = match scheme {
+            Scheme::Rodas4 => self.iterations_of_rodas4 * work.steps as f64,
+            _ => work.newton_iterations.max(work.steps) as f64,
+        };
+        self.work.set(self.work.get() + iterations * problem.segments() as f64);
+        match outcome {
+            Ok(()) => {}
+            Err(error @ (Error::Invalid { .. } | Error::Io { .. })) => return Err(error),
+            Err(_) => return Ok(None),
+        }
+        let record = run.into_record();
+        let stencils = self.points.iter().map(|point| problem.stencil(*point));
+        let stencils: Arc<[Stencil]> = stencils.collect::<Result<_, _>>()?;
+        let positions = Arc::new(positions(&problem, &stencils, &record)?);
+        Ok(Some(Trial { positions, record: Arc::new(record), stencils }))
+    }
+}
+
+/// Positions of the compared points over the length, at all times of comparison.
+fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result<Positions, Error> {
+    let (end, over) = (problem.time()?.end, problem.length().recip());
+    let times = || (1..=TIMES).map(|k| end * k as f64 / TIMES as f64);
+    let mut positions = Vec::with_capacity(TIMES * stencils.len());
+    for stencil in stencils {
+        let places = record.read().places(stencil, times())?;
+        positions.extend(places.iter().map(|place| place.map(|x| over * x)));
+    }
+    Ok(positions)
+}
+
+/// The largest step of an explicit scheme with a margin, s; none where every step is stable.
+pub(super) fn largest_stable_step(problem: &Problem) -> Result<Option<f64>, Error> {
+    let largest = match problem.discretized() {
+        AnyProblem::Planar(discretized) => discretized.largest_step()?,
+        AnyProblem::Spatial(discretized) => discretized.largest_step()?,
+    };
+    Ok(largest.map(|largest| OF_STABLE_STEP * largest))
+}
+
+/// Points at equal distances along the rod, and its free ends.
+pub(super) fn compared_points(problem: &Problem) -> Vec<Point> {
+    let inner = (1..PARTS).map(|k| Point::ArcLength(problem.length() * k as f64 / PARTS as f64));
+    inner.chain(free_ends(problem)).collect()
+}
+
+/// The free ends of a rod, or its middle.
+pub(super) fn looked_at(problem: &Problem) -> Vec<Point> {
+    let points: Vec<Point> = free_ends(problem).collect();
+    if points.is_empty() { vec![Point::ArcLength(0.5 * problem.length())] } else { points }
+}
+
+fn free_ends(problem: &Problem) -> impl Iterator<Item = Point> {
+    let supports = &problem.scene().supports;
+    let ends = [(End::Start, Point::Node(0)), (End::End, Point::Tip)];
+    let free = ends.into_iter().filter(|(end, _)| supports.at(*end) == Support::Free);
+    free.map(|(_, point)| point)
+}
