@@ -115,11 +115,9 @@ fn unstable_state<M: Model<W>, const W: usize>(
     let pencil = Pencil::at(discretized, &rod, &q, &state.frames);
     let mut forces = vec![0.0; state.q.len()];
     rod.gradient(&state.q, &state.frames, Derivatives::Hand, &mut forces);
-    let mut fastest = 0.0_f64;
     let mut held: Option<HeldMode> = None;
     let growing = pencil.inertia(-least)?;
     for (squared, x) in pencil.lowest(growing.min(MODES), scale)? {
-        fastest = fastest.max(-squared);
         let product =
             |f: &dyn Fn(usize) -> f64| pencil.free.clone().map(|i| x[i] * f(i)).sum::<f64>();
         let largest = largest_displacement::<M, W>(&x);
@@ -131,7 +129,6 @@ fn unstable_state<M: Model<W>, const W: usize>(
     }
     if M::STRIDE < 3 && problem.can_twist() {
         let squared = out_of_plane(discretized, &q, least, scale)?;
-        fastest = fastest.max(squared.unwrap_or(0.0));
         if let Some(squared_rate) = squared
             && held.as_ref().is_none_or(|held| held.squared_rate < squared_rate)
         {
@@ -139,7 +136,8 @@ fn unstable_state<M: Model<W>, const W: usize>(
         }
     }
     let Some(HeldMode { squared_rate, out_of_plane }) = held else { return Ok(None) };
-    let shift = 2.0 * fastest;
+    // Where another motion grows faster and nothing holds it, the factors are indefinite.
+    let shift = 2.0 * squared_rate;
     let factors = pencil.factors(-shift)?;
     let free = |i: usize| pencil.free.contains(&i);
     let displaced = |right: &dyn Fn(usize) -> f64| {
