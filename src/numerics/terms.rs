@@ -390,7 +390,8 @@ mod tests {
     /// The floor of a derivative is the next derivative times the rounding of the argument.
     #[test]
     fn third_derivatives_are_those_of_the_functions() {
-        let functions: [(&str, fn(Dual3_64) -> Dual3_64, fn(Terms<1>) -> Terms<1>); 14] = [
+        type Route<D> = fn(D) -> D;
+        let functions: [(&str, Route<Dual3_64>, Route<Terms<1>>); 14] = [
             ("recip", |x| x.recip(), Scalar::recip),
             ("sqrt", |x| x.sqrt(), Scalar::sqrt),
             ("powi", |x| DualNum::powi(&x, 5), |x| Scalar::powi(x, 5)),
