@@ -14,6 +14,7 @@ mod linearized;
 pub(crate) mod noise_scale;
 pub mod order;
 pub mod scalar;
+pub(crate) mod spectrum;
 pub mod terms;
 mod trigonometry;
 pub mod vector;

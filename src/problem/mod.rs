@@ -459,9 +459,9 @@ impl Problem {
         warnings
     }
 
-    /// What is wrong in the recording that leads the ends, or was mended.
+    /// What is wrong in the recordings that move the ends, or was mended.
     pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
-        self.scene.supports.path.as_ref().map_or(Vec::new(), |path| path.warnings())
+        self.scene.supports.recording_warnings()
     }
 
     /// The scene's `[time]`.

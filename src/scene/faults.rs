@@ -12,6 +12,10 @@ const BESIDE: usize = 3;
 const LONGEST: usize = 12;
 /// By how much a gap must fit better than none, in sums of squares.
 const BETTER: f64 = 10.0;
+/// By how much one of both must fit a single marker better, in RMS, to decide between them.
+const DECISIVE: f64 = 2.0;
+/// Markers that must jump by lost frames at least: one alone has slipped.
+const FEWEST_JUMPING: usize = 2;
 /// What fits to this, m, has no gap: cameras see no better.
 const SEEN: f64 = 2e-5;
 /// By how much a marker must be farther than one that should be beyond it: by less, edges only differ.
@@ -80,7 +84,7 @@ impl Track {
         }
         let mut times = self.times().to_vec();
         if lost == LostFrames::Stretch {
-            let between = self.between();
+            let between = self.usual_step();
             for (frame, steps) in &gaps {
                 times[frame + 1..].iter_mut().for_each(|t| *t += (steps - 1) as f64 * between);
             }
@@ -93,13 +97,6 @@ impl Track {
         // As many sightings as before: it cannot fail.
         let mended = Self::new(times, markers.collect()).unwrap_or_else(|_| self.clone());
         mended.with_faults(faults)
-    }
-
-    /// The usual time between two frames, s.
-    fn between(&self) -> f64 {
-        let mut between: Vec<f64> = self.times().windows(2).map(|t| t[1] - t[0]).collect();
-        order::sort(&mut between);
-        between.get(between.len() / 2).copied().unwrap_or(0.0)
     }
 
     /// The marker that is at each place along the rod. Two neighbours are taken for swapped where the
@@ -134,7 +131,7 @@ impl Track {
     /// Where frames are missing: the frame before, and how many steps the way to the next one is. There
     /// the way of the held markers is smooth with a gap, and not without.
     fn gaps(&self, held: &[&Marker]) -> Vec<(usize, usize)> {
-        let (between, frames) = (self.between(), self.times().len());
+        let frames = self.times().len();
         let mut gaps: Vec<(usize, usize, f64)> = Vec::new();
         let mut ways: Vec<Frames> = Vec::new();
         for before in BESIDE - 1..frames.saturating_sub(BESIDE) {
@@ -144,22 +141,16 @@ impl Track {
             if ways.len() < 3 * held.len() {
                 continue;
             }
-            let roughness = |steps: usize| {
-                let extra = (steps - 1) as f64 * between;
-                let time = |k: usize| {
-                    let t = (self.times()[k] - self.times()[before]) / between;
-                    if k > before { t + extra / between } else { t }
-                };
-                let basis = cubics(&components(|k| time(first + k)));
-                let sum = ways.iter().map(|way| left(&basis, way)).sum::<f64>();
-                (sum / f64::max((WINDOW * ways.len()) as f64, 1.0)).sqrt()
-            };
+            let roughness = |steps: usize| rms_residual(&self.cubics(first, steps), &ways);
             let here = roughness(1);
             if here <= SEEN {
                 continue;
             }
             let best = (2..=LONGEST).map(|m| (m, roughness(m))).min_by(|a, b| a.1.total_cmp(&b.1));
-            if let Some((steps, rough)) = best.filter(|(_, rough)| here >= BETTER.sqrt() * rough) {
+            let found = best.filter(|(steps, rough)| {
+                here >= BETTER.sqrt() * rough && self.most_markers_jump(first, *steps)
+            });
+            if let Some((steps, rough)) = found {
                 let better = here / rough.max(f64::MIN_POSITIVE);
                 match gaps.last_mut() {
                     // Windows beside a gap see it too.
@@ -173,6 +164,34 @@ impl Track {
             }
         }
         gaps.into_iter().map(|(before, steps, _)| (before, steps)).collect()
+    }
+
+    /// Orthonormal cubics over the window of frames from `first` on, in whose middle the clock makes so many steps.
+    fn cubics(&self, first: usize, steps: usize) -> [Frames; 4] {
+        let (between, before) = (self.usual_step(), first + BESIDE - 1);
+        let time = |k: usize| {
+            let t = (self.times()[k] - self.times()[before]) / between;
+            if k > before { t + (steps - 1) as f64 } else { t }
+        };
+        cubics(&components(|k| time(first + k)))
+    }
+
+    /// Whether most markers, free ones too, jump by so many steps in the middle of the window of frames from `first` on.
+    /// A marker that slips, or was reconstructed elsewhere, jumps alone, and the others go on evenly. Markers at rest count
+    /// for neither.
+    fn most_markers_jump(&self, first: usize, steps: usize) -> bool {
+        let [even, lost] = [1, steps].map(|steps| self.cubics(first, steps));
+        let (mut jumping, mut going_on) = (0, 0);
+        for marker in self.markers() {
+            let Some(ways) = ways_of(&marker.seen[first..]) else { continue };
+            let [without, with] = [even, lost].map(|basis| rms_residual(&basis, &ways));
+            if without > SEEN && without >= DECISIVE * with {
+                jumping += 1;
+            } else if with > SEEN && with >= DECISIVE * without {
+                going_on += 1;
+            }
+        }
+        jumping >= FEWEST_JUMPING && jumping > going_on
     }
 
     /// The frames in which a marker jumps and those beside it on the rod do not, which a whip takes along;
@@ -260,6 +279,12 @@ fn cubics(times: &Frames) -> [Frames; 4] {
     basis
 }
 
+/// Residual, RMS, of the least-squares fit of a basis to the ways of markers.
+fn rms_residual(basis: &[Frames; 4], ways: &[Frames]) -> f64 {
+    let sum = ways.iter().map(|way| left(basis, way)).sum::<f64>();
+    (sum / f64::max((WINDOW * ways.len()) as f64, 1.0)).sqrt()
+}
+
 /// The sum of squares that a basis leaves of values.
 fn left(basis: &[Frames; 4], values: &Frames) -> f64 {
     let mut rest = components(|k| values[k] - values[0]);
@@ -324,6 +349,26 @@ mod tests {
         assert_eq!(mended.faults().len(), 2);
         let again = mended.examined(&HELD, LostFrames::Stretch, SwappedLabels::Keep);
         assert!(again.faults().is_empty(), "{:?}", again.faults());
+    }
+
+    #[test]
+    fn marker_that_slips_alone_is_no_lost_frame() {
+        // A held marker slips by 5 mm against all others, on the way that lost frames would take it.
+        let even = track(&[], None, None);
+        let slipped = |m: &Marker| {
+            let slips = m.name == "3";
+            let place = |(k, seen): (usize, &Option<Vector<f64>>)| {
+                let [x, y, z] = (*seen)?;
+                Some(if slips && k >= 60 { [x + 0.004, y, z + 0.003] } else { [x, y, z] })
+            };
+            (m.name.clone(), m.seen.iter().enumerate().map(place).collect())
+        };
+        let markers = even.markers().iter().map(slipped).collect();
+        let recorded = Track::new(even.times().to_vec(), markers).unwrap();
+        let examined = recorded.examined(&HELD, LostFrames::Stretch, SwappedLabels::Keep);
+        let lost = |fault: &&Fault| matches!(fault, Fault::LostFrames { .. });
+        assert_eq!(examined.faults().iter().find(lost), None);
+        assert_eq!(examined.times(), even.times());
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The scene file: what it may say, and whether it makes sense. All quantities are SI.
 
+mod accelerations;
 pub mod along;
 pub mod camera;
 mod drag;
@@ -19,6 +20,7 @@ pub mod path;
 pub mod plane;
 pub mod point;
 mod polyline;
+mod recorded_motion;
 mod required;
 pub mod resolution;
 pub mod rod;
@@ -227,26 +229,20 @@ impl Scene {
         let folder = self.folder();
         self.rod.shape.read(&folder, false)?;
         for motion in &mut self.supports.motion {
-            if motion.track.is_none() && !motion.file.as_os_str().is_empty() {
-                let file = crate::input::file::at(&folder, &motion.file);
-                motion.track = Some(std::sync::Arc::new(Track::read_one(&file)?));
-            }
+            motion.read(&folder)?;
         }
         let ends = [self.supports.start, self.supports.end];
         if let Some(path) = &mut self.supports.path {
             path.read(&folder, ends)?;
-            if let (Some(time), Ok(track)) = (&mut self.time, path.track()) {
-                let last = track.end();
-                if time.end == Time::TO_THE_END {
-                    time.end = last;
-                    self.end_of_recording = Some(last);
-                }
-                // A step may begin before the last frame and end after it.
-                if time.end > last + time.step && time.step != Time::LEFT_OPEN {
-                    let allowed = format!("up to {last} s, where the recording ends");
-                    return Err(Error::invalid("time.end", format!("{} s", time.end), allowed));
-                }
+            if let (Some(time), Ok(track)) = (&mut self.time, path.track())
+                && time.end == Time::TO_THE_END
+            {
+                time.end = track.end();
+                self.end_of_recording = Some(track.end());
             }
+        }
+        if let Some(time) = &self.time {
+            self.supports.check_end(time)?;
         }
         self.initial.shape.as_mut().map_or(Ok(()), |shape| shape.read(&folder, true))
     }

@@ -1,6 +1,5 @@
 //! `[supports.path]`: ends that follow recorded markers.
 
-use crate::code::Code;
 use crate::error::Error;
 use crate::input::track::axes::Axes;
 use crate::input::track::format::Format;
@@ -119,7 +118,8 @@ impl Recorded {
             let free = self.free_markers(ends);
             let held: Vec<usize> =
                 (0..track.markers().len()).filter(|j| !free.contains(j)).collect();
-            self.track = Some(track.examined(&held, self.lost_frames, self.swapped_labels).into());
+            let examined = track.examined(&held, self.lost_frames, self.swapped_labels);
+            self.track = Some(examined.guarded(&held).into());
         }
         Ok(())
     }
@@ -128,14 +128,6 @@ impl Recorded {
     fn recording(&self) -> Recording {
         let Self { format, likelihood, axes, fps, scale, y, time_zero, .. } = *self;
         Recording { format, likelihood, axes, fps, scale, y, time_zero, ..Recording::default() }
-    }
-
-    /// What is wrong in the recording, in words.
-    pub(crate) fn warnings(&self) -> Vec<(Code, String)> {
-        let faults = self.track.as_ref().map_or(&[][..], |track| track.faults());
-        let name = self.file.display().to_string();
-        let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
-        faults.iter().map(|fault| (fault.code(), format!("{place}{fault}"))).collect()
     }
 
     /// The recording.

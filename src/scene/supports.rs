@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::scene::number::{Candidates, Numbers, Quantity, Written};
 use crate::scene::path::Recorded;
 use crate::scene::support::{Clamp, End, Support};
+use crate::scene::time::Time;
 use crate::scene::track::Track;
 use crate::scene::validate::{direction, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
@@ -182,11 +183,13 @@ pub enum Moment<D> {
 
 /// How fast a support moves.
 struct Pace {
-    /// The key that says so, its value and unit.
-    key: &'static str,
-    value: f64,
-    unit: &'static str,
-    /// What steps are counted by, and which fraction of a period it is.
+    /// Its place in the scene file.
+    key: String,
+    /// What moves so fast, with its unit.
+    found: String,
+    /// Period or duration of that, s.
+    time: f64,
+    /// What steps are counted by, and how many of them a period of a swing takes.
     of: &'static str,
     fraction: f64,
 }
@@ -194,22 +197,28 @@ struct Pace {
 impl Pace {
     /// The largest step that makes so many a period, s.
     fn step(&self, per_period: f64) -> f64 {
-        let time = if self.fraction < 1.0 { self.value } else { 1.0 / self.value };
-        time / (self.fraction * per_period)
+        self.time / (self.fraction * per_period)
     }
 
     /// Whether a step is too large for so many a period: what is found, and what is needed.
     fn too_large(&self, step: f64, per_period: f64) -> Option<[String; 2]> {
-        let Self { value, unit, of, fraction, .. } = self;
+        let Self { found, of, fraction, .. } = self;
         let largest = self.step(per_period);
         (step > largest * (1.0 + 1e-9)).then(|| {
             let steps = fraction * per_period;
-            let found = steps * largest / step;
+            let taken = steps * largest / step;
             [
-                format!("{value} {unit} with time.step = {step} s, {found:.2} steps a {of}"),
+                format!("{found} with time.step = {step} s, {taken:.2} steps a {of}"),
                 format!("{steps} steps a {of}, a time.step of {largest:.3e} s"),
             ]
         })
+    }
+
+    /// That of a recorded motion by its bandwidth, Hz. Slower parts make up 99 % of its variance, so that half as many
+    /// steps a period resolve it as those of a single frequency: two are the sampling theorem's.
+    fn of_recording(key: String, bandwidth: f64) -> Self {
+        let found = format!("recorded motion of up to {bandwidth:.3} Hz (99 % of its variance)");
+        Self { key, found, time: bandwidth.recip(), of: "period", fraction: 0.5 }
     }
 }
 
@@ -286,17 +295,38 @@ impl Motion {
         }
     }
 
-    /// How fast it moves; none where it does not.
-    fn pace(&self) -> Option<Pace> {
+    /// How fast it moves, of the motion with this key; none where it does not.
+    fn pace(&self, key: &str) -> Option<Pace> {
         let moves = self.displacement != [0.0; 3] || self.rotation != [0.0; 3] || self.twist != 0.0;
-        let pace = match (self.ramp, self.frequency) {
-            (Some(value), _) => Pace { key: "ramp", value, unit: "s", of: "ramp", fraction: 0.5 },
-            (None, Some(value)) => {
-                Pace { key: "frequency", value, unit: "Hz", of: "period", fraction: 1.0 }
-            }
+        let (name, value, unit) = match (self.ramp, self.frequency) {
+            (Some(value), _) => ("ramp", value, "s"),
+            (None, Some(value)) => ("frequency", value, "Hz"),
             (None, None) => return None,
         };
-        moves.then_some(pace)
+        let (time, of, fraction) = match name {
+            "ramp" => (value, "ramp", 0.5),
+            _ => (value.recip(), "period", 1.0),
+        };
+        let (key, found) = (format!("{key}.{name}"), format!("{value} {unit}"));
+        moves.then_some(Pace { key, found, time, of, fraction })
+    }
+
+    /// How fast its recording moves.
+    fn recorded_pace(&self, key: &str) -> Option<Pace> {
+        let bandwidth = self.track.as_ref()?.bandwidth()?;
+        Some(Pace::of_recording(format!("{key}.file"), bandwidth))
+    }
+
+    /// Reads the recording, and looks for what is wrong in it, once.
+    pub(super) fn read(&mut self, folder: &Path) -> Result<(), Error> {
+        let track = match self.track.take() {
+            Some(track) => track,
+            None if is_empty(&self.file) => return Ok(()),
+            None => Track::read_one(&crate::input::file::at(folder, &self.file))?.into(),
+        };
+        let unguarded = (!track.is_examined()).then(|| Track::clone(&track).guarded(&[0]));
+        self.track = Some(unguarded.map_or(track, Arc::new));
+        Ok(())
     }
 
     /// Whether it is there from the beginning.
@@ -423,13 +453,13 @@ impl Supports {
         }
     }
 
-    /// Refuses steps that do not see how the supports move.
+    /// Refuses steps that do not resolve how the supports move.
     pub(crate) fn check_step(&self, step: f64) -> Result<(), Error> {
-        for (key, pace) in self.paces() {
+        for pace in self.paces().chain(self.path_pace()) {
             if let Some([found, needed]) = pace.too_large(step, FEWEST_STEPS) {
                 let good = pace.step(GOOD_STEPS);
                 let allowed = format!("at least {needed}; {good:.3e} s follows it well");
-                return Err(Error::invalid(key, found, allowed));
+                return Err(Error::invalid(pace.key, found, allowed));
             }
         }
         Ok(())
@@ -437,26 +467,68 @@ impl Supports {
 
     /// Which motions a step follows badly.
     pub(crate) fn step_warnings(&self, step: f64) -> Vec<(Code, String)> {
-        let words = |(key, pace): (String, Pace)| {
+        let words = |pace: Pace| {
             let [found, needed] = pace.too_large(step, GOOD_STEPS)?;
+            let key = &pace.key;
             let words = format!("{key}: {found}, follow the motion badly: it needs {needed}");
             Some((Code::StepTooLarge, words))
         };
-        self.paces().filter_map(words).collect()
+        self.paces().chain(self.path_pace()).filter_map(words).collect()
     }
 
-    /// The largest step that follows all motions well, s; infinite without any.
+    /// The largest step that follows all motions well, s; infinite without any. Steps of recorded ends follow from
+    /// the frames of the recording.
     pub(crate) fn largest_good_step(&self) -> f64 {
-        self.paces().map(|(_, pace)| pace.step(GOOD_STEPS)).fold(f64::INFINITY, f64::min)
+        self.paces().map(|pace| pace.step(GOOD_STEPS)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The motions that take time, by the key that says so.
-    fn paces(&self) -> impl Iterator<Item = (String, Pace)> {
+    /// The motions of walls that take time.
+    fn paces(&self) -> impl Iterator<Item = Pace> {
         let all = self.motion.iter().enumerate();
-        all.filter_map(|(i, motion)| {
-            let pace = motion.pace()?;
-            Some((format!("supports.motion[{i}].{}", pace.key), pace))
+        all.flat_map(|(i, motion)| {
+            let key = format!("supports.motion[{i}]");
+            motion.pace(&key).into_iter().chain(motion.recorded_pace(&key))
         })
+    }
+
+    /// The motion of recorded ends.
+    fn path_pace(&self) -> Option<Pace> {
+        let bandwidth = self.path.as_ref()?.track.as_ref()?.bandwidth()?;
+        Some(Pace::of_recording("supports.path.file".into(), bandwidth))
+    }
+
+    /// All recordings that move the supports.
+    fn recordings(&self) -> impl Iterator<Item = (&Path, &Track)> {
+        let path = self.path.iter().map(|path| (&*path.file, &path.track));
+        let walls = self.motion.iter().map(|motion| (&*motion.file, &motion.track));
+        path.chain(walls).filter_map(|(file, track)| Some((file, &**track.as_ref()?)))
+    }
+
+    /// What is wrong in the recordings that move the supports.
+    pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
+        self.recordings().flat_map(|(file, track)| track.warnings(file)).collect()
+    }
+
+    /// Refuses a simulation beyond the end of a recording, where its motion would be extrapolated.
+    pub(super) fn check_end(&self, time: &Time) -> Result<(), Error> {
+        for (file, track) in self.recordings() {
+            let last = track.end();
+            // A step may begin before the last frame and end after it.
+            let step = match time.step == Time::LEFT_OPEN {
+                true => track.usual_step(),
+                false => time.step,
+            };
+            if time.end.is_finite() && time.end > last + step {
+                let name = if is_empty(file) {
+                    "the recording".into()
+                } else {
+                    file.display().to_string()
+                };
+                let allowed = format!("up to {last} s, where {name} ends");
+                return Err(Error::invalid("time.end", format!("{} s", time.end), allowed));
+            }
+        }
+        Ok(())
     }
 
     /// Checks every value.

@@ -1,13 +1,17 @@
 //! Markers that were followed in time: a table of places, and the smooth way through them.
 
+use crate::code::Code;
 use crate::error::Error;
-use crate::input::table::{TIMES, Table};
+use crate::input::table::Table;
 use crate::input::track;
+use crate::input::track::format::Format;
 use crate::input::track::recording::Recording;
 use crate::input::track::sheet::Sighted;
 use crate::numerics::hermite::Hermite;
+use crate::numerics::order;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
+use crate::scene::accelerations::integrated;
 use crate::scene::fault::Fault;
 use std::ops::Range;
 use std::path::Path;
@@ -21,8 +25,12 @@ use std::path::Path;
 pub struct Track {
     times: Vec<f64>,
     markers: Vec<Marker>,
+    /// What its reader found wrong.
+    read_faults: Vec<Fault>,
     /// What is wrong in it, once that was looked for.
     faults: Option<Vec<Fault>>,
+    /// Bandwidth of the markers that drive a support, Hz; none before it was computed, and where nothing moves.
+    bandwidth: Option<f64>,
 }
 
 /// A marker.
@@ -33,7 +41,7 @@ pub struct Marker {
     /// Where it was seen, m; none where it was not.
     pub seen: Vec<Option<[f64; 3]>>,
     /// When it was seen, s, where, m, and with which velocity, m/s.
-    way: Vec<(f64, [[f64; 3]; 2])>,
+    pub(super) way: Vec<(f64, [[f64; 3]; 2])>,
 }
 
 impl Track {
@@ -80,14 +88,9 @@ impl Track {
             markers.push((marker.name.clone(), seen));
             times = converted.times[before..].to_vec();
         }
-        // Scenes begin at 0: what was not seen then would be made up.
-        if let Some((line, first)) = times.first()
-            && first.abs() > 1e-9
-        {
-            let message = format!(
-                "the clock starts at {first} s, allowed: at 0, as the scene's; time_zero says where that is"
-            );
-            return Err(sheet.error(*line, message));
+        if let Some((line, first)) = times.first() {
+            check_clock(*first, "; time_zero is when that is on the file's clock")
+                .map_err(|message| sheet.error(*line, message))?;
         }
         let found = markers.len();
         let track = Self::new(times.into_iter().map(|(_, t)| t).collect(), markers);
@@ -95,57 +98,33 @@ impl Track {
     }
 
     /// Reads the motion of one point: columns x, y and z, which may be missing, or `ax, ay, az`, its
-    /// accelerations from rest, m/s^2.
+    /// accelerations from rest, in m/s^2 or the unit of the header.
     ///
     /// # Errors
     /// Those of [`read`](Self::read), and more than one point.
     pub fn read_one(path: &Path) -> Result<Self, Error> {
-        let table = Table::read(path)?;
-        let axes = ["ax", "ay", "az"].map(|name| table.find(name));
-        if axes.iter().all(Option::is_none) {
-            let track = Self::read(path)?;
-            return match &track.markers[..] {
-                [_] => Ok(track),
-                more => {
-                    let message = format!("{} points, allowed: one, x, y and z", more.len());
-                    Err(table.error(1, &message))
-                }
-            };
-        }
-        let clock = table.require("t")?;
-        let unit = table.factor(clock, &TIMES, "")?;
-        let mut way: Vec<(f64, [[f64; 3]; 2])> = Vec::new();
-        let mut last = [0.0; 3];
-        for row in &table.rows {
-            let blank = || table.error(row.line, "a blank, where a number is needed");
-            let time = row.values[clock].ok_or_else(blank)? * unit;
-            let mut a = [0.0; 3];
-            for (to, column) in a.iter_mut().zip(axes) {
-                *to = column.map_or(Some(0.0), |column| row.values[column]).ok_or_else(blank)?;
+        let (format, bytes) = track::open(path, None)?;
+        if format == Format::Csv {
+            let table = Table::of(path, &bytes)?;
+            if ["ax", "ay", "az"].iter().any(|name| table.find(name).is_some()) {
+                return integrated(&table);
             }
-            let [mut x, mut v] = [[0.0; 3]; 2];
-            if let Some((before, [x0, v0])) = way.last() {
-                let h = time - before;
-                if h <= 0.0 {
-                    let message = format!("t = {time} s after {before} s, allowed: increasing");
-                    return Err(table.error(row.line, &message));
-                }
-                // Accelerations go straight from one row to the next.
-                for c in 0..3 {
-                    v[c] = v0[c] + 0.5 * h * (last[c] + a[c]);
-                    x[c] = x0[c] + h * v0[c] + h * h * (2.0 * last[c] + a[c]) / 6.0;
-                }
+        }
+        let track = Self::read(path)?;
+        match &track.markers[..] {
+            [_] => Ok(track),
+            more => {
+                let message = format!("{} points, allowed: one, x, y and z", more.len());
+                Err(Error::Data { path: path.into(), line: 1, message })
             }
-            way.push((time, [x, v]));
-            last = a;
         }
-        if way.len() < 2 {
-            return Err(table.error(1, "fewer than two rows below the header, allowed: two"));
-        }
-        let seen = way.iter().map(|(_, [x, _])| Some(*x)).collect();
-        let times = way.iter().map(|(t, _)| *t).collect();
-        let mut track = Self::new(times, vec![(String::new(), seen)])
-            .map_err(|message| table.error(1, &message))?;
+    }
+
+    /// The motion of one point by its places and velocities at increasing times, s, m and m/s.
+    pub(super) fn of_way(way: Vec<(f64, [[f64; 3]; 2])>) -> Result<Self, String> {
+        let seen = way.iter().map(|(_, [place, _])| Some(*place)).collect();
+        let times = way.iter().map(|(time, _)| *time).collect();
+        let mut track = Self::new(times, vec![(String::new(), seen)])?;
         track.markers[0].way = way;
         Ok(track)
     }
@@ -171,12 +150,29 @@ impl Track {
         if markers.is_empty() {
             return Err("no marker, allowed: one at least".into());
         }
-        Ok(Self { times, markers, faults: None })
+        Ok(Self { times, markers, read_faults: Vec::new(), faults: None, bandwidth: None })
     }
 
     /// With what was found wrong in it.
     pub(super) fn with_faults(self, faults: Vec<Fault>) -> Self {
         Self { faults: Some(faults), ..self }
+    }
+
+    /// With a fault that its reader found; the others have not been looked for yet.
+    pub(super) fn with_first_fault(mut self, fault: Fault) -> Self {
+        self.read_faults.push(fault);
+        self
+    }
+
+    /// With the defects of the motion of these markers, which drive a support, and their bandwidth.
+    pub(super) fn guarded(self, driven: &[usize]) -> Self {
+        let mut faults = self.motion_faults(driven);
+        let bandwidth = self.bandwidth_of(driven);
+        let before: Vec<Fault> =
+            self.faults.iter().flatten().chain(&self.read_faults).cloned().collect();
+        faults.retain_mut(|fault| fault.is_beside(&before, self.usual_step()));
+        faults.splice(0..0, before);
+        Self { faults: Some(faults), bandwidth, ..self }
     }
 
     /// Some of its frames as a recording of its own, from time 0; faults are not looked for again.
@@ -199,6 +195,25 @@ impl Track {
     /// What is wrong in it, or was until it was mended; nothing before a problem was made of it.
     pub fn faults(&self) -> &[Fault] {
         self.faults.as_deref().unwrap_or_default()
+    }
+
+    /// What is wrong in it, in words, of a file with this name.
+    pub(super) fn warnings(&self, file: &Path) -> Vec<(Code, String)> {
+        let name = file.display().to_string();
+        let place = if name.is_empty() { String::new() } else { format!("{name}: ") };
+        self.faults().iter().map(|fault| (fault.code(), format!("{place}{fault}"))).collect()
+    }
+
+    /// Frequency below which 99 % of the variance of the motion lie that drives a support, Hz.
+    pub(super) fn bandwidth(&self) -> Option<f64> {
+        self.bandwidth
+    }
+
+    /// The usual time between two frames, s.
+    pub(super) fn usual_step(&self) -> f64 {
+        let mut steps: Vec<f64> = self.times.windows(2).map(|t| t[1] - t[0]).collect();
+        order::sort(&mut steps);
+        steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 
     /// When the markers were looked at, s.
@@ -236,8 +251,18 @@ impl Marker {
     }
 }
 
+/// Refuses a clock that does not start at 0, as the scene's does: the motion before it would be extrapolated.
+pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
+    match first.abs() > 1e-9 {
+        true => {
+            Err(format!("the clock starts at {first} s, allowed: at 0, as the scene's{remedy}"))
+        }
+        false => Ok(()),
+    }
+}
+
 /// Places with their velocities: central differences, of unequal intervals the parabola's.
-fn way(known: &[(f64, [f64; 3])]) -> Vec<(f64, [[f64; 3]; 2])> {
+pub(super) fn way(known: &[(f64, [f64; 3])]) -> Vec<(f64, [[f64; 3]; 2])> {
     let slope = |i: usize| {
         let ((t0, x0), (t1, x1)) = (known[i], known[i + 1]);
         std::array::from_fn::<f64, 3, _>(|c| (x1[c] - x0[c]) / (t1 - t0))

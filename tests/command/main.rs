@@ -23,6 +23,7 @@ mod output_places;
 mod outputs;
 mod plausibility;
 mod predictions;
+mod recorded_walls;
 mod recordings;
 mod refusals;
 mod report;

@@ -1,0 +1,86 @@
+//! Bandwidth of a sampled signal by the power spectrum of its even extension (a discrete cosine transform of type I).
+//!
+//! The even extension is continuous, so that a signal that ends elsewhere than it begins leaks with the fourth power of
+//! the frequency only; a periodic extension leaks with the second.
+
+use std::f64::consts::PI;
+
+/// Most intervals of a signal: a power of two.
+const MOST_INTERVALS: usize = 1 << 17;
+
+/// Number of intervals, a power of two, that resolves a signal of so many samples.
+pub(crate) fn intervals(samples: usize) -> usize {
+    samples.saturating_sub(1).next_power_of_two().clamp(8, MOST_INTERVALS)
+}
+
+/// Variances of the harmonics 1, 2, .. of a signal: the harmonic `k` makes `k / 2` periods over the signal. They add up to
+/// the variance of the even extension. The signal has a power of two of intervals.
+pub(crate) fn harmonic_variances(signal: &[f64]) -> Vec<f64> {
+    let intervals = signal.len() - 1;
+    let extended = signal.iter().chain(signal[1..intervals].iter().rev());
+    let mut terms: Vec<[f64; 2]> = extended.map(|x| [x - signal[0], 0.0]).collect();
+    transform(&mut terms);
+    let count = terms.len() as f64;
+    let power = |k: usize| terms[k].iter().map(|x| (x / count).powi(2)).sum::<f64>();
+    // Each harmonic has two terms, but for the highest.
+    (1..=intervals).map(|k| if k < intervals { 2.0 * power(k) } else { power(k) }).collect()
+}
+
+/// Discrete Fourier transform in place (Cooley and Tukey 1965), of a power of two of complex numbers.
+fn transform(terms: &mut [[f64; 2]]) {
+    let count = terms.len();
+    let bits = count.trailing_zeros();
+    for i in 0..count {
+        let j = i.reverse_bits() >> (usize::BITS - bits);
+        if i < j {
+            terms.swap(i, j);
+        }
+    }
+    let mut half = 1;
+    while half < count {
+        let roots: Vec<[f64; 2]> = (0..half)
+            .map(|k| {
+                let (sine, cosine) = (-PI * k as f64 / half as f64).sin_cos();
+                [cosine, sine]
+            })
+            .collect();
+        for block in terms.chunks_exact_mut(2 * half) {
+            let (even, odd) = block.split_at_mut(half);
+            for ((a, b), [c, s]) in even.iter_mut().zip(odd).zip(&roots) {
+                let turned = [b[0] * c - b[1] * s, b[0] * s + b[1] * c];
+                *b = [a[0] - turned[0], a[1] - turned[1]];
+                *a = [a[0] + turned[0], a[1] + turned[1]];
+            }
+        }
+        half *= 2;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variances_of_cosines_are_half_their_squares() {
+        let value = |x: f64| 0.3 + 2.0 * (3.0 * PI * x).cos() - 0.5 * (11.0 * PI * x).cos();
+        let signal: Vec<f64> = (0..=32).map(|k| value(f64::from(k) / 32.0)).collect();
+        let variances = harmonic_variances(&signal);
+        for (k, variance) in variances.iter().enumerate() {
+            let expected = [(3, 2.0), (11, 0.125)].iter().find(|(n, _)| *n == k + 1);
+            let expected = expected.map_or(0.0, |(_, variance)| *variance);
+            assert!((variance - expected).abs() < 1e-14, "{}: {variance}", k + 1);
+        }
+    }
+
+    #[test]
+    fn variances_of_a_ramp_follow_its_series() {
+        // x = 1/2 - sum over odd k of 4/(pi k)^2 cos(pi k x).
+        let signal: Vec<f64> = (0..=1024).map(|k| f64::from(k) / 1024.0).collect();
+        let variances = harmonic_variances(&signal);
+        for k in [1, 2, 3, 4, 5, 9] {
+            let expected =
+                if k % 2 == 1 { 0.5 * (4.0 / (PI * k as f64).powi(2)).powi(2) } else { 0.0 };
+            assert!((variances[k - 1] - expected).abs() < 1e-6, "{k}: {}", variances[k - 1]);
+        }
+    }
+}

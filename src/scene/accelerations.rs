@@ -1,0 +1,104 @@
+//! Recorded accelerations of a point that starts at rest, integrated twice.
+
+use crate::error::Error;
+use crate::input::table::{TIMES, Table};
+use crate::scene::fault::Fault;
+use crate::scene::track::{Track, check_clock};
+
+/// Standard gravity, m/s^2.
+const STANDARD_GRAVITY: f64 = 9.806_65;
+/// Units of accelerations, in m/s^2.
+const ACCELERATIONS: [(&str, f64); 4] =
+    [("m/s^2", 1.0), ("cm/s^2", 1e-2), ("mm/s^2", 1e-3), ("g", STANDARD_GRAVITY)];
+/// A mean acceleration this near to standard gravity, as a part of it, is that of an accelerometer at rest: errors of
+/// calibration are smaller.
+const NEAR_GRAVITY: f64 = 0.05;
+
+/// The motion of a point by its columns `ax`, `ay` and `az`, linear from one row to the next.
+///
+/// # Errors
+/// Other columns and units, blanks, and a clock that does not start at 0 or does not increase.
+pub(super) fn integrated(table: &Table) -> Result<Track, Error> {
+    let clocks = ["t", "time"].into_iter().filter_map(|name| table.find(name));
+    let clock = match clocks.collect::<Vec<_>>()[..] {
+        [clock] => clock,
+        _ => table.require("t")?,
+    };
+    let axes = ["ax", "ay", "az"].map(|name| table.find(name));
+    if let Some(other) = (0..table.columns.len()).find(|i| *i != clock && !axes.contains(&Some(*i)))
+    {
+        let name = &table.columns[other].0;
+        let message =
+            format!("column `{name}` beside accelerations, allowed: t, ax, ay and az, once each");
+        return Err(table.error(1, &message));
+    }
+    let unit = table.factor(clock, &TIMES, "")?;
+    let mut factors = [1.0; 3];
+    for (factor, column) in factors.iter_mut().zip(axes) {
+        *factor = column.map_or(Ok(1.0), |column| acceleration_unit(table, column))?;
+    }
+    let mut way: Vec<(f64, [[f64; 3]; 2])> = Vec::with_capacity(table.rows.len());
+    let mut last = [0.0; 3];
+    for row in &table.rows {
+        let blank = || table.error(row.line, "a blank, where a number is needed");
+        let time = row.values[clock].ok_or_else(blank)? * unit;
+        let mut a = [0.0; 3];
+        for (c, column) in axes.iter().enumerate() {
+            let value = column.map_or(Some(0.0), |column| row.values[column]);
+            a[c] = value.ok_or_else(blank)? * factors[c];
+        }
+        let [mut x, mut v] = [[0.0; 3]; 2];
+        match way.last() {
+            None => check_clock(time, "").map_err(|message| table.error(row.line, &message))?,
+            Some((before, [x0, v0])) => {
+                let h = time - before;
+                if h <= 0.0 {
+                    let message = format!("t = {time} s after {before} s, allowed: increasing");
+                    return Err(table.error(row.line, &message));
+                }
+                for c in 0..3 {
+                    v[c] = v0[c] + 0.5 * h * (last[c] + a[c]);
+                    x[c] = x0[c] + h * v0[c] + h * h * (2.0 * last[c] + a[c]) / 6.0;
+                }
+            }
+        }
+        way.push((time, [x, v]));
+        last = a;
+    }
+    if way.len() < 2 {
+        return Err(table.error(1, "fewer than two rows below the header, allowed: two"));
+    }
+    let gravity = gravity(&way);
+    let track = Track::of_way(way).map_err(|message| table.error(1, &message))?;
+    // Only what is found here: other guards follow.
+    Ok(match gravity {
+        Some(fault) => track.with_first_fault(fault),
+        None => track,
+    })
+}
+
+/// Metres per second squared in the unit of a column's header.
+fn acceleration_unit(table: &Table, column: usize) -> Result<f64, Error> {
+    let (name, unit) = &table.columns[column];
+    let Some(unit) = unit else { return Ok(1.0) };
+    // "mm/s2", "m s^-2" and the like.
+    let spelled = unit.replace('\u{b2}', "^2").replace("s^-2", "/s^2").replace("/s/s", "/s^2");
+    let spelled: String = spelled.chars().filter(|c| !"*\u{b7} ".contains(*c)).collect();
+    let spelled = match spelled.strip_suffix("/s2") {
+        Some(length) => format!("{length}/s^2"),
+        None => spelled.replace("//", "/"),
+    };
+    let found = ACCELERATIONS.iter().find(|(symbol, _)| *symbol == spelled);
+    found.map(|(_, factor)| *factor).ok_or_else(|| {
+        let allowed = ACCELERATIONS.map(|(symbol, _)| symbol).join(", ");
+        table.error(1, &format!("unit [{unit}] of `{name}`, allowed: {allowed}"))
+    })
+}
+
+/// Gravity in the mean acceleration, which is the change of the velocity over the time.
+fn gravity(way: &[(f64, [[f64; 3]; 2])]) -> Option<Fault> {
+    let (time, [_, velocity]) = way.last()?;
+    let mean = velocity.map(|v| v / time);
+    let size = mean.iter().map(|a| a * a).sum::<f64>().sqrt();
+    ((size / STANDARD_GRAVITY - 1.0).abs() < NEAR_GRAVITY).then_some(Fault::Gravity { mean })
+}
