@@ -11,3 +11,4 @@ pub(crate) mod table;
 #[cfg(feature = "cli")]
 pub(crate) mod text_cell;
 pub(crate) mod track;
+pub(crate) mod unknown_file;

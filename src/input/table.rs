@@ -1,8 +1,9 @@
 //! CSV files with a header of names and units, as motion trackers write them: separated by commas,
-//! semicolons (then with decimal commas or points) or tabs.
+//! or by semicolons or tabs (then with decimal commas or points).
 
 use crate::error::Error;
 use crate::error::printable::{column_name, token};
+use crate::input::unknown_file::{check_text, described};
 use std::path::{Path, PathBuf};
 
 /// Units of times, in s, and of lengths, in m.
@@ -36,8 +37,14 @@ impl Table {
         Self::of(path, &crate::input::file::data(path)?)
     }
 
-    /// The same of the bytes of a file.
+    /// The same of the bytes of a file. Columns without a name are left out where they are blank, as spreadsheet programs
+    /// pad lines, and before all others, where the rows are numbered.
     pub fn of(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
+        check_text(path, bytes)?;
+        Self::of_text(path, bytes).map_err(|error| described(path, bytes, error))
+    }
+
+    fn of_text(path: &Path, bytes: &[u8]) -> Result<Self, Error> {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         let delimiter = delimiter(bytes);
         let mut reader = csv::ReaderBuilder::new()
@@ -46,23 +53,25 @@ impl Table {
             .delimiter(delimiter)
             .from_reader(bytes);
         let header = reader.headers().map_err(|error| csv_error(path, error))?.clone();
-        let split = |name| {
-            let (written, unit) = split_unit(name);
+        let records: Vec<csv::StringRecord> =
+            reader.records().collect::<Result<_, _>>().map_err(|error| csv_error(path, error))?;
+        let is_blank = |i: usize| records.iter().all(|record| record[i].is_empty());
+        let is_kept =
+            |i: &usize| !(header[*i].is_empty() && header.len() > 1 && (*i == 0 || is_blank(*i)));
+        let kept: Vec<usize> = (0..header.len()).filter(is_kept).collect();
+        let split = |i: &usize| {
+            let (written, unit) = split_unit(&header[*i]);
             ((written.to_lowercase(), unit), written)
         };
-        let (columns, written) = header.iter().map(split).unzip();
-        let mut rows = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|error| csv_error(path, error))?;
+        let (columns, written) = kept.iter().map(split).unzip();
+        let mut rows = Vec::with_capacity(records.len());
+        for record in &records {
             let line = record.position().map_or(0, |position| position.line());
-            let values = record
-                .iter()
-                .zip(header.iter())
-                .map(|(field, column)| match delimiter {
-                    b';' => number(&field.replace(',', "."), column, path, line),
-                    _ => number(field, column, path, line),
-                })
-                .collect::<Result<_, _>>()?;
+            let value = |i: &usize| match b";\t".contains(&delimiter) && record[*i].contains(',') {
+                true => number(&record[*i].replace(',', "."), &header[*i], path, line),
+                false => number(&record[*i], &header[*i], path, line),
+            };
+            let values = kept.iter().map(value).collect::<Result<_, _>>()?;
             rows.push(Row { line, values });
         }
         Ok(Self { path: path.into(), columns, written, rows })

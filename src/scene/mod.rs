@@ -1,6 +1,5 @@
 //! The scene file: what it may say, and whether it makes sense. All quantities are SI.
 
-mod accelerations;
 pub mod along;
 pub mod camera;
 mod drag;
@@ -21,6 +20,7 @@ pub mod plane;
 pub mod point;
 mod polyline;
 mod recorded_motion;
+mod recorded_point;
 mod required;
 pub mod resolution;
 pub mod rod;

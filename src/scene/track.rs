@@ -2,16 +2,13 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::input::table::Table;
 use crate::input::track;
-use crate::input::track::format::Format;
 use crate::input::track::recording::Recording;
 use crate::input::track::sheet::Sighted;
 use crate::numerics::hermite::Hermite;
 use crate::numerics::order;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
-use crate::scene::accelerations::integrated;
 use crate::scene::fault::Fault;
 use std::ops::Range;
 use std::path::Path;
@@ -95,29 +92,6 @@ impl Track {
         let found = markers.len();
         let track = Self::new(times.into_iter().map(|(_, t)| t).collect(), markers);
         track.map_err(|message| sheet.error(1, format!("{message}; {found} markers")))
-    }
-
-    /// Reads the motion of one point: columns x, y and z, which may be missing, or `ax, ay, az`, its
-    /// accelerations from rest, in m/s^2 or the unit of the header.
-    ///
-    /// # Errors
-    /// Those of [`read`](Self::read), and more than one point.
-    pub fn read_one(path: &Path) -> Result<Self, Error> {
-        let (format, bytes) = track::open(path, None)?;
-        if format == Format::Csv {
-            let table = Table::of(path, &bytes)?;
-            if ["ax", "ay", "az"].iter().any(|name| table.find(name).is_some()) {
-                return integrated(&table);
-            }
-        }
-        let track = Self::read(path)?;
-        match &track.markers[..] {
-            [_] => Ok(track),
-            more => {
-                let message = format!("{} points, allowed: one, x, y and z", more.len());
-                Err(Error::Data { path: path.into(), line: 1, message })
-            }
-        }
     }
 
     /// The motion of one point by its places and velocities at increasing times, s, m and m/s.

@@ -6,6 +6,7 @@ mod common;
 mod bodies;
 mod camera;
 mod center_lines;
+mod dialects;
 mod duplicates;
 mod experiments;
 mod field;

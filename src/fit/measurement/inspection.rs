@@ -2,15 +2,17 @@
 
 use crate::error::Error;
 use crate::error::printable::{printable_name, printable_path};
+use crate::fit::measurement::motion::Observation;
 use crate::input::onset::onset_of_motion;
 use crate::input::track;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
 use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
-use crate::numerics::noise_scale::Series;
+use crate::numerics::noise_scale::{Series, quantum};
 use crate::numerics::order;
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -22,6 +24,10 @@ const STEP: f64 = 1.5;
 /// A place jumps if it is off its neighbours' cubic by so many times the median, and by so many times what places a
 /// few frames away are.
 const JUMP: [f64; 2] = [10.0, 4.0];
+/// A marker whose steps are so many times the resolution of its places does not repeat a place by rounding.
+const COARSE_STEPS: f64 = 3.0;
+/// Part of the frames that must repeat the one before in a converted video: one of five from 24 to 30 a second.
+const REPEATED: f64 = 0.1;
 /// Where no header says otherwise, places farther off than this, m, are more likely in pixels or millimetres.
 const FAR: f64 = 20.0;
 
@@ -77,6 +83,8 @@ pub struct InspectedMarker {
     pub noise: Option<f64>,
     /// Clock readings at which it jumps for a frame.
     pub jumps: Vec<f64>,
+    /// Frames in motion that repeat the one before to the last digit: a video that was converted to a higher rate.
+    pub repeated: usize,
 }
 
 impl Inspection {
@@ -129,6 +137,10 @@ impl Inspection {
         };
         inspection.recording = inspection.read_as(&sheet, recording);
         inspection.observation = inspection.pasted(&quoted(&path.display().to_string()), &sheet);
+        if let Err(error) = read_back(path, &inspection.observation) {
+            let error = error.to_string().replace('\n', " ");
+            inspection.observation += &format!("# fit does not read this: {error}\n");
+        }
         Ok(inspection)
     }
 
@@ -151,7 +163,7 @@ impl Inspection {
         Recording {
             marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
             likelihood: marker.and_then(|m| m.unsure).map(|_| SURE),
-            y: self.is_of_an_image(sheet).then_some(Vertical::Down),
+            y: said.y.or(self.is_of_an_image(sheet).then_some(Vertical::Down)),
             time_zero: Some(marker.and_then(|m| onset(sheet, &m.name)).unwrap_or(self.clock[0])),
             ..said.clone()
         }
@@ -159,7 +171,8 @@ impl Inspection {
 
     /// Whether y points down.
     fn is_of_an_image(&self, sheet: &Sheet) -> bool {
-        matches!(sheet.lengths, Lengths::Pixels { .. }) || self.format == Format::TrackMate
+        let pixels = matches!(sheet.lengths, Lengths::Pixels { down: None | Some(true) });
+        pixels || self.format == Format::TrackMate
     }
 
     /// The observation, of a file with this name as TOML writes it.
@@ -231,6 +244,44 @@ fn onset(sheet: &Sheet, name: &str) -> Option<f64> {
     clocks.into_iter().min_by(|a, b| (a - onset).abs().total_cmp(&(b - onset).abs()))
 }
 
+/// Reads the file as the observation that was printed says, with 1 for what only the user has.
+fn read_back(path: &Path, observation: &str) -> Result<(), Error> {
+    let text = observation.replace("= ..", "= 1.0");
+    let written: Result<BTreeMap<String, Vec<toml::Table>>, _> = toml::from_str(&text);
+    let recording =
+        written.map_err(|error| Error::Fit(error.to_string())).and_then(|mut tables| {
+            let mut keys =
+                tables.remove("observation").and_then(|mut all| all.pop()).unwrap_or_default();
+            // A number here, the name of a column in a recording.
+            keys.remove("sigma");
+            keys.try_into::<Recording>().map_err(|error| Error::Fit(error.to_string()))
+        })?;
+    Observation::read_as(path, &recording).map(|_| ())
+}
+
+/// Number of frames that repeat the one before while the marker moves: beside them it goes farther than the resolution of
+/// its places, so that equal places are no rounding.
+fn repeated_frames(places: &[[Option<f64>; 3]]) -> usize {
+    let resolution = [0, 1, 2].map(|c| {
+        let values: Vec<f64> = places.iter().filter_map(|place| place[c]).collect();
+        quantum(&values).unwrap_or(0.0)
+    });
+    let moves = |a: usize, b: usize| {
+        let (Some(a), Some(b)) = (places.get(a), places.get(b)) else { return false };
+        (0..3).any(|c| match (a[c], b[c]) {
+            (Some(a), Some(b)) => (a - b).abs() > COARSE_STEPS * resolution[c] && a != b,
+            _ => false,
+        })
+    };
+    let repeats = |k: &usize| {
+        let place = &places[*k];
+        place.iter().any(Option::is_some)
+            && *place == places[k - 1]
+            && (moves(*k, k + 1) || *k > 1 && moves(k - 2, k - 1))
+    };
+    (1..places.len()).filter(repeats).count()
+}
+
 /// As TOML writes it.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
@@ -286,6 +337,7 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
         range: axes.iter().map(range).collect(),
         noise: (!variances.is_empty()).then(|| variance.sqrt()),
         jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
+        repeated: repeated_frames(&marker.places),
     }
 }
 
@@ -419,6 +471,13 @@ impl fmt::Display for Inspection {
             }
             if let Some(noise) = marker.noise {
                 write!(f, ", noise at most {noise:.2e}")?;
+            }
+            if marker.repeated as f64 > REPEATED * marker.seen as f64 {
+                write!(
+                    f,
+                    ", {} frames repeat the one before: a video converted to a higher rate; keep one of each",
+                    marker.repeated
+                )?;
             }
             if let Some(first) = marker.jumps.first() {
                 write!(f, ", jumps {}, first at {first}{unit}", times(marker.jumps.len()))?;

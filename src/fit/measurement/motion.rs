@@ -204,7 +204,18 @@ impl Observation {
             return Self::of_sheet(&track::parse(path, format, &bytes)?, recording);
         }
         let table = Table::of(path, &bytes)?;
-        let columns = recording.columns(&table)?;
+        let columns = match recording.columns(&table) {
+            Ok(columns) => columns,
+            // Not `x`, `y` and `z`, but those of markers, of which the only one needs no name.
+            Err(error) => {
+                let unnamed = ["x", "y", "z"].iter().any(|name| table.find(name).is_some());
+                let sheet = match unnamed || recording.sigma.is_some() {
+                    true => Err(error),
+                    false => track::parse(path, format, &bytes),
+                };
+                return Self::of_sheet(&sheet?, recording);
+            }
+        };
         let (clock, unit) = columns.time;
         let start = recording.time_zero.unwrap_or(0.0);
         if !start.is_finite() {

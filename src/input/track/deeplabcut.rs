@@ -23,7 +23,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     let first = (1..scorer.len()).find(|i| !scorer.field(*i).is_empty()).unwrap_or(scorer.len());
     let mut layout = Layout::default();
     let mut in_space = false;
-    for column in first..coords.len() {
+    // Spreadsheet programs pad the lines with empty columns.
+    for column in (first..coords.len()).filter(|column| !coords.field(*column).is_empty()) {
         let part = parts.field(column);
         let name = match individuals.map(|row| row.field(column)) {
             Some(animal) => format!("{animal}:{part}"),
@@ -46,11 +47,18 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     if layout.is_empty() {
         return not(coords.number, "no column", "x and y of one body part at least");
     }
-    let rows =
-        lines.list.iter().skip_while(|l| l.number <= coords.number).filter(|l| !l.is_empty());
+    let rows: Vec<&Line> = lines
+        .list
+        .iter()
+        .skip_while(|l| l.number <= coords.number)
+        .filter(|l| !l.is_empty())
+        .collect();
+    let names: Vec<&str> = rows.iter().map(|line| line.field(first.saturating_sub(1))).collect();
+    let place = counting_group(&names);
+    let rows = rows.into_iter();
     let frame = |_, line: &Line| {
-        let name = line.field(first - 1);
-        let number = frame(name);
+        let name = line.field(first.saturating_sub(1));
+        let number = frame(name, place);
         number.ok_or_else(|| {
             let message = format!(
                 "found `{name}`, allowed: a frame's number, or an image with one in its name"
@@ -67,12 +75,51 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     Ok(Sheet { path: path.into(), format, clock, lengths, rows, markers })
 }
 
-/// The number that a frame has, or the last one in the name of its image, `img0012.png`.
-fn frame(name: &str) -> Option<f64> {
+/// The number of a frame, or the number in the name of its image, `img0012_cam1.png`, in this group of digits from the
+/// end.
+fn frame(name: &str, group: usize) -> Option<f64> {
     if let Ok(number) = name.parse::<f64>() {
         return (number.is_finite() && number >= 0.0).then_some(number);
     }
+    digits(name).nth(group)?.parse().ok()
+}
+
+/// The groups of digits in the name of an image without its extension, from the end.
+fn digits(name: &str) -> impl Iterator<Item = &str> {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
-    let digits = stem.rsplit(|c: char| !c.is_ascii_digit()).find(|digits| !digits.is_empty())?;
-    digits.parse().ok()
+    stem.rsplit(|c: char| !c.is_ascii_digit()).filter(|digits| !digits.is_empty())
+}
+
+/// The last group of digits that increases from name to name: others are the number of a camera, or a date.
+fn counting_group(names: &[&str]) -> usize {
+    let groups = names.first().map_or(0, |name| digits(name).count());
+    let number = |name: &str, group: usize| digits(name).nth(group)?.parse::<f64>().ok();
+    let counts = |group: &usize| {
+        names.windows(2).all(|pair| {
+            let [before, after] = [pair[0], pair[1]].map(|name| number(name, *group));
+            before.zip(after).is_some_and(|(before, after)| before < after)
+        })
+    };
+    (0..groups).find(counts).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frame_is_the_number_that_increases() {
+        for (names, frames) in [
+            (["img0012.png", "img0013.png", "img0020.png"], [12.0, 13.0, 20.0]),
+            (
+                ["a-04_0012_cam1.png", "a-04_0013_cam1.png", "a-04_0014_cam1.png"],
+                [12.0, 13.0, 14.0],
+            ),
+            (["cam2_7_2026.jpg", "cam2_8_2026.jpg", "cam2_10_2026.jpg"], [7.0, 8.0, 10.0]),
+            (["0", "1", "2"], [0.0, 1.0, 2.0]),
+        ] {
+            let group = counting_group(&names);
+            assert_eq!(names.map(|name| frame(name, group).unwrap()), frames);
+        }
+    }
 }

@@ -14,7 +14,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         return not(1, "nothing", "columns `pt1_cam1_X` or `pt1_X`");
     };
     let (mut layout, mut cameras) = (Layout::default(), Vec::new());
-    for (column, name) in names.fields().enumerate() {
+    // Spreadsheet programs pad the line with empty columns.
+    for (column, name) in names.fields().enumerate().filter(|(_, name)| !name.is_empty()) {
         let says = name.rsplit_once('_').and_then(|(point, axis)| Some((point, Says::axis(axis)?)));
         let Some((point, says)) = says.filter(|(point, _)| point.starts_with("pt")) else {
             return not(names.number, &format!("column `{name}`"), "`pt1_cam1_X` or `pt1_X` alone");

@@ -31,9 +31,26 @@ pub enum Format {
     Sleap,
     /// TrackMate's spots.
     TrackMate,
+    /// TRC, as Motion Analysis, OpenSim and Pose2Sim write it.
+    Trc,
 }
 
 impl Format {
+    /// All of them.
+    pub(crate) const ALL: [Self; 11] = [
+        Self::Csv,
+        Self::Motive,
+        Self::Vicon,
+        Self::Tracker,
+        Self::DeepLabCut,
+        Self::Dltdv,
+        Self::Qualisys,
+        Self::Kinovea,
+        Self::Sleap,
+        Self::TrackMate,
+        Self::Trc,
+    ];
+
     /// The program, for messages.
     pub fn program(self) -> &'static str {
         match self {
@@ -47,6 +64,7 @@ impl Format {
             Self::Kinovea => "Kinovea",
             Self::Sleap => "SLEAP",
             Self::TrackMate => "TrackMate",
+            Self::Trc => "Motion Analysis (TRC)",
         }
     }
 
@@ -63,6 +81,7 @@ impl Format {
             Self::Kinovea => "kinovea",
             Self::Sleap => "sleap",
             Self::TrackMate => "trackmate",
+            Self::Trc => "trc",
         }
     }
 
@@ -77,10 +96,12 @@ impl Format {
             cell.trim().trim_matches('"').to_lowercase()
         };
         let (begins, below) = (cell(first), cell(second));
-        let alone = !first.contains([',', ';', '\t']);
+        // Spreadsheet programs pad a line with empty columns.
+        let alone = !first.trim_end_matches([',', ';', '\t', ' ']).contains([',', ';', '\t']);
         match &begins[..] {
             "format version" => Self::Motive,
             "scorer" => Self::DeepLabCut,
+            "pathfiletype" => Self::Trc,
             "no_of_frames" => Self::Qualisys,
             "trajectories" | "devices" | "model outputs" | "joints" | "segments" | "events" => {
                 Self::Vicon
@@ -118,6 +139,8 @@ mod tests {
             ("mass_A\nt\tx\ty\n0\t1\t2\n", Format::Tracker),
             (",mass_A,,mass_B\nt,x,y,x,y\n", Format::Tracker),
             ("#multi:\tmass_A\t\nt\tx\ty\n", Format::Tracker),
+            ("mass_A,,\nt,x,y\n0,1,2\n", Format::Tracker),
+            ("PathFileType\t4\t(X/Y/Z)\ttip.trc\n", Format::Trc),
             ("scorer,DLC,DLC\nbodyparts,tip,tip\n", Format::DeepLabCut),
             ("pt1_cam1_X,pt1_cam1_Y\n1,2\n", Format::Dltdv),
             ("pt1_X,pt1_Y,pt1_Z\n", Format::Dltdv),

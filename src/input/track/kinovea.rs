@@ -31,7 +31,9 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         },
     };
     let (mut layout, mut lengths): (Layout, Option<Lengths>) = (Layout::default(), None);
-    for (column, name) in names.fields().enumerate().skip(1) {
+    // Spreadsheet programs pad the line with empty columns.
+    let named = names.fields().enumerate().skip(1).filter(|(_, name)| !name.is_empty());
+    for (column, name) in named {
         // Names keep their case.
         let name = name.split(['(', '[']).next().unwrap_or(name).trim();
         let said = split_unit(names.field(column)).1;
@@ -43,7 +45,8 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         };
         let own = match said.as_deref() {
             None => Lengths::Calibrated,
-            Some("px") => Lengths::Pixels { down: None },
+            // From the centre of the picture, upwards.
+            Some("px") => Lengths::Pixels { down: Some(false) },
             Some(said) => {
                 match unit(said).filter(|_| LENGTHS.iter().any(|(name, _)| *name == said)) {
                     Some(own) => own,

@@ -16,6 +16,7 @@ pub(crate) mod sleap;
 pub(crate) mod table;
 pub(crate) mod tracker;
 pub(crate) mod trackmate;
+pub(crate) mod trc;
 pub(crate) mod vicon;
 
 use crate::error::Error;
@@ -46,6 +47,7 @@ pub(crate) fn parse(path: &Path, format: Format, bytes: &[u8]) -> Result<Sheet, 
         Format::Kinovea => kinovea::read,
         Format::Sleap => sleap::read,
         Format::TrackMate => trackmate::read,
+        Format::Trc => trc::read,
     };
     read(path, bytes)
 }

@@ -2,12 +2,13 @@
 //! six. Rigid bodies and bones stand between the markers. Cells of what was not seen are empty.
 
 use crate::error::Error;
+use crate::input::table::delimiter;
 use crate::input::track::format::Format;
 use crate::input::track::sheet::{Clock, Layout, Line, Lines, Says, Sheet, unit};
 use std::path::Path;
 
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
-    let lines = Lines::of(path, bytes, b',')?;
+    let lines = Lines::of(path, bytes, delimiter(bytes))?;
     let not =
         |line, found: &str, allowed: &str| Err(lines.not_of(Format::Motive, line, found, allowed));
     let Some(settings) = lines.list.first().filter(|l| l.field(0) == "Format Version") else {

@@ -358,6 +358,11 @@ impl Recording {
         let time = match clocks[..] {
             [clock] if table.columns[clock].0 == "frame" => (clock, self.frame_time(table, clock)?),
             [clock] => (clock, self.clock_time(table, clock)?),
+            // Frames may be numbered beside a clock.
+            [clock, frame] if table.columns[frame].0 == "frame" => match self.fps {
+                Some(_) => (frame, self.frame_time(table, frame)?),
+                None => (clock, self.clock_time(table, clock)?),
+            },
             [] => {
                 let found: Vec<&str> = table.columns.iter().map(|(name, _)| &name[..]).collect();
                 let message =

@@ -3,6 +3,7 @@
 use crate::error::Error;
 use crate::input::table::number;
 use crate::input::track::format::Format;
+use crate::input::unknown_file::check_text;
 use csv::{ReaderBuilder, StringRecord, Trim};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -117,8 +118,9 @@ impl Line {
 }
 
 impl Lines {
-    /// Splits a file at `delimiter`; with semicolons numbers may have decimal commas.
+    /// Splits a file at `delimiter`; with semicolons and tabs numbers may have decimal commas.
     pub fn of(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Self, Error> {
+        check_text(path, bytes)?;
         let mut reader = ReaderBuilder::new()
             .has_headers(false)
             .flexible(true)
@@ -138,7 +140,7 @@ impl Lines {
             let number = fields.position().map_or(0, |at| at.line()) + skipped;
             list.push(Line { number, fields: fields.clone() });
         }
-        Ok(Self { path: path.into(), commas: delimiter == b';', list })
+        Ok(Self { path: path.into(), commas: b";\t".contains(&delimiter), list })
     }
 
     /// An error at a line of this file.

@@ -25,7 +25,9 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     let mut numbers: HashMap<&str, usize> = HashMap::new();
     // Names, and their columns x, y and score.
     let mut nodes: Vec<(&str, [Option<usize>; 3])> = Vec::new();
-    for (column, field) in header.fields().enumerate().filter(|(_, f)| !OTHERS.contains(f)) {
+    for (column, field) in
+        header.fields().enumerate().filter(|(_, f)| !OTHERS.contains(f) && !f.is_empty())
+    {
         let says = field.rsplit_once('.').and_then(|(node, what)| match (what, Says::axis(what)) {
             ("score", _) => Some((node, 2)),
             (_, Some(Says::Axis(axis @ 0..2))) => Some((node, axis)),

@@ -1,15 +1,21 @@
-//! Tables with a clock and columns `xA, yA, zA` of every marker A, or x, y and z of one without a name.
+//! Tables with a clock and columns `xA, yA, zA` of every marker A, or `A_x, A_y, A_z`, or x, y and z of one without a
+//! name.
 
 use crate::error::Error;
 use crate::input::table::{LENGTHS, TIMES, Table};
 use crate::input::track::format::Format;
 use crate::input::track::sheet::{Clock, Lengths, Row, Sheet, Sighted};
+use crate::input::unknown_file::described_places;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 /// In SI or the units of the header; pixels where all are in pixels.
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     let table = Table::of(path, bytes)?;
+    of_table(path, &table).map_err(|error| described_places(path, bytes, error))
+}
+
+fn of_table(path: &Path, table: &Table) -> Result<Sheet, Error> {
     let clocks = ["t", "time", "frame"];
     let Some(column) = clocks.into_iter().find_map(|name| table.find(name)) else {
         return Err(table.error(1, "no column t, time or frame"));
@@ -18,18 +24,35 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         true => Clock::Frames { first: 0.0, rate: None },
         false => Clock::Time(table.factor(column, &TIMES, "")?),
     };
-    let (mut names, mut called): (Vec<[&str; 2]>, HashSet<&str>) = Default::default();
-    let mut columns: HashMap<&str, usize> = HashMap::new();
-    for (i, (name, _)) in table.columns.iter().enumerate().filter(|(i, _)| *i != column) {
-        let Some(marker) = name.strip_prefix(['x', 'y', 'z']) else {
-            let message = format!("column `{name}`, allowed: t, and x.., y.., z.. of markers");
+    // Frames may be numbered beside a clock.
+    let is_clock = |i: usize| i == column || table.columns[i].0 == "frame";
+    let coordinates: Vec<usize> = (0..table.columns.len()).filter(|i| !is_clock(*i)).collect();
+    // `tipx` is of no marker `ipx`.
+    let behind = coordinates.iter().all(|i| axis_behind(&table.columns[*i].0).is_some())
+        && coordinates.iter().any(|i| axis_before(&table.columns[*i].0).is_none());
+    let mut names: Vec<(String, &str)> = Vec::new();
+    let mut called: HashSet<String> = HashSet::new();
+    let mut columns: HashMap<(usize, String), usize> = HashMap::new();
+    for i in coordinates {
+        let name = &table.columns[i].0;
+        let found = if behind { axis_behind(name) } else { axis_before(name) };
+        let Some((axis, marker)) = found else {
+            let message = format!(
+                "column `{name}`, allowed: t, and x.., y.., z.. of markers, or .._x, .._y, .._z"
+            );
             return Err(table.error(1, &message));
         };
-        if columns.insert(name, i).is_some() {
+        if columns.insert((axis, marker.to_string()), i).is_some() {
             return Err(table.error(1, &format!("two columns `{name}`, allowed: one")));
         }
-        if called.insert(marker) {
-            names.push([marker, &table.written[i][1..]]);
+        if called.insert(marker.to_string()) {
+            // The name as it is written, with capitals.
+            let written = &table.written[i];
+            let written = match behind {
+                true => written.get(..marker.len()),
+                false => written.get(1..),
+            };
+            names.push((marker.to_string(), written.unwrap_or_default()));
         }
     }
     let mut rows: Vec<Row> = Vec::with_capacity(table.rows.len());
@@ -45,14 +68,13 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
     if rows.is_empty() {
         return Err(table.error(1, "no row below the header, allowed: one at least"));
     }
-    let pixels = |i: usize| i == column || table.columns[i].1.as_deref() == Some("px");
+    let pixels = |i: usize| is_clock(i) || table.columns[i].1.as_deref() == Some("px");
     let pixels = table.columns.len() > 1 && (0..table.columns.len()).all(pixels);
     let mut markers = Vec::with_capacity(names.len());
-    for [name, written] in names {
+    for (name, written) in names {
         let mut axes = [None; 3];
-        for (axis, letter) in axes.iter_mut().zip(['x', 'y', 'z']) {
-            let column = format!("{letter}{name}");
-            if let Some(column) = columns.get(&column[..]).copied() {
+        for (c, axis) in axes.iter_mut().enumerate() {
+            if let Some(column) = columns.get(&(c, name.clone())).copied() {
                 let factor = match pixels {
                     true => 1.0,
                     false => table.factor(column, &LENGTHS, "")?,
@@ -79,4 +101,21 @@ pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
         false => Lengths::Known("m", 1.0),
     };
     Ok(Sheet { path: path.into(), format: Format::Csv, clock, lengths, rows, markers })
+}
+
+/// Letters of the axes.
+const AXES: [char; 3] = ['x', 'y', 'z'];
+
+/// Axis and marker of a column `xA`.
+fn axis_before(name: &str) -> Option<(usize, &str)> {
+    let axis = AXES.iter().position(|axis| name.starts_with(*axis))?;
+    Some((axis, &name[1..]))
+}
+
+/// Axis and marker of a column `A_x`, `A.x` or `A x`.
+fn axis_behind(name: &str) -> Option<(usize, &str)> {
+    let axis = AXES.iter().position(|axis| name.ends_with(*axis))?;
+    let marker = &name[..name.len() - 1];
+    let named = marker.strip_suffix(['_', '.', ' ', '-', '/'])?;
+    (!named.is_empty()).then_some((axis, named))
 }

@@ -12,7 +12,9 @@ const SECTIONS: [&str; 6] =
     ["Devices", "Model Outputs", "Joints", "Segments", "Events", "Trajectories"];
 
 pub(crate) fn read(path: &Path, bytes: &[u8]) -> Result<Sheet, Error> {
-    let lines = Lines::of(path, bytes, b',')?;
+    // The first lines have no separator.
+    let separator = bytes.iter().find(|b| b",;\t".contains(b)).unwrap_or(&b',');
+    let lines = Lines::of(path, bytes, *separator)?;
     let not =
         |line, found: &str, allowed: &str| Err(lines.not_of(Format::Vicon, line, found, allowed));
     let Some(start) = lines.list.iter().position(|l| l.field(0) == "Trajectories") else {

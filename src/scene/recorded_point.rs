@@ -1,9 +1,12 @@
-//! Recorded accelerations of a point that starts at rest, integrated twice.
+//! Recordings of one point: its positions, or its accelerations from rest, which are integrated twice.
 
 use crate::error::Error;
 use crate::input::table::{TIMES, Table};
+use crate::input::track;
+use crate::input::track::format::Format;
 use crate::scene::fault::Fault;
 use crate::scene::track::{Track, check_clock};
+use std::path::Path;
 
 /// Standard gravity, m/s^2.
 const STANDARD_GRAVITY: f64 = 9.806_65;
@@ -14,11 +17,36 @@ const ACCELERATIONS: [(&str, f64); 4] =
 /// calibration are smaller.
 const NEAR_GRAVITY: f64 = 0.05;
 
+impl Track {
+    /// Reads the motion of one point: columns x, y and z, which may be missing, or `ax, ay, az`, its
+    /// accelerations from rest, in m/s^2 or the unit of the header.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read), and more than one point.
+    pub fn read_one(path: &Path) -> Result<Self, Error> {
+        let (format, bytes) = track::open(path, None)?;
+        if format == Format::Csv {
+            let table = Table::of(path, &bytes)?;
+            if ["ax", "ay", "az"].iter().any(|name| table.find(name).is_some()) {
+                return integrated(&table);
+            }
+        }
+        let track = Self::read(path)?;
+        match track.markers() {
+            [_] => Ok(track),
+            more => {
+                let message = format!("{} points, allowed: one, x, y and z", more.len());
+                Err(Error::Data { path: path.into(), line: 1, message })
+            }
+        }
+    }
+}
+
 /// The motion of a point by its columns `ax`, `ay` and `az`, linear from one row to the next.
 ///
 /// # Errors
 /// Other columns and units, blanks, and a clock that does not start at 0 or does not increase.
-pub(super) fn integrated(table: &Table) -> Result<Track, Error> {
+fn integrated(table: &Table) -> Result<Track, Error> {
     let clocks = ["t", "time"].into_iter().filter_map(|name| table.find(name));
     let clock = match clocks.collect::<Vec<_>>()[..] {
         [clock] => clock,
@@ -70,7 +98,6 @@ pub(super) fn integrated(table: &Table) -> Result<Track, Error> {
     }
     let gravity = gravity(&way);
     let track = Track::of_way(way).map_err(|message| table.error(1, &message))?;
-    // Only what is found here: other guards follow.
     Ok(match gravity {
         Some(fault) => track.with_first_fault(fault),
         None => track,

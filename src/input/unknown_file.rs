@@ -1,0 +1,177 @@
+//! Description of files that no reader takes, by their first bytes and lines, with the list of formats that are read.
+
+use crate::error::Error;
+use crate::input::track::format::Format;
+use std::path::Path;
+
+/// Bytes of text that are examined.
+const EXAMINED: usize = 4096;
+
+/// Beginnings of binary files, and what these are.
+const BINARY: [(&[u8], &str); 15] = [
+    (b"PK\x03\x04", "a zip archive, as spreadsheets (.xlsx, .ods) and Capture files (.cap) are"),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file (.h5, .mat, .slp)"),
+    (b"MATLAB 5.0", "a MATLAB file (.mat)"),
+    (b"\xd0\xcf\x11\xe0", "an old Office file (.xls)"),
+    (b"\x1f\x8b", "a gzip archive"),
+    (b"7z\xbc\xaf", "a 7z archive"),
+    (b"SQLite format 3", "an SQLite database"),
+    (b"%PDF", "a PDF document"),
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"\x93NUMPY", "a NumPy array (.npy)"),
+    (b"RIFF", "a video or sound (.avi, .wav)"),
+    (b"PAR1", "a Parquet file"),
+    (b"\xff\xfe", "UTF-16 text"),
+    (b"\xfe\xff", "UTF-16 text"),
+];
+/// Second byte of a C3D file, after the number of its parameter block.
+const C3D: u8 = 0x50;
+/// Largest number of that block.
+const LARGEST_C3D_BLOCK: u8 = 16;
+
+/// Refuses bytes that are no text, with a description.
+pub(crate) fn check_text(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    match binary(bytes) {
+        Some(found) => Err(unknown(path, found)),
+        None => Ok(()),
+    }
+}
+
+/// The error of a file that was read as a table and is none: its description, where there is one.
+pub(crate) fn described(path: &Path, bytes: &[u8], error: Error) -> Error {
+    match text(bytes) {
+        Some(found) => unknown(path, &found),
+        None => error,
+    }
+}
+
+/// The same of a file that was read as a table of places.
+pub(crate) fn described_places(path: &Path, bytes: &[u8], error: Error) -> Error {
+    match text(bytes).or_else(|| accelerations(bytes)) {
+        Some(found) => unknown(path, &found),
+        None => error,
+    }
+}
+
+/// The error of a file of which this was found.
+fn unknown(path: &Path, found: &str) -> Error {
+    let programs: Vec<&str> =
+        Format::ALL.iter().filter(|f| **f != Format::Csv).map(|f| f.program()).collect();
+    let message = format!(
+        "found {found}, allowed: a table (a header such as `t,x,y`, with commas, semicolons or tabs), or an export of {}",
+        programs.join(", ")
+    );
+    Error::Data { path: path.into(), line: 1, message }
+}
+
+/// What a file that is no text is.
+fn binary(bytes: &[u8]) -> Option<&'static str> {
+    if let Some((_, found)) = BINARY.iter().find(|(start, _)| bytes.starts_with(start)) {
+        return Some(found);
+    }
+    match bytes {
+        [block @ 1..=LARGEST_C3D_BLOCK, C3D, ..] if *block != b'\n' && *block != b'\t' => {
+            Some("a C3D file")
+        }
+        [_, _, _, _, b'f', b't', b'y', b'p', ..] => Some("a video (.mp4, .mov)"),
+        _ if bytes.iter().take(EXAMINED).any(|b| *b == 0) => Some("a binary file"),
+        _ => None,
+    }
+}
+
+/// What a text is that is no table with a clock and places.
+fn text(bytes: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
+    let text = text.trim_start_matches('\u{feff}');
+    let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let (first, second) = (lines.next()?, lines.next().unwrap_or(""));
+    let separated = |line: &str| line.contains([',', ';', '\t']);
+    let is_number = |field: &str| field.trim().trim_matches('"').parse::<f64>().is_ok();
+    let spaced = |line: &str| !separated(line) && line.split_whitespace().count() > 1;
+    if first.starts_with("sep=") {
+        return Some(format!("a first line `{}` of Excel, which is to be deleted", shown(first)));
+    }
+    if first.starts_with(['{', '[']) {
+        return Some("a JSON file".into());
+    }
+    if first.starts_with('<') {
+        return Some("an XML or HTML file".into());
+    }
+    if text.lines().take(20).any(|line| line.trim() == "endheader") {
+        return Some("an OpenSim storage file (.sto, .mot)".into());
+    }
+    if first.split([',', ';', '\t']).all(is_number)
+        || spaced(first) && first.split_whitespace().all(is_number)
+    {
+        return Some("no header, but numbers in the first line".into());
+    }
+    if spaced(second) && (spaced(first) || !separated(first)) {
+        return Some("columns with spaces between them".into());
+    }
+    None
+}
+
+/// Whether a header names accelerations.
+fn accelerations(bytes: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(EXAMINED)]).to_lowercase();
+    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#'))?;
+    let fields = first.split([',', ';', '\t']).map(|field| field.trim().trim_matches('"'));
+    let is_acceleration = |field: &str| {
+        ["accel", "m/s^2", "m/s\u{b2}", "m/s2"].iter().any(|word| field.contains(word))
+            || ["ax", "ay", "az"].contains(&field.split(['[', '(']).next().unwrap_or("").trim())
+    };
+    fields.into_iter().any(is_acceleration).then(|| {
+        "accelerations instead of positions; those of a moved end, `ax, ay, az`, belong in [[supports.motion]]".into()
+    })
+}
+
+/// The beginning of a line, for messages.
+fn shown(line: &str) -> String {
+    line.trim().chars().take(40).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_without_a_reader_are_described() {
+        for (bytes, words) in [
+            (&b"PK\x03\x04\x14\0"[..], "a zip archive"),
+            (b"\x89HDF\r\n\x1a\n\0\0", "an HDF5 file"),
+            (b"\x02P\x0f\0\x01\0", "a C3D file"),
+            (b"\xff\xfet\0,\0x\0", "UTF-16 text"),
+            (b"\0\0\0\x18ftypmp42", "a video"),
+            (b"t\0x", "a binary file"),
+        ] {
+            let error = check_text(Path::new("a.c3d"), bytes).unwrap_err().to_string();
+            assert!(error.contains(words) && error.contains("OptiTrack Motive"), "{error}");
+        }
+        for (content, words) in [
+            ("sep=;\nt;x;y\n", "`sep=;` of Excel"),
+            ("0,0.5,0\n0.01,0.5,0\n", "no header"),
+            ("0.0 0.5 0\n0.01 0.5 0\n", "no header"),
+            ("t x y\n0.0 0.5 0\n", "spaces between"),
+            ("mass_A\nt x y\n0.0 0.5 0\n", "spaces between"),
+            ("controls\nversion=1\nnRows=2\nendheader\ntime\ta\n", "an OpenSim storage file"),
+            ("{\"t\": [0, 1]}\n", "a JSON file"),
+        ] {
+            let found = text(content.as_bytes()).unwrap_or_default();
+            assert!(found.contains(words), "{content}: {found}");
+        }
+        for content in
+            ["\"Time (s)\";\"Linear Acceleration x (m/s^2)\"\n0,0E0;1,2E-1\n", "t,ax,ay\n"]
+        {
+            assert!(accelerations(content.as_bytes()).is_some(), "{content}");
+        }
+    }
+
+    #[test]
+    fn tables_are_not_described() {
+        for content in ["t,x,y\n0,1,2\n", "t\n0\n", "t[s]\tx[mm]\n0\t1\n", "dear diary\n", ""] {
+            assert!(check_text(Path::new("a.csv"), content.as_bytes()).is_ok(), "{content}");
+            assert_eq!(text(content.as_bytes()), None, "{content}");
+        }
+    }
+}
