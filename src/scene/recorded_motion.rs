@@ -36,6 +36,26 @@ const NOISE_UNCERTAINTY: f64 = 0.3;
 const LEAST_VARIANCE: f64 = 4.0;
 
 impl Track {
+    /// Without the quadratic of time that fits the places best: constant errors of an accelerometer, and a velocity at the
+    /// start, make one that exceeds the motion itself.
+    pub(super) fn detrended(&self) -> Self {
+        let of = |marker: &Marker| {
+            let seen = marker.seen.iter().zip(self.times());
+            let known: Vec<(f64, [f64; 3])> =
+                seen.filter_map(|(place, time)| Some((*time, (*place)?))).collect();
+            let trends = [0, 1, 2].map(|c| quadratic(&known, c));
+            let places = marker.seen.iter().zip(self.times());
+            let places = places.map(|(place, time)| {
+                let place = (*place)?;
+                Some([0, 1, 2].map(|c| place[c] - trends[c](*time)))
+            });
+            (marker.name.clone(), places.collect())
+        };
+        let markers = self.markers().iter().map(of).collect();
+        // As many places as before.
+        Self::new(self.times().to_vec(), markers).unwrap_or_else(|_| self.clone())
+    }
+
     /// The defects of the motion of these markers.
     pub(super) fn motion_faults(&self, driven: &[usize]) -> Vec<Fault> {
         let step = self.usual_step();
@@ -77,6 +97,25 @@ fn extent(seen: &[Option<[f64; 3]>]) -> f64 {
         ends.map_or(0.0, |[low, high]| high - low)
     };
     (0..3).map(|c| along(c).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The quadratic of time that fits an axis of these places best, by Legendre polynomials on the span of the times.
+fn quadratic(known: &[(f64, [f64; 3])], axis: usize) -> impl Fn(f64) -> f64 + use<> {
+    let start = known.first().map_or(0.0, |(time, _)| *time);
+    let length = known.last().map_or(1.0, |(time, _)| time - start).max(f64::MIN_POSITIVE);
+    let basis = move |time: f64| {
+        let u = 2.0 * (time - start) / length - 1.0;
+        [1.0, u, 1.5 * u * u - 0.5]
+    };
+    let mut normal = nalgebra::Matrix3::<f64>::zeros();
+    let mut right = nalgebra::Vector3::<f64>::zeros();
+    for (time, place) in known {
+        let row = nalgebra::Vector3::from(basis(*time));
+        normal += row * row.transpose();
+        right += row * place[axis];
+    }
+    let found = normal.lu().solve(&right).unwrap_or_default();
+    move |time| nalgebra::Vector3::from(basis(time)).dot(&found)
 }
 
 /// Where frames of a marker are missing, and interpolation over so many frames is inaccurate.

@@ -22,6 +22,8 @@ use std::path::Path;
 pub struct Track {
     times: Vec<f64>,
     markers: Vec<Marker>,
+    /// Whether it was integrated from accelerations, and drifts.
+    is_integrated: bool,
     /// What its reader found wrong.
     read_faults: Vec<Fault>,
     /// What is wrong in it, once that was looked for.
@@ -100,6 +102,7 @@ impl Track {
         let times = way.iter().map(|(time, _)| *time).collect();
         let mut track = Self::new(times, vec![(String::new(), seen)])?;
         track.markers[0].way = way;
+        track.is_integrated = true;
         Ok(track)
     }
 
@@ -124,7 +127,14 @@ impl Track {
         if markers.is_empty() {
             return Err("no marker, allowed: one at least".into());
         }
-        Ok(Self { times, markers, read_faults: Vec::new(), faults: None, bandwidth: None })
+        Ok(Self {
+            times,
+            markers,
+            is_integrated: false,
+            read_faults: Vec::new(),
+            faults: None,
+            bandwidth: None,
+        })
     }
 
     /// With what was found wrong in it.
@@ -140,8 +150,9 @@ impl Track {
 
     /// With the defects of the motion of these markers, which drive a support, and their bandwidth.
     pub(super) fn guarded(self, driven: &[usize]) -> Self {
-        let mut faults = self.motion_faults(driven);
-        let bandwidth = self.bandwidth_of(driven);
+        let detrended = self.is_integrated.then(|| self.detrended());
+        let motion = detrended.as_ref().unwrap_or(&self);
+        let (mut faults, bandwidth) = (motion.motion_faults(driven), motion.bandwidth_of(driven));
         let before: Vec<Fault> =
             self.faults.iter().flatten().chain(&self.read_faults).cloned().collect();
         faults.retain_mut(|fault| fault.is_beside(&before, self.usual_step()));

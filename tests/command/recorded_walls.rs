@@ -120,6 +120,10 @@ fn motion_that_the_step_aliases_is_refused() {
     assert!(warned.contains("[step-too-large]"), "{warned}");
     let warned = run(&scene("step = 1e-3"), &wall);
     assert!(!warned.contains("[step-too-large]"), "{warned}");
+    // Accelerations from a standstill, whose integral drifts by half a metre.
+    let shaken = |_: u32, t: f64| Some(400.0 * (TAU * 45.0 * t).sin());
+    let wall = format!("t,ax,ay\n{}", rows(500, shaken));
+    is_refused(&scene("step = 0.02"), &wall, &["supports.motion[0].file", "2 steps a period"]);
     // Noise of 1 % is not followed.
     let noisy =
         |k: u32, t: f64| Some(swing(3.0)(k, t).unwrap() + 5e-5 * f64::from(k * k * 7919).sin());
