@@ -67,9 +67,14 @@ impl Table {
         let mut rows = Vec::with_capacity(records.len());
         for record in &records {
             let line = record.position().map_or(0, |position| position.line());
-            let value = |i: &usize| match b";\t".contains(&delimiter) && record[*i].contains(',') {
-                true => number(&record[*i].replace(',', "."), &header[*i], path, line),
-                false => number(&record[*i], &header[*i], path, line),
+            let value = |i: &usize| {
+                let (field, name) = (&record[*i], &header[*i]);
+                match b";\t".contains(&delimiter) && field.contains(',') {
+                    // The error has the field as it is written.
+                    true => number(&field.replace(',', "."), name, path, line)
+                        .or_else(|_| number(field, name, path, line)),
+                    false => number(field, name, path, line),
+                }
             };
             let values = kept.iter().map(value).collect::<Result<_, _>>()?;
             rows.push(Row { line, values });

@@ -86,6 +86,10 @@ fn text(bytes: &[u8]) -> Option<String> {
     let text = text.trim_start_matches('\u{feff}');
     let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
     let (first, second) = (lines.next()?, lines.next().unwrap_or(""));
+    // A line without an end has its own error.
+    if bytes.len() > EXAMINED && second.is_empty() {
+        return None;
+    }
     let separated = |line: &str| line.contains([',', ';', '\t']);
     let is_number = |field: &str| field.trim().trim_matches('"').parse::<f64>().is_ok();
     let spaced = |line: &str| !separated(line) && line.split_whitespace().count() > 1;

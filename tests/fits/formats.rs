@@ -426,7 +426,7 @@ fn broken_files_of_qualisys() {
             ("FREQUENCY\t64", "FREQUENCY\t1e-320", &["13: ", "beyond what numbers hold", "a rate"]),
             ("mid\ttip", "tip\ttip", &["10: ", "two columns x"]),
             ("mid\ttip", "mid\ttip\tleft", &["12: ", "6 columns for 3 markers"]),
-            ("499.5", "4,5", &["13: ", "`4,5`"]),
+            ("499.5", "4,5,6", &["13: ", "`4,5,6`"]),
             ("250\t-1\t0\t499.5", "250\t-1\t499.5", &["13: ", "5 fields"]),
         ],
     );

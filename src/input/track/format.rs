@@ -111,7 +111,13 @@ impl Format {
             _ if first.contains("TRACK_ID") && first.contains("POSITION_X") => Self::TrackMate,
             _ if begins.starts_with("time") && first.contains("/X") => Self::Kinovea,
             "" | "#multi:" | "multi:" if below == "t" => Self::Tracker,
-            _ if alone && below == "t" && !begins.starts_with('#') => Self::Tracker,
+            _ if alone
+                && below == "t"
+                && !begins.starts_with('#')
+                && !begins.starts_with("sep=") =>
+            {
+                Self::Tracker
+            }
             _ if is_point(&begins) => Self::Dltdv,
             _ => Self::Csv,
         }
@@ -140,6 +146,7 @@ mod tests {
             (",mass_A,,mass_B\nt,x,y,x,y\n", Format::Tracker),
             ("#multi:\tmass_A\t\nt\tx\ty\n", Format::Tracker),
             ("mass_A,,\nt,x,y\n0,1,2\n", Format::Tracker),
+            ("sep=,\nt,x,y\n0,1,2\n", Format::Csv),
             ("PathFileType\t4\t(X/Y/Z)\ttip.trc\n", Format::Trc),
             ("scorer,DLC,DLC\nbodyparts,tip,tip\n", Format::DeepLabCut),
             ("pt1_cam1_X,pt1_cam1_Y\n1,2\n", Format::Dltdv),

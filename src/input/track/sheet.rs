@@ -161,7 +161,9 @@ impl Lines {
     pub fn number(&self, line: &Line, column: usize, name: &str) -> Result<Option<f64>, Error> {
         let field = line.field(column);
         match self.commas && field.contains(',') {
-            true => number(&field.replace(',', "."), name, &self.path, line.number),
+            // The error has the field as it is written.
+            true => number(&field.replace(',', "."), name, &self.path, line.number)
+                .or_else(|_| number(field, name, &self.path, line.number)),
             false => number(field, name, &self.path, line.number),
         }
     }
