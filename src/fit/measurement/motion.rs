@@ -7,6 +7,7 @@ use crate::input::track;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{BEYOND, Recording, is_finite};
 use crate::input::track::sheet::Sheet;
+use crate::input::unknown_file::described_places;
 use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::track::Marker;
@@ -209,11 +210,13 @@ impl Observation {
             // Not `x`, `y` and `z`, but those of markers, of which the only one needs no name.
             Err(error) => {
                 let unnamed = ["x", "y", "z"].iter().any(|name| table.find(name).is_some());
-                let sheet = match unnamed || recording.sigma.is_some() {
-                    true => Err(error),
-                    false => track::parse(path, format, &bytes),
+                return match track::parse(path, format, &bytes) {
+                    Ok(sheet) if !unnamed && recording.sigma.is_none() => {
+                        Self::of_sheet(&sheet, recording)
+                    }
+                    Err(own @ Error::Data { line: 2.., .. }) if !unnamed => Err(own),
+                    _ => Err(described_places(path, &bytes, error)),
                 };
-                return Self::of_sheet(&sheet?, recording);
             }
         };
         let (clock, unit) = columns.time;
