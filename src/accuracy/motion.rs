@@ -28,16 +28,16 @@ struct Tuning {
 
 /// Motions of a few low modes.
 const SMOOTH: Tuning = Tuning {
-    target: 0.6,
-    growth_observed: 10.0,
-    growth_assumed: 8.0,
+    target: 0.5,
+    growth_observed: 8.0,
+    growth_assumed: 5.0,
     contraction: ContractionBounds { fastest: 0.25, slowest: 0.8, assumed: 0.4 },
 };
 /// Motions of many modes: higher ones come in with every refinement, and both contractions must be observed.
 const EXCITED: Tuning = Tuning {
-    target: 0.6,
-    growth_observed: 8.0,
-    growth_assumed: 1.5,
+    target: 0.5,
+    growth_observed: 6.0,
+    growth_assumed: 1.2,
     contraction: ContractionBounds { fastest: 0.4, slowest: 0.8, assumed: 0.4 },
 };
 /// Refinement of one part after which the difference of the other is taken again.
@@ -197,7 +197,7 @@ impl<'a> MotionSearch<'a> {
     fn after_failure(&self, now: Numerics, failures: usize) -> Numerics {
         let steps = self.given_steps.unwrap_or(2 * now.steps);
         let more = allowed_edges(self.scene, (1.5 * now.segments as f64).ceil() as usize);
-        let segments = if failures % 2 == 0 { more } else { now.segments };
+        let segments = if failures.is_multiple_of(2) { more } else { now.segments };
         Numerics { segments: self.given_segments.unwrap_or(segments), steps, ..now }
     }
 

@@ -6,8 +6,7 @@
 //! 1. The tangent `K` has an eigenvalue `K x = -sigma^2 M x` with growth in the time of the scene.
 //! 2. The rod is near the saddle along this mode, `|x' f| / sigma^2` and `|x' M v| / sigma` are zero but for rounding
 //!    errors, with the forces `f` out of balance. A rod that moves through unstable states in general is not.
-//! Vibrations that are fast against the growth are taken out of the state first.
-//!
+//!    Vibrations that are fast against the growth are taken out of the state first.
 //! 3. The state persists: forces and velocities displace the rod little in the time `1/sigma`. With `s = 2 sigma^2` these
 //!    displacements are `(K + s M)^-1 f` and `(K + s M)^-1 s^(1/2) M v`.
 

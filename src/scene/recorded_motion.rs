@@ -249,7 +249,7 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
         noise += noise_variance(times, marker, c);
     }
     let total: f64 = variances.iter().sum();
-    if !(total > LEAST_VARIANCE * noise) {
+    if total.is_nan() || total <= LEAST_VARIANCE * noise {
         return None;
     }
     let nyquist = 0.5 * (times.len() - 1) as f64 / length;

@@ -32,7 +32,7 @@ fn observed(seed: u64, noise: f64) -> Vec<[Option<f64>; 3]> {
         let at = |c: usize| stencil.nodes.iter().map(|(i, w)| w * rest.nodes[*i][c]).sum::<f64>();
         [0, 1].map(|c| Some(at(c) + normal.sample(&mut random)))
     };
-    (0..POINTS).map(|k| place(k)).map(|[x, y]| [x, y, None]).collect()
+    (0..POINTS).map(place).map(|[x, y]| [x, y, None]).collect()
 }
 
 fn fitted(points: &[[Option<f64>; 3]], sigma: Option<f64>) -> FitReport {
