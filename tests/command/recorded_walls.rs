@@ -180,10 +180,13 @@ fn jumps_are_reported() {
     assert!(!warned.contains("[recording-jumps]"), "{warned}");
 }
 
+/// Place of a marker, by its name, the frame and the place without a defect.
+type Change<'a> = &'a dyn Fn(&str, usize, [f64; 3]) -> Option<[f64; 3]>;
+
 #[test]
 fn recorded_ends_have_the_same_guards() {
     let clean = recorded(0, 120, 1e-5, |_| {});
-    let warned = |change: &dyn Fn(&str, usize, [f64; 3]) -> Option<[f64; 3]>| {
+    let warned = |change: Change| {
         let of = |m: &rodfit::scene::track::Marker| {
             let seen = m.seen.iter().enumerate();
             (m.name.clone(), seen.map(|(k, x)| change(&m.name, k, (*x)?)).collect())
