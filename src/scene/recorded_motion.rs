@@ -32,6 +32,8 @@ const JUMP_TO_RESOLUTION: f64 = 3.0;
 const VARIANCE_ABOVE: f64 = 0.01;
 /// Uncertainty of the noise variance that is subtracted.
 const NOISE_UNCERTAINTY: f64 = 0.3;
+/// Amplitude over the coordinates below which a marker is at rest: rounding errors of files with nine digits.
+const STILL: f64 = 1e-9;
 /// Variance of a motion, in noise variances, below which it has no bandwidth.
 const LEAST_VARIANCE: f64 = 4.0;
 
@@ -249,7 +251,8 @@ fn bandwidth(times: &[f64], marker: &Marker) -> Option<f64> {
         noise += noise_variance(times, marker, c);
     }
     let total: f64 = variances.iter().sum();
-    if total.is_nan() || total <= LEAST_VARIANCE * noise {
+    let size = places.iter().flatten().fold(0.0, |size: f64, x| size.max(x.abs()));
+    if total.is_nan() || total <= (LEAST_VARIANCE * noise).max((STILL * size).powi(2)) {
         return None;
     }
     let nyquist = 0.5 * (times.len() - 1) as f64 / length;

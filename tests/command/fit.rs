@@ -168,7 +168,6 @@ fn bad_fits_and_data_are_refused() {
         ("tip.csv", "x,y\n0.5,0\n0.4,0\n".into(), &["tip.csv:1", "no column t"]),
         ("tip.csv", data.replace("t,x,y", "frame,x,y"), &["tip.csv:1", "fps"]),
         ("tip.csv", data.replace("t,x,y", "t,x[px],y[px]"), &["tip.csv:1", "`x`", "scale"]),
-        ("tip.csv", "t,frame,x\n0,0,0.5\n".into(), &["tip.csv:1", "two clocks"]),
         ("tip.csv", data.replace("0.02,", "-0.02,"), &["tip.csv:4", "time_zero"]),
         (
             "tip.csv",

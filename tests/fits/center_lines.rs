@@ -26,7 +26,7 @@ fn observed(seed: u64, noise: f64) -> Vec<[Option<f64>; 3]> {
     let rest = problem.equilibrium().unwrap();
     let normal = Normal::new(0.0, noise).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut place = |k: usize| {
+    let place = |k: usize| {
         let part = (k as f64 + 0.4 * (k as f64).sin() + 0.5) / POINTS as f64;
         let stencil = problem.stencil(Point::ArcLength(0.4 * part)).unwrap();
         let at = |c: usize| stencil.nodes.iter().map(|(i, w)| w * rest.nodes[*i][c]).sum::<f64>();
