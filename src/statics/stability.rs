@@ -25,8 +25,8 @@ use num_dual::Dual64;
 pub(crate) const UNCERTAIN_LEVELS: f64 = 100.0;
 /// Most eigenvalues whose signs are determined one by one. A free rod in space has six.
 pub(crate) const MAX_UNCERTAIN: usize = 12;
-/// Shift of the iteration for those eigenvalues: far above the rounding level, which would keep the iteration from converging,
-/// and below the stiffness of bending, which is `1/NEUTRAL` levels.
+/// Shift of the iteration for several such eigenvalues: far above the rounding level, which would keep the iteration from
+/// converging, and below the stiffness of bending, which is `1/NEUTRAL` levels.
 const SHIFT_LEVELS: f64 = 1e8;
 /// Stiffness that counts as none over that of bending as a whole.
 const NEUTRAL: f64 = 1e-9;
@@ -83,7 +83,9 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         if possible - certain > MAX_UNCERTAIN || self.edge_coordinates().is_some() {
             return by_inertia(pencil);
         }
-        let Ok(found) = pencil.lowest(possible, SHIFT_LEVELS) else { return by_inertia(pencil) };
+        // Several such eigenvalues are those of rigid motions; a single one passes through zero at a critical load.
+        let shift = if possible - certain > 1 { SHIFT_LEVELS } else { 1.0 };
+        let Ok(found) = pencil.lowest(possible, shift) else { return by_inertia(pencil) };
         let motions: Vec<Vec<f64>> = found[certain..].iter().map(|(_, x)| in_model(x)).collect();
         let mut stability = Stability { unstable: certain, marginal: 0 };
         for stiffness in self.stiffnesses(at, &motions) {

@@ -204,6 +204,9 @@ impl Recording {
             (Some(marker), None) => Ok(marker),
             (first, _) => {
                 let names: Vec<&str> = sheet.markers.iter().map(|m| &m.name[..]).collect();
+                if names.is_empty() {
+                    return Err(sheet.error(1, "no column x, y or z"));
+                }
                 let said = match (&self.marker, first) {
                     (Some(name), None) => format!("marker = {name:?}"),
                     _ => format!("{} markers and no marker = \"..\"", names.len()),
