@@ -105,8 +105,8 @@
 #[cfg(feature = "cli")]
 extern crate self as rodfit;
 
-#[cfg(feature = "cli")]
 pub mod accuracy;
+#[cfg(feature = "cli")]
 pub mod campaign;
 pub mod check;
 pub mod code;

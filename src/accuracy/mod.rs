@@ -1,10 +1,10 @@
 //! Mesh, step and scheme where a scene leaves them to the program.
 //!
 //! For a motion, trial runs refine the mesh and the step, whichever leaves the larger error, and the
-//! [differences](difference) between successive runs over the whole rod estimate both errors ([`motion`]). The cheapest
-//! numerics that reach the requested error are chosen ([`refinement`], [`rodas4`]); the chosen run is compared with the last
-//! trial run and repeated with finer numerics where it disagrees or fails ([`check`]). What does not move has a mesh only
-//! ([`still`]). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
+//! differences (`difference`) between successive runs over the whole rod estimate both errors (`motion`). The cheapest
+//! numerics that reach the requested error are chosen (`refinement`, `rodas4`); the chosen run is compared with the last
+//! trial run and repeated with finer numerics where it disagrees or fails (`check`). What does not move has a mesh only
+//! (`still`). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
 
 mod aim;
 mod check;
