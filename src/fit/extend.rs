@@ -9,8 +9,9 @@ use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
 use crate::fit::uncertainty::verdict::Grade;
 use crate::fit::unknown::Unknown;
 
-/// Terms that are tried at most.
-const MOST_TERMS: usize = 3;
+/// Terms that are tried at most: three of them often resemble each other, as a tilted clamp, a tilted camera and a curved rest
+/// shape do.
+const MOST_TERMS: usize = 6;
 /// Rise of twice the logarithm of the likelihood by which a further parameter explains more than noise does: two
 /// standard deviations.
 const EXPLAINS_MORE: f64 = 4.0;
@@ -46,7 +47,7 @@ impl FitFile {
         Ok(self.extensions(report)?.into_iter().next().map(|extended| extended.file))
     }
 
-    /// The fits with one of the terms each that may explain what its `report` left, at most three, the most likely
+    /// The fits with one of the terms each that may explain what its `report` left, at most six, the most likely
     /// first.
     ///
     /// # Errors

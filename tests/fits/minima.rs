@@ -79,7 +79,7 @@ fn extension_with_the_missing_term_improves_the_fit() {
     let file = without_its_damping(folder.path());
     let first = file.fit().solve().unwrap();
     let extensions = file.extensions(&first).unwrap();
-    assert!((1..=3).contains(&extensions.len()), "{first}");
+    assert!((1..=6).contains(&extensions.len()), "{first}");
     let mut best: Option<rodfit::FitReport> = None;
     for extended in &extensions {
         let report = extended.file.fit().solve().unwrap();
