@@ -7,7 +7,7 @@
 use crate::accuracy::aim::{OF_ACCURACY, solved_for};
 use crate::accuracy::motion::Basis;
 use crate::accuracy::refinement::{Free, Refinement};
-use crate::accuracy::trial::{Numerics, compared_points};
+use crate::accuracy::trial::{Numerics, compared_points, largest_stable_step};
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::problem::Problem;
@@ -164,8 +164,12 @@ impl RunCheck {
 /// The problem of a scene with these numerics and an estimated error.
 fn numbered(scene: &Scene, numerics: Numerics, error: f64, work: f64) -> Result<Problem, Error> {
     let end = scene.time.as_ref().map_or(0.0, |time| time.end);
-    let mut scene =
-        scene.resolved(numerics.segments, end / numerics.steps as f64).by(numerics.scheme);
+    let mut step = (end / numerics.steps as f64).min(scene.supports.largest_good_step());
+    let posed = scene.resolved(numerics.segments, step).by(numerics.scheme).posed()?;
+    if let Some(largest) = largest_stable_step(&posed)? {
+        step = step.min(largest);
+    }
+    let mut scene = scene.resolved(numerics.segments, step).by(numerics.scheme);
     if let Some(resolution) = &mut scene.resolution {
         (resolution.error, resolution.work) = (Some(error), work);
     }
