@@ -63,6 +63,24 @@ impl Differences {
         }
     }
 
+    /// Whether the last difference is smaller than the one before.
+    pub fn is_falling(&self) -> bool {
+        !matches!(self.values[..], [.., before, last] if last >= before)
+    }
+
+    /// Whether the last two differences fall at least as fast as the slowest contraction; so does a single one.
+    pub fn is_converging(&self) -> bool {
+        match self.values[..] {
+            [.., before, last] => last <= self.bounds.slowest * before,
+            _ => true,
+        }
+    }
+
+    /// The observed order, or another one after a single difference.
+    pub fn order_or(&self, other: f64) -> f64 {
+        if self.values.len() > 1 { self.order() } else { other }
+    }
+
     /// The order: the power of the edge length or the step that the error falls with.
     pub fn order(&self) -> f64 {
         -self.contraction().log2()
@@ -96,6 +114,15 @@ mod tests {
     fn first_order_differences_give_their_own_sum() {
         let last = differences(&[0.5, 0.25]);
         assert!((last.error() - 0.25).abs() < 1e-15 && (last.order() - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn sequence_converges_where_differences_fall_fast_enough() {
+        assert!(differences(&[1.0]).is_converging() && differences(&[1.0, 0.79]).is_converging());
+        let slow = differences(&[1.0, 0.81]);
+        assert!(!slow.is_converging() && slow.is_falling());
+        assert!(!differences(&[1.0, 1.0]).is_falling());
+        assert_eq!(differences(&[1.0]).order_or(2.0), 2.0);
     }
 
     #[test]

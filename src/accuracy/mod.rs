@@ -9,9 +9,7 @@
 mod aim;
 mod check;
 mod difference;
-mod ladder;
 mod motion;
-mod off;
 mod refinement;
 mod rodas4;
 mod still;

@@ -1,8 +1,7 @@
 //! A mesh for what does not move.
 
 use crate::accuracy::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges, order_of_mesh};
-use crate::accuracy::ladder::Ladder;
-use crate::accuracy::off::Seen;
+use crate::accuracy::difference::{ContractionBounds, Differences, Positions, largest_distance};
 use crate::accuracy::trial::looked_at;
 use crate::error::Error;
 use crate::problem::Problem;
@@ -10,45 +9,72 @@ use crate::scene::resolution::Bound;
 use crate::scene::{Point, Scene};
 use crate::vibration::About;
 
-/// Part of the accuracy that the mesh may take: errors of errors take the rest. What two meshes alone say counts so many times.
+/// Part of the accuracy that the mesh may take: the estimate of its error has an error itself.
 const MOST: f64 = 0.78;
+/// The error after a single difference, over that of the theoretical order.
 const UNSURE: f64 = 1.5;
-/// What is chosen is at most so many times as fine as the finest of three meshes that were looked at, or of two.
-const FAR: f64 = 2.0;
-const FAR_BY_TWO: f64 = 1.3;
-/// Of three differences or more the last, where it is not below the one before it and smaller than this, is of rounding errors.
+/// The slowest contraction that belongs to a converging sequence, of second and of first order.
+const SLOWEST: [f64; 2] = [0.4, 0.714];
+/// The chosen mesh is at most so many times as fine as the finest of three meshes, of two, and of two after one without a
+/// solution.
+const FAR: [f64; 3] = [2.0, 1.3, 1.0];
+/// Differences below this are rounding errors where they do not fall.
 const ROUNDING: f64 = 1e-4;
+/// Differences below this are none.
+const NO_DIFFERENCE: f64 = 1e-12;
+
+/// Contractions of a method of first or second order.
+fn contraction_bounds(order: f64) -> ContractionBounds {
+    let single = UNSURE / (order.exp2() - 1.0);
+    let slowest = if order > 1.0 { SLOWEST[0] } else { SLOWEST[1] };
+    ContractionBounds { fastest: (-order).exp2(), slowest, assumed: single / (1.0 + single) }
+}
 
 /// A mesh for what does not move.
 pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Result<Found, Error> {
-    let (mut ladder, mut segments) = (Ladder::new(UNSURE), edges);
     let (order, allowed) = (order_of_mesh(scene), MOST * scene.asked());
+    let mut differences = Differences::new(contraction_bounds(order));
+    let (mut segments, mut before, mut has_failed) = (edges, None, false);
     let (most, least) = match aim {
         Aim::Modes(count) => (MOST_OF_MODES.max(edges), 2 * count),
         _ => (MOST_EDGES, 2),
     };
     loop {
-        match seen(&scene.resolved(segments, step).posed()?, aim) {
+        let now = match compared(&scene.resolved(segments, step).posed()?, aim) {
             // A coarse mesh may have no equilibrium where a finer one has.
-            Err(Error::Equilibrium { .. }) if 2 * segments <= most => ladder.add(None),
-            seen => ladder.add(Some(seen?)),
+            Err(Error::Equilibrium { .. }) if 2 * segments <= most => None,
+            compared => Some(compared?),
+        };
+        match before.as_ref().zip(now.as_ref()) {
+            Some((before, now)) => differences.push(largest_distance(before, now)),
+            None => differences.clear(),
         }
-        if let Some((off, _)) = ladder.reaches(allowed, order, [FAR, FAR_BY_TWO]) {
-            let chosen = (segments as f64 * off.finer(allowed).max(0.5)).ceil() as usize;
-            let chosen = allowed_edges(scene, chosen.max(least));
-            let error = off.size() * off.left(chosen as f64 / segments as f64, 1.0);
-            return Ok((chosen, step, Some(error), None));
+        has_failed |= now.is_none();
+        before = now;
+        let last = differences.last();
+        let is_none = differences.count() > 1 && last.is_some_and(|last| last < NO_DIFFERENCE);
+        let known = differences.count() > 0 && (differences.is_converging() || is_none);
+        let error = known.then(|| if is_none { last.unwrap_or(0.0) } else { differences.error() });
+        if let Some(error) = error {
+            let far = match (differences.count(), has_failed) {
+                (1, true) => FAR[2],
+                (1, false) => FAR[1],
+                _ => FAR[0],
+            };
+            let power = if is_none { order } else { differences.order_or(order) };
+            let finer = (error / allowed).powf(power.recip());
+            if finer <= far {
+                let chosen = (segments as f64 * finer.max(0.5)).ceil() as usize;
+                let chosen = allowed_edges(scene, chosen.max(least));
+                let error = error * (chosen as f64 / segments as f64).powf(-power);
+                return Ok((chosen, step, Some(error), None));
+            }
         }
-        let last = ladder.apart().last().copied();
-        if let [_, .., before, last] = *ladder.apart()
-            && last >= before
-            && last < ROUNDING
-        {
+        if differences.count() > 2 && !differences.is_falling() && last < Some(ROUNDING) {
             // Finer meshes leave more rounding errors.
-            return Ok((segments / 2, step, Some(last), Some(Bound::Work)));
+            return Ok((segments / 2, step, last, Some(Bound::Work)));
         }
         if 2 * segments > most {
-            let error = ladder.off(order).map(|off| off.size());
             return Ok((segments, step, error.or(last), Some(Bound::Work)));
         }
         segments *= 2;
@@ -65,7 +91,7 @@ fn logarithm(frequency: f64) -> [f64; 3] {
 }
 
 /// Places over the length, or logarithms of frequencies and growth rates.
-fn seen(problem: &Problem, aim: Aim) -> Result<Seen, Error> {
+fn compared(problem: &Problem, aim: Aim) -> Result<Positions, Error> {
     if let Aim::Modes(count) = aim {
         // What has no equilibrium may still be looked at about its rest shape.
         let found = problem
