@@ -1,9 +1,12 @@
 //! Errors of mesh, step and scheme that the program chooses, over random scenes of ten kinds: the true error of the whole rod
 //! against the requested one, and the work of choosing against that of the chosen run.
 //!
-//! `cargo run --release --example chosen_numerics -- [SCENES] [FIRST SEED]`; 10 scenes if no number is given. The true error is
-//! the largest distance of nine points along the rod, at 200 times, from a run on a finer mesh with smaller steps.
+//! `cargo run --release --example chosen_numerics -- [costs] [SCENES] [FIRST SEED]`; 10 scenes if no number is given. The true
+//! error is the largest distance of eight points along the rod, at 200 times, from a run on a finer mesh with smaller steps.
+//! `costs` also compares the work with the least one of numerics picked by hand, which takes many times as long. `-- schemes
+//! [SCENES] [FIRST SEED]` prints the errors of the step alone, by scheme.
 
+mod by_hand;
 mod scenes;
 
 use rodfit::{Error, Point, Problem, Scene, Trajectory};
@@ -16,6 +19,8 @@ const TIMES: usize = 200;
 const PARTS: usize = 8;
 /// Refinement of the reference over the numerics chosen for the smallest request.
 const FINER: usize = 3;
+/// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
+const ITERATIONS_OF_RODAS4: [usize; 2] = [5, 3];
 
 /// A scene with its numerics, where they are given.
 fn read(text: &str, accuracy: &str, segments: &str, step: &str) -> Result<Scene, Error> {
@@ -23,26 +28,40 @@ fn read(text: &str, accuracy: &str, segments: &str, step: &str) -> Result<Scene,
     Scene::from_toml(&text.replace("STEP", step), ".")
 }
 
-/// Points along the rod at equal distances in time, over the length, and the work of the run: edges times Newton iterations.
-fn motion(problem: &Problem, run: &Trajectory) -> Result<(Vec<[f64; 3]>, f64), Error> {
-    let (end, length) = (problem.time()?.end, problem.length());
-    let mut places = Vec::new();
-    for part in 1..=PARTS {
-        let point = match part {
-            PARTS => Point::Tip,
-            part => Point::ArcLength(length * part as f64 / PARTS as f64),
-        };
-        for k in 1..=TIMES {
-            places.push(run.at(point, end * k as f64 / TIMES as f64)?.0.map(|x| x / length));
+/// A run at the points and times of comparison.
+struct Motion {
+    /// Places over the length.
+    places: Vec<[f64; 3]>,
+    segments: f64,
+    steps: f64,
+    /// End of the run, s.
+    end: f64,
+    /// Edges times Newton iterations.
+    work: f64,
+}
+
+impl Motion {
+    fn of(problem: &Problem, run: &Trajectory) -> Result<Self, Error> {
+        let (time, length) = (problem.time()?, problem.length());
+        let mut places = Vec::new();
+        for part in 1..=PARTS {
+            let point = match part {
+                PARTS => Point::Tip,
+                part => Point::ArcLength(length * part as f64 / PARTS as f64),
+            };
+            for k in 1..=TIMES {
+                let at = run.at(point, time.end * k as f64 / TIMES as f64)?.0;
+                places.push(at.map(|x| x / length));
+            }
         }
+        let work = run.work();
+        let iterations = match work.newton_iterations {
+            0 => ITERATIONS_OF_RODAS4[usize::from(problem.model().0 == "spatial")] * work.steps,
+            iterations => iterations,
+        };
+        let (segments, steps) = (problem.segments() as f64, time.steps() as f64);
+        Ok(Self { places, segments, steps, end: time.end, work: iterations as f64 * segments })
     }
-    let of_rosenbrock = if problem.model().0 == "spatial" { 3 } else { 5 };
-    let work = run.work();
-    let iterations = match work.newton_iterations {
-        0 => of_rosenbrock * work.steps,
-        iterations => iterations,
-    };
-    Ok((places, (iterations * problem.segments()) as f64))
 }
 
 fn distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
@@ -61,6 +80,8 @@ struct Counts {
     failed: usize,
     ratios: Vec<f64>,
     choosing: Vec<f64>,
+    /// Work of choosing and of the run over the least work by hand.
+    costs: Vec<f64>,
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -69,9 +90,14 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 fn main() -> Result<(), Error> {
-    let numbers: Vec<u64> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let is_asked = |word: &str| words.iter().any(|w| w == word);
+    let numbers: Vec<u64> = words.iter().filter_map(|a| a.parse().ok()).collect();
     let count = numbers.first().copied().unwrap_or(10);
     let first = numbers.get(1).copied().unwrap_or(0);
+    if is_asked("schemes") {
+        return by_hand::compare_schemes(first..first + count);
+    }
     let mut counts = REQUESTED.map(|_| Counts::default());
     for seed in first..first + count {
         let text = scene(seed);
@@ -79,10 +105,10 @@ fn main() -> Result<(), Error> {
         let runs = REQUESTED.map(|requested| {
             let scene = read(&text, &format!("accuracy = {requested}"), "", "")?;
             let (problem, run) = scene.simulate()?;
-            let (places, work) = motion(&problem, &run)?;
-            Ok::<_, Error>((problem, places, work))
+            let motion = Motion::of(&problem, &run)?;
+            Ok::<_, Error>((problem, motion))
         });
-        let Some(Ok((finest, ..))) = runs.last() else {
+        let Some(Ok((finest, _))) = runs.last() else {
             for (counts, run) in counts.iter_mut().zip(&runs) {
                 counts.scenes += 1;
                 counts.failed += usize::from(run.is_err());
@@ -97,9 +123,9 @@ fn main() -> Result<(), Error> {
         let step = finest.time()?.step / FINER as f64;
         let step = format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9");
         let reference = read(&text, "", &segments, &step)?.simulate();
-        let reference = reference.and_then(|(problem, run)| motion(&problem, &run));
+        let reference = reference.and_then(|(problem, run)| Motion::of(&problem, &run));
         let reference = match reference {
-            Ok((reference, _)) => reference,
+            Ok(reference) => reference.places,
             Err(error) => {
                 println!("{seed} {kind}: no reference: {error}");
                 continue;
@@ -107,12 +133,12 @@ fn main() -> Result<(), Error> {
         };
         for ((counts, run), requested) in counts.iter_mut().zip(&runs).zip(REQUESTED) {
             counts.scenes += 1;
-            let Ok((problem, places, work)) = run else {
+            let Ok((problem, motion)) = run else {
                 counts.failed += 1;
                 println!("{seed} {kind}, {requested:.0e}: failed");
                 continue;
             };
-            let error = distance(places, &reference);
+            let error = distance(&motion.places, &reference);
             let resolution = problem.resolution().expect("chosen numerics");
             let warned = resolution.bound.is_some();
             let within = error <= requested;
@@ -120,17 +146,25 @@ fn main() -> Result<(), Error> {
             counts.silent += usize::from(!within && !warned);
             counts.false_alarms += usize::from(within && warned);
             counts.ratios.push(error / requested);
-            counts.choosing.push(resolution.work / work);
+            counts.choosing.push(resolution.work / motion.work);
+            let by_hand = is_asked("costs")
+                .then(|| by_hand::cheapest(&text, requested, &reference, motion))
+                .flatten();
+            let cost = by_hand.map(|least| (resolution.work + motion.work) / least);
+            counts.costs.extend(cost);
             println!(
                 "{seed} {kind}, {requested:.0e}: error {error:.1e}, estimated {:.1e}{}{}; {} segments, {} steps, {}; choosing \
-                 {:.2} runs",
+                 {:.2} runs{}",
                 resolution.error.unwrap_or(f64::NAN),
                 if warned { ", warned" } else { "" },
                 if within { "" } else { ", EXCEEDED" },
                 problem.segments(),
                 problem.time()?.steps(),
                 problem.time()?.scheme.name(),
-                resolution.work / work,
+                resolution.work / motion.work,
+                cost.map_or(String::new(), |cost| format!(
+                    ", {cost:.1} times the least work by hand"
+                )),
             );
         }
     }
@@ -147,6 +181,13 @@ fn main() -> Result<(), Error> {
             median(&mut counts.choosing),
             counts.choosing.iter().copied().fold(0.0, f64::max),
         );
+        if !counts.costs.is_empty() {
+            let number = counts.costs.len();
+            println!(
+                "  {:.2} times the least work by hand in the median of {number}",
+                median(&mut counts.costs)
+            );
+        }
     }
     Ok(())
 }

@@ -5,13 +5,15 @@
 //! the requested one then, or the run fails, finer numerics are chosen.
 
 use crate::accuracy::aim::{OF_ACCURACY, solved_for};
-use crate::accuracy::motion::Basis;
+use crate::accuracy::basis::Basis;
 use crate::accuracy::refinement::{Free, Refinement};
 use crate::accuracy::trial::{Numerics, compared_points, largest_stable_step};
+use crate::dynamics::record::Record;
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
 use crate::problem::Problem;
 use crate::scene::{Scene, Stencil};
+use std::sync::Arc;
 
 /// Runs that may be chosen after the first.
 const MOST_ATTEMPTS: usize = 3;
@@ -41,7 +43,7 @@ pub struct RunCheck {
 pub struct RunMonitor {
     /// Of the compared points on the mesh of the run and on that of the trial run.
     stencils: Vec<[Stencil; 2]>,
-    trial: std::sync::Arc<crate::dynamics::record::Record>,
+    trial: Arc<Record>,
     over: f64,
     interval: f64,
     next: f64,
@@ -180,6 +182,14 @@ fn numbered(scene: &Scene, numerics: Numerics, error: f64, work: f64) -> Result<
 impl Scene {
     /// Simulates the scene with the numerics that it gives, or that are chosen and checked by the run: it is repeated with
     /// finer ones where it fails, or where the estimated error turns out to be above the requested one. All nodes are recorded.
+    ///
+    /// ```
+    /// use rodfit::{Point, Scene};
+    /// let (problem, run) = Scene::load("data/cantilever.toml")?.simulate()?;
+    /// let (place, _) = run.at(Point::Tip, problem.time()?.end)?;
+    /// assert!(place[1] < 0.0);
+    /// # Ok::<(), rodfit::Error>(())
+    /// ```
     ///
     /// # Errors
     /// Those of [`problem`](Self::problem) and of [`Trajectory::run`].

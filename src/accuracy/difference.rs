@@ -5,6 +5,9 @@
 //! extrapolation; for errors of second order it is Richardson's). Modes that a coarse mesh does not have, or that large steps
 //! damp, come in one after the other, and the differences then fall more slowly than the order of the method.
 
+/// Differences over the length beyond which two motions are unrelated and determine no error.
+pub(super) const UNRELATED: f64 = 0.15;
+
 /// Positions over the length at the points and times where runs are compared.
 pub(super) type Positions = Vec<[f64; 3]>;
 

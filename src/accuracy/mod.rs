@@ -7,6 +7,7 @@
 //! (`still`). `cargo run --release --example chosen_numerics` compares estimated with true errors, and gives the costs.
 
 mod aim;
+mod basis;
 mod check;
 mod difference;
 mod motion;
@@ -14,12 +15,14 @@ mod refinement;
 mod rodas4;
 mod still;
 mod trial;
+mod tuning;
 
 pub use aim::Aim;
 pub use check::{Assessment, RunCheck, RunMonitor};
 
 use crate::accuracy::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
-use crate::accuracy::motion::{ChosenMotion, MotionSearch};
+use crate::accuracy::basis::ChosenMotion;
+use crate::accuracy::motion::MotionSearch;
 use crate::accuracy::refinement::Free;
 use crate::accuracy::still::still;
 use crate::error::Error;
@@ -57,11 +60,7 @@ impl Scene {
         if self.time.is_none() || !open.any() && self.accuracy.is_none() {
             return Ok((self.problem()?, None));
         }
-        let mut scene = self.clone();
-        scene.read_shapes().map_err(|error| error.in_file(self.path.as_deref()))?;
-        let edges = first_edges(&scene, Aim::Motion)?;
-        let step = first_step(&scene, edges)?;
-        let guess = scene.resolved(edges, step);
+        let Start { scene, step, guess, .. } = Start::of(self, Aim::Motion)?;
         let mut search = MotionSearch::new(&scene, guess)?;
         let ChosenMotion { numerics, step, error, bound, basis } = search.choose(step)?;
         let mut chosen = scene.resolved(numerics.segments, step).by(numerics.scheme);
@@ -91,10 +90,7 @@ impl Scene {
         if aim == Aim::Motion {
             return Ok(self.checked_problem()?.0);
         }
-        let mut scene = self.clone();
-        scene.read_shapes().map_err(|error| error.in_file(self.path.as_deref()))?;
-        let edges = first_edges(&scene, aim)?;
-        let step = first_step(&scene, edges)?;
+        let Start { scene, edges, step, .. } = Start::of(self, aim)?;
         let (segments, step, error, bound) = match aim {
             Aim::Rest | Aim::Modes(_) if open.segments => still(&scene, aim, (edges, step))?,
             _ => (edges, step, None, None),
@@ -105,6 +101,27 @@ impl Scene {
             (resolution.error, resolution.bound) = (known, bound);
         }
         scene.posed()
+    }
+}
+
+/// A scene with its files read, and its first mesh and step, s.
+struct Start {
+    scene: Scene,
+    edges: usize,
+    step: f64,
+    /// The scene with that mesh and step.
+    guess: Scene,
+}
+
+impl Start {
+    fn of(scene: &Scene, aim: Aim) -> Result<Self, Error> {
+        let mut scene = scene.clone();
+        let path = scene.path.clone();
+        scene.read_shapes().map_err(|error| error.in_file(path.as_deref()))?;
+        let edges = first_edges(&scene, aim)?;
+        let step = first_step(&scene, edges)?;
+        let guess = scene.resolved(edges, step);
+        Ok(Self { scene, edges, step, guess })
     }
 }
 

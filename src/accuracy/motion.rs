@@ -6,77 +6,20 @@
 //! steps damp the modes that finer edges would add, and a coarse mesh does not have the modes that smaller steps would show.
 
 use crate::accuracy::aim::{allowed_edges, is_struck};
-use crate::accuracy::difference::{ContractionBounds, Differences, Positions, largest_distance};
-use crate::accuracy::refinement::{ErrorModel, Free, Refinement, work};
+use crate::accuracy::basis::{Basis, ChosenMotion, LAST_GROWTH};
+use crate::accuracy::difference::{Differences, Positions, UNRELATED, largest_distance};
+use crate::accuracy::refinement::{ErrorModel, Free, Refinement};
 use crate::accuracy::rodas4;
 use crate::accuracy::trial::{Numerics, Trial, Trials, largest_stable_step};
+use crate::accuracy::tuning::Tuning;
 use crate::error::Error;
-use crate::problem::Problem;
 use crate::scene::resolution::Bound;
-use crate::scene::{InitialState, Scene, Scheme};
+use crate::scene::{Scene, Scheme};
 
-/// Constants of the search, chosen on the scenes of `cargo run --release --example chosen_numerics`.
-struct Tuning {
-    /// Part of the requested error that the estimate may take: estimates are off by a factor of up to two.
-    target: f64,
-    /// Growth of the work from the last trial run to the chosen one at most, where both contractions are observed, and where
-    /// one is assumed.
-    growth_observed: f64,
-    growth_assumed: f64,
-    contraction: ContractionBounds,
-}
-
-/// Motions of a few low modes.
-const SMOOTH: Tuning = Tuning {
-    target: 0.5,
-    growth_observed: 8.0,
-    growth_assumed: 5.0,
-    contraction: ContractionBounds { fastest: 0.25, slowest: 0.8, assumed: 0.4 },
-};
-/// Motions of many modes: higher ones come in with every refinement, and both contractions must be observed.
-const EXCITED: Tuning = Tuning {
-    target: 0.5,
-    growth_observed: 6.0,
-    growth_assumed: 1.2,
-    contraction: ContractionBounds { fastest: 0.4, slowest: 0.8, assumed: 0.4 },
-};
 /// Refinement of one part after which the difference of the other is taken again.
 const STALE: f64 = 4.0;
-/// Differences over the length beyond which two motions are unrelated and determine no error.
-const UNRELATED: f64 = 0.15;
-/// Growth of the work from the last trial run where further ones would take too long.
-const LAST_GROWTH: f64 = 10.0;
 /// Runs that may fail before the search ends.
 const MOST_FAILURES: usize = 10;
-/// Deflection under the weight over the length, as of small motions, beyond which a rod is limp.
-const LIMP: f64 = 1.0;
-
-/// What is chosen for a motion, and what a check of the chosen run needs.
-pub(crate) struct ChosenMotion {
-    pub numerics: Numerics,
-    /// Step, s.
-    pub step: f64,
-    /// Estimated error over the length.
-    pub error: Option<f64>,
-    pub bound: Option<Bound>,
-    pub basis: Option<Basis>,
-}
-
-/// The last trial run and the errors that were estimated of it.
-#[derive(Clone)]
-pub(crate) struct Basis {
-    pub trial: Trial,
-    pub numerics: Numerics,
-    pub errors: ErrorModel,
-    /// Errors with the scheme and number of steps of the chosen run, where these are others.
-    pub chosen_errors: ErrorModel,
-    /// Numerics that `chosen_errors` belong to.
-    pub chosen_from: Numerics,
-    pub target: f64,
-    /// Most work of a chosen run, edges times steps.
-    pub most_work: f64,
-}
-
 /// The part that a run refined.
 #[derive(Clone, Copy, PartialEq)]
 enum Part {
@@ -102,7 +45,7 @@ pub(super) struct MotionSearch<'a> {
 impl<'a> MotionSearch<'a> {
     pub fn new(scene: &'a Scene, guess: Scene) -> Result<Self, Error> {
         let trials = Trials::new(scene, guess)?;
-        let tuning = if has_many_modes(scene, &trials.guess) { &EXCITED } else { &SMOOTH };
+        let tuning = Tuning::of(scene, &trials.guess);
         let time = trials.guess.time()?;
         let given_segments = (!trials.open.segments).then(|| trials.guess.segments());
         let given_steps =
@@ -356,45 +299,4 @@ impl<'a> MotionSearch<'a> {
         }
         rodas4::cheaper(&self.trials, numerics, errors, self.target())
     }
-}
-
-impl Basis {
-    /// The cheapest refinement that reaches the target, within the growth that is allowed at the end.
-    pub fn refinement(&self, free: Free) -> Refinement {
-        let segments = self.chosen_from.segments as f64;
-        match self.chosen_errors.cheapest(self.target, segments, free) {
-            Some((finer, growth)) if growth <= LAST_GROWTH => finer,
-            _ => self.chosen_errors.best_within(LAST_GROWTH, segments, free),
-        }
-    }
-
-    /// Edges and steps of a refinement.
-    pub fn refined(&self, finer: Refinement, scene: &Scene) -> Numerics {
-        let from = self.chosen_from;
-        let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
-        let steps = (finer.step * from.steps as f64 - 1e-6).ceil().max(1.0) as usize;
-        Numerics { segments: allowed_edges(scene, segments), steps, scheme: from.scheme }
-    }
-
-    /// Work of a run of the chosen scheme, in units of the trial run's.
-    pub fn growth(&self, numerics: Numerics) -> f64 {
-        let [chosen, trial] =
-            [numerics, self.numerics].map(|n| work(n.segments as f64, n.steps as f64));
-        chosen / trial
-    }
-}
-
-/// Whether higher modes of a motion matter: supports move or strike the rod, it is released from another shape, it twists, or
-/// its weight bends it by more than its length.
-fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
-    let (section, material) = scene.at(0.5);
-    let moments = section.moments();
-    let [i1, i2] = moments.second_moments;
-    let gravity = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let weight = material.density * moments.area * gravity;
-    let deflection = weight * guess.length().powi(3) / (8.0 * material.youngs_modulus * i1.min(i2));
-    is_struck(scene)
-        || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)
-        || guess.planar().is_none()
-        || deflection > LIMP
 }

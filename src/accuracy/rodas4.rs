@@ -1,6 +1,6 @@
 //! `rodas4` as the alternative to generalised-alpha: fourth order, at the cost of several Newton iterations a step.
 
-use crate::accuracy::difference::{ContractionBounds, Differences, largest_distance};
+use crate::accuracy::difference::{ContractionBounds, Differences, UNRELATED, largest_distance};
 use crate::accuracy::refinement::{ErrorModel, Free, work};
 use crate::accuracy::trial::{Numerics, Trial, Trials};
 use crate::error::Error;
@@ -21,8 +21,6 @@ const CONTRACTION: ContractionBounds =
 const GROWTH: f64 = 9.0;
 /// Growth of the work from the last trial run to a run by generalised-alpha, at most.
 const MOST_GROWTH: f64 = 16.0;
-/// Differences over the length that determine no error.
-const UNRELATED: f64 = 0.15;
 
 /// Its errors on the mesh of the last trial run and the numerics that they belong to, where it reaches the target with less
 /// work than generalised-alpha.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 const ACCURACY: f64 = 1e-3;
 /// What may be asked for.
 const ALLOWED: std::ops::RangeInclusive<f64> = 1e-8..=0.1;
-/// The number of generalised-alpha where the program chooses it. Of those tried (`cargo run --release --example accuracy --
+/// The number of generalised-alpha where the program chooses it. Of those tried (`cargo run --release --example chosen_numerics --
 /// schemes`) 0.8 is as accurate as newmark-beta at beta = 0.5 whatever the damping, and takes steps at which
 /// that one fails or, with stiff damping, is off by a part of the length; 0 does not take large first steps.
 const RHO_INF: f64 = 0.8;

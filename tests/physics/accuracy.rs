@@ -1,6 +1,6 @@
 //! Mesh, step and scheme that the program chooses.
 
-use rodfit::accuracy::Aim;
+use rodfit::accuracy::{Aim, Assessment};
 use rodfit::scene::{Resolution, Scheme, Tolerance};
 use rodfit::vibration::About;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
@@ -201,6 +201,38 @@ fn chosen_run_is_the_check_of_its_numerics() {
         assert!(off <= 1e-2 || resolution.bound.is_some(), "{name}: {off:e}");
         assert!(off <= 2.0 * resolution.error.unwrap(), "{name}: {off:e}");
     }
+}
+
+/// A run that is further from the last trial run than the estimated errors allow, or that fails, is repeated in smaller steps;
+/// the run of the scene itself is accepted. A rod of half the modulus stands for a run by wrong numerics.
+#[test]
+fn run_check_asks_for_finer_numerics_where_the_run_disagrees_or_fails() {
+    let scene = dozen()[0].replace("[rod]", "accuracy = 1e-2\n[rod]");
+    let assessed = |modulus: f64, outcome: Result<(), Error>| {
+        let (problem, check) = Scene::from_toml(&scene, "data").unwrap().checked_problem().unwrap();
+        let check = check.unwrap();
+        let mut monitor = check.monitor(&problem).unwrap();
+        let other = problem.with([(Parameter::YoungsModulus, modulus)]).unwrap();
+        let steps = problem.time().unwrap().steps();
+        let mut run = rodfit::Trajectory::unrecorded(&other).unwrap();
+        run.run(&other, steps, |state| monitor.push(state)).unwrap();
+        (steps, check.assess(&outcome, &monitor).unwrap())
+    };
+    match assessed(1e8, Ok(())).1 {
+        Assessment::Accepted(error) => assert!(error.unwrap() <= 1e-2),
+        Assessment::Again(_) => panic!("the run of the scene itself is repeated"),
+    }
+    for (modulus, outcome) in [(5e7, Ok(())), (1e8, Err(Error::SingularEquilibrium))] {
+        match assessed(modulus, outcome) {
+            (steps, Assessment::Again(next)) => {
+                assert!(next.0.time().unwrap().steps() > steps);
+                assert!(next.0.resolution().unwrap().work > 0.0);
+            }
+            (_, Assessment::Accepted(error)) => panic!("{modulus}: accepted with {error:?}"),
+        }
+    }
+    let stopped = assessed(1e8, Err(Error::Interrupted)).1;
+    assert!(matches!(stopped, Assessment::Accepted(None)));
 }
 
 /// Steps are solved as exactly as the accuracy needs, with fewer tangents, and the motion stays what it is; derivatives

@@ -1,0 +1,61 @@
+//! The last trial run of a search, from whose errors the numerics of a motion follow.
+
+use crate::accuracy::aim::allowed_edges;
+use crate::accuracy::refinement::{ErrorModel, Free, Refinement, work};
+use crate::accuracy::trial::{Numerics, Trial};
+use crate::scene::Scene;
+use crate::scene::resolution::Bound;
+
+/// Growth of the work from the last trial run where further ones would take too long.
+pub(super) const LAST_GROWTH: f64 = 10.0;
+/// What is chosen for a motion, and what a check of the chosen run needs.
+pub(crate) struct ChosenMotion {
+    pub numerics: Numerics,
+    /// Step, s.
+    pub step: f64,
+    /// Estimated error over the length.
+    pub error: Option<f64>,
+    pub bound: Option<Bound>,
+    pub basis: Option<Basis>,
+}
+
+/// The last trial run and the errors that were estimated of it.
+#[derive(Clone)]
+pub(crate) struct Basis {
+    pub trial: Trial,
+    pub numerics: Numerics,
+    pub errors: ErrorModel,
+    /// Errors with the scheme and number of steps of the chosen run, where these are others.
+    pub chosen_errors: ErrorModel,
+    /// Numerics that `chosen_errors` belong to.
+    pub chosen_from: Numerics,
+    pub target: f64,
+    /// Most work of a chosen run, edges times steps.
+    pub most_work: f64,
+}
+
+impl Basis {
+    /// The cheapest refinement that reaches the target, within the growth that is allowed at the end.
+    pub fn refinement(&self, free: Free) -> Refinement {
+        let segments = self.chosen_from.segments as f64;
+        match self.chosen_errors.cheapest(self.target, segments, free) {
+            Some((finer, growth)) if growth <= LAST_GROWTH => finer,
+            _ => self.chosen_errors.best_within(LAST_GROWTH, segments, free),
+        }
+    }
+
+    /// Edges and steps of a refinement.
+    pub fn refined(&self, finer: Refinement, scene: &Scene) -> Numerics {
+        let from = self.chosen_from;
+        let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
+        let steps = (finer.step * from.steps as f64 - 1e-6).ceil().max(1.0) as usize;
+        Numerics { segments: allowed_edges(scene, segments), steps, scheme: from.scheme }
+    }
+
+    /// Work of a run of the chosen scheme, in units of the trial run's.
+    pub fn growth(&self, numerics: Numerics) -> f64 {
+        let [chosen, trial] =
+            [numerics, self.numerics].map(|n| work(n.segments as f64, n.steps as f64));
+        chosen / trial
+    }
+}

@@ -1,0 +1,56 @@
+//! Constants of the search for the numerics of a motion, for motions of few and of many modes.
+
+use crate::accuracy::aim::is_struck;
+use crate::accuracy::difference::ContractionBounds;
+use crate::problem::Problem;
+use crate::scene::{InitialState, Scene};
+
+/// Constants of the search, chosen on the scenes of `cargo run --release --example chosen_numerics`.
+pub(super) struct Tuning {
+    /// Part of the requested error that the estimate may take: estimates are off by a factor of up to two.
+    pub target: f64,
+    /// Growth of the work from the last trial run to the chosen one at most, where both contractions are observed, and where
+    /// one is assumed.
+    pub growth_observed: f64,
+    pub growth_assumed: f64,
+    pub contraction: ContractionBounds,
+}
+
+/// Motions of a few low modes.
+const SMOOTH: Tuning = Tuning {
+    target: 0.5,
+    growth_observed: 8.0,
+    growth_assumed: 5.0,
+    contraction: ContractionBounds { fastest: 0.25, slowest: 0.8, assumed: 0.4 },
+};
+/// Motions of many modes: higher ones come in with every refinement, and both contractions must be observed.
+const EXCITED: Tuning = Tuning {
+    target: 0.5,
+    growth_observed: 6.0,
+    growth_assumed: 1.2,
+    contraction: ContractionBounds { fastest: 0.4, slowest: 0.8, assumed: 0.4 },
+};
+/// Deflection under the weight over the length, as of small motions, beyond which a rod is limp.
+const LIMP: f64 = 1.0;
+
+impl Tuning {
+    /// The constants for a scene, whose first trial problem is `guess`.
+    pub fn of(scene: &Scene, guess: &Problem) -> &'static Self {
+        if has_many_modes(scene, guess) { &EXCITED } else { &SMOOTH }
+    }
+}
+
+/// Whether higher modes of a motion matter: supports move or strike the rod, it is released from another shape, it twists, or
+/// its weight bends it by more than its length.
+fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
+    let (section, material) = scene.at(0.5);
+    let moments = section.moments();
+    let [i1, i2] = moments.second_moments;
+    let gravity = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let weight = material.density * moments.area * gravity;
+    let deflection = weight * guess.length().powi(3) / (8.0 * material.youngs_modulus * i1.min(i2));
+    is_struck(scene)
+        || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)
+        || guess.planar().is_none()
+        || deflection > LIMP
+}
