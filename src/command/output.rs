@@ -401,7 +401,7 @@ fn names_a_folder(path: &Path) -> bool {
 }
 
 /// Whether standard output was closed before the program began, as by `>&-`: the runtime opens /dev/null in its
-/// place, for reading and writing, while a shell that is told to drop an output opens it for writing.
+/// place, for reading and writing, while a shell that redirects an output to it opens it for writing.
 #[cfg(target_os = "linux")]
 fn stdout_is_closed() -> bool {
     /// The access mode of an open file for reading and writing, O_RDWR, in the two bits of O_ACCMODE.

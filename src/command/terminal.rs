@@ -25,7 +25,7 @@ pub fn print(text: &impl Display) -> Result<(), Error> {
 }
 
 /// Writes a piece of a result on standard output, and returns how much of it was written. Control characters are escaped
-/// where a person reads it; programs get every byte as it is.
+/// where a person reads it; programs get every byte unchanged.
 pub fn write_data(bytes: &[u8]) -> std::io::Result<usize> {
     let mut stdout = std::io::stdout();
     if !stdout.is_terminal() {

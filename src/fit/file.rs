@@ -4,24 +4,21 @@ use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::Fit;
 use crate::fit::field::Field;
-use crate::fit::known::{self, Correlation, Known};
+use crate::fit::frequencies_form::FrequenciesForm;
+use crate::fit::known::{self, Known};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::frequencies::Frequencies;
-use crate::fit::measurement::loss::Loss;
 use crate::fit::observation_form::ObservationForm;
+use crate::fit::parameter_form::{KnownForm, ParameterForm};
 use crate::fit::required::REQUIRED;
 use crate::fit::shape_form::ShapeForm;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::unknown::{Prior, Unknown};
+use crate::fit::unknown::Unknown;
 use crate::fit::validate::{check, check_predicted, recorded};
 use crate::fit::validation_errors::is_validation_only;
 use crate::input::hints::{FIT, explained};
 use crate::input::missing_keys::parse;
-use crate::scene::Parameter;
 use crate::scene::Scene;
-use crate::vibration::Among;
-use crate::vibration::{Kind, Plane};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
@@ -160,159 +157,6 @@ impl TryFrom<ExperimentForm> for NamedForm {
             true => Err("missing field `name`"),
             false => Ok(Self(form)),
         }
-    }
-}
-
-/// `[[frequencies]]`: measured natural frequencies.
-#[derive(Clone, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct FrequenciesForm {
-    /// Frequencies, Hz; or `rad_s`.
-    hz: Option<Vec<f64>>,
-    /// Angular frequencies, rad/s; or `hz`.
-    rad_s: Option<Vec<f64>>,
-    /// Mode numbers from 1, as `rodfit modes` lists them; default: the lowest modes.
-    modes: Option<Vec<usize>>,
-    /// Plane of the modes relative to the plane of the scene; default: in the plane.
-    plane: Option<Plane>,
-    /// Kind of the modes; mode numbers count within it.
-    kind: Option<Kind>,
-    /// Direction of most of the motion, in spatial scenes, instead of a plane.
-    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
-    direction: Option<[f64; 3]>,
-    /// Standard deviation in the unit of the frequencies.
-    sigma: f64,
-    /// Loss function of the residuals.
-    #[serde(default)]
-    loss: Loss,
-    /// Whether the frequencies are validation data: predicted, not fitted.
-    #[serde(default)]
-    held_out: bool,
-}
-
-/// `[[parameter]]`: a parameter to identify.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct ParameterForm {
-    /// Name of the parameter.
-    name: Parameter,
-    /// Start value in the unit of the parameter; default: searched, or the value of the scene.
-    start: Option<f64>,
-    /// Lowest and highest value, in the unit of the parameter.
-    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
-    bounds: Option<[f64; 2]>,
-    /// Normal prior of the value.
-    prior: Option<Prior>,
-    /// Fixed value that replaces that of the scene, in its unit; the parameter is not identified.
-    fixed: Option<f64>,
-    /// Name or names of the experiments with this parameter; default: all.
-    #[serde(default)]
-    experiment: Names,
-}
-
-/// `[[known]]`: an input with a standard uncertainty.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct KnownForm {
-    /// Name of the input.
-    name: Parameter,
-    /// Standard uncertainty, in the unit of the input.
-    sigma: f64,
-    /// Name or names of the experiments that share the error; default: all.
-    #[serde(default)]
-    experiment: Names,
-    /// Correlations with other inputs.
-    #[serde(default)]
-    correlation: Vec<CorrelationForm>,
-}
-
-/// Correlation of the errors of two inputs.
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
-struct CorrelationForm {
-    /// Name of the other input.
-    with: Parameter,
-    /// Experiment of the other input, where several inputs have that name.
-    experiment: Option<String>,
-    /// Correlation coefficient, -1 to 1.
-    value: f64,
-}
-
-/// Name of an experiment, or a list of names.
-#[derive(Default, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(untagged, expecting = "expected the name of an experiment, or a list of names")]
-enum Names {
-    #[default]
-    All,
-    One(String),
-    Some(Vec<String>),
-}
-
-impl Names {
-    /// The names of the experiments that share a number, whose table is at `key`; none for all.
-    fn list(self, key: &str) -> Result<Vec<String>, Error> {
-        match self {
-            Self::All => Ok(Vec::new()),
-            Self::One(name) => Ok(vec![name]),
-            Self::Some(names) if names.is_empty() => {
-                let allowed = "names; without the key all experiments share the number";
-                Err(Error::invalid(format!("{key}.experiment"), "[]", allowed))
-            }
-            Self::Some(names) => Ok(names),
-        }
-    }
-}
-
-impl ParameterForm {
-    fn unknown(self, key: &str) -> Result<Unknown, Error> {
-        let Self { name, start, bounds, prior, experiment, .. } = self;
-        let experiments = experiment.list(key)?;
-        Ok(Unknown { start, bounds, prior, experiments, ..Unknown::new(name) })
-    }
-}
-
-impl KnownForm {
-    fn known(self, key: &str) -> Result<Known, Error> {
-        let Self { name, sigma, experiment, correlation } = self;
-        let correlation = correlation.into_iter().map(|form| {
-            let CorrelationForm { with, experiment, value } = form;
-            Correlation { with, experiment, value }
-        });
-        let (experiments, correlations) = (experiment.list(key)?, correlation.collect());
-        Ok(Known { experiments, correlations, ..Known::new(name, sigma) })
-    }
-}
-
-impl FrequenciesForm {
-    fn read(self, key: &str) -> Result<Measurement, Error> {
-        type New = fn(&[f64], f64) -> Frequencies;
-        let (unit, values, new): (_, _, New) = match (self.hz, self.rad_s) {
-            (Some(hz), None) => ("hz", hz, Frequencies::hz),
-            (None, Some(rad_s)) => ("rad_s", rad_s, Frequencies::new),
-            (hz, _) => {
-                let found = if hz.is_some() { "both hz and rad_s" } else { "neither hz nor rad_s" };
-                return Err(Error::invalid(key, found, "one of the two"));
-            }
-        };
-        if let Some(k) = values.iter().position(|f| !(f.is_finite() && *f > 0.0)) {
-            return Err(Error::invalid(format!("{key}.{unit}[{k}]"), values[k], "above 0"));
-        }
-        let mut frequencies = new(&values, self.sigma);
-        if let Some(modes) = self.modes {
-            if modes.len() != values.len() {
-                let found = format!("{} modes for {} values", modes.len(), values.len());
-                return Err(Error::invalid(format!("{key}.modes"), found, "one each"));
-            }
-            frequencies = frequencies.of_modes(&modes)?;
-        }
-        let Self { plane, kind, direction, loss, held_out, .. } = self;
-        let among = Among { plane, kind, direction };
-        Ok(Measurement::Frequencies(Frequencies { among, loss, held_out, ..frequencies }))
     }
 }
 

@@ -103,7 +103,7 @@ const PLACEHOLDERS: [&str; 4] = ["..", "...", "?", "TODO"];
 struct Placeholder<'a> {
     line: usize,
     key: &'a str,
-    /// The comment behind it, which tells what belongs there.
+    /// The comment behind it, which describes the value.
     comment: &'a str,
 }
 

@@ -70,7 +70,7 @@ impl Table {
             let value = |i: &usize| {
                 let (field, name) = (&record[*i], &header[*i]);
                 match b";\t".contains(&delimiter) && field.contains(',') {
-                    // The error has the field as it is written.
+                    // The error shows the field as in the file.
                     true => number(&field.replace(',', "."), name, path, line)
                         .or_else(|_| number(field, name, path, line)),
                     false => number(field, name, path, line),

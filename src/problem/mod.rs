@@ -12,6 +12,7 @@ mod parameters;
 mod perturbation;
 mod planar;
 mod plausibility;
+mod points;
 mod profile;
 mod remesh;
 mod setup;
@@ -20,6 +21,7 @@ mod spatial;
 mod start;
 pub(crate) mod strain;
 mod tributary;
+mod warnings;
 
 pub(crate) use axes::Directors;
 pub(crate) use layout::behind_walls;
@@ -32,7 +34,6 @@ pub(crate) use setup::{Setup, between_markers};
 pub use spatial::SpatialModel;
 pub(crate) use start::Placed;
 
-use crate::code::Code;
 use crate::energy::Derivatives;
 use crate::energy::bend_twist::JointLaw;
 use crate::error::Error;
@@ -45,7 +46,6 @@ use crate::rod::Rod;
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::rod::spatial::HALF_BANDWIDTH as SPATIAL_BAND;
 use crate::scene::Parameter;
-use crate::scene::marker::Marker;
 use crate::scene::mesh::Mesh;
 use crate::scene::resolution::Bound;
 use crate::scene::{End, InitialState, Resolution, Scene, Support, Time};
@@ -428,42 +428,6 @@ impl Problem {
         Parameter::set_all(&self.scene, values)
     }
 
-    /// What speaks against a simulation of the scene, though it can be made: steps that follow the
-    /// motion of a support badly, what is wrong in the recording that leads the ends, and numbers that look like other
-    /// units than SI.
-    pub fn warnings(&self) -> Vec<String> {
-        self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
-    }
-
-    /// The same, with their codes and without them in their words.
-    pub(crate) fn coded_warnings(&self) -> Vec<(Code, String)> {
-        let mut warnings = self.recording_warnings();
-        warnings.extend(self.step_warnings());
-        warnings.extend(self.plausibility_notes(Purpose::Motion));
-        warnings.extend(self.resolution().and_then(Resolution::warning));
-        warnings
-    }
-
-    /// Steps that follow the motion of a support badly.
-    pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
-        let Some(time) = &self.scene.time else { return Vec::new() };
-        let mut warnings = self.scene.supports.step_warnings(time.step);
-        if time.is_beyond_end() {
-            let (step, end) = (time.step, time.end);
-            let words = format!(
-                "time.step = {step:e} s is longer than time.end = {end:e} s. The motion is computed in one step, with a large \
-                 error. Take a small part of time.end, or leave time.step out"
-            );
-            warnings.push((Code::StepBeyondEnd, words));
-        }
-        warnings
-    }
-
-    /// What is wrong in the recordings that move the ends, or was mended.
-    pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
-        self.scene.supports.recording_warnings()
-    }
-
     /// The scene's `[time]`.
     ///
     /// # Errors
@@ -480,52 +444,6 @@ impl Problem {
         self.scene.time.as_ref().ok_or_else(|| {
             Error::invalid("time", "no such table", "[time] with end and step, to simulate")
                 .in_file(self.scene.path.as_deref())
-        })
-    }
-
-    /// The nodes and weights whose sum is the rod's end.
-    pub(crate) fn tip(&self) -> Stencil {
-        Point::Tip.stencil(&self.mesh).unwrap_or_else(|_| Stencil::node(self.segments()))
-    }
-
-    /// The nodes and weights whose sum is a point of the rod.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] for a point that is not on the rod.
-    pub fn stencil(&self, point: Point) -> Result<Stencil, Error> {
-        point.stencil(&self.mesh)
-    }
-
-    /// The nodes that a point may be a sum of, at this length of the rod and at others near it.
-    pub(crate) fn nodes_around(&self, point: Point) -> Result<Range<usize>, Error> {
-        point.nodes_around(&self.mesh)
-    }
-
-    /// A marker beside a point.
-    pub(crate) fn marker(&self, point: Point, offset: [f64; 3]) -> Result<Marker, Error> {
-        Marker::new(point, offset, &self.mesh)
-    }
-
-    /// The edges whose axes a marker beside a point may move with, likewise.
-    pub(crate) fn edges_around(&self, point: Point) -> Result<Range<usize>, Error> {
-        Marker::edges_around(point, &self.mesh)
-    }
-
-    /// Arc lengths of all nodes from the wall, m; negative behind it. On a mesh of its own a point that the scene names by the
-    /// index of a node need not be one.
-    pub fn arc_lengths(&self) -> &[f64] {
-        &self.mesh.arc_length
-    }
-
-    /// Arc length of a point from the wall, m.
-    ///
-    /// # Errors
-    /// Those of [`stencil`](Self::stencil).
-    pub fn arc_length(&self, point: Point) -> Result<f64, Error> {
-        let nodes = self.stencil(point)?.nodes;
-        Ok(match point {
-            Point::ArcLength(s) => s,
-            _ => nodes.iter().map(|(i, weight)| self.mesh.arc_length[*i] * weight).sum(),
         })
     }
 }

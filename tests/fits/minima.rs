@@ -120,3 +120,28 @@ fn extension_that_is_worse_does_not_improve_the_fit() {
     assert!(words.contains("a mass at the tip") && words.ends_with("[not-extended]"), "{words}");
     assert_eq!(noted.parameters, first.parameters);
 }
+
+/// A second term that explains the data as well with another value of E takes the grade without reservation from a fit, and
+/// is named with its value. One that explains them worse than one to a hundred, or with the same value, does not.
+#[test]
+fn alternative_term_with_another_value_gives_a_reservation() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut best = without_its_damping(folder.path()).fit().solve().unwrap();
+    best.grade = Grade::Trustworthy;
+    let values: usize = best.residual_tests.iter().map(|tests| tests.values).sum();
+    let beside = |by: f64, likelihood_ratio: f64| {
+        let mut other = best.clone();
+        other.parameters[0].value = best.parameters[0].value.map(|value| by * value);
+        other.residual_rms *= (likelihood_ratio.ln() / values as f64).exp();
+        best.clone().among_alternatives(&[("a taper".into(), other)])
+    };
+    for ratio in [0.1, 1.0, 50.0] {
+        let report = beside(1.5, ratio);
+        assert_eq!(report.grade, Grade::CorrelatedOrMissing);
+        assert!(report.verdict.contains("a taper explains"), "{}", report.verdict);
+        assert!(report.warnings[0].ends_with("[alternative-term]"), "{}", report.warnings[0]);
+    }
+    for (by, ratio) in [(1.5, 200.0), (1.0, 1.0)] {
+        assert_eq!(beside(by, ratio).grade, Grade::Trustworthy, "{by} {ratio}");
+    }
+}

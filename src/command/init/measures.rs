@@ -52,7 +52,7 @@ enum SectionKind {
 }
 
 impl Measures {
-    /// The scene of a template with the given measures; `is_planar` tells that the rod bends in the x-y plane.
+    /// The scene of a template with the given measures; with `is_planar` the rod bends in the x-y plane.
     pub fn applied(&self, scene: &str, is_planar: bool) -> Result<String, Error> {
         self.check(is_planar)?;
         let lines = scene.lines().map(|line| self.line(line) + "\n");

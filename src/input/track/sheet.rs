@@ -161,7 +161,7 @@ impl Lines {
     pub fn number(&self, line: &Line, column: usize, name: &str) -> Result<Option<f64>, Error> {
         let field = line.field(column);
         match self.commas && field.contains(',') {
-            // The error has the field as it is written.
+            // The error shows the field as in the file.
             true => number(&field.replace(',', "."), name, &self.path, line.number)
                 .or_else(|_| number(field, name, &self.path, line.number)),
             false => number(field, name, &self.path, line.number),

@@ -1,0 +1,65 @@
+//! `[[frequencies]]` of a fit file.
+
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::frequencies::Frequencies;
+use crate::fit::measurement::loss::Loss;
+use crate::vibration::{Among, Kind, Plane};
+use serde::Deserialize;
+
+/// `[[frequencies]]`: measured natural frequencies.
+#[derive(Clone, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FrequenciesForm {
+    /// Frequencies, Hz; or `rad_s`.
+    hz: Option<Vec<f64>>,
+    /// Angular frequencies, rad/s; or `hz`.
+    rad_s: Option<Vec<f64>>,
+    /// Mode numbers from 1, as `rodfit modes` lists them; default: the lowest modes.
+    modes: Option<Vec<usize>>,
+    /// Plane of the modes relative to the plane of the scene; default: in the plane.
+    plane: Option<Plane>,
+    /// Kind of the modes; mode numbers count within it.
+    kind: Option<Kind>,
+    /// Direction of most of the motion, in spatial scenes, instead of a plane.
+    #[serde(default, deserialize_with = "crate::input::arrays::some_numbers")]
+    direction: Option<[f64; 3]>,
+    /// Standard deviation in the unit of the frequencies.
+    sigma: f64,
+    /// Loss function of the residuals.
+    #[serde(default)]
+    loss: Loss,
+    /// Whether the frequencies are validation data: predicted, not fitted.
+    #[serde(default)]
+    held_out: bool,
+}
+
+impl FrequenciesForm {
+    /// The measurement of the table at `key`.
+    pub fn read(self, key: &str) -> Result<Measurement, Error> {
+        type New = fn(&[f64], f64) -> Frequencies;
+        let (unit, values, new): (_, _, New) = match (self.hz, self.rad_s) {
+            (Some(hz), None) => ("hz", hz, Frequencies::hz),
+            (None, Some(rad_s)) => ("rad_s", rad_s, Frequencies::new),
+            (hz, _) => {
+                let found = if hz.is_some() { "both hz and rad_s" } else { "neither hz nor rad_s" };
+                return Err(Error::invalid(key, found, "one of the two"));
+            }
+        };
+        if let Some(k) = values.iter().position(|f| !(f.is_finite() && *f > 0.0)) {
+            return Err(Error::invalid(format!("{key}.{unit}[{k}]"), values[k], "above 0"));
+        }
+        let mut frequencies = new(&values, self.sigma);
+        if let Some(modes) = self.modes {
+            if modes.len() != values.len() {
+                let found = format!("{} modes for {} values", modes.len(), values.len());
+                return Err(Error::invalid(format!("{key}.modes"), found, "one each"));
+            }
+            frequencies = frequencies.of_modes(&modes)?;
+        }
+        let Self { plane, kind, direction, loss, held_out, .. } = self;
+        let among = Among { plane, kind, direction };
+        Ok(Measurement::Frequencies(Frequencies { among, loss, held_out, ..frequencies }))
+    }
+}

@@ -1,0 +1,43 @@
+//! Warnings of a scene that can be simulated.
+
+use crate::code::Code;
+use crate::problem::Problem;
+use crate::problem::plausibility::Purpose;
+use crate::scene::Resolution;
+
+impl Problem {
+    /// Warnings of a simulation of the scene: steps that follow the motion of a support badly, faults of the recordings that
+    /// move the ends, implausible units, and an estimated error above the requested one.
+    pub fn warnings(&self) -> Vec<String> {
+        self.coded_warnings().into_iter().map(|(code, words)| code.behind(words)).collect()
+    }
+
+    /// The same warnings with their codes, which their words do not repeat.
+    pub(crate) fn coded_warnings(&self) -> Vec<(Code, String)> {
+        let mut warnings = self.recording_warnings();
+        warnings.extend(self.step_warnings());
+        warnings.extend(self.plausibility_notes(Purpose::Motion));
+        warnings.extend(self.resolution().and_then(Resolution::warning));
+        warnings
+    }
+
+    /// Steps that follow the motion of a support badly.
+    pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
+        let Some(time) = &self.scene().time else { return Vec::new() };
+        let mut warnings = self.scene().supports.step_warnings(time.step);
+        if time.is_beyond_end() {
+            let (step, end) = (time.step, time.end);
+            let words = format!(
+                "time.step = {step:e} s is longer than time.end = {end:e} s. The motion is computed in one step, with a large \
+                 error. Take a small part of time.end, or leave time.step out"
+            );
+            warnings.push((Code::StepBeyondEnd, words));
+        }
+        warnings
+    }
+
+    /// Faults of the recordings that move the ends, and those that were corrected.
+    pub(crate) fn recording_warnings(&self) -> Vec<(Code, String)> {
+        self.scene().supports.recording_warnings()
+    }
+}
