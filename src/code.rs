@@ -65,6 +65,7 @@ codes! {
     UnresolvedCorrelation "unresolved-correlation",
     SigmaDoubtful "sigma-doubtful",
     ConstantAxis "constant-axis",
+    RepeatedFrames "repeated-frames",
     LooksLike "looks-like",
     NotExtended "not-extended",
     AlternativeTerm "alternative-term",

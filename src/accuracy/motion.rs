@@ -11,7 +11,7 @@ use crate::accuracy::difference::{Differences, Positions, UNRELATED, largest_dis
 use crate::accuracy::refinement::{ErrorModel, Free, Refinement};
 use crate::accuracy::rodas4;
 use crate::accuracy::trial::{Numerics, Trial, Trials, largest_stable_step};
-use crate::accuracy::tuning::Tuning;
+use crate::accuracy::tuning::{Tuning, is_limp};
 use crate::error::Error;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
@@ -285,6 +285,8 @@ impl<'a> MotionSearch<'a> {
     }
 
     /// Errors with `rodas4` and the numerics they belong to, where it reaches the target with less work.
+    ///
+    /// Limp and struck rods are left out: its steps are large there, damp what finer edges would add, and hide mesh errors.
     fn by_rodas4(
         &self,
         numerics: Numerics,
@@ -293,6 +295,7 @@ impl<'a> MotionSearch<'a> {
         if !self.trials.open.scheme
             || self.given_segments.is_some()
             || is_struck(self.scene)
+            || is_limp(self.scene, &self.trials.guess)
             || !self.scene.is_taken_by(Scheme::Rodas4)
         {
             return Ok(None);

@@ -18,14 +18,14 @@ pub(super) struct Tuning {
 
 /// Motions of a few low modes.
 const SMOOTH: Tuning = Tuning {
-    target: 0.5,
+    target: 0.4,
     growth_observed: 8.0,
     growth_assumed: 5.0,
     contraction: ContractionBounds { fastest: 0.25, slowest: 0.8, assumed: 0.4 },
 };
 /// Motions of many modes: higher ones come in with every refinement, and both contractions must be observed.
 const EXCITED: Tuning = Tuning {
-    target: 0.5,
+    target: 0.4,
     growth_observed: 6.0,
     growth_assumed: 1.2,
     contraction: ContractionBounds { fastest: 0.4, slowest: 0.8, assumed: 0.4 },
@@ -40,17 +40,22 @@ impl Tuning {
     }
 }
 
-/// Whether higher modes of a motion matter: supports move or strike the rod, it is released from another shape, it twists, or
-/// its weight bends it by more than its length.
-fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
+/// Whether the weight of a rod bends it by more than its length.
+pub(super) fn is_limp(scene: &Scene, guess: &Problem) -> bool {
     let (section, material) = scene.at(0.5);
     let moments = section.moments();
     let [i1, i2] = moments.second_moments;
     let gravity = scene.loads.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let weight = material.density * moments.area * gravity;
     let deflection = weight * guess.length().powi(3) / (8.0 * material.youngs_modulus * i1.min(i2));
+    deflection > LIMP
+}
+
+/// Whether higher modes of a motion matter: supports move or strike the rod, it is released from another shape, it twists, or
+/// it is limp.
+fn has_many_modes(scene: &Scene, guess: &Problem) -> bool {
     is_struck(scene)
         || !matches!(scene.initial.state, InitialState::Rest | InitialState::Equilibrium)
         || guess.planar().is_none()
-        || deflection > LIMP
+        || is_limp(scene, guess)
 }

@@ -92,6 +92,7 @@ use crate::fit::design::plan::Plan;
 use crate::fit::duplicates::check_duplicates;
 use crate::fit::measurement::constant_axes::{all_constant_axes, without_constant_axes};
 use crate::fit::measurement::experiment::{fitted, full_work};
+use crate::fit::measurement::repeated_frames::all_repeated_frames;
 use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
 use crate::fit::resolution::{begun, refined, smooth};
@@ -103,7 +104,7 @@ use crate::fit::search::rivals::{Comparison, better_elsewhere};
 use crate::fit::uncertainty::assessment::{assess, shifts_of};
 use crate::fit::uncertainty::local_analysis::local;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
-use crate::fit::uncertainty::warnings::constant_axes;
+use crate::fit::uncertainty::warnings::{constant_axes, repeated_frames};
 use crate::fit::unknown::laid_out;
 use crate::fit::validate::{check, recorded};
 use crate::problem::Problem;
@@ -290,6 +291,7 @@ impl Fit {
         let measured = fitted(&experiments);
         let mut look = FirstLook::at(&measured, &self.unknowns)?;
         look.constant_axes = all_constant_axes(&self.experiments);
+        look.repeated_frames = all_repeated_frames(&measured);
         let (progress, tolerance) = (self.progress.clone(), self.analysis.tolerance);
         let mut search = Search::new(&measured, &self.unknowns, progress, tolerance)?;
         search.suspicious = !look.suspicions.is_empty();
@@ -388,6 +390,7 @@ impl Fit {
                 warnings.add(Weight::Worthless, Code::BetterMinimum, words);
             }
         }
+        repeated_frames(&state.look.repeated_frames, &mut warnings);
         let found = (search, &optimum);
         let given = (&self.analysis, &self.knowns[..]);
         let about = (local, shifts, warnings);

@@ -88,6 +88,24 @@ pub fn all(tip: &[[f64; 2]]) -> Vec<Written> {
         "marker = \"rod:tip\"\naxes = [\"x\", \"y\", \"none\"]\n",
     );
     add(
+        "tip.trc",
+        "trc",
+        format!(
+            "PathFileType\t4\t(X/Y/Z)\ttip.trc\n\
+             DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n\
+             64\t64\t{n}\t2\tmm\t64\t1\t{n}\n\
+             Frame#\tTime\ttip\t\t\tmid\t\t\n\
+             \t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n{}",
+            rows(tip, |k, p| {
+                let z = if p.is_some() { "0" } else { "" };
+                format!("{}\t{:.6}\t{}\t{z}\t250\t-1\t0\n", k + 1, t(k), two(p, "\t"))
+            }),
+            n = tip.len()
+        ),
+        Recording { axes: Some(flat), ..of("tip") },
+        "marker = \"tip\"\naxes = [\"x\", \"y\", \"none\"]\n",
+    );
+    add(
         "vicon.csv",
         "vicon",
         format!(

@@ -111,6 +111,20 @@ fn constant_axis_does_not_change_sigma_or_interval() {
     assert!(has(&filled, "constant-axis") && !has(&flat, "constant-axis"), "{filled}");
 }
 
+/// In a video of 50 frames a second that was converted to 100, every second position belongs to the frame before.
+#[test]
+fn repeated_frames_are_reported_and_lower_the_grade() {
+    let clean = noisy(&observe(&scene(), 100), SIGMA, 4);
+    let mut doubled = clean.clone();
+    for k in (1..doubled.samples.len()).step_by(2) {
+        doubled.samples[k].position = doubled.samples[k - 1].position;
+    }
+    let (clean, doubled) = (fit_to(&clean), fit_to(&doubled));
+    assert!(!has(&clean, "repeated-frames"), "{clean}");
+    assert!(has(&doubled, "repeated-frames"), "{doubled}");
+    assert_ne!(doubled.grade, Grade::Trustworthy);
+}
+
 /// A sigma three times too large or too small is reported, whichever of the two.
 #[test]
 fn stated_sigma_off_by_three_is_reported() {

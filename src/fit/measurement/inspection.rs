@@ -3,12 +3,13 @@
 use crate::error::Error;
 use crate::error::printable::{printable_name, printable_path};
 use crate::fit::measurement::motion::Observation;
+use crate::fit::measurement::repeated_frames::{count_repeated_frames, is_converted_video};
 use crate::input::onset::onset_of_motion;
 use crate::input::track;
 use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
 use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
-use crate::numerics::noise_scale::{Series, quantum};
+use crate::numerics::noise_scale::Series;
 use crate::numerics::order;
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use serde::{Deserialize, Serialize};
@@ -24,10 +25,6 @@ const STEP: f64 = 1.5;
 /// A place jumps if it is off its neighbours' cubic by so many times the median, and by so many times what places a
 /// few frames away are.
 const JUMP: [f64; 2] = [10.0, 4.0];
-/// A marker whose steps are so many times the resolution of its places does not repeat a place by rounding.
-const COARSE_STEPS: f64 = 3.0;
-/// Part of the frames that must repeat the one before in a converted video: one of five from 24 to 30 a second.
-const REPEATED: f64 = 0.1;
 /// Where no header says otherwise, places farther off than this, m, are more likely in pixels or millimetres.
 const FAR: f64 = 20.0;
 
@@ -259,29 +256,6 @@ fn read_back(path: &Path, observation: &str) -> Result<(), Error> {
     Observation::read_as(path, &recording).map(|_| ())
 }
 
-/// Number of frames that repeat the one before while the marker moves: beside them it goes farther than the resolution of
-/// its places, so that equal places are no rounding.
-fn repeated_frames(places: &[[Option<f64>; 3]]) -> usize {
-    let resolution = [0, 1, 2].map(|c| {
-        let values: Vec<f64> = places.iter().filter_map(|place| place[c]).collect();
-        quantum(&values).unwrap_or(0.0)
-    });
-    let moves = |a: usize, b: usize| {
-        let (Some(a), Some(b)) = (places.get(a), places.get(b)) else { return false };
-        (0..3).any(|c| match (a[c], b[c]) {
-            (Some(a), Some(b)) => (a - b).abs() > COARSE_STEPS * resolution[c] && a != b,
-            _ => false,
-        })
-    };
-    let repeats = |k: &usize| {
-        let place = &places[*k];
-        place.iter().any(Option::is_some)
-            && *place == places[k - 1]
-            && (moves(*k, k + 1) || *k > 1 && moves(k - 2, k - 1))
-    };
-    (1..places.len()).filter(repeats).count()
-}
-
 /// As TOML writes it.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.into()).to_string()
@@ -337,7 +311,7 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
         range: axes.iter().map(range).collect(),
         noise: (!variances.is_empty()).then(|| variance.sqrt()),
         jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
-        repeated: repeated_frames(&marker.places),
+        repeated: count_repeated_frames(&marker.places),
     }
 }
 
@@ -472,7 +446,7 @@ impl fmt::Display for Inspection {
             if let Some(noise) = marker.noise {
                 write!(f, ", noise at most {noise:.2e}")?;
             }
-            if marker.repeated as f64 > REPEATED * marker.seen as f64 {
+            if is_converted_video(marker.repeated, marker.seen) {
                 write!(
                     f,
                     ", {} frames repeat the one before: a video converted to a higher rate; keep one of each",

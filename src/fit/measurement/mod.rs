@@ -7,6 +7,7 @@ pub(crate) mod gauge;
 pub(crate) mod inspection;
 pub(crate) mod loss;
 pub(crate) mod motion;
+pub(crate) mod repeated_frames;
 pub(crate) mod shape;
 
 use crate::fit::measurement::frequencies::Frequencies;

@@ -13,6 +13,7 @@ use crate::fit::measurement::constant_axes::ConstantAxis;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::measurement::motion::{Observation, Sample};
+use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::{ResidualTests, doubt};
 use crate::fit::unknown::Unknown;
@@ -42,6 +43,8 @@ pub(crate) struct FirstLook {
     pub suspicions: Vec<(Code, String)>,
     /// Coordinates that are left out of the fit.
     pub constant_axes: Vec<ConstantAxis>,
+    /// Observations of videos that were converted to a higher frame rate.
+    pub repeated_frames: Vec<RepeatedFrames>,
 }
 
 impl FirstLook {

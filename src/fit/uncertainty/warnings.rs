@@ -5,6 +5,7 @@ use crate::code::Code;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::constant_axes::ConstantAxis;
 use crate::fit::measurement::experiment::{Experiment, all as all_measurements_of};
+use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::misfit::noise::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
@@ -242,6 +243,18 @@ pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
         );
         let kind = ("coordinates with one value only", "");
         warnings.add_alike(Weight::Note, Code::ConstantAxis, kind, words);
+    }
+}
+
+/// Warns of videos that were converted to a higher frame rate.
+pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings) {
+    for RepeatedFrames { observation, repeated, frames } in found {
+        let words = format!(
+            "{observation}: {repeated} of {frames} frames repeat the one before, as in a video that was converted to a higher \
+             frame rate. Repeated positions belong to earlier times and bias the estimates. Keep one frame of each"
+        );
+        let kind = ("observations with repeated frames", "");
+        warnings.add_alike(Weight::Misfit, Code::RepeatedFrames, kind, words);
     }
 }
 

@@ -1,0 +1,65 @@
+//! Frames that repeat the one before: a video that was converted to a higher frame rate.
+//!
+//! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a periodic
+//! residual that no noise model describes.
+
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::{Experiment, all};
+use crate::numerics::noise_scale::quantum;
+
+/// A marker whose steps are this many times the resolution of its positions does not repeat a position by rounding.
+const COARSE_STEPS: f64 = 3.0;
+/// Least part of the frames that repeat the one before in a converted video; from 24 to 30 a second it is one of five.
+const LEAST_REPEATED: f64 = 0.1;
+
+/// An observation whose frames are repeated.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct RepeatedFrames {
+    /// The file, or the point.
+    pub observation: String,
+    pub repeated: usize,
+    pub frames: usize,
+}
+
+/// The fitted observations of converted videos.
+pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFrames> {
+    let found = all(experiments).filter_map(|(experiment, measurement)| {
+        let Measurement::Motion(observation) = measurement else { return None };
+        let positions: Vec<_> = observation.samples.iter().map(|s| s.position).collect();
+        let (repeated, frames) = (count_repeated_frames(&positions), positions.len());
+        (!observation.planned && is_converted_video(repeated, frames)).then(|| RepeatedFrames {
+            observation: experiment.label(measurement),
+            repeated,
+            frames,
+        })
+    });
+    found.collect()
+}
+
+/// Whether this many repeated frames are more than chance: the video was converted to a higher rate.
+pub(crate) fn is_converted_video(repeated: usize, frames: usize) -> bool {
+    repeated as f64 > LEAST_REPEATED * frames as f64
+}
+
+/// Number of frames that repeat the one before while the marker moves: the steps beside them are larger than the resolution
+/// of the positions, so that equal positions are no rounding.
+pub(crate) fn count_repeated_frames(positions: &[[Option<f64>; 3]]) -> usize {
+    let resolution = [0, 1, 2].map(|axis| {
+        let values: Vec<f64> = positions.iter().filter_map(|position| position[axis]).collect();
+        quantum(&values).unwrap_or(0.0)
+    });
+    let moves = |a: usize, b: usize| {
+        let (Some(a), Some(b)) = (positions.get(a), positions.get(b)) else { return false };
+        (0..3).any(|axis| match (a[axis], b[axis]) {
+            (Some(a), Some(b)) => (a - b).abs() > COARSE_STEPS * resolution[axis] && a != b,
+            _ => false,
+        })
+    };
+    let repeats = |k: &usize| {
+        let position = &positions[*k];
+        position.iter().any(Option::is_some)
+            && *position == positions[k - 1]
+            && (moves(*k, k + 1) || *k > 1 && moves(k - 2, k - 1))
+    };
+    (1..positions.len()).filter(repeats).count()
+}
