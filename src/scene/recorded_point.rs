@@ -4,8 +4,9 @@ use crate::error::Error;
 use crate::input::table::{TIMES, Table};
 use crate::input::track;
 use crate::input::track::format::Format;
+use crate::input::track::recording::Recording;
 use crate::scene::fault::Fault;
-use crate::scene::track::{Track, check_clock};
+use crate::scene::track::{CLOCK_TOLERANCE, TIME_ZERO_REMEDY, Track, check_clock};
 use std::path::Path;
 
 /// Standard gravity, m/s^2.
@@ -19,19 +20,21 @@ const NEAR_GRAVITY: f64 = 0.05;
 
 impl Track {
     /// Reads the motion of one point: columns x, y and z, which may be missing, or `ax, ay, az`, its
-    /// accelerations from rest, in m/s^2 or the unit of the header.
+    /// accelerations from rest, in m/s^2 or the unit of the header. Rows before `time_zero`, on the file's clock and in its
+    /// unit, are left out.
     ///
     /// # Errors
     /// Those of [`read`](Self::read), and more than one point.
-    pub fn read_one(path: &Path) -> Result<Self, Error> {
+    pub fn read_one(path: &Path, time_zero: Option<f64>) -> Result<Self, Error> {
         let (format, bytes) = track::open(path, None)?;
         if format == Format::Csv {
             let table = Table::of(path, &bytes)?;
             if ["ax", "ay", "az"].iter().any(|name| table.find(name).is_some()) {
-                return integrated(&table);
+                return integrated(&table, time_zero);
             }
         }
-        let track = Self::read(path)?;
+        let recording = Recording { time_zero, ..Recording::default() };
+        let track = Self::read_as(path, &recording, &[])?;
         match track.markers() {
             [_] => Ok(track),
             more => {
@@ -46,7 +49,7 @@ impl Track {
 ///
 /// # Errors
 /// Other columns and units, blanks, and a clock that does not start at 0 or does not increase.
-fn integrated(table: &Table) -> Result<Track, Error> {
+fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, Error> {
     let clocks = ["t", "time"].into_iter().filter_map(|name| table.find(name));
     let clock = match clocks.collect::<Vec<_>>()[..] {
         [clock] => clock,
@@ -69,7 +72,10 @@ fn integrated(table: &Table) -> Result<Track, Error> {
     let mut last = [0.0; 3];
     for row in &table.rows {
         let blank = || table.error(row.line, "a blank, where a number is needed");
-        let time = row.values[clock].ok_or_else(blank)? * unit;
+        let time = (row.values[clock].ok_or_else(blank)? - time_zero.unwrap_or(0.0)) * unit;
+        if time_zero.is_some() && time < -CLOCK_TOLERANCE {
+            continue;
+        }
         let mut a = [0.0; 3];
         for (c, column) in axes.iter().enumerate() {
             let value = column.map_or(Some(0.0), |column| row.values[column]);
@@ -77,7 +83,8 @@ fn integrated(table: &Table) -> Result<Track, Error> {
         }
         let [mut x, mut v] = [[0.0; 3]; 2];
         match way.last() {
-            None => check_clock(time, "").map_err(|message| table.error(row.line, &message))?,
+            None => check_clock(time, TIME_ZERO_REMEDY)
+                .map_err(|message| table.error(row.line, &message))?,
             Some((before, [x0, v0])) => {
                 let h = time - before;
                 if h <= 0.0 {

@@ -157,6 +157,9 @@ pub struct Motion<D = f64> {
     /// starts at rest, m/s^2.
     #[serde(default, skip_serializing_if = "is_empty")]
     pub file: PathBuf,
+    /// Time on the recording's own clock, in its unit, at which the simulation starts; default 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_zero: Option<f64>,
     /// The recording, once it is read.
     #[serde(skip)]
     pub track: Option<Arc<Track>>,
@@ -245,6 +248,7 @@ impl<D: crate::Scalar> Motion<D> {
             ramp: self.ramp.map(convert),
             frequency: self.frequency.map(convert),
             file: self.file.clone(),
+            time_zero: self.time_zero,
             track: self.track.clone(),
         }
     }
@@ -291,6 +295,7 @@ impl Motion {
             ramp: n.maybe("ramp", self.ramp, Quantity::positive("s")),
             frequency: n.maybe("frequency", self.frequency, Quantity::positive("Hz")),
             file: self.file.clone(),
+            time_zero: self.time_zero,
             track: self.track.clone(),
         }
     }
@@ -322,7 +327,10 @@ impl Motion {
         let track = match self.track.take() {
             Some(track) => track,
             None if is_empty(&self.file) => return Ok(()),
-            None => Track::read_one(&crate::input::file::at(folder, &self.file))?.into(),
+            None => {
+                let file = crate::input::file::at(folder, &self.file);
+                Track::read_one(&file, self.time_zero)?.into()
+            }
         };
         let unguarded = (!track.is_examined()).then(|| Track::clone(&track).guarded(&[0]));
         self.track = Some(unguarded.map_or(track, Arc::new));
@@ -345,6 +353,14 @@ impl Motion {
         }
         for (name, value) in [("ramp", self.ramp), ("frequency", self.frequency)] {
             value.map_or(Ok(()), |value| positive(&format!("{key}.{name}"), value))?;
+        }
+        if let Some(time_zero) = self.time_zero {
+            if !time_zero.is_finite() {
+                return invalid("time_zero", &time_zero, "a finite number");
+            }
+            if is_empty(&self.file) {
+                return invalid("time_zero", &time_zero, "with the file of a recording only");
+            }
         }
         if self.ramp.is_some() && self.frequency.is_some() {
             return invalid("frequency", &"both ramp and frequency", "one of the two");

@@ -77,7 +77,7 @@ impl Track {
             }
             let along = recording.seen_along(marker.axes);
             let converted = recording.convert(&sheet, marker)?;
-            let before = converted.times.partition_point(|(_, t)| *t < -1e-9);
+            let before = converted.times.partition_point(|(_, t)| *t < -CLOCK_TOLERANCE);
             let before = if recording.time_zero.is_some() { before } else { 0 };
             let place = |place: &[Option<f64>; 3]| {
                 let whole = (0..3).all(|c| place[c].is_some() == along[c]);
@@ -88,8 +88,7 @@ impl Track {
             times = converted.times[before..].to_vec();
         }
         if let Some((line, first)) = times.first() {
-            check_clock(*first, "; time_zero is when that is on the file's clock")
-                .map_err(|message| sheet.error(*line, message))?;
+            check_clock(*first, TIME_ZERO_REMEDY).map_err(|message| sheet.error(*line, message))?;
         }
         let found = markers.len();
         let track = Self::new(times.into_iter().map(|(_, t)| t).collect(), markers);
@@ -236,9 +235,14 @@ impl Marker {
     }
 }
 
+/// The clock of a recording starts at 0 up to this, s.
+pub(super) const CLOCK_TOLERANCE: f64 = 1e-9;
+/// What to do where it does not.
+pub(super) const TIME_ZERO_REMEDY: &str = "; state time_zero, the start on the file's clock";
+
 /// Refuses a clock that does not start at 0, as the scene's does: the motion before it would be extrapolated.
 pub(super) fn check_clock(first: f64, remedy: &str) -> Result<(), String> {
-    match first.abs() > 1e-9 {
+    match first.abs() > CLOCK_TOLERANCE {
         true => {
             Err(format!("the clock starts at {first} s, allowed: at 0, as the scene's{remedy}"))
         }

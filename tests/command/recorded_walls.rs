@@ -99,7 +99,34 @@ fn clocks_that_start_elsewhere_are_refused() {
     let late: String =
         (0..600).map(|k| format!("{:.3},0,0\n", 3.0 + 1e-3 * f64::from(k))).collect();
     for header in ["t,x,y", "t,ax,ay"] {
-        is_refused(SCENE, &format!("{header}\n{late}"), &["wall.csv:2", "clock starts at 3 s"]);
+        let words = ["wall.csv:2", "clock starts at 3 s", "time_zero"];
+        is_refused(SCENE, &format!("{header}\n{late}"), &words);
+    }
+    let without_file = SCENE.replace("file = \"wall.csv\"", "time_zero = 1.0");
+    is_refused(&without_file, "t,x,y\n0,0,0\n1,0,0\n", &["supports.motion[0].time_zero"]);
+}
+
+/// A log in ms that begins two seconds before the motion gives the run of the motion alone.
+#[test]
+fn time_zero_leaves_out_earlier_rows() {
+    let tip = |scene: &str, wall: &str| {
+        let shown = run(scene, wall);
+        shown.lines().find(|line| line.contains("tip at")).unwrap().to_string()
+    };
+    for (header, factor) in [("x,y", 1.0), ("ax,ay", 400.0)] {
+        let place = |k: u32, t: f64| Some(factor * swing(6.0)(k, t).unwrap());
+        let row = |k: u32| {
+            let y = if k < 2000 {
+                factor * 0.3
+            } else {
+                place(k - 2000, f64::from(k - 2000) * 1e-3).unwrap()
+            };
+            format!("{k},0,{y:.9}\n")
+        };
+        let log: String = (0..=2500).map(row).collect();
+        let scene = SCENE.replace("file = \"wall.csv\"", "file = \"wall.csv\"\ntime_zero = 2000");
+        let late = tip(&scene, &format!("t[ms],{header}\n{log}"));
+        assert_eq!(late, tip(SCENE, &format!("t,{header}\n{}", rows(500, place))), "{header}");
     }
 }
 
