@@ -50,6 +50,9 @@ const NO_EFFECT: f64 = 1e-3;
 /// A run with derivatives by some thirty numbers costs so many without, and may cost this part of a fit.
 const BY_DERIVATIVES: f64 = 6.0;
 const CHEAP: f64 = 0.3;
+/// Tests of the residuals beside the score tests: independence, distribution, noise scale. Each is corrected for its own
+/// coordinates, and counts as one among the tests of a report.
+const RESIDUAL_TESTS: f64 = 3.0;
 /// What chance makes less often than this speaks against the result.
 const SURE: f64 = 1e-3;
 /// What chance makes less often than this by a coarse model is looked at by the full one.
@@ -267,9 +270,9 @@ fn looked_for_by(
                 scored.push(term.scored(along, &left, statistics));
             }
         }
-        // Bonferroni: any of the effects would be as significant so many times as often.
-        let looked = scored.len() as f64;
-        let corrected = |p: f64| (looked * p).min(1.0);
+        // Bonferroni over all tests of the report that can lower its grade.
+        let count = scored.len() as f64 + RESIDUAL_TESTS;
+        let corrected = |p: f64| (count * p).min(1.0);
         for Scored { test, .. } in &mut scored {
             test.p_value = corrected(test.p_value);
             test.p_value_if_correlated = test.p_value_if_correlated.map(corrected);
