@@ -276,7 +276,7 @@ fn markers(path: &Path, format: Format) -> bool {
         && (Observation::read(path).is_ok()
             | RestShape::read(path).is_ok()
             | Track::read(path).is_ok()
-            | Track::read_one(path).is_ok());
+            | Track::read_one(path, None).is_ok());
     let recording = Recording { format: Some(format), ..Recording::default() };
     let Ok(inspection) = Inspection::of(path, &recording) else { return read };
     assert!(!inspection.observation.is_empty() && !inspection.to_string().is_empty());

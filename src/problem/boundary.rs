@@ -13,6 +13,7 @@
 //! apart, so that a step needs to know no more than where the supports are at its end. All vectors
 //! are in the model's axes; in the plane the third component is zero.
 
+use crate::error::Error;
 use crate::numerics::scalar::{Nestable, Scalar};
 use crate::numerics::vector::{Vector, add, dot, scale, sub, turned};
 use crate::problem::model::Model;
@@ -20,6 +21,7 @@ use crate::rod::Rod;
 use crate::scene::supports::Moment;
 use crate::scene::{End, Motion, Track};
 use num_dual::{Dual, Dual2_64, Dual64};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// The ends that supports hold.
@@ -284,7 +286,10 @@ impl BoundaryMotion {
     }
 
     /// Into how many stages the way from no motion to all of it should be cut.
-    pub fn stages(&self, length: f64, settled: bool) -> usize {
+    ///
+    /// # Errors
+    /// More than [`MOST_STAGES`].
+    pub fn stages(&self, length: f64, settled: bool) -> Result<usize, Error> {
         let size = |v: Vector<f64>| dot(v, v).sqrt();
         let way = |end: &MovedEnd| {
             let pose = end.pose(Moment::Approach { progress: 1.0, settled });
@@ -292,7 +297,19 @@ impl BoundaryMotion {
                 .max(size(pose.rotation) / LARGEST_TURN)
                 .max(pose.twist.abs() / LARGEST_TWIST)
         };
-        self.ends.iter().map(way).fold(1.0, f64::max).ceil() as usize
+        let stages = self.ends.iter().map(way).fold(1.0, f64::max).ceil();
+        if stages > MOST_STAGES {
+            let turns = |angle: f64| (MOST_STAGES * angle / TAU).floor();
+            let allowed = format!(
+                "a displacement of {} rod lengths, a rotation of {} turns and a twist of {} turns at most",
+                MOST_STAGES * LARGEST_SHIFT,
+                turns(LARGEST_TURN),
+                turns(LARGEST_TWIST)
+            );
+            let found = format!("an end that is {stages:.1e} times too far for one step");
+            return Err(Error::invalid("supports.motion", found, allowed));
+        }
+        Ok(stages as usize)
     }
 }
 
@@ -301,3 +318,5 @@ impl BoundaryMotion {
 const LARGEST_SHIFT: f64 = 0.02;
 const LARGEST_TURN: f64 = 0.1;
 const LARGEST_TWIST: f64 = 0.5;
+/// Stages of one equilibrium: a hundred edges take some ten seconds.
+const MOST_STAGES: f64 = 20_000.0;

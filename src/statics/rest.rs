@@ -78,10 +78,12 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         }
         let mut iterations = self.raise_loads(&mut q, &mut frames, settled);
         let boundary_motion = self.boundary_motion(self.setup);
-        let stages = boundary_motion
-            .as_ref()
-            .map_or(1, |boundary_motion| boundary_motion.stages(self.problem.length(), settled));
+        let stages = match &boundary_motion {
+            Some(boundary_motion) => boundary_motion.stages(self.problem.length(), settled)?,
+            None => 1,
+        };
         for k in 1..=stages {
+            self.problem.check_stop()?;
             if let Some(boundary_motion) = &boundary_motion {
                 let progress = |k: usize| k as f64 / stages as f64;
                 let [from, to] =

@@ -512,3 +512,14 @@ fn a_shaken_wall_by_its_recording() {
     println!("tip at {track} m by the track, {meter} m by the accelerometer, {still} m without");
     assert!((track - meter).abs() < 1e-6 && (track - still).abs() > 1e-3);
 }
+
+/// Ends are moved to a state at rest in stages. A motion that would take millions of them is refused; it is no rod's.
+#[test]
+fn displacement_beyond_all_stages_is_refused() {
+    for displacement in [[1e9, 0.0, 0.0], [-1e308, 0.0, 0.0]] {
+        let mut scene = unit_rod(8, 1e-3);
+        scene.supports.motion = vec![Motion { end: End::Start, displacement, ..Motion::default() }];
+        let error = scene.problem().unwrap().equilibrium().err().unwrap().to_string();
+        assert!(error.contains("supports.motion") && error.contains("400 rod lengths"), "{error}");
+    }
+}
