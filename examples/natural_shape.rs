@@ -122,7 +122,7 @@ fn found(scene: &Scene, joints: usize) -> Result<(), Error> {
     let name = "natural_curvature".into();
     let report = fit.along(Field { name, sigma: 0.4, length: 0.05 }).solve()?;
     let found = &report.fields[0];
-    let off = (0..joints).map(|k| (found.values[k] - truth(found.places[k])).powi(2));
+    let off = (0..joints).map(|k| (found.values[k] - truth(found.arc_lengths[k])).powi(2));
     let error = (off.sum::<f64>() / joints as f64).sqrt();
     let claimed = found.standard_errors.iter().map(|e| e * e).sum::<f64>() / joints as f64;
     println!(
@@ -132,7 +132,7 @@ fn found(scene: &Scene, joints: usize) -> Result<(), Error> {
         report.simulations,
         report.wall_seconds,
         claimed.sqrt(),
-        report.determined
+        report.effective_parameters
     );
     Ok(())
 }

@@ -198,8 +198,9 @@ fn bias(report: &FitReport) -> [f64; 2] {
 /// What a term of size 1 would leave in sigmas, and do to the modulus, Pa.
 fn told(report: &FitReport, place: &str) -> Option<[f64; 2]> {
     let modulus = report.parameters[0].name.to_string();
-    let own = report.could_hide.iter().find(|h| h.source == place && h.parameter == modulus)?;
-    Some([own.visible / own.size, own.change / own.size])
+    let own =
+        report.undetected_bias.iter().find(|h| h.source == place && h.parameter == modulus)?;
+    Some([own.residual_effect / own.size, own.change / own.size])
 }
 
 /// What became of the fits of a wrong model.
@@ -250,9 +251,9 @@ fn count(
         let tests = &report.score_tests;
         // What is in a place whose first noise does not explain.
         let found = |place: usize| {
-            tests.iter().find(|t| t.place == place).is_some_and(|first| first.is_significant())
+            tests.iter().find(|t| t.rank == place).is_some_and(|first| first.is_significant())
         };
-        let named: Vec<_> = tests.iter().filter(|t| t.place <= 2 && found(t.place)).collect();
+        let named: Vec<_> = tests.iter().filter(|t| t.rank <= 2 && found(t.rank)).collect();
         let own = |t: &&&rodfit::fit::ScoreTest| t.source == wrong.place;
         let first = named.iter().take(2).any(|t| own(&t) && t.is_significant());
         let placed = named.iter().any(|t| own(&t));
@@ -303,8 +304,8 @@ fn main() -> Result<(), Error> {
         println!("{k}: {}", laboratory.name);
         let right = fitted(with_noise(laboratory.records(None)?, 1_000_000), true)?;
         // Where friction yields that the fit looks for.
-        let friction = right.could_hide.iter().find(|h| h.source == FRICTION);
-        let yields = friction.and_then(|h| h.words.split_whitespace().rev().nth(1)?.parse().ok());
+        let friction = right.undetected_bias.iter().find(|h| h.source == FRICTION);
+        let yields = friction.and_then(|h| h.effect.split_whitespace().rev().nth(1)?.parse().ok());
         let yields = yields.unwrap_or(0.15);
         println!("  friction yields at {yields} 1/m");
         let mut all = [Count::default(), Count::default()];

@@ -1,17 +1,23 @@
-//! Short stable names of what the program says of a result: its grade, each warning, and why a computation ended.
+//! Codes: short stable names of grades, warnings and reasons for which a computation ended.
 //!
-//! They stand in brackets behind the words, as in `[beyond-sigma]`, on the terminal, in JSON and on pages; `rodfit
-//! explain` tells what they mean, from the one text there is, `docs/codes.md`. Words may become better, a code stays.
+//! A code follows its message in brackets, as in `[beyond-sigma]`, on the terminal, in JSON and on pages. `rodfit explain`
+//! prints its entry of `docs/codes/`. Messages may change; a renamed code is still read by its former name.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What every code means, how it is found and what to do: a heading each.
-const EXPLAINED: &str = include_str!("../docs/codes.md");
+/// Entries of all codes, in the order of [`Code`]: a heading of the second level each.
+const PAGES: [&str; 5] = [
+    include_str!("../docs/codes/grades.md"),
+    include_str!("../docs/codes/residuals.md"),
+    include_str!("../docs/codes/parameters.md"),
+    include_str!("../docs/codes/scenes.md"),
+    include_str!("../docs/codes/runs.md"),
+];
 
 /// Declares the codes with their names.
 macro_rules! codes {
-    ($($code:ident $name:literal,)*) => {
+    ($($code:ident $name:literal $(formerly $former:literal)?,)*) => {
         /// A short stable name of something that the program may say.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -19,7 +25,7 @@ macro_rules! codes {
         pub enum Code {
             $(
                 #[doc = concat!("`", $name, "`")]
-                #[serde(rename = $name)]
+                #[serde(rename = $name $(, alias = $former)?)]
                 $code,
             )*
         }
@@ -32,6 +38,14 @@ macro_rules! codes {
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$code => $name,)*
+                }
+            }
+
+            /// Name up to version 0.1, if it was another.
+            pub const fn former_name(self) -> Option<&'static str> {
+                match self {
+                    $($(Self::$code => Some($former),)?)*
+                    _ => None,
                 }
             }
         }
@@ -51,41 +65,41 @@ codes! {
     Structural "structural",
     Practical "practical",
     // What speaks against a fit.
-    NothingMoves "nothing-moves",
+    NoMotion "no-motion" formerly "nothing-moves",
     FarStart "far-start",
     LateRelease "late-release",
-    WrongPace "wrong-pace",
+    ImplausibleTimeScale "implausible-time-scale" formerly "wrong-pace",
     BetterMinimum "better-minimum",
     NotAMinimum "not-a-minimum",
-    Unexplained "unexplained",
+    LargeResiduals "large-residuals" formerly "unexplained",
     OutlyingExperiment "outlying-experiment",
-    NotNoise "not-noise",
+    ResidualsNotWhite "residuals-not-white" formerly "not-noise",
     BeyondSigma "beyond-sigma",
     ExceedsNoiseScale "exceeds-noise-scale",
     UnresolvedCorrelation "unresolved-correlation",
     SigmaDoubtful "sigma-doubtful",
     ConstantAxis "constant-axis",
     RepeatedFrames "repeated-frames",
-    LooksLike "looks-like",
+    OmittedEffect "omitted-effect" formerly "looks-like",
     NotExtended "not-extended",
     AlternativeTerm "alternative-term",
-    CouldHide "could-hide",
+    UndetectedBias "undetected-bias" formerly "could-hide",
     Outliers "outliers",
     CorrelatedNoise "correlated-noise",
     AtBound "at-bound",
-    AgainstPrior "against-prior",
-    KnownFarOff "known-far-off",
+    PriorConflict "prior-conflict" formerly "against-prior",
+    InconsistentInput "inconsistent-input" formerly "known-far-off",
     ThickRod "thick-rod",
     ModeNumbers "mode-numbers",
-    BadlyPredicted "badly-predicted",
-    NotPredicted "not-predicted",
+    LargePredictionError "large-prediction-error" formerly "badly-predicted",
+    PredictionFailed "prediction-failed" formerly "not-predicted",
     NotFitted "not-fitted",
     MayBeZero "may-be-zero",
     OneSided "one-sided",
-    RunawayValues "runaway-values",
+    HighLeverage "high-leverage" formerly "runaway-values",
     GrowingSensitivity "growing-sensitivity",
     NumericsNotModel "numerics-not-model",
-    MeshAndStep "mesh-and-step",
+    DiscretizationError "discretization-error" formerly "mesh-and-step",
     NumericsUnknown "numerics-unknown",
     NumericsBelowData "numerics-below-data",
     HalvedSteps "halved-steps",
@@ -93,7 +107,7 @@ codes! {
     NoHessian "no-hessian",
     NoBudget "no-budget",
     BudgetNotLinear "budget-not-linear",
-    NoWhatIf "no-what-if",
+    NoSensitivityAnalysis "no-sensitivity-analysis" formerly "no-what-if",
     NoShapes "no-shapes",
     // Of scenes and recordings, in simulations and fits.
     StepTooLarge "step-too-large",
@@ -122,15 +136,15 @@ codes! {
     NotFinite "not-finite",
     UnstableStep "unstable-step",
     Fold "fold",
-    Leap "leap",
+    LargeRotation "large-rotation" formerly "leap",
     SingularTangent "singular-tangent",
     NoEquilibrium "no-equilibrium",
-    Indifferent "indifferent",
+    NeutralEquilibrium "neutral-equilibrium" formerly "indifferent",
     ModesNotFound "modes-not-found",
     ModeWithoutDerivative "mode-without-derivative",
     FitFailed "fit-failed",
     // Of a campaign.
-    WillBeRefused "will-be-refused",
+    InvalidTask "invalid-task" formerly "will-be-refused",
     DamagedResult "damaged-result",
     // Of the run itself.
     FewerThreads "fewer-threads",
@@ -159,16 +173,21 @@ impl fmt::Display for Code {
 /// Everything that is explained, by its name: the codes, and the exit codes of the program, such as `3`. The first
 /// line of a text is its title.
 pub fn all_explained() -> impl Iterator<Item = (&'static str, &'static str)> {
-    EXPLAINED.split("\n## ").skip(1).filter_map(|text| {
+    PAGES.iter().flat_map(|page| page.split("\n## ").skip(1)).filter_map(|text| {
         let (name, text) = text.split_once('\n')?;
-        // Without what introduces the next part.
-        let text = text.split("\n# ").next().unwrap_or(text);
         Some((name.trim(), text.trim()))
     })
 }
 
-/// What a code, or an exit code of the program, means, how it is found and what to do.
+/// The code with this name, or with this former name.
+pub fn named(name: &str) -> Option<Code> {
+    let is_name = |code: &&Code| code.name() == name || code.former_name() == Some(name);
+    Code::ALL.iter().find(is_name).copied()
+}
+
+/// Meaning, test and remedy of a code, also by its former name, or of an exit code of the program.
 pub fn explained(name: &str) -> Option<&'static str> {
+    let name = named(name).map_or(name, |code| code.name());
     all_explained().find(|(other, _)| *other == name).map(|(_, text)| text)
 }
 
@@ -177,6 +196,26 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
     use std::path::Path;
+
+    /// Former names are no present ones, and the changelog lists them.
+    #[test]
+    fn former_names_are_listed_and_unique() {
+        let listed = include_str!("../CHANGELOG.md");
+        let renamed = Code::ALL.iter().filter_map(|code| Some((*code, code.former_name()?)));
+        let renamed: Vec<(Code, &str)> = renamed.collect();
+        for (code, former) in &renamed {
+            assert!(listed.contains(&format!("  | `{former}` | `{code}` |\n")), "{former}");
+            assert!(Code::ALL.iter().all(|other| other.name() != *former), "{former}");
+            assert_eq!(named(former), Some(*code));
+            assert_eq!(explained(former), Some(code.explained()));
+            let read: Code = serde_json::from_str(&format!("\"{former}\"")).unwrap();
+            assert_eq!(read, *code);
+        }
+        assert_eq!(
+            renamed.iter().map(|(_, former)| former).collect::<BTreeSet<_>>().len(),
+            renamed.len()
+        );
+    }
 
     /// All that is written in Rust.
     fn sources(folder: &Path) -> String {
@@ -196,7 +235,7 @@ mod tests {
         let (codes, exits): (Vec<_>, Vec<_>) =
             all_explained().map(|(name, _)| name).partition(|name| name.parse::<u8>().is_err());
         let names: Vec<&str> = Code::ALL.iter().map(|code| code.name()).collect();
-        assert_eq!(codes, names, "docs/codes.md has them in the order of the table");
+        assert_eq!(codes, names, "docs/codes has them in the order of the table");
         assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len());
         assert_eq!(exits, ["0", "2", "3", "101", "130"]);
         for (name, text) in all_explained() {

@@ -2,7 +2,7 @@
 
 use crate::kinds::Kind;
 use rodfit::FitReport;
-use rodfit::fit::{CouldHide, Grade};
+use rodfit::fit::{Grade, UndetectedBias};
 use std::fmt::Write;
 
 /// Score tests up to this place count as named.
@@ -31,13 +31,13 @@ pub struct Outcome {
 }
 
 /// The effects that these data could not reveal, of E.
-fn listed(report: &FitReport) -> impl Iterator<Item = &CouldHide> {
+fn listed(report: &FitReport) -> impl Iterator<Item = &UndetectedBias> {
     let modulus = report.parameters.first().map(|e| e.label()).unwrap_or_default();
-    report.could_hide.iter().filter(move |hidden| hidden.parameter == modulus)
+    report.undetected_bias.iter().filter(move |hidden| hidden.parameter == modulus)
 }
 
 /// The plausible size of an effect, read from the JSON: reports without one have none.
-fn plausible(effect: &CouldHide) -> Option<f64> {
+fn plausible(effect: &UndetectedBias) -> Option<f64> {
     serde_json::to_value(effect).ok()?.get("plausible")?.as_f64()
 }
 
@@ -55,16 +55,14 @@ impl Outcome {
         };
         let tests = &report.score_tests;
         let significant = |place: usize| {
-            tests.iter().find(|t| t.place == place).is_some_and(|first| first.is_significant())
+            tests.iter().find(|t| t.rank == place).is_some_and(|first| first.is_significant())
         };
         let named = |cause: &str| {
-            tests
-                .iter()
-                .any(|t| t.source == cause && t.place <= NAMED_PLACES && significant(t.place))
+            tests.iter().any(|t| t.source == cause && t.rank <= NAMED_PLACES && significant(t.rank))
         };
         let of_cause = kind.cause.and_then(|cause| listed(report).find(|h| h.source == cause));
         let right = || listed(report).filter(|_| kind.cause.is_none());
-        let ratio = |h: &CouldHide| Some((h.size / plausible(h)?).abs());
+        let ratio = |h: &UndetectedBias| Some((h.size / plausible(h)?).abs());
         Self {
             has_term: of_cause.is_some()
                 || tests.iter().any(|t| kind.cause == Some(t.source.as_str())),
@@ -99,7 +97,7 @@ pub fn details(kind: &Kind, report: &FitReport) -> String {
     let correlations: Vec<String> = report
         .residual_tests
         .iter()
-        .map(|t| format!("{} {:.3} (whiteness {:.1e})", t.axis, t.correlation, t.whiteness))
+        .map(|t| format!("{} {:.3} (whiteness {:.1e})", t.axis, t.autocorrelation, t.whiteness))
         .collect();
     let sigmas: Vec<String> = report.sigma.iter().map(|sigma| format!("{sigma:.3e}")).collect();
     let _ = writeln!(
@@ -114,7 +112,7 @@ pub fn details(kind: &Kind, report: &FitReport) -> String {
         let _ = writeln!(
             text,
             "   {mark}test {}: {} {:+.2e} {}, {:.1} sigma, p {:.1e}",
-            t.place, t.source, t.estimate, t.unit, t.sigmas, t.p_value
+            t.rank, t.source, t.estimate, t.unit, t.z_score, t.p_value
         );
     }
     for h in listed(report) {
@@ -127,7 +125,7 @@ pub fn details(kind: &Kind, report: &FitReport) -> String {
             h.size,
             h.unit,
             100.0 * h.change / report.parameters[0].value.unwrap_or(f64::NAN),
-            h.visible
+            h.residual_effect
         );
     }
     let codes: Vec<&str> = report.warning_codes.iter().map(|code| code.name()).collect();

@@ -140,7 +140,7 @@ pub fn fit(
     let report = fit.solve()?;
     // What these recordings do not show, as which way all curvatures are turned about the cable, is where the fit has left it:
     // the others belong to that.
-    let left = report.basins.list.iter().find(|basin| basin.chosen);
+    let left = report.local_minima.list.iter().find(|basin| basin.chosen);
     let mut found = before.clone();
     for name in &rung.numbers {
         let parameter: Parameter = name.parse()?;

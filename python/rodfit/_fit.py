@@ -7,6 +7,7 @@ import sys
 
 from . import _rodfit
 from ._errors import refused
+from ._renamed import warn
 from ._result import FitResult
 from ._scene import Scene
 from ._tables import is_table, written
@@ -149,10 +150,15 @@ class Fit:
             said["prior"] = {"mean": mean, "sigma": deviation}
         return self._add("parameter", said | {"experiment": experiment})
 
-    def known(self, name: str, sigma: float, **said: Any) -> Fit:
-        """Says that a number of the scenes, which is not identified, has this standard uncertainty, in its unit: it goes
-        into the budget. The other keys are those of ``[[known]]``."""
-        return self._add("known", {"name": name, "sigma": sigma} | said)
+    def input_uncertainty(self, name: str, sigma: float, **keys: Any) -> Fit:
+        """States the standard uncertainty of an input, a number of the scenes that is not identified, in its unit. It
+        enters the uncertainty budget. The other keys are those of ``[[known]]``."""
+        return self._add("known", {"name": name, "sigma": sigma} | keys)
+
+    def known(self, name: str, sigma: float, **keys: Any) -> Fit:
+        """Former name of ``input_uncertainty``, deprecated."""
+        warn("Fit.known", "Fit.input_uncertainty")
+        return self.input_uncertainty(name, sigma, **keys)
 
     def _add(self, table: str, said: Mapping[str, Any]) -> Fit:
         told = {key: value for key, value in said.items() if value is not None}

@@ -1,4 +1,4 @@
-"""What came of a fit, in the words of scipy and lmfit."""
+"""Results of fits, with the attribute names of scipy and lmfit."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 
 from . import _rodfit
 from ._errors import refused
+from ._renamed import current_key, warn
 from ._tables import read
 
 TYPE_CHECKING = False
@@ -21,19 +22,19 @@ NAN = float("nan")
 
 
 class Parameter:
-    """An estimate: ``value``, ``stderr``, ``interval`` (95 %), and what else the report says, by attribute."""
+    """An estimate: ``value``, ``stderr``, ``interval`` (95 %). Other entries of the report are attributes."""
 
     def __init__(self, table: Mapping[str, Any]):
         self._table = table
 
     @property
     def name(self) -> str:
-        """As the fit names it."""
+        """Name in the fit."""
         return str(self._table["name"])
 
     @property
     def value(self) -> float:
-        """In SI units; NaN where the data do not determine it."""
+        """Estimate in SI units; NaN if the data do not determine it."""
         return _number(self._table.get("value"))
 
     @property
@@ -53,7 +54,7 @@ class Parameter:
         return bool(self._table.get("identifiable"))
 
     def __getattr__(self, name: str) -> Any:
-        return _said(self, name)
+        return _entry(self, name)
 
     def __repr__(self) -> str:
         low, high = self.interval
@@ -61,11 +62,11 @@ class Parameter:
 
 
 class FitResult:
-    """The result of a fit. ``params`` are its estimates by name; all else that the JSON of the command has is an
-    attribute: ``verdict``, ``grade``, ``warnings``, ``not_identifiable``, ``residual_rms``, ``wall_seconds``."""
+    """The result of a fit. ``params`` are its estimates by name. All other entries of the JSON of the command are
+    attributes: ``verdict``, ``grade``, ``warnings``, ``not_identifiable``, ``residual_rms``, ``wall_seconds``."""
 
     def __init__(self, text: str):
-        """Of what ``to_json`` gave."""
+        """Reads the text that ``to_json`` returned."""
         self._hold(_rodfit.FitResult(text), None)
 
     @classmethod
@@ -80,13 +81,13 @@ class FitResult:
 
     @property
     def _table(self) -> dict[str, Any]:
-        """What ``to_json`` gives, read once it is looked into."""
+        """The content of ``to_json``, read when first needed."""
         if self._report is None:
             self._report = dict(read(self._native.json(False)))
         return self._report
 
     def _drawn(self) -> _rodfit.FitResult:
-        """With what plots are drawn from: the fit once more, where that was not kept."""
+        """The result with the data of plots; the fit is repeated if they were not kept."""
         if self._native.plots() is None:
             if self._fit is None:
                 raise refused("plots", "none in a result that was read", "solve(plots=True) before it is written")
@@ -112,13 +113,12 @@ class FitResult:
 
     @property
     def message(self) -> str:
-        """In one line how the fit ended."""
+        """End of the search, in one line."""
         return str(self._table["status"])
 
     @property
     def resolution(self) -> list[dict[str, Any] | None]:
-        """Mesh, step and scheme that the program chose, as fine as the optimum needs them, for every experiment, none for
-        one that gives them all; empty where all do."""
+        """Chosen mesh, step and scheme of each experiment; None for a scene that gives them. Empty if all scenes do."""
         return list(self._table.get("resolution", []))
 
     @property
@@ -140,10 +140,10 @@ class FitResult:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__") or name in ("_native", "_fit", "_report"):
             raise AttributeError(name)
-        return _said(self, name)
+        return _entry(self, name)
 
     def to_json(self) -> str:
-        """What ``rodfit fit --json`` writes."""
+        """The JSON that ``rodfit fit --json`` writes."""
         return self._native.json(False)
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -164,13 +164,13 @@ class FitResult:
         return pandas.DataFrame(rows).set_index("parameter")
 
     def report(self, path: str | os.PathLike[str] = "fit.html", title: str | None = None) -> None:
-        """Writes the page of the command's ``--report``: verdict, numbers, and what they rest on."""
+        """Writes the HTML page of the command's ``--report``."""
         page = self._drawn().page(os.path.basename(path) if title is None else title)
         with open(path, "w", encoding="utf-8") as file:
             file.write(page)
 
     def plot(self, figure: Figure | None = None) -> Figure:
-        """Data and model over each other, a panel a coordinate, with what is left below; a figure of matplotlib."""
+        """Plots data and model of each coordinate, with the residuals below, as a figure of matplotlib."""
         series = read(self._drawn().plots() or "{}").get("series", [])
         if figure is None:
             import matplotlib.pyplot as plt
@@ -178,8 +178,8 @@ class FitResult:
             figure = plt.figure(layout="constrained")
         axes = figure.subplots(2 * max(1, len(series)), 1, squeeze=False, height_ratios=[3, 1] * max(1, len(series)))
         for (data, left), one in zip(axes.reshape(-1, 2), series):
-            data.plot(one["at"], one["observed"], ".", ms=3, label="seen")
-            line = list(zip(*one["curve"])) or [one["at"], one["simulated"]]
+            data.plot(one["abscissa_values"], one["observed"], ".", ms=3, label="observed")
+            line = list(zip(*one["curve"])) or [one["abscissa_values"], one["simulated"]]
             data.plot(line[0], line[1], lw=1, label="model")
             data.set_ylabel(f"{one['axis']}, {one['unit']}")
             data.set_title(" ".join(word for word in (one["experiment"], one["label"]) if word), fontsize="small")
@@ -187,9 +187,9 @@ class FitResult:
             left.sharex(data)
             left.axhline(0.0, lw=0.5, color="gray")
             off = [(s - o) / one["sigma"] for s, o in zip(one["simulated"], one["observed"])]
-            left.plot(one["at"], off, ".", ms=2)
-            left.set_ylabel("off, sigma")
-            left.set_xlabel(one["over"].replace("_", " "))
+            left.plot(one["abscissa_values"], off, ".", ms=2)
+            left.set_ylabel("residual, sigma")
+            left.set_xlabel(one["abscissa"].replace("_", " "))
         if series:
             axes[0, 0].legend(fontsize="small")
         return figure
@@ -219,13 +219,16 @@ class FitResult:
         return (FitResult, (self._native.json(True),))
 
 
-def _said(self: Any, name: str) -> Any:
-    """What a table says, by attribute."""
+def _entry(self: Any, name: str) -> Any:
+    """An entry of a table, by attribute; former names too."""
     table: Mapping[str, Any] = self._table if name != "_table" else {}
-    try:
+    if name in table:
         return table[name]
-    except KeyError:
-        raise AttributeError(f"no {name}, allowed: {', '.join(table)}") from None
+    current = current_key(table, name)
+    if current is None:
+        raise AttributeError(f"no {name}, allowed: {', '.join(table)}")
+    warn(name, current, stacklevel=4)
+    return table[current]
 
 
 def _label(table: Mapping[str, Any]) -> str:

@@ -20,10 +20,12 @@ def written(value: object) -> str:
 
 
 def read(text: str) -> Any:
-    """What a JSON text says."""
+    """The value of a JSON text; its objects accept former keys."""
     import json
 
-    return json.loads(text)
+    from ._renamed import Table
+
+    return json.loads(text, object_hook=Table)
 
 
 def is_table(value: object) -> TypeGuard[Mapping[str, Any]]:

@@ -6,7 +6,7 @@ use crate::scene::{Scene, toml_of};
 use crate::work::{News, interruptible};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
-use rodfit::fit::{Experiment, FitFile, FitReport, PlotData, Sample};
+use rodfit::fit::{Experiment, FitFile, FitReport, PlotData, Sample, with_current_names};
 use rodfit::{Observation, Parameter, Unknown};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -161,10 +161,14 @@ pub struct FitResult {
 
 #[pymethods]
 impl FitResult {
-    /// Of the JSON of `json(True)`.
+    /// Reads the JSON of `json(True)`, with former keys too.
     #[new]
     fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
-        Ok(Self { report: said(py, "result", text)? })
+        let mut value: serde_json::Value = said(py, "result", text)?;
+        with_current_names(&mut value);
+        let report = serde_json::from_value(value)
+            .map_err(|error| refused(py, format!("result: found {text}: {error}")))?;
+        Ok(Self { report })
     }
 
     /// The report of the command, with or without what plots are drawn from.

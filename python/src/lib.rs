@@ -28,11 +28,18 @@ fn limits(py: Python<'_>, name: &str) -> PyResult<[f64; 2]> {
     Ok(parameter.limits().map(|end| end.clamp(-f64::MAX, f64::MAX)))
 }
 
+/// Former and current keys of results.
+#[pyfunction]
+fn renamed_keys() -> Vec<(&'static str, &'static str)> {
+    rodfit::fit::RENAMED_KEYS.iter().map(|key| (key.former, key.current)).collect()
+}
+
 #[pymodule]
 fn _rodfit(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_function(wrap_pyfunction!(command, module)?)?;
     module.add_function(wrap_pyfunction!(limits, module)?)?;
+    module.add_function(wrap_pyfunction!(renamed_keys, module)?)?;
     module.add_class::<campaign::Campaign>()?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<run::Run>()?;

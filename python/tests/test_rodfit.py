@@ -218,7 +218,7 @@ def test_data_frames(scene, result):
         rodfit.Fit(scene).observe(seen[["t", "note"]])
 
 
-def test_what_is_known_counts(scene, result):
+def test_prior_and_input_uncertainty_enter_the_result(scene, result):
     t, xyz = tip()
     value, error = result.params["youngs_modulus"].value, result.params["youngs_modulus"].stderr
     # A prior as sharp as the data, one standard error off, pulls halfway and narrows by the root of two.
@@ -228,13 +228,30 @@ def test_what_is_known_counts(scene, result):
     assert known.params["youngs_modulus"].stderr == pytest.approx(error / 2**0.5, rel=0.05)
     # A radius that is off goes into the budget, and a fixed one into the scene.
     radius = scene.to_dict()["rod"]["section"]["radius"]
-    sure = rodfit.Fit(scene).observe(t, xyz).add("youngs_modulus").known("rod.section.radius", 1e-3 * radius)
+    sure = rodfit.Fit(scene).observe(t, xyz).add("youngs_modulus").input_uncertainty("rod.section.radius", 1e-3 * radius)
     budget = sure.solve().params["youngs_modulus"].budget
     assert any("radius" in line["source"] for line in budget)
     thick = rodfit.Fit(scene).observe(t, xyz).add("youngs_modulus").add("radius", 1.01 * radius, vary=False)
     assert thick.solve().x[0] == pytest.approx(value * 1.01**-2, rel=1e-3)
     bounded = rodfit.Fit(scene).observe(t, xyz).add("youngs_modulus", max=2e8).residuals()
     assert bounded.bounds[1][0] == pytest.approx(np.log(2e8))
+
+
+def test_former_names_warn(scene, result):
+    with pytest.warns(DeprecationWarning, match="basins is deprecated, use local_minima"):
+        former = result.basins
+    assert former == result.local_minima
+    with pytest.warns(DeprecationWarning, match="words is deprecated, use summary"):
+        assert result.local_minima["words"] == result.local_minima["summary"]
+    with pytest.raises(AttributeError, match="no nonsense, allowed: "):
+        result.nonsense
+    with pytest.raises(KeyError):
+        result.local_minima["nonsense"]
+    with pytest.warns(DeprecationWarning, match="use Fit.input_uncertainty"):
+        rodfit.Fit(scene).known("rod.section.radius", 1e-5)
+    # A result of version 0.1.
+    text = result.to_json().replace('"local_minima":', '"basins":').replace('"summary":', '"words":')
+    assert rodfit.FitResult(text.replace('"found_by":', '"seen":')).to_json() == result.to_json()
 
 
 def test_experiments_share_parameters(scene, result):

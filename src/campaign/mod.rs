@@ -9,6 +9,7 @@ mod changes;
 mod collect;
 mod fit_pattern;
 mod form;
+mod former_results;
 mod hash;
 mod outcome;
 mod plan;

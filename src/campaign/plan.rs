@@ -77,6 +77,12 @@ struct About {
     digest: String,
 }
 
+impl About {
+    fn read(file: &Path) -> Result<Self, Error> {
+        parse(file, &text(file)?, 1)
+    }
+}
+
 /// Bytes of the digest.
 const DIGEST: usize = 16;
 
@@ -176,12 +182,26 @@ impl Plan {
     /// planned.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         let file = folder.join(ABOUT);
-        let about: About = parse(&file, &text(&file)?, 1)?;
+        let about = About::read(&file)?;
         if about.version != env!("CARGO_PKG_VERSION") {
             let found = format!("a plan by version {}", about.version);
             let allowed = format!("one by this version, {}; plan again", env!("CARGO_PKG_VERSION"));
             return Err(Error::invalid("version", found, allowed).in_file(Some(&file)));
         }
+        Self::planned(folder, about)
+    }
+
+    /// Reads the plan in a folder for its results only: the plan may be one by another version. Its open tasks cannot be
+    /// run by this version.
+    ///
+    /// # Errors
+    ///
+    /// A folder without a plan, or with tasks that are not those that were planned.
+    pub fn open_results(folder: &Path) -> Result<Self, Error> {
+        Self::planned(folder, About::read(&folder.join(ABOUT))?)
+    }
+
+    fn planned(folder: &Path, about: About) -> Result<Self, Error> {
         let root = folder.join(about.root);
         let root = root.canonicalize().map_err(|error| Error::io(&root, error))?;
         let file = folder.join(TASKS);

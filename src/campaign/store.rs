@@ -1,6 +1,7 @@
 //! Results on disk. Every process appends to a file of its own, a line a result with its checksum at the end, one write
 //! and one sync each. A process that is killed leaves at most one line torn, the last, which is dropped when it is read.
 
+use crate::campaign::former_results::with_current_names;
 use crate::campaign::hash::hash;
 use crate::campaign::outcome::Outcome;
 use crate::error::Error;
@@ -149,7 +150,13 @@ fn record(line: &[u8], file: &Path, number: u64) -> Option<Record> {
     let (id, rest) = line.strip_prefix("{\"id\":\"")?.split_once("\",\"result\":")?;
     let (result, about) = rest.rsplit_once(",\"about\":")?;
     let about = serde_json::from_str(about).ok()?;
-    Some(Record { id: id.into(), result: result.into(), about, file: file.into(), line: number })
+    Some(Record {
+        id: id.into(),
+        result: with_current_names(result),
+        about,
+        file: file.into(),
+        line: number,
+    })
 }
 
 fn now() -> std::time::Duration {

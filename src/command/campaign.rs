@@ -133,10 +133,10 @@ fn plan(campaign: &Path, out: &Path, manner: Manner) -> Result<u8, Error> {
     };
     let planned = Plan::make(campaign, out, &admission)?;
     for error in planned.refused.iter().take(NAMED) {
-        terminal::warn(Code::WillBeRefused, format_args!("will be refused: {error}"));
+        terminal::warn(Code::InvalidTask, format_args!("will be refused: {error}"));
     }
     if let Some(more) = planned.refused.len().checked_sub(NAMED + 1) {
-        terminal::warn(Code::WillBeRefused, format_args!("and {} more", more + 1));
+        terminal::warn(Code::InvalidTask, format_args!("and {} more", more + 1));
     }
     let status = Status::of(&Collected::of(&planned.plan)?);
     if !manner.quiet {
@@ -195,7 +195,7 @@ fn summary(ran: &Ran) -> String {
 }
 
 fn status(folder: &Path, json: &Json, manner: Manner) -> Result<u8, Error> {
-    let plan = Plan::open(folder)?;
+    let plan = Plan::open_results(folder)?;
     let mut outputs = Outputs::new(manner);
     let (option, path) = json.output();
     let json = outputs.add(option, path);
@@ -221,7 +221,7 @@ fn collect(
     csv: Option<&Path>,
     manner: Manner,
 ) -> Result<u8, Error> {
-    let plan = Plan::open(folder)?;
+    let plan = Plan::open_results(folder)?;
     let mut outputs = Outputs::new(manner);
     let lines = outputs.add("--out", out);
     let sheet = outputs.add("--csv", csv);

@@ -2,7 +2,7 @@
 
 use crate::command::terminal;
 use rodfit::Error;
-use rodfit::code::{all_explained, explained};
+use rodfit::code::{all_explained, explained, named};
 
 #[derive(clap::Args)]
 pub struct Options {
@@ -31,8 +31,12 @@ fn one(code: &str) -> Result<String, Error> {
             allowed: format!("a word that `rodfit explain` lists, such as {closest}"),
         }
     })?;
-    // What is bold on a page needs no marks here.
-    Ok(format!("{name}: {}", text.replace("**", "").replace("\n\n", "\n")))
+    let title = match named(&name) {
+        Some(code) if code.name() != name => format!("{code} (formerly {name})"),
+        _ => name,
+    };
+    // The terminal shows no bold text.
+    Ok(format!("{title}: {}", text.replace("**", "").replace("\n\n", "\n")))
 }
 
 /// Every word with its title.

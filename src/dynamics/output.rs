@@ -134,15 +134,15 @@ pub struct SimulationReport {
     strains: StrainRecord,
     /// Whether `tip` and `energy` are recorded.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
-    keeps_series: bool,
+    has_series: bool,
 }
 
 fn yes() -> bool {
     true
 }
 
-fn is_yes(keeps_series: &bool) -> bool {
-    *keeps_series
+fn is_yes(has_series: &bool) -> bool {
+    *has_series
 }
 
 impl SimulationReport {
@@ -172,7 +172,7 @@ impl SimulationReport {
             negligible_energy: negligible_energy(problem),
             last_tip: None,
             strains: StrainRecord::new(problem),
-            keeps_series: true,
+            has_series: true,
         }
     }
 
@@ -185,7 +185,7 @@ impl SimulationReport {
 
     /// The report without the series of tips and energies, which grow with every step.
     pub fn without_series(self) -> Self {
-        Self { keeps_series: false, ..self }
+        Self { has_series: false, ..self }
     }
 
     /// Appends the state of a simulation.
@@ -203,7 +203,7 @@ impl SimulationReport {
         self.largest_energy_change =
             self.largest_energy_change.max((total - self.start_energy).abs());
         self.largest_kinetic_energy = self.largest_kinetic_energy.max(e.kinetic);
-        if self.keeps_series {
+        if self.has_series {
             self.tip.push([t, x, y, z]);
             self.energy.push([t, e.kinetic, e.stretch, e.bend, e.twist, e.potential + e.own]);
         }

@@ -60,7 +60,7 @@ impl FitFile {
             let own = [(&test.source[..], test.to_string(), Some(test.estimate))];
             let alike = RESEMBLING.iter().filter(|[_, other]| *other == test.source);
             let alike = alike.map(|[place, _]| {
-                (*place, format!("{place}, whose motion resembles {}", test.words), None)
+                (*place, format!("{place}, whose motion resembles {}", test.effect), None)
             });
             for (place, term, estimate) in own.into_iter().chain(alike) {
                 let Some(extension) = EXTENSIONS.iter().find(|e| e.place == place) else {

@@ -9,7 +9,7 @@
 //! [on request](Analysis) the exact Hessian, the likelihood's profile, a bootstrap), what mesh and
 //! step may be off ([`DiscretizationError`]), whether the residuals look like noise
 //! ([`ResidualTests`]), how well held-out data are predicted ([`Prediction`]), and which other minima
-//! were seen ([`Basins`]).
+//! were seen ([`LocalMinima`]).
 //!
 //! The way through it: a [`FitFile`] or calls to [`Fit`] say what was measured and what is looked
 //! for; [`Residuals`] compare; a search over starts finds an optimum; an assessment makes the
@@ -42,7 +42,7 @@ pub use crate::input::track::format::Format;
 pub use crate::input::track::recording::{Recording, Vertical};
 pub use crate::input::track::sigma::{AxisColumnNames, SigmaColumns};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
-pub use design::told::{Advice, Choice, Design, Question};
+pub use design::told::{Advice, Choice, Design, DesignVariable};
 pub use extend::ExtendedFit;
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
@@ -61,25 +61,29 @@ pub use report::plot_data::{
     Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };
 pub use report::recorded::{
-    MeanError, RecordedMoment, RecordedMotion, RecordingPlots, SpeedError, WindowError,
+    MeanError, RecordedMotion, RecordedSnapshot, RecordingPlots, SpeedError, WindowError,
 };
+#[cfg(feature = "cli")]
+pub use report::renamed_keys::{RENAMED_KEYS, RenamedKey, with_current_names};
 pub use report::{DroppedRows, FitReport};
 pub use search::Progress;
-pub use search::basins::{Basin, Basins, SeenBy};
+pub use search::basins::{LocalMinima, LocalMinimum, MinimumSource};
 pub use search::grid::Landscape;
 pub use search::journal::Iterate;
 pub use uncertainty::analysis::{Analysis, Refinement};
 pub use uncertainty::bootstrap::Bootstrap;
 pub use uncertainty::determined_groups::DeterminedGroup;
 pub use uncertainty::discretization::DiscretizationError;
-pub use uncertainty::estimate::{AcrossExperiments, Estimate};
+pub use uncertainty::estimate::{ClusterJackknife, Estimate};
 pub use uncertainty::identifiability::{Finding, NonIdentifiability};
 pub use uncertainty::noise::LossEffect;
 pub use uncertainty::noise_scale::NoiseScale;
 pub use uncertainty::prediction::Prediction;
 pub use uncertainty::profile::Profile;
 pub use uncertainty::recordings::{ErrorSummary, RecordingError, RecordingErrors};
-pub use uncertainty::sources::{BudgetLine, CouldHide, MonteCarlo, PerCent, ScoreTest};
+pub use uncertainty::sources::{
+    BudgetLine, InputSensitivity, MonteCarlo, ScoreTest, UndetectedBias,
+};
 pub use uncertainty::verdict::Grade;
 pub use unknown::{Prior, Unknown};
 pub use validation_errors::report::{

@@ -63,7 +63,7 @@ fn interval(ends: [f64; 2], uncertainty: f64, unit: &str) -> String {
 
 fn per_cents(e: &Estimate) -> String {
     let words: Vec<String> = e
-        .one_per_cent
+        .input_sensitivities
         .iter()
         .take(NAMED)
         .map(|p| {

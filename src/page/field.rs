@@ -35,9 +35,9 @@ fn verdict(report: &FieldReport) -> String {
          <div>{count} numbers along the rod from {} coordinates, which say {:.1} combinations of them; residuals over \u{3c3} \
          {:.3} (root mean square).</div>\n<p class=\"note\">{:.0} runs or products, {:.1} s</p>\n\
          <h2>Notes</h2>\n<ul>\n{notes}</ul>\n</section>\n",
-        report.measured,
-        report.determined,
-        report.residuals_over_sigma,
+        report.values,
+        report.effective_parameters,
+        report.normalized_residual_rms,
         report.simulations,
         report.wall_seconds,
     )
@@ -46,8 +46,8 @@ fn verdict(report: &FieldReport) -> String {
 /// A list over the arc length, with what the data and the prior say of it together.
 fn field(field: &FieldEstimate) -> String {
     let up = Scale::fitting(field.values.iter().copied(), &field.unit);
-    let across = Scale::fitting(field.places.iter().copied(), "m");
-    let at = |k: usize| field.places[k] / across.factor;
+    let across = Scale::fitting(field.arc_lengths.iter().copied(), "m");
+    let at = |k: usize| field.arc_lengths[k] / across.factor;
     let numbers = || 0..field.values.len();
     let around = |k: usize, sigma: f64| {
         (at(k), [-SIDE, SIDE].map(|side| (field.values[k] + side * sigma) / up.factor))
@@ -60,7 +60,7 @@ fn field(field: &FieldEstimate) -> String {
     .around(numbers().map(|k| around(k, field.standard_errors[k])), "var(--model)")
     .line(numbers().map(|k| (at(k), field.values[k] / up.factor)), "var(--model)");
     let name = escaped(&field.name);
-    let seen = |k: &usize| field.standard_errors[*k] < 0.5 * field.prior[*k];
+    let seen = |k: &usize| field.standard_errors[*k] < 0.5 * field.prior_std[*k];
     let caption = format!(
         "the band holds each number with a probability of 95 %; of {} numbers the data more than halve what the prior leaves \
          open at {}",

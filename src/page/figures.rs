@@ -30,33 +30,33 @@ pub(super) fn figure(title: &str, name: &str, svg: &str, caption: &str) -> Strin
 /// Data, model, residuals and their correlation of one coordinate, and what the tests say, if any were made: none where the
 /// coordinate has too few values.
 pub(super) fn series(series: &Series, tests: Option<Option<&ResidualTests>>) -> String {
-    let (place, per) = match series.over {
+    let (place, per) = match series.abscissa {
         Abscissa::Time => ("s", "time"),
         Abscissa::ArcLength => ("m", "arc length"),
         Abscissa::Mode => ("", "mode"),
         Abscissa::Reading => ("", "reading"),
     };
-    let across = match series.over {
+    let across = match series.abscissa {
         Abscissa::Mode | Abscissa::Reading => Scale::of(1.0, place),
-        _ => Scale::fitting(series.at.iter().copied(), place),
+        _ => Scale::fitting(series.abscissa_values.iter().copied(), place),
     };
     let up = Scale::fitting(series.observed.iter().copied(), &series.unit);
     let x_label = labelled(per, &across.unit);
     let name = escaped(&series.axis);
     let at = |x: f64| x / across.factor;
     let points = |y: &[f64]| -> Vec<(f64, f64)> {
-        series.at.iter().zip(y).map(|(x, y)| (at(*x), y / up.factor)).collect()
+        series.abscissa_values.iter().zip(y).map(|(x, y)| (at(*x), y / up.factor)).collect()
     };
     let curve: Vec<(f64, f64)> = match series.curve.is_empty() {
         true => points(&series.simulated),
         false => series.curve.iter().map(|[x, y]| (at(*x), y / up.factor)).collect(),
     };
-    let modes = matches!(series.over, Abscissa::Mode | Abscissa::Reading);
+    let modes = matches!(series.abscissa, Abscissa::Mode | Abscissa::Reading);
     let axis = |y: String| match modes {
         true => Chart::new(x_label.clone(), y).whole(),
         false => Chart::new(x_label.clone(), y),
     };
-    let all = || curve.iter().map(|(x, _)| *x).chain(series.at.iter().map(|x| at(*x)));
+    let all = || curve.iter().map(|(x, _)| *x).chain(series.abscissa_values.iter().map(|x| at(*x)));
     let both = axis(labelled(&series.axis, &up.unit)).size(680.0, 290.0).over(all());
     let both = match modes {
         true => both.dots(curve.clone(), MODEL, 6.0).dots(points(&series.observed), SEEN, 3.5),
@@ -68,7 +68,7 @@ pub(super) fn series(series: &Series, tests: Option<Option<&ResidualTests>>) -> 
         .over(all())
         .band(-2.0, 2.0)
         .level(0.0)
-        .dots(series.at.iter().zip(&residuals).map(|(x, r)| (at(*x), *r)), SEEN, 2.6);
+        .dots(series.abscissa_values.iter().zip(&residuals).map(|(x, r)| (at(*x), *r)), SEEN, 2.6);
     let n = residuals.len() as f64;
     let band = 1.96 / n.max(1.0).sqrt();
     let lags = autocorrelation(&residuals);
@@ -380,7 +380,7 @@ fn sightings(series: &[Series], experiment: &str) -> Vec<[Option<f64>; 3]> {
     let mut order = Vec::new();
     for s in series.iter().filter(|s| s.experiment == experiment && s.unit == "m") {
         let Some(c) = ["x", "y", "z"].iter().position(|axis| *axis == s.axis) else { continue };
-        for (at, seen) in s.at.iter().zip(&s.observed) {
+        for (at, seen) in s.abscissa_values.iter().zip(&s.observed) {
             let key = (s.label.as_str(), at.to_bits());
             let point = points.entry(key).or_insert_with(|| {
                 order.push(key);

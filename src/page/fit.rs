@@ -3,8 +3,10 @@
 use crate::code::Code;
 use crate::fit::Grade;
 use crate::fit::ResidualTests;
-use crate::fit::{Basin, Measured, PlotData, Profile, SeenBy, Series, SimulationSettings};
 use crate::fit::{Estimate, FitReport};
+use crate::fit::{
+    LocalMinimum, Measured, MinimumSource, PlotData, Profile, Series, SimulationSettings,
+};
 use crate::fit::{Recording, Vertical};
 use crate::numerics::order;
 use crate::page::budget::budgets;
@@ -69,12 +71,12 @@ fn verdict(report: &FitReport) -> String {
     };
     let warnings = items(&mut report.warnings.iter());
     let told = |words: Vec<String>| items(&mut words.iter());
-    let lacking = |words: &String| Code::LooksLike.behind(capitalised(words));
+    let lacking = |words: &String| Code::OmittedEffect.behind(capitalised(words));
     let lacking = told(report.looks_like().iter().map(lacking).collect());
-    let hidden = |words: &String| Code::CouldHide.behind(capitalised(words));
+    let hidden = |words: &String| Code::UndetectedBias.behind(capitalised(words));
     let hidden = told(report.hidden().iter().map(hidden).collect());
     let unknown = report.not_identifiable.iter();
-    let unknown = told(unknown.map(|found| found.kind.code().behind(&found.words)).collect());
+    let unknown = told(unknown.map(|found| found.kind.code().behind(&found.description)).collect());
     let list = |title: &str, items: String| match items.is_empty() {
         true => String::new(),
         false => format!("<h2>{title}</h2>\n<ul>\n{items}</ul>\n"),
@@ -121,14 +123,12 @@ fn parameters(report: &FitReport) -> String {
         ("unit", Box::new(|_, _, scale| Some(escaped(&scale.unit)))),
         (
             "how experiments differ, 95 %",
-            Box::new(move |_, e, s| {
-                Some(interval(e.across_experiments.as_ref()?.interval95, e, s))
-            }),
+            Box::new(move |_, e, s| Some(interval(e.cluster_jackknife.as_ref()?.interval95, e, s))),
         ),
         (
             "residuals alone, 95 %",
             Box::new(move |_, e, s| {
-                Some(interval(e.across_experiments.as_ref()?.residual_interval95, e, s))
+                Some(interval(e.cluster_jackknife.as_ref()?.residual_interval95, e, s))
             }),
         ),
         (
@@ -228,7 +228,7 @@ fn left_over(report: &FitReport) -> String {
     lines.extend(report.losses.iter().map(|l| {
         format!(
             "{}: {} of {} values count less, {} are beyond 5 \u{3c3}; standard errors times {:.2}",
-            l.observation, l.beyond_scale, l.values, l.beyond_5_sigma, l.error_factor
+            l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
         )
     }));
     lines.extend(report.predictions.iter().map(|p| {
@@ -325,10 +325,10 @@ fn correlation(report: &FitReport) -> String {
 }
 
 fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
-    let basins = &report.basins;
+    let minima = &report.local_minima;
     let mut html = String::new();
-    if !basins.words.is_empty() {
-        html += &format!("<p>{}.</p>\n", escaped(&capitalised(&basins.words)));
+    if !minima.summary.is_empty() {
+        html += &format!("<p>{}.</p>\n", escaped(&capitalised(&minima.summary)));
     }
     if let Some(plots) = plots {
         html += &format!("<div class=\"row\">{}", figures::history(plots));
@@ -339,7 +339,7 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
         }
         html += "</div>\n";
     }
-    if basins.list.is_empty() {
+    if minima.list.is_empty() {
         return html;
     }
     let names: Vec<String> = report.parameters.iter().map(|e| escaped(&e.label())).collect();
@@ -347,17 +347,19 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
         let scale = Scale::of(value, report.parameters[i].name.unit());
         escaped(format!("{} {}", scale.show(value, Some(value * 1e-3)), scale.unit).trim())
     };
-    let row = |basin: &Basin| {
+    let row = |basin: &LocalMinimum| {
         let values: String = (basin.values.iter().enumerate().take(names.len()))
             .map(|(i, value)| format!("<td>{}</td>", scale(i, *value)))
             .collect();
-        let seen = match basin.seen {
-            SeenBy::Fit if basin.converged => "fit of the whole record",
-            SeenBy::Fit => "fit of the whole record, not converged",
-            SeenBy::Scan if plots.is_some_and(|p| p.settings.iter().all(|s| s.step.is_none())) => {
+        let seen = match basin.found_by {
+            MinimumSource::Fit if basin.converged => "fit of the whole record",
+            MinimumSource::Fit => "fit of the whole record, not converged",
+            MinimumSource::Scan
+                if plots.is_some_and(|p| p.settings.iter().all(|s| s.step.is_none())) =>
+            {
                 "scan on a coarse mesh"
             }
-            SeenBy::Scan => "scan of the first period",
+            MinimumSource::Scan => "scan of the first period",
         };
         format!(
             "<tr{}><td>{}</td>{values}<td>{}</td><td>{seen}</td></tr>\n",
@@ -367,7 +369,7 @@ fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
         )
     };
     let heads: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
-    let rows: String = basins.list.iter().map(row).collect();
+    let rows: String = minima.list.iter().map(row).collect();
     html += &format!(
         "<div class=\"wide\" tabindex=\"0\"><table><thead><tr><td></td>{heads}<th>misfit over the least seen in the same way</th>\
          <th>seen in</th></tr></thead>\n<tbody>{rows}</tbody></table></div>"
@@ -416,7 +418,7 @@ fn settings_rows(all: &[SimulationSettings]) -> Rows {
             rows.push(("experiment", settings.experiment.clone()));
         }
         rows.extend(settings.scene.iter().map(|scene| ("scene", scene.clone())));
-        rows.extend(settings.measured.iter().map(|own| ("measured", measured(own))));
+        rows.extend(settings.measurements.iter().map(|own| ("measured", measured(own))));
         rows.push(("model", settings.model.clone()));
         rows.extend(settings.scheme.iter().map(|scheme| ("scheme", scheme.clone())));
         if let (Some(step), Some(end)) = (settings.step, settings.end) {

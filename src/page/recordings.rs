@@ -1,7 +1,7 @@
 //! Recordings that lead a rod's ends, on the page of a fit: how far off the rod is, by how long it goes on its
 //! own and by how fast its markers are, and the rod with its markers at a dozen moments.
 
-use crate::fit::{MeanError, RecordedMoment, RecordedMotion, RecordingErrors, RecordingPlots};
+use crate::fit::{MeanError, RecordedMotion, RecordedSnapshot, RecordingErrors, RecordingPlots};
 use crate::numerics::order;
 use crate::page::chart::Chart;
 use crate::page::escaped;
@@ -159,17 +159,17 @@ fn speeds(plots: &RecordingPlots) -> String {
 
 /// The rod and its markers at a dozen moments, in one plane or two.
 fn motion(motion: &RecordedMotion) -> String {
-    let nodes = || motion.moments.iter().flat_map(|m| &m.nodes);
+    let nodes = || motion.snapshots.iter().flat_map(|m| &m.nodes);
     let name = match motion.experiment.is_empty() {
         true => "The recording".into(),
         false => escaped(&motion.experiment),
     };
     let title = format!("{name}{}: {}", held_out(motion.held_out), error(motion.mean_error));
-    let caption = |m: &RecordedMoment| format!("{:.2} s, off by {}", m.time, error(m.error));
+    let caption = |m: &RecordedSnapshot| format!("{:.2} s, off by {}", m.time, error(m.error));
     let moments: Vec<Moment> = motion
-        .moments
+        .snapshots
         .iter()
-        .map(|m| Moment { time: m.time, nodes: &m.nodes, seen: &m.seen, caption: caption(m) })
+        .map(|m| Moment { time: m.time, nodes: &m.nodes, seen: &m.markers, caption: caption(m) })
         .collect();
     let drawn: String =
         planes(nodes).into_iter().map(|plane| strip(&moments, plane, &name, KEY)).collect();

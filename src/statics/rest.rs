@@ -265,7 +265,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
 
     /// Gives an equilibrium `q` of a rod, the second in plain numbers, its exact derivatives, by steps of Newton's method
     /// with the tangent of the plain rod: one for what that was left with, and one per order that `D` carries, since each
-    /// makes an error of an order one of the next; `indifferent` with a small stiffness added, which needs some more. A long rod
+    /// makes an error of an order one of the next; `neutral-equilibrium` with a small stiffness added, which needs some more. A long rod
     /// that hangs from its start is solved in edge coordinates.
     pub(crate) fn follow<D: Nestable>(
         &self,

@@ -36,13 +36,13 @@ fn a_plan_is_told_on_the_terminal_and_in_json() {
     let parameter = &design["parameters"][0];
     assert_eq!(parameter["value"], 2e8);
     assert!(parameter["combined_std"].as_f64() > parameter["std_error"].as_f64());
-    let questions: Vec<&str> = design["advice"]
+    let variables: Vec<&str> = design["advice"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|a| a["question"].as_str().unwrap())
+        .map(|a| a["variable"].as_str().unwrap())
         .collect();
-    assert_eq!(questions, ["place", "length", "rate"]);
+    assert_eq!(variables, ["marker_position", "duration", "frame_rate"]);
 }
 
 /// Neither a mesh nor a step in the scene, and a recording that is there.

@@ -18,6 +18,8 @@ fn codes_are_explained() {
         assert!(text.starts_with("beyond-sigma: The residuals are larger"), "{text}");
         assert!(text.contains("\nTo do. ") && !text.contains("**"), "{text}");
     }
+    let renamed = stdout(&folder.run(&["explain", "could-hide"]));
+    assert!(renamed.starts_with("undetected-bias (formerly could-hide): "), "{renamed}");
     assert!(stdout(&folder.run(&["explain", "3"])).starts_with("3: The computation failed"));
     refused(&folder.run(&["explain", "beyond-sgima"]), &["beyond-sgima", "such as beyond-sigma"]);
 }

@@ -257,11 +257,11 @@ fn a_report_is_a_page_and_its_numbers() {
     assert_eq!(fit, same);
     assert_eq!(fit["plot_data"]["series"].as_array().unwrap().len(), 2);
     assert_eq!(fit["plot_data"]["series"][0]["observed"].as_array().unwrap().len(), 30);
-    assert!(fit["basins"]["count"].as_u64().unwrap() >= 1);
+    assert!(fit["local_minima"]["count"].as_u64().unwrap() >= 1);
     // Without a page no plot data are kept.
     folder.run(&["fit", "fit.toml", "--json", "plain.json"]);
     let plain = folder.json("plain.json");
-    assert!(plain.get("plot_data").is_none() && plain["basins"]["count"].is_u64());
+    assert!(plain.get("plot_data").is_none() && plain["local_minima"]["count"].is_u64());
 }
 
 /// The scan and the coarse fits run on all cores; neither numbers nor their order know how many.
@@ -332,7 +332,7 @@ fn the_budget_has_what_is_known() {
     assert!(number("combined_std") > 1.05 * number("std_error"), "{parameter}");
     assert!((half / number("combined_std") - number("coverage_factor")).abs() < 1e-9);
     assert_eq!(parameter["monte_carlo"]["fits"], 4);
-    assert_eq!(parameter["one_per_cent"][0]["source"], "material.density");
+    assert_eq!(parameter["input_sensitivities"][0]["source"], "material.density");
     let page = folder.read("page/fit.html");
     assert!(page.contains("Budget of uncertainty") && page.contains("coverage factor"));
     refused(&folder.run(&["fit", "fit.toml", "--known", "radius"]), &["--known", "NAME=SIGMA"]);

@@ -48,9 +48,9 @@ fn files_of_all_programs_are_told_alike() {
         let marker = markers.iter().find(|m| own.as_deref().is_none_or(|own| m["name"] == own));
         let marker = marker.unwrap();
         let likely = ["deeplabcut", "sleap"].contains(&file.format);
-        assert_eq!(marker["unsure"].as_u64(), likely.then_some(1), "{}", file.name);
+        assert_eq!(marker["low_confidence"].as_u64(), likely.then_some(1), "{}", file.name);
         assert_eq!(marker["gaps"], serde_json::json!([1, 1]), "{}", file.name);
-        assert_eq!(marker["seen"], 23, "{}", file.name);
+        assert_eq!(marker["detected"], 23, "{}", file.name);
         // Rounded to a 1024th of a millimetre, and smooth against the frames but for its own third derivative.
         assert!(marker["noise"].as_f64().unwrap() < 0.3, "{marker}");
     }

@@ -85,7 +85,7 @@ fn a_fit_file_of_many_recordings() {
     let e = &fit["parameters"][0];
     let [low, high] = [0, 1].map(|k| e["interval95"][k].as_f64().unwrap());
     assert!(low < MODULUS && MODULUS < high, "{e}");
-    assert_eq!(e["across_experiments"]["experiments"], 5);
+    assert_eq!(e["cluster_jackknife"]["experiments"], 5);
     let recordings = &fit["recordings"];
     assert_eq!(recordings["fitted"]["experiments"], 5);
     assert_eq!(recordings["held_out"]["worst_experiment"], "another day");

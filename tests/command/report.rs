@@ -1,6 +1,6 @@
 //! The page of a fit, and the plot data it is drawn from.
 
-use rodfit::fit::{Analysis, Recording, Sample, SeenBy, Vertical};
+use rodfit::fit::{Analysis, MinimumSource, Recording, Sample, Vertical};
 use rodfit::page::fit_page;
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Problem, Scene, Trajectory};
 use std::sync::LazyLock;
@@ -191,7 +191,9 @@ fn odd_data_and_no_plot_data_make_a_page_too() {
         change(&|odd| {
             let plots = odd.plot_data.as_mut().unwrap();
             for series in &mut plots.series {
-                for values in [&mut series.at, &mut series.observed, &mut series.simulated] {
+                for values in
+                    [&mut series.abscissa_values, &mut series.observed, &mut series.simulated]
+                {
                     values.truncate(keep);
                 }
                 series.curve.clear();
@@ -229,9 +231,9 @@ fn the_plot_data_are_the_fitted_model() {
     let run = best.simulate().unwrap();
     let (mut squares, mut count) = (0.0, 0.0);
     for (c, series) in plots.series.iter().enumerate() {
-        assert_eq!((series.axis.as_str(), series.at.len()), (["x", "y"][c], 20));
+        assert_eq!((series.axis.as_str(), series.abscissa_values.len()), (["x", "y"][c], 20));
         for ((time, seen), simulated) in
-            series.at.iter().zip(&series.observed).zip(&series.simulated)
+            series.abscissa_values.iter().zip(&series.observed).zip(&series.simulated)
         {
             let (x, _) = run.at(Point::Tip, *time).unwrap();
             assert!((x[c] - simulated).abs() < 1e-12, "{x:?} {simulated}");
@@ -260,10 +262,12 @@ fn the_plot_data_are_the_fitted_model() {
     assert_eq!((first.stage.as_str(), last.stage.as_str()), ("scan", "full model"));
     let value = report.parameters[0].value.unwrap();
     assert!((last.values[0] / value - 1.0).abs() < 1e-12 && last.residuals == 40);
-    let chosen = &report.basins.list[0];
-    assert!(chosen.chosen && chosen.converged && chosen.seen == SeenBy::Fit);
+    let chosen = &report.local_minima.list[0];
+    assert!(chosen.chosen && chosen.converged && chosen.found_by == MinimumSource::Fit);
     assert_eq!((chosen.values[0], chosen.misfit), (last.values[0], last.misfit));
-    assert!(report.to_string().contains(&report.basins.words) && report.basins.count >= 1);
+    assert!(
+        report.to_string().contains(&report.local_minima.summary) && report.local_minima.count >= 1
+    );
     // The scan's lowest point is next to the truth.
     let landscape = &plots.landscape[0];
     let lowest = (0..landscape.values.len())
@@ -278,10 +282,10 @@ fn the_plot_data_are_the_fitted_model() {
         assert!((profile.rise[at] / profile.level - 1.0).abs() < 5e-3, "{profile:?}");
     }
     let json = serde_json::to_value(report).unwrap();
-    assert_eq!(json["plot_data"]["series"][1]["over"], "time");
+    assert_eq!(json["plot_data"]["series"][1]["abscissa"], "time");
     assert_eq!(json["plot_data"]["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(json["vector_unit"], rodfit::numerics::abreast::level());
-    assert_eq!(json["basins"]["list"][0]["seen"], "fit");
+    assert_eq!(json["local_minima"]["list"][0]["found_by"], "fit");
 }
 
 /// How a file was read, and how much was seen, stands beside what was run.

@@ -77,18 +77,22 @@ fn natural_curvatures_are_found() {
     let observations = seen(&in_truth(&scene, parts), 1);
     let report = solved(&scene.problem().unwrap(), &observations, field(0.3, 0.1));
     println!("{report}");
-    assert!(report.converged && (0.9..1.1).contains(&report.residuals_over_sigma));
+    assert!(report.converged && (0.9..1.1).contains(&report.normalized_residual_rms));
     let found = &report.fields[0];
     let off = (0..parts).map(|k| {
-        let expected = truth(found.places[k] / 0.5);
+        let expected = truth(found.arc_lengths[k] / 0.5);
         (found.values[k] - expected) / found.standard_errors[k]
     });
     let off: Vec<f64> = off.collect();
     let rms = (off.iter().map(|x| x * x).sum::<f64>() / parts as f64).sqrt();
     assert!((0.4..1.6).contains(&rms), "{rms}: {off:?}");
     // The data say more than the prior does, where the rod hangs on them.
-    assert!(found.standard_errors[10] < 0.3 * found.prior[10]);
-    assert!(report.determined > 5.0 && report.determined < 40.0, "{}", report.determined);
+    assert!(found.standard_errors[10] < 0.3 * found.prior_std[10]);
+    assert!(
+        report.effective_parameters > 5.0 && report.effective_parameters < 40.0,
+        "{}",
+        report.effective_parameters
+    );
 }
 
 /// The optimum and its standard errors are those of the whole Jacobian, made column by column.

@@ -50,8 +50,12 @@ fn a_cable_is_found_between_two_hands() {
         for (parameter, truth) in BOTH.into_iter().zip([MODULUS, 0.02]) {
             assert!(covers(&report, parameter, truth), "{parameter}: {report}");
         }
-        assert_eq!(report.basins.words.contains("31 points scanned"), scanned, "{report}");
-        assert_eq!(report.basins.words.contains("from the start given"), !scanned, "{report}");
+        assert_eq!(report.local_minima.summary.contains("31 points scanned"), scanned, "{report}");
+        assert_eq!(
+            report.local_minima.summary.contains("from the start given"),
+            !scanned,
+            "{report}"
+        );
         // Little more than the noise: its mean size is 0.8 sigma, and held markers and z have none.
         let recordings = report.recordings.as_ref().unwrap();
         let (fitted, held_out) =
@@ -243,18 +247,18 @@ fn plots_of_recordings_are_their_simulations() {
     let motion = &plots.motions[1];
     assert_eq!((motion.experiment.as_str(), motion.held_out), ("b", true));
     assert_eq!(motion.mean_error, report.recordings.unwrap().list[1].mean_error.unwrap());
-    assert_eq!(motion.moments.len(), 12);
+    assert_eq!(motion.snapshots.len(), 12);
     let run = problem(&other).with([(Parameter::YoungsModulus, e)]).unwrap().simulate().unwrap();
-    for moment in &motion.moments {
+    for moment in &motion.snapshots {
         let k = (moment.time / 0.01).round() as usize;
         let (error, _) = mean((0..7).map(|j| all[j][k - 2]));
         assert!((moment.error / error - 1.0).abs() < 1e-9, "{} {error}", moment.error);
-        for (j, seen) in moment.seen.iter().enumerate() {
+        for (j, seen) in moment.markers.iter().enumerate() {
             assert_eq!(*seen, other.markers()[j].seen[k]);
             let place = run.node(j, k);
             assert!((0..3).all(|c| (place[c] - moment.nodes[j][c]).abs() < 1e-12));
         }
     }
-    let (first, last) = (motion.moments[0].time, motion.moments[11].time);
+    let (first, last) = (motion.snapshots[0].time, motion.snapshots[11].time);
     assert!((first - 0.02).abs() < 1e-9 && (last - 1.19).abs() < 1e-9, "{first} {last}");
 }

@@ -44,7 +44,7 @@ fn intervals_cover_where_experiments_differ() {
         .map(|number| {
             let report = fit(number);
             let estimate = report.estimate(Parameter::YoungsModulus).unwrap();
-            let across = estimate.across_experiments.as_ref().unwrap_or_else(|| panic!("{report}"));
+            let across = estimate.cluster_jackknife.as_ref().unwrap_or_else(|| panic!("{report}"));
             assert_eq!(across.experiments, 8);
             if across.reported {
                 assert_eq!(estimate.interval95, Some(across.interval95));

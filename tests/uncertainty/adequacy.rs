@@ -1,6 +1,6 @@
 //! Misfit is not taken for noise where no sigma is stated, and omitted effects are listed at the size the data allow.
 
-use rodfit::fit::{Analysis, CouldHide, Grade, Known};
+use rodfit::fit::{Analysis, Grade, Known, UndetectedBias};
 use rodfit::scene::{PointMass, Scene};
 use rodfit::{Fit, FitReport, Observation, Parameter, Point};
 
@@ -39,10 +39,10 @@ fn has(report: &FitReport, code: &str) -> bool {
 }
 
 /// The bias of Young's modulus that is listed for an effect.
-fn listed<'a>(report: &'a FitReport, source: &str) -> &'a CouldHide {
+fn listed<'a>(report: &'a FitReport, source: &str) -> &'a UndetectedBias {
     let modulus = report.parameters[0].label();
-    let own = |h: &&CouldHide| h.source == source && h.parameter == modulus;
-    report.could_hide.iter().find(own).unwrap_or_else(|| panic!("{source}: {report}"))
+    let own = |h: &&UndetectedBias| h.source == source && h.parameter == modulus;
+    report.undetected_bias.iter().find(own).unwrap_or_else(|| panic!("{source}: {report}"))
 }
 
 /// A mass of 5 % at the tip lowers the frequency as a modulus lower by 4 times 5 % over the modal mass of a quarter does,
@@ -59,7 +59,7 @@ fn omitted_tip_mass_without_sigma_is_graded_with_reservation_and_listed() {
             [Grade::CorrelatedOrMissing, Grade::ModelDoesNotExplain].contains(&report.grade),
             "{seed}: {report}"
         );
-        let best = report.score_tests.iter().filter(|t| t.place <= 2 && t.is_significant());
+        let best = report.score_tests.iter().filter(|t| t.rank <= 2 && t.is_significant());
         named += usize::from(best.into_iter().any(|t| t.source == "rod.mass.0.mass"));
         let bias = report.parameters[0].value.unwrap() - 1e8;
         let ratio = listed(&report, "rod.mass.0.mass").change / bias;
@@ -156,7 +156,7 @@ fn collinear_effect_has_the_size_of_its_prior() {
     let report = fit_to(&noisy(&observe(&scene(), 60), SIGMA, 1));
     let density = listed(&report, "material.density");
     assert_eq!(density.estimate, None);
-    assert!((density.size.abs() / density.plausible - 2.776).abs() < 0.06, "{density:?}");
+    assert!((density.size.abs() / density.plausible_size - 2.776).abs() < 0.06, "{density:?}");
     // The true density is larger by that size: E is too small by the same factor.
     let factor = 1.0 + density.size / 1273.52;
     assert!((density.relative.unwrap() - (1.0 / factor - 1.0)).abs() < 0.02, "{density:?}");

@@ -222,7 +222,7 @@ fn one_per_cent_of_everything_is_said() {
     println!("{report}");
     let e = modulus(&report);
     let all: Vec<(&str, f64)> =
-        e.one_per_cent.iter().map(|p| (&p.source[..], p.relative.unwrap())).collect();
+        e.input_sensitivities.iter().map(|p| (&p.source[..], p.relative.unwrap())).collect();
     let of = |name: &str| all.iter().find(|(source, _)| *source == name).unwrap().1;
     assert_eq!(all[0].0, "rod.shape.length");
     near(100.0 * of("rod.shape.length"), 4.0, 0.02);
@@ -234,10 +234,10 @@ fn one_per_cent_of_everything_is_said() {
     // What is said to be known stands in the budget instead.
     let length = known(&scene, "rod.shape.length", 0.01);
     let said = fit.clone().known(length).solve().unwrap();
-    assert!(modulus(&said).one_per_cent.iter().all(|p| p.source != "rod.shape.length"));
+    assert!(modulus(&said).input_sensitivities.iter().all(|p| p.source != "rod.shape.length"));
     let quiet = Analysis { what_if: Some(false), ..Analysis::default() };
     let quiet = fit.analyse(quiet).solve().unwrap();
-    assert!(modulus(&quiet).one_per_cent.is_empty());
+    assert!(modulus(&quiet).input_sensitivities.is_empty());
     assert!(report.simulations < 1.3 * quiet.simulations + 1.0, "{report}\n{quiet}");
 }
 

@@ -122,7 +122,7 @@ fn intervals_across_experiments_hold_mesh_and_step() {
         .unwrap();
     println!("{report}");
     let (estimate, error) = (&report.parameters[0], &report.discretization_error[0]);
-    let across = estimate.across_experiments.as_ref().unwrap();
+    let across = estimate.cluster_jackknife.as_ref().unwrap();
     let (correction, open) = (error.correction.unwrap(), error.relative.unwrap());
     assert!(across.reported && correction.abs() > 1e-6, "{report}");
     // On the scale of its logarithm.

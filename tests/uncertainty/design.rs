@@ -1,7 +1,7 @@
 //! What a plan is expected to tell, against fits of data as planned, against other plans and closed forms.
 
 use nalgebra::DMatrix;
-use rodfit::fit::{Advice, Choice, Design, Frequencies, Known, Question, RestShape};
+use rodfit::fit::{Advice, Choice, Design, DesignVariable, Frequencies, Known, RestShape};
 use rodfit::scene::{Material, Scene, Section, Shape};
 use rodfit::vibration::About;
 use rodfit::{Fit, Observation, Parameter, Point};
@@ -88,8 +88,8 @@ fn seeded_fits_scatter_as_expected() {
 }
 
 /// The choices of a design, and that which it marks.
-fn advice(design: &Design, question: Question) -> (&Advice, &Choice) {
-    let advice = design.advice.iter().find(|a| a.question == question).unwrap();
+fn advice(design: &Design, variable: DesignVariable) -> (&Advice, &Choice) {
+    let advice = design.advice.iter().find(|a| a.variable == variable).unwrap();
     let best: Vec<&Choice> = advice.choices.iter().filter(|c| c.best).collect();
     assert!(advice.choices.windows(2).all(|c| c[0].value < c[1].value));
     assert_eq!((best.len(), advice.choices.iter().filter(|c| c.planned).count()), (1, 1));
@@ -101,18 +101,18 @@ fn advice(design: &Design, question: Question) -> (&Advice, &Choice) {
 fn choices_are_plans() {
     let scene = scene();
     let whole = design(&scene, planned(0.4, RATE));
-    let (places, best) = advice(&whole, Question::Place);
+    let (places, best) = advice(&whole, DesignVariable::MarkerPosition);
     for choice in [&places.choices[4], &places.choices[9]] {
         let plan = planned(0.4, RATE).at(Point::ArcLength(choice.value));
         near(&choice.std_error, &errors(&design(&scene, plan)), 1e-9);
     }
     assert_eq!((best.value, best.planned), (0.5, true));
-    let (lengths, best) = advice(&whole, Question::Length);
+    let (lengths, best) = advice(&whole, DesignVariable::Duration);
     for choice in lengths.choices.iter().filter(|c| c.value > 0.15) {
         near(&choice.std_error, &errors(&design(&scene, planned(choice.value, RATE))), 1e-9);
     }
     assert_eq!(best.value, 0.8);
-    let (rates, best) = advice(&whole, Question::Rate);
+    let (rates, best) = advice(&whole, DesignVariable::FrameRate);
     for choice in rates.choices.iter().filter(|c| c.value > 20.0) {
         near(&choice.std_error, &errors(&design(&scene, planned(0.4, choice.value))), 1e-9);
     }
@@ -123,7 +123,7 @@ fn choices_are_plans() {
 #[test]
 fn errors_go_with_the_root_of_the_rate() {
     let design = design(&scene(), planned(0.8, 1000.0));
-    let (rates, _) = advice(&design, Question::Rate);
+    let (rates, _) = advice(&design, DesignVariable::FrameRate);
     for pair in rates.choices.windows(2).skip(1) {
         let ratio = (pair[1].value / pair[0].value).sqrt();
         let expected: Vec<_> = pair[0].std_error.iter().map(|e| Some(e.unwrap() / ratio)).collect();
@@ -170,7 +170,7 @@ fn what_nothing_tells_is_said() {
     let fit = fit.identify(Parameter::YoungsModulus).identify(Parameter::Density);
     let design = fit.design().unwrap();
     assert_eq!(design.never_identifiable, ["youngs_modulus", "density"]);
-    assert!(design.not_identifiable[0].words.contains("youngs_modulus/density"));
+    assert!(design.not_identifiable[0].description.contains("youngs_modulus/density"));
     let refused = fit.solve().unwrap_err().to_string();
     assert!(refused.contains("observation[0].file") && refused.contains("planned"), "{refused}");
 }

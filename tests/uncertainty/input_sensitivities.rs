@@ -35,7 +35,7 @@ fn fit(scene: &Scene, data: &Observation, unknowns: &[Parameter]) -> Fit {
 fn reported(report: &FitReport, unknown: Parameter, input: &str) -> f64 {
     let estimate = report.estimate(unknown).unwrap();
     let vector = input.strip_suffix(".y").unwrap_or(input);
-    let line = estimate.one_per_cent.iter().find(|line| line.source == vector);
+    let line = estimate.input_sensitivities.iter().find(|line| line.source == vector);
     line.map_or(0.0, |line| 100.0 * line.relative.unwrap())
 }
 

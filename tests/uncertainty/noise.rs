@@ -109,7 +109,7 @@ fn correlated_noise() {
         let mean = |of: &dyn Fn(&FitReport) -> f64| {
             found.reports.iter().map(of).sum::<f64>() / found.reports.len() as f64
         };
-        let correlation = mean(&|r| r.residual_tests[0].correlation);
+        let correlation = mean(&|r| r.residual_tests[0].autocorrelation);
         assert!((correlation - rho).abs() < 0.02, "{correlation}");
         let values = found.reports[0].residual_tests[0].values as f64;
         let effective = mean(&|r| r.residual_tests[0].effective_samples) / values;

@@ -67,7 +67,7 @@ fn gaps_outliers_and_a_late_clock() {
         let effect = &report.losses[0];
         let share = effect.beyond_5_sigma as f64 / effect.values as f64;
         assert!((0.01..0.1).contains(&share), "{report}");
-        assert!((0.85..1.3).contains(&effect.error_factor), "{report}");
+        assert!((0.85..1.3).contains(&effect.std_error_factor), "{report}");
     }
     println!("{covered} of 12 intervals cover");
     assert!(covered >= 10);

@@ -46,7 +46,7 @@ fn one_bad_recording_of_eight_is_named_and_the_set_up_is_not_blamed() {
     println!("{report}");
     assert!((value(&report, MODULUS) / 1e8 - 1.0).abs() < 0.01, "{report}");
     assert!(report.warning_codes.contains(&Code::OutlyingExperiment), "{report}");
-    assert!(!report.warning_codes.contains(&Code::Unexplained), "{report}");
+    assert!(!report.warning_codes.contains(&Code::LargeResiduals), "{report}");
     assert!(!report.verdict.contains("set-up"), "{}", report.verdict);
     assert!(report.verdict.contains("bad 7 stands out"), "{}", report.verdict);
     let mut all = report.warnings.iter().zip(&report.warning_codes);

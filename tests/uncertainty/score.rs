@@ -70,7 +70,7 @@ fn friction_says_where_it_yields() {
     println!("{report}");
     let test = report.score_tests.iter().find(|t| t.source == "loads.damping.friction.stiffness");
     let test = test.unwrap_or_else(|| panic!("{report}"));
-    assert!(test.is_significant() && test.words.contains("yields at"), "{report}");
+    assert!(test.is_significant() && test.effect.contains("yields at"), "{report}");
 }
 
 /// Sizes of what could hide are those of the fit file, and what is no term of it is refused by name.
@@ -95,12 +95,12 @@ fn plausible_sizes_can_be_said() {
         FitFile::from_toml(&text, folder.path())?.fit().solve()
     };
     let mass = |report: FitReport| {
-        report.could_hide.into_iter().find(|h| h.source == "rod.mass.0.mass").unwrap()
+        report.undetected_bias.into_iter().find(|h| h.source == "rod.mass.0.mass").unwrap()
     };
     let usual = mass(solved("").unwrap());
-    let words = format!("plausible = {{ \"rod.mass.0.mass\" = {:e} }}", 0.5 * usual.plausible);
+    let words = format!("plausible = {{ \"rod.mass.0.mass\" = {:e} }}", 0.5 * usual.plausible_size);
     let said = mass(solved(&words).unwrap());
-    assert!((said.plausible / usual.plausible - 0.5).abs() < 1e-12, "{usual:?} {said:?}");
+    assert!((said.plausible_size / usual.plausible_size - 0.5).abs() < 1e-12, "{usual:?} {said:?}");
     assert!(said.size < usual.size && said.change.abs() < usual.change.abs(), "{said:?}");
     for (words, told) in [
         ("plausible = { \"rod.mass\" = 1.0 }", "rod.mass.0.mass"),
@@ -148,7 +148,7 @@ fn what_is_missing_is_named() {
             };
             let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
             let report = fit_with(&scene(), &data, &unknowns, of_a_right_mesh());
-            let best = report.score_tests.iter().filter(|test| test.place <= 2);
+            let best = report.score_tests.iter().filter(|test| test.rank <= 2);
             let named = best.map(|test| &test.source).any(|source| source == place);
             all += 1;
             found += usize::from(named && report.score_tests[0].is_significant());
@@ -179,7 +179,7 @@ fn what_could_hide_is_as_large_as_said() {
         ("rod.mass.0.mass", |s, size| s.rod.mass = vec![PointMass::new(Point::Tip, size)]),
     ];
     for (place, change) in cases {
-        let hidden = report.could_hide.iter().find(|hidden| hidden.source == place).unwrap();
+        let hidden = report.undetected_bias.iter().find(|hidden| hidden.source == place).unwrap();
         let mut truth = scene.clone();
         change(&mut truth, hidden.size);
         let data = observe(&truth, 30).sigma(1e-3);
@@ -196,11 +196,11 @@ fn what_could_hide_is_as_large_as_said() {
 fn size_that_the_data_determine_prevails_over_the_plausible_one() {
     let report = fit_of(&scene(), &scene(), 1);
     let modulus = report.parameters[0].name.to_string();
-    let mut found = report.could_hide.iter().filter(|hidden| hidden.parameter == modulus);
+    let mut found = report.undetected_bias.iter().filter(|hidden| hidden.parameter == modulus);
     let hidden = found.find(|hidden| hidden.source == "supports.angle").unwrap();
     println!("{hidden:?}");
     let (estimate, error) = (hidden.estimate.unwrap(), hidden.estimate_std_error.unwrap());
-    assert!(error < 0.1 * hidden.plausible, "{hidden:?}");
+    assert!(error < 0.1 * hidden.plausible_size, "{hidden:?}");
     // The limit of the absolute value is between 1.6 and 2 standard errors beyond the estimate.
     let beyond = (hidden.size.abs() - estimate.abs()) / error;
     assert!((1.5..2.1).contains(&beyond), "{hidden:?}");

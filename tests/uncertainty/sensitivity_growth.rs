@@ -1,7 +1,7 @@
 //! Sensitivities that grow exponentially along the motion of a limp rod, and what fits and designs make of them.
 
 use rodfit::code::Code;
-use rodfit::fit::{Design, Question};
+use rodfit::fit::{Design, DesignVariable};
 use rodfit::scene::{Damping, Scene, Section, Shape};
 use rodfit::{Fit, FitReport, Observation, Parameter, Point, Unknown};
 
@@ -75,7 +75,7 @@ fn linear_model_holds_before_the_stated_time_and_fails_at_the_end() {
 fn design_leaves_out_values_after_the_stated_time() {
     let design = design(&limp_strip(0.0, 2.0));
     let onset = onset(&design.warnings);
-    let lengths = design.advice.iter().find(|a| a.question == Question::Length).unwrap();
+    let lengths = design.advice.iter().find(|a| a.variable == DesignVariable::Duration).unwrap();
     let relative = |error: Option<f64>| error.unwrap() / 1.5e6;
     let long: Vec<_> = lengths.choices.iter().filter(|c| c.value > onset).collect();
     assert!(long.len() >= 2);

@@ -1,7 +1,7 @@
 //! Other ways to record what is planned, as other rows of the same Jacobian.
 
 use crate::error::Error;
-use crate::fit::design::told::{Advice, Choice, Question};
+use crate::fit::design::told::{Advice, Choice, DesignVariable};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::motion::{Observation, Sample};
@@ -161,7 +161,11 @@ impl Choices {
             };
             let choices = places.into_iter().map(choice).collect::<Result<_, Error>>()?;
             let of = experiment.label(&block.measurement);
-            advice.push(Advice { question: Question::Place, of, choices });
+            advice.push(Advice {
+                variable: DesignVariable::MarkerPosition,
+                observation: of,
+                choices,
+            });
         }
         for (e, experiment) in planned.iter().enumerate() {
             advice.extend(self.lengths(e, experiment, unknowns, rows)?);
@@ -193,7 +197,7 @@ impl Choices {
             let std_error = told(unknowns, &self.rows(rows, keep))?;
             Ok(Choice { value: factor * whole, std_error, planned: factor == 1.0, best: false })
         };
-        self.filmed(e, experiment, Question::Length, factors.map(choice))
+        self.filmed(e, experiment, DesignVariable::Duration, factors.map(choice))
     }
 
     /// All recordings of experiment `e` with fewer or more frames in a second.
@@ -221,7 +225,7 @@ impl Choices {
             Ok(Choice { value, std_error, planned: part == times, best: false })
         };
         let all = slower.chain([(1, 1)]).chain(faster).map(choice);
-        self.filmed(e, experiment, Question::Rate, all)
+        self.filmed(e, experiment, DesignVariable::FrameRate, all)
     }
 
     /// Advice on all recordings of an experiment, if it has any.
@@ -229,7 +233,7 @@ impl Choices {
         &self,
         e: usize,
         experiment: &Experiment,
-        question: Question,
+        variable: DesignVariable,
         choices: impl Iterator<Item = Result<Choice, Error>>,
     ) -> Result<Option<Advice>, Error> {
         let mut own = self.blocks.iter().filter(|b| b.experiment == e && b.kind == Kind::Own);
@@ -237,7 +241,7 @@ impl Choices {
             return Ok(None);
         }
         let (of, choices) = (experiment.name.clone(), choices.collect::<Result<_, _>>()?);
-        Ok(Some(Advice { question, of, choices }))
+        Ok(Some(Advice { variable, observation: of, choices }))
     }
 }
 
@@ -253,9 +257,9 @@ impl Advice {
         };
         let sizes: Vec<f64> = self.choices.iter().map(size).collect();
         let least = sizes.iter().copied().fold(f64::INFINITY, f64::min);
-        let good = match self.question {
-            Question::Place => least,
-            Question::Length | Question::Rate => least + AS_GOOD.ln(),
+        let good = match self.variable {
+            DesignVariable::MarkerPosition => least,
+            DesignVariable::Duration | DesignVariable::FrameRate => least + AS_GOOD.ln(),
         };
         let any = self.choices.iter().any(|choice| choice.std_error.iter().any(Option::is_some));
         if let Some(best) = sizes.iter().position(|size| *size <= good).filter(|_| any) {

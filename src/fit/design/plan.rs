@@ -83,7 +83,7 @@ impl Plan<'_> {
             correlation,
             singular_values,
             not_identifiable,
-            could_hide: unsaid.could_hide,
+            undetected_bias: unsaid.undetected_bias,
             advice,
             warnings,
             warning_codes,

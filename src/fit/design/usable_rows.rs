@@ -2,7 +2,7 @@
 
 use crate::code::Code;
 use crate::fit::design::choices::Choices;
-use crate::fit::design::told::{Advice, Question};
+use crate::fit::design::told::{Advice, DesignVariable};
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::sensitivity_growth::{SensitivityGrowth, growths, leverage_weights};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
@@ -72,10 +72,10 @@ impl UsableRows {
             let plan_is_usable = experiment.duration() <= onset;
             let own = advice.iter_mut().filter(|a| {
                 let mut labels = experiment.measurements.iter().map(|m| experiment.label(m));
-                a.of == experiment.name || labels.any(|label| label == a.of)
+                a.observation == experiment.name || labels.any(|label| label == a.observation)
             });
             for advice in own {
-                let is_length = advice.question == Question::Length;
+                let is_length = advice.variable == DesignVariable::Duration;
                 for choice in &mut advice.choices {
                     choice.best &= plan_is_usable && !(is_length && choice.value > onset);
                 }

@@ -1,7 +1,7 @@
 //! A design as the terminal shows it.
 
 use crate::code::Code;
-use crate::fit::design::told::{Advice, Choice, Design, Question};
+use crate::fit::design::told::{Advice, Choice, Design, DesignVariable};
 use crate::fit::report::{budget, digits, hidden};
 use crate::fit::uncertainty::estimate::Estimate;
 use std::fmt;
@@ -13,7 +13,7 @@ impl fmt::Display for Design {
             writeln!(f, "warning: {warning}")?;
         }
         for finding in &self.not_identifiable {
-            writeln!(f, "not identifiable: {}", finding.words)?;
+            writeln!(f, "not identifiable: {}", finding.description)?;
         }
         let width = self.parameters.iter().map(|e| e.label().len()).fold(18, usize::max);
         for e in &self.parameters {
@@ -39,8 +39,8 @@ impl fmt::Display for Design {
             }
             budget::write(f, e)?;
         }
-        for hidden in hidden(&self.could_hide) {
-            writeln!(f, "  undetected bias: {}", Code::CouldHide.behind(hidden))?;
+        for hidden in hidden(&self.undetected_bias) {
+            writeln!(f, "  undetected bias: {}", Code::UndetectedBias.behind(hidden))?;
         }
         let tells = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
         for advice in self.advice.iter().filter(|advice| advice.choices.iter().any(tells)) {
@@ -56,15 +56,15 @@ impl fmt::Display for Design {
 impl Advice {
     /// A table, a column for each parameter.
     fn write(&self, f: &mut fmt::Formatter<'_>, parameters: &[Estimate]) -> fmt::Result {
-        let of = match (self.of.is_empty(), self.question) {
+        let of = match (self.observation.is_empty(), self.variable) {
             (true, _) => String::new(),
-            (false, Question::Place) => format!(" of {}", self.of),
-            (false, _) => format!(" in {}", self.of),
+            (false, DesignVariable::MarkerPosition) => format!(" of {}", self.observation),
+            (false, _) => format!(" in {}", self.observation),
         };
-        let (question, unit) = match self.question {
-            Question::Place => ("where the marker", "m from the wall"),
-            Question::Length => ("how long to film", "s"),
-            Question::Rate => ("how fast to film", "frames/s"),
+        let (question, unit) = match self.variable {
+            DesignVariable::MarkerPosition => ("where the marker", "m from the wall"),
+            DesignVariable::Duration => ("how long to film", "s"),
+            DesignVariable::FrameRate => ("how fast to film", "frames/s"),
         };
         writeln!(f, "{question}{of}: expected standard errors")?;
         let column = |e: &Estimate| e.label().len().max(12);

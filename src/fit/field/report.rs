@@ -1,4 +1,4 @@
-//! What a fit along the rod found.
+//! Report of a fit of distributed parameters.
 
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
@@ -16,59 +16,59 @@ const UNSEEN: f64 = 0.9;
 /// How far the root mean square residual may be from its sigma.
 const USUAL: [f64; 2] = [0.8, 1.25];
 
-/// The numbers of a list along the rod.
+/// Estimates of a list along the rod.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FieldEstimate {
-    /// The list.
+    /// Name of the list.
     pub name: String,
-    /// Empty for pure numbers.
+    /// Unit of the values; empty for pure numbers.
     pub unit: String,
-    /// Where each number stands, m from the start of the rod.
-    pub places: Vec<f64>,
-    /// What was found.
+    /// Arc length of each value from the start of the rod, m.
+    pub arc_lengths: Vec<f64>,
+    /// Estimates, in `unit`.
     pub values: Vec<f64>,
-    /// Standard errors, of what the data and the prior say together.
+    /// Standard errors from data and prior, in `unit`.
     pub standard_errors: Vec<f64>,
-    /// Standard deviations of the prior alone.
-    pub prior: Vec<f64>,
+    /// Standard deviations of the prior, in `unit`.
+    pub prior_std: Vec<f64>,
 }
 
-/// A single number beside them.
+/// Estimate of a scalar parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SingleEstimate {
-    /// Which.
+    /// Name of the parameter.
     pub name: Parameter,
-    /// What was found, in its unit.
+    /// Estimate, in the parameter's unit.
     pub value: f64,
-    /// Its standard error, of what the data and the prior say together.
+    /// Standard error from data and prior, in the parameter's unit.
     pub standard_error: f64,
 }
 
-/// The result of a fit along the rod.
+/// Result of a fit of distributed parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FieldReport {
     /// Whether a minimum was reached.
     pub converged: bool,
-    /// The lists.
+    /// Estimates of the lists.
     pub fields: Vec<FieldEstimate>,
-    /// Single numbers.
+    /// Estimates of the scalar parameters.
     pub parameters: Vec<SingleEstimate>,
-    /// How many combinations of all numbers the data say, those that they narrow down a little counted in part.
-    pub determined: f64,
-    /// Root mean square of the residuals over their sigmas.
-    pub residuals_over_sigma: f64,
-    /// How many coordinates were compared.
-    pub measured: usize,
-    /// Half the squares of residuals over sigma and of departures from the prior over its.
+    /// Effective number of parameters: combinations that the data determine; weakly determined ones count as fractions.
+    pub effective_parameters: f64,
+    /// Root mean square of the residuals, each divided by its sigma.
+    pub normalized_residual_rms: f64,
+    /// Number of compared coordinates.
+    pub values: usize,
+    /// Half the sum of squares of residuals over sigma and of deviations from the prior over its standard deviation.
     pub misfit: f64,
-    /// Work, in runs and products of about as much.
+    /// Cost, in full simulations.
     pub simulations: f64,
-    /// Wall time, s.
+    /// Wall-clock time, s.
     pub wall_seconds: f64,
-    /// What speaks against the numbers.
+    /// Warnings about the estimates.
     pub warnings: Vec<String>,
     /// What was measured and what the rod does with these numbers, for plots.
     #[serde(skip)]
@@ -118,10 +118,10 @@ impl FieldReport {
             fields.push(FieldEstimate {
                 name: list.name.clone(),
                 unit: list.unit.into(),
-                places: list.places.clone(),
+                arc_lengths: list.places.clone(),
                 values: values[own.clone()].to_vec(),
                 standard_errors: errors[own.clone()].to_vec(),
-                prior: prior[own].to_vec(),
+                prior_std: prior[own].to_vec(),
             });
             first += list.scene.len();
         }
@@ -134,9 +134,9 @@ impl FieldReport {
             converged: found.converged,
             fields,
             parameters: parameters.collect(),
-            determined: ritz.values.iter().map(|(value, _)| seen(*value)).sum(),
-            residuals_over_sigma: (2.0 * half_square(residuals) / residuals.len() as f64).sqrt(),
-            measured: residuals.len(),
+            effective_parameters: ritz.values.iter().map(|(value, _)| seen(*value)).sum(),
+            normalized_residual_rms: (2.0 * half_square(residuals) / residuals.len() as f64).sqrt(),
+            values: residuals.len(),
             misfit: found.misfit,
             simulations: found.runs,
             wall_seconds: found.since.elapsed().as_secs_f64(),
@@ -168,7 +168,7 @@ impl FieldReport {
         if !self.converged {
             doubts.push("no minimum was reached: the numbers are the best so far".into());
         }
-        let ratio = self.residuals_over_sigma;
+        let ratio = self.normalized_residual_rms;
         if !(USUAL[0]..USUAL[1]).contains(&ratio) {
             let fault = match ratio > 1.0 {
                 true => "the scene lacks something, or the noise is larger than it is said to be",
@@ -183,7 +183,7 @@ impl FieldReport {
             );
         }
         for field in &self.fields {
-            let both = field.standard_errors.iter().zip(&field.prior);
+            let both = field.standard_errors.iter().zip(&field.prior_std);
             let unseen = both.filter(|(error, prior)| **error > UNSEEN * **prior).count();
             if unseen > 0 {
                 let (name, all) = (&field.name, field.values.len());
@@ -207,9 +207,9 @@ impl fmt::Display for FieldReport {
         writeln!(
             f,
             "{ending}: {count} numbers along the rod from {} coordinates, which say {:.1} combinations of them",
-            self.measured, self.determined
+            self.values, self.effective_parameters
         )?;
-        writeln!(f, "residuals over sigma {:.3} (root mean square)", self.residuals_over_sigma)?;
+        writeln!(f, "residuals over sigma {:.3} (root mean square)", self.normalized_residual_rms)?;
         for field in &self.fields {
             writeln!(
                 f,
@@ -218,7 +218,7 @@ impl fmt::Display for FieldReport {
                 if field.unit.is_empty() { String::new() } else { format!(", {}", field.unit) }
             )?;
             writeln!(f, "  {:>12}  {:>13}  {:>10}", "at, m", "value", "+-")?;
-            for (k, place) in field.places.iter().enumerate() {
+            for (k, place) in field.arc_lengths.iter().enumerate() {
                 writeln!(
                     f,
                     "  {place:>12.5}  {:>13.6}  {:>10.2e}",

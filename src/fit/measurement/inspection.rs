@@ -44,8 +44,8 @@ pub struct Inspection {
     pub clock: [f64; 2],
     /// What the clock counts: `s`, `ms`, `us` or `frames`.
     pub clock_unit: String,
-    /// Where the clock leaps: its reading before, and how many steps are missing.
-    pub leaps: Vec<(f64, usize)>,
+    /// Gaps of the clock: the reading before the gap, and the number of missing steps.
+    pub clock_gaps: Vec<(f64, usize)>,
     /// Unit of places: `m`, `cm`, `mm`, `px`, or `unnamed`.
     pub unit: String,
     /// The markers, in the order of the file.
@@ -67,12 +67,12 @@ pub struct InspectedMarker {
     pub name: String,
     /// The axes that were recorded: `xy`, `xyz`.
     pub axes: String,
-    /// Frames in which it was seen, wholly or in part, and the program is sure of it.
-    pub seen: usize,
+    /// Number of frames with a position, complete or partial, of sufficient confidence.
+    pub detected: usize,
     /// How often it is lost between two frames in which it was seen, and for how many frames at most.
     pub gaps: [usize; 2],
-    /// Frames of which the program is less than 0.6 sure, where it says so.
-    pub unsure: Option<usize>,
+    /// Number of frames with a confidence below 0.6; null in files without confidences.
+    pub low_confidence: Option<usize>,
     /// Smallest and largest coordinate along each of its axes, in the file's unit; none where it was never seen.
     pub range: Vec<Option<[f64; 2]>>,
     /// Standard deviation of the noise per coordinate, by differences of the places, in the file's unit: at most that, as
@@ -120,7 +120,7 @@ impl Inspection {
             rate,
             clock: [clocks[0], clocks[clocks.len() - 1]],
             clock_unit: clock_unit.into(),
-            leaps: clocks.windows(2).filter_map(leap).collect(),
+            clock_gaps: clocks.windows(2).filter_map(leap).collect(),
             unit: match sheet.lengths {
                 Lengths::Known(unit, _) => unit,
                 Lengths::Pixels { .. } => "px",
@@ -145,7 +145,7 @@ impl Inspection {
     fn foremost(&self) -> Option<&InspectedMarker> {
         let extent =
             |m: &&InspectedMarker| m.range.iter().flatten().map(|[a, b]| b - a).fold(0.0, f64::max);
-        let known = self.markers.iter().filter(|m| m.seen > 0);
+        let known = self.markers.iter().filter(|m| m.detected > 0);
         known.max_by(|a, b| extent(a).total_cmp(&extent(b)))
     }
 
@@ -159,7 +159,7 @@ impl Inspection {
         let marker = self.foremost();
         Recording {
             marker: marker.filter(|_| self.markers.len() > 1).map(|m| m.name.clone()),
-            likelihood: marker.and_then(|m| m.unsure).map(|_| SURE),
+            likelihood: marker.and_then(|m| m.low_confidence).map(|_| SURE),
             y: said.y.or(self.is_of_an_image(sheet).then_some(Vertical::Down)),
             time_zero: Some(marker.and_then(|m| onset(sheet, &m.name)).unwrap_or(self.clock[0])),
             ..said.clone()
@@ -305,9 +305,10 @@ fn inspected(marker: &Sighted, clocks: &[f64], step: Option<f64>) -> InspectedMa
     InspectedMarker {
         name: marker.name.clone(),
         axes: axes.iter().map(|c| ["x", "y", "z"][*c]).collect(),
-        seen: there.iter().filter(|seen| **seen).count(),
+        detected: there.iter().filter(|seen| **seen).count(),
         gaps: [lost.len(), lost.iter().copied().max().unwrap_or(0)],
-        unsure: unsure.map(|all| all.iter().filter(|sure| sure.is_none_or(|s| s < SURE)).count()),
+        low_confidence: unsure
+            .map(|all| all.iter().filter(|sure| sure.is_none_or(|s| s < SURE)).count()),
         range: axes.iter().map(range).collect(),
         noise: (!variances.is_empty()).then(|| variance.sqrt()),
         jumps: jumps(marker, steady).into_iter().map(|k| clocks[k]).collect(),
@@ -413,11 +414,11 @@ impl fmt::Display for Inspection {
             Some(rate) => writeln!(f, ", {} a second", (rate * 1e4).round() / 1e4)?,
             None => writeln!(f, "; the file does not say how many a second")?,
         }
-        for (before, missing) in self.leaps.iter().take(5) {
+        for (before, missing) in self.clock_gaps.iter().take(5) {
             writeln!(f, "the clock leaps after {before}{unit}: frames missing: {missing}")?;
         }
-        if self.leaps.len() > 5 {
-            writeln!(f, "and leaps {} more", times(self.leaps.len() - 5))?;
+        if self.clock_gaps.len() > 5 {
+            writeln!(f, "and leaps {} more", times(self.clock_gaps.len() - 5))?;
         }
         let named = match &self.unit[..] {
             "unnamed" => "in a unit that the file does not name",
@@ -431,12 +432,12 @@ impl fmt::Display for Inspection {
         for marker in &self.markers {
             let name = if marker.name.is_empty() { "(no name)" } else { &marker.name };
             let name = printable_name(name);
-            write!(f, "  {name}: {}, seen in {} frames", marker.axes, marker.seen)?;
+            write!(f, "  {name}: {}, seen in {} frames", marker.axes, marker.detected)?;
             let [gaps, longest] = marker.gaps;
             if gaps > 0 {
                 write!(f, ", lost {} for up to {longest} frames", times(gaps))?;
             }
-            if let Some(unsure) = marker.unsure.filter(|unsure| *unsure > 0) {
+            if let Some(unsure) = marker.low_confidence.filter(|unsure| *unsure > 0) {
                 write!(f, ", unsure in {unsure}")?;
             }
             for (axis, range) in marker.axes.chars().zip(&marker.range) {
@@ -446,7 +447,7 @@ impl fmt::Display for Inspection {
             if let Some(noise) = marker.noise {
                 write!(f, ", noise at most {noise:.2e}")?;
             }
-            if is_converted_video(marker.repeated, marker.seen) {
+            if is_converted_video(marker.repeated, marker.detected) {
                 write!(
                     f,
                     ", {} frames repeat the one before: a video converted to a higher rate; keep one of each",

@@ -42,13 +42,13 @@ pub struct ResidualTests {
     pub whiteness: f64,
     /// Lag-1 autocorrelation of the residuals at the usual interval; 0 if none is detected.
     #[serde(default)]
-    pub correlation: f64,
+    pub autocorrelation: f64,
     /// Equivalent number of independent samples.
     #[serde(default)]
     pub effective_samples: f64,
     /// p-value of the whiteness test of the innovations.
     #[serde(default)]
-    pub new_whiteness: f64,
+    pub innovation_whiteness: f64,
     /// p-value of the normality test (Anderson and Darling).
     pub normality: f64,
     /// p-value of a trend over time, of the residuals or of their size, whichever is more
@@ -56,7 +56,7 @@ pub struct ResidualTests {
     pub trend: f64,
     /// Level of significance of the tests: 1e-3, or less with many other coordinates.
     #[serde(default = "usual_doubt")]
-    pub doubt: f64,
+    pub significance_level: f64,
     /// Result of the tests, as text.
     pub verdict: String,
     /// Whether all tests passed.
@@ -94,7 +94,7 @@ impl ResidualTests {
         let noise = memory(correlation);
         let effective_samples = noise.effective();
         let new = noise.news(&felt);
-        let new_whiteness = match correlation > 0.0 {
+        let innovation_whiteness = match correlation > 0.0 {
             true => newness(&new),
             false => whiteness,
         };
@@ -105,7 +105,7 @@ impl ResidualTests {
         // Two chances to find one.
         let values = trend(times, &felt, effective_samples);
         let trend = (2.0 * values.min(trend(times, &sizes, alike))).min(1.0);
-        let remembers = correlation > 0.0 && new_whiteness >= NEW;
+        let remembers = correlation > 0.0 && innovation_whiteness >= NEW;
         let mut wrong = Vec::new();
         if whiteness < doubt && !remembers {
             wrong.push(format!("neighbouring residuals resemble each other (p = {whiteness:.0e})"));
@@ -130,12 +130,12 @@ impl ResidualTests {
             axis: axis.into(),
             values: residuals.len(),
             whiteness,
-            correlation,
+            autocorrelation: correlation,
             effective_samples,
-            new_whiteness,
+            innovation_whiteness,
             normality,
             trend,
-            doubt,
+            significance_level: doubt,
             verdict,
             passed,
         })
@@ -143,12 +143,13 @@ impl ResidualTests {
 
     /// Whether the intervals can be believed: noise that is not normal hurts them little.
     pub fn is_noise(&self) -> bool {
-        (self.whiteness >= self.doubt || self.remembers()) && self.trend >= self.doubt
+        (self.whiteness >= self.significance_level || self.remembers())
+            && self.trend >= self.significance_level
     }
 
     /// Whether it is noise whose neighbours resemble each other.
     pub(crate) fn remembers(&self) -> bool {
-        self.correlation > 0.0 && self.new_whiteness >= NEW
+        self.autocorrelation > 0.0 && self.innovation_whiteness >= NEW
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::fit::report::digits;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::sources::{BudgetLine, PerCent};
+use crate::fit::uncertainty::sources::{BudgetLine, InputSensitivity};
 use std::fmt;
 
 /// So many of the numbers that matter most are named.
@@ -50,13 +50,13 @@ fn words(line: &BudgetLine, unit: &str) -> String {
 
 /// What one per cent of the numbers that matter most would change.
 pub(crate) fn per_cents(e: &Estimate) -> String {
-    let words = |per_cent: &PerCent| {
+    let words = |per_cent: &InputSensitivity| {
         let change = match per_cent.relative {
             Some(relative) => format!("{:+.2} %", 100.0 * relative),
             None => format!("{:+.1e} {}", per_cent.change, e.name.unit()),
         };
         format!("{} {}", per_cent.source, change.trim_end())
     };
-    let named: Vec<String> = e.one_per_cent.iter().take(NAMED).map(words).collect();
+    let named: Vec<String> = e.input_sensitivities.iter().take(NAMED).map(words).collect();
     named.join(", ")
 }

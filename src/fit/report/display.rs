@@ -101,13 +101,14 @@ impl FitReport {
 
     /// The largest bias by an effect that the model omits, over all parameters.
     fn largest_bias(&self) -> String {
-        let biases = self.could_hide.iter().filter_map(|bias| Some((bias.relative?.abs(), bias)));
+        let biases =
+            self.undetected_bias.iter().filter_map(|bias| Some((bias.relative?.abs(), bias)));
         match biases.max_by(|a, b| a.0.total_cmp(&b.0)) {
             Some((relative, bias)) => format!(
                 "; not included: up to {} of {} ({})",
                 percent(relative),
                 bias.parameter,
-                bias.words
+                bias.effect
             ),
             None => String::new(),
         }
@@ -148,7 +149,7 @@ impl FitReport {
                 let text = format!("{label} +- {} {unit}", digits(observed, error));
                 detail(f, "Observed information", text)?;
             }
-            if let Some(across) = &e.across_experiments {
+            if let Some(across) = &e.cluster_jackknife {
                 let (reported, other) = match across.reported {
                     true => ("reported", "too narrow"),
                     false => ("narrower", "reported"),
@@ -173,7 +174,7 @@ impl FitReport {
         details(f, "Known without density", &groups.collect::<Vec<_>>())?;
         let several = self.parameters.len() > 1;
         let mut sensitivities = Vec::new();
-        for e in self.parameters.iter().filter(|e| !e.one_per_cent.is_empty()) {
+        for e in self.parameters.iter().filter(|e| !e.input_sensitivities.is_empty()) {
             let of = if several { format!("{}: ", e.label()) } else { String::new() };
             sensitivities.push(format!("{of}{}", budget::per_cents(e)));
         }
@@ -187,10 +188,10 @@ impl FitReport {
     /// Effects that the model omits.
     fn write_effects(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let likely = looks_like(&self.score_tests).into_iter();
-        let likely: Vec<String> = likely.map(|words| Code::LooksLike.behind(words)).collect();
+        let likely: Vec<String> = likely.map(|words| Code::OmittedEffect.behind(words)).collect();
         details(f, "Likely omitted effects", &likely)?;
-        let hidden = hidden(&self.could_hide).into_iter();
-        let hidden: Vec<String> = hidden.map(|words| Code::CouldHide.behind(words)).collect();
+        let hidden = hidden(&self.undetected_bias).into_iter();
+        let hidden: Vec<String> = hidden.map(|words| Code::UndetectedBias.behind(words)).collect();
         details(f, "Undetected bias", &hidden)
     }
 
@@ -207,7 +208,7 @@ impl FitReport {
         let losses = self.losses.iter().map(|l| {
             format!(
                 "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors times {:.2}",
-                l.observation, l.beyond_scale, l.values, l.beyond_5_sigma, l.error_factor
+                l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
             )
         });
         details(f, "Robust loss", &losses.collect::<Vec<_>>())?;
@@ -245,8 +246,8 @@ impl FitReport {
         if let Some(words) = self.noise_scale_in_words() {
             detail(f, "Noise scale", words)?;
         }
-        if !self.basins.words.is_empty() {
-            detail(f, "Search", &self.basins.words)?;
+        if !self.local_minima.summary.is_empty() {
+            detail(f, "Search", &self.local_minima.summary)?;
         }
         let text = format!("{:.1} simulations, {:.3} s", self.simulations, self.wall_seconds);
         write!(f, "  {:<LABEL$}{text}", "Cost")

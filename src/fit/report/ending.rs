@@ -7,7 +7,7 @@ use crate::fit::report::plot_data::PlotData;
 use crate::fit::report::recorded::recorded;
 use crate::fit::report::replay::{add_motion, still};
 use crate::fit::search::Search;
-use crate::fit::search::basins::Basins;
+use crate::fit::search::basins::LocalMinima;
 use crate::fit::search::journal::Stage;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::Assessment;
@@ -21,7 +21,7 @@ pub(crate) struct Ending {
     pub interrupted: bool,
     pub assessment: Assessment,
     pub conclusion: Conclusion,
-    pub basins: Basins,
+    pub local_minima: LocalMinima,
     pub plot_data: Option<PlotData>,
 }
 
@@ -58,7 +58,7 @@ impl Ending {
             converged: optimum.converged,
             interrupted,
             conclusion: conclude(end, findings, warnings),
-            basins: search.basins(Some(optimum)),
+            local_minima: search.local_minima(Some(optimum)),
             plot_data,
             assessment,
         }
@@ -93,7 +93,7 @@ impl Ending {
                 status: optimum.status.clone(),
                 warnings: Default::default(),
             },
-            basins: search.basins(None),
+            local_minima: search.local_minima(None),
             plot_data: kept.then(|| still(search, whole.then_some(&optimum), &sigma)),
             assessment: Assessment {
                 estimates: estimates.collect(),
@@ -116,9 +116,9 @@ impl Ending {
                 grade: Grade::NotUsable,
                 status: format!("not to be used: {words}"),
                 verdict: words.into(),
-                warnings: (vec![Code::NothingMoves.behind(words)], vec![Code::NothingMoves]),
+                warnings: (vec![Code::NoMotion.behind(words)], vec![Code::NoMotion]),
             },
-            basins: search.basins(None),
+            local_minima: search.local_minima(None),
             plot_data: kept.then(|| still(search, None, &search.sigmas)),
             assessment: Assessment {
                 estimates: estimates.collect(),

@@ -5,6 +5,8 @@ mod display;
 pub(crate) mod ending;
 pub(crate) mod plot_data;
 pub(crate) mod recorded;
+#[cfg(feature = "cli")]
+pub(crate) mod renamed_keys;
 pub(crate) mod replay;
 mod validation;
 
@@ -16,7 +18,7 @@ use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::report::ending::Ending;
 use crate::fit::report::plot_data::PlotData;
 use crate::fit::search::Search;
-use crate::fit::search::basins::Basins;
+use crate::fit::search::basins::LocalMinima;
 use crate::fit::uncertainty::determined_groups::DeterminedGroup;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -25,7 +27,7 @@ use crate::fit::uncertainty::noise::LossEffect;
 use crate::fit::uncertainty::noise_scale::NoiseScale;
 use crate::fit::uncertainty::prediction::Prediction;
 use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::uncertainty::sources::{BudgetLine, CouldHide, ScoreTest, looks_like};
+use crate::fit::uncertainty::sources::{BudgetLine, ScoreTest, UndetectedBias, looks_like};
 use crate::fit::uncertainty::verdict::Grade;
 use crate::numerics::abreast::level;
 use crate::scene::{Parameter, Resolution};
@@ -101,7 +103,7 @@ pub struct FitReport {
     /// Undetected bias: effect of omitted effects on each parameter that the data do not exclude,
     /// the most standard errors first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub could_hide: Vec<CouldHide>,
+    pub undetected_bias: Vec<UndetectedBias>,
     /// Ratios to the density that the data determine, where no force was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub determined_groups: Vec<DeterminedGroup>,
@@ -109,7 +111,7 @@ pub struct FitReport {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recordings: Option<RecordingErrors>,
     /// Local minima of the misfit that were found, and the reason for the selection.
-    pub basins: Basins,
+    pub local_minima: LocalMinima,
     /// Cost of the fit, in full simulations.
     pub simulations: f64,
     /// Wall-clock time of the fit, s.
@@ -131,7 +133,7 @@ pub struct FitReport {
     /// Whether the fit was stopped before convergence.
     pub interrupted: bool,
     /// Data of the plots, if requested.
-    #[serde(skip_serializing_if = "Option::is_none", alias = "evidence")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub plot_data: Option<PlotData>,
 }
 
@@ -143,7 +145,8 @@ impl FitReport {
         experiments: &[Experiment],
         since: Instant,
     ) -> Self {
-        let Ending { converged, interrupted, assessment, conclusion, basins, plot_data } = ending;
+        let Ending { converged, interrupted, assessment, conclusion, local_minima, plot_data } =
+            ending;
         let n = search.unknowns.len();
         let (correlation, singular_values, findings) = match assessment.covariance {
             Some(c) => (c.correlation, c.singular_values, c.findings),
@@ -169,10 +172,10 @@ impl FitReport {
             losses: assessment.losses,
             predictions: assessment.predictions,
             score_tests: assessment.unsaid.score_tests,
-            could_hide: assessment.unsaid.could_hide,
+            undetected_bias: assessment.unsaid.undetected_bias,
             determined_groups: assessment.determined_groups,
             recordings: assessment.recordings,
-            basins,
+            local_minima,
             simulations: search.simulations(),
             wall_seconds: since.elapsed().as_secs_f64(),
             vector_unit: level().into(),
@@ -218,7 +221,7 @@ impl FitReport {
 
     /// Descriptions of the omitted effects with the largest biases above a standard error.
     pub fn hidden(&self) -> Vec<String> {
-        hidden(&self.could_hide)
+        hidden(&self.undetected_bias)
     }
 
     /// In words what was chosen of mesh, step and scheme, and by how many experiments.
@@ -267,9 +270,9 @@ impl FitReport {
 }
 
 /// Descriptions of the effects with the largest biases above a standard error, one for each effect.
-pub(crate) fn hidden(all: &[CouldHide]) -> Vec<String> {
+pub(crate) fn hidden(all: &[UndetectedBias]) -> Vec<String> {
     let large = all.iter().filter(|h| h.std_errors > 1.0);
-    let mut named: Vec<Vec<&CouldHide>> = Vec::new();
+    let mut named: Vec<Vec<&UndetectedBias>> = Vec::new();
     for hidden in large {
         match named.iter_mut().find(|all| all[0].source == hidden.source) {
             Some(all) => all.push(hidden),

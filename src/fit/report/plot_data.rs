@@ -17,7 +17,6 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 pub struct PlotData {
     /// Search range of each parameter, in the order of `parameters`.
-    #[serde(alias = "asked")]
     pub ranges: Vec<SearchRange>,
     /// Data and model of each coordinate of each observation.
     pub series: Vec<Series>,
@@ -33,7 +32,6 @@ pub struct PlotData {
     /// Profile likelihoods, if requested.
     pub profiles: Vec<Profile>,
     /// Settings of the simulation of each experiment.
-    #[serde(alias = "setups")]
     pub settings: Vec<SimulationSettings>,
     /// Version of rodfit.
     pub version: String,
@@ -82,9 +80,9 @@ pub struct Series {
     /// Unit of `observed`, `simulated` and `sigma`.
     pub unit: String,
     /// Abscissa of the values.
-    pub over: Abscissa,
-    /// Abscissa of each value, in the unit of `over`.
-    pub at: Vec<f64>,
+    pub abscissa: Abscissa,
+    /// Abscissa of each value, in the unit of `abscissa`.
+    pub abscissa_values: Vec<f64>,
     /// Observed values, in `unit`.
     pub observed: Vec<f64>,
     /// Model values at the same abscissas, in `unit`.
@@ -141,7 +139,7 @@ pub struct SimulationSettings {
     pub observations: Vec<String>,
     /// Number of measured values, in the order of `observations`.
     #[serde(default)]
-    pub measured: Vec<Measured>,
+    pub measurements: Vec<Measured>,
 }
 
 /// Size of a measurement, and the interpretation of its file.

@@ -92,21 +92,21 @@ pub struct RecordedMotion {
     /// Mean distance per coordinate between simulation and recording over the whole recording, m.
     pub mean_error: f64,
     /// Shapes at these times.
-    pub moments: Vec<RecordedMoment>,
+    pub snapshots: Vec<RecordedSnapshot>,
 }
 
 /// Rod and markers at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct RecordedMoment {
+pub struct RecordedSnapshot {
     /// Time of the motion, s.
     pub time: f64,
     /// Simulated positions of the nodes, m; for long runs on fine meshes only of the nodes with
     /// markers.
     pub nodes: Vec<[f64; 3]>,
     /// Recorded position of each marker, m; null where it is missing.
-    pub seen: Vec<Option<[f64; 3]>>,
+    pub markers: Vec<Option<[f64; 3]>>,
     /// Mean distance per coordinate between simulation and recording, m.
     pub error: f64,
 }
@@ -154,7 +154,7 @@ fn one(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<One, Error
         experiment: experiment.name.clone(),
         held_out: experiment.measurements.iter().all(Measurement::held_out),
         mean_error,
-        moments: moments(&followed)?,
+        snapshots: snapshots(&followed)?,
     };
     Ok(One { motion, windows, speeds: by_speed(&problem, &followed) })
 }
@@ -190,7 +190,7 @@ fn in_windows(problem: &Problem, track: &Track, length: f64, search: &Search) ->
 }
 
 /// The rod at frames evenly spread over the time that is predicted.
-fn moments(followed: &Followed) -> Result<Vec<RecordedMoment>, Error> {
+fn snapshots(followed: &Followed) -> Result<Vec<RecordedSnapshot>, Error> {
     let Followed { track, run, end, .. } = followed;
     let frames = track.times().partition_point(|t| *t <= end * (1.0 + 1e-9));
     let (mut sums, mut counts) = (vec![0.0; frames], vec![0.0_f64; frames]);
@@ -205,10 +205,10 @@ fn moments(followed: &Followed) -> Result<Vec<RecordedMoment>, Error> {
     let at = |frame: &usize| {
         let time = track.times()[*frame].min(*end);
         let place = |i| run.at(Point::Node(i), time).map(|(x, _)| [x[0], x[1], x[2]]);
-        Ok(RecordedMoment {
+        Ok(RecordedSnapshot {
             time,
             nodes: followed.tracked.iter().copied().map(place).collect::<Result<_, Error>>()?,
-            seen: track.markers().iter().map(|m| m.seen[*frame]).collect(),
+            markers: track.markers().iter().map(|m| m.seen[*frame]).collect(),
             error: sums[*frame] / counts[*frame].max(1.0),
         })
     };

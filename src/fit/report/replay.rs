@@ -68,7 +68,7 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
         segments: problem.segments(),
         length: problem.length(),
         observations: experiment.measurements.iter().map(Measurement::label).collect(),
-        measured: experiment.measurements.iter().map(measured).collect(),
+        measurements: experiment.measurements.iter().map(measured).collect(),
     }
 }
 
@@ -102,14 +102,14 @@ pub(crate) fn compared(
             label: measurement.label(),
             axis: coordinate.axis.into(),
             unit: unit.name.into(),
-            over: match measurement {
+            abscissa: match measurement {
                 Measurement::Motion(_) => Abscissa::Time,
                 Measurement::RestShape(_) => Abscissa::ArcLength,
                 Measurement::Frequencies(_) => Abscissa::Mode,
                 Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Abscissa::Time,
                 Measurement::Gauge(_) => Abscissa::Reading,
             },
-            at: own().map(|(_, at)| *at).collect(),
+            abscissa_values: own().map(|(_, at)| *at).collect(),
             observed: own().map(|(k, _)| seen[*k] / unit.size).collect(),
             simulated: own()
                 .map(|(k, _)| (seen[*k] + residuals[*k] * units[*k]) / unit.size)

@@ -16,23 +16,23 @@ pub(crate) const SAME: f64 = 1e-2;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Basins {
+pub struct LocalMinima {
     /// Number of local minima.
     pub count: usize,
     /// Local minima: the selected one, then those of the full model, then those of the scan, the
     /// best first.
-    pub list: Vec<Basin>,
+    pub list: Vec<LocalMinimum>,
     /// Reason for the selection, as text.
-    pub words: String,
+    pub summary: String,
 }
 
 /// A local minimum of the misfit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct Basin {
+pub struct LocalMinimum {
     /// Model by which the minimum was found.
-    pub seen: SeenBy,
+    pub found_by: MinimumSource,
     /// Values of the parameters, in the order and units of the report.
     pub values: Vec<f64>,
     /// Half the sum of squared residuals at this minimum.
@@ -51,7 +51,7 @@ pub struct Basin {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum SeenBy {
+pub enum MinimumSource {
     /// Fit of the whole record with the full model.
     Fit,
     /// Scan of the coarse model over the first period, not refined.
@@ -59,12 +59,12 @@ pub enum SeenBy {
 }
 
 /// The minima that were found, of which `chosen` was taken; all objectives with the weights of `sigmas`.
-pub(crate) fn basins(
+pub(crate) fn local_minima(
     unknowns: &[Unknown],
     (minima, sigmas): (&[Minimum], &[f64]),
     grid: Option<&Grid>,
     chosen: Option<&Minimum>,
-) -> Basins {
+) -> LocalMinima {
     let misfit = |minimum: &Minimum| minimum.squares.misfit(sigmas);
     let mut minima: Vec<&Minimum> = minima.iter().collect();
     order::sort_by(&mut minima, |minimum| misfit(minimum));
@@ -80,15 +80,15 @@ pub(crate) fn basins(
         }
     }
     let least = reached.iter().map(|minimum| misfit(minimum)).fold(f64::INFINITY, f64::min);
-    let basin = |(k, minimum): (usize, &&Minimum)| Basin {
-        seen: SeenBy::Fit,
+    let basin = |(k, minimum): (usize, &&Minimum)| LocalMinimum {
+        found_by: MinimumSource::Fit,
         values: values(unknowns, &minimum.x),
         misfit: misfit(minimum),
         relative: ratio(misfit(minimum), least),
         converged: minimum.converged,
         chosen: k == 0 && chosen.is_some(),
     };
-    let mut list: Vec<Basin> = reached.iter().enumerate().map(basin).collect();
+    let mut list: Vec<LocalMinimum> = reached.iter().enumerate().map(basin).collect();
     let is_comparable = |other: &&Minimum| chosen.is_none_or(|own| own.numerics == other.numerics);
     let comparable: Vec<bool> = reached.iter().map(is_comparable).collect();
     let scanned = grid.map_or(Vec::new(), Grid::minima);
@@ -100,9 +100,9 @@ pub(crate) fn basins(
         };
         !reached.iter().any(at)
     });
-    let unfollowed: Vec<Basin> = unfollowed
-        .map(|(x, cost, _)| Basin {
-            seen: SeenBy::Scan,
+    let unfollowed: Vec<LocalMinimum> = unfollowed
+        .map(|(x, cost, _)| LocalMinimum {
+            found_by: MinimumSource::Scan,
             values: values(unknowns, x),
             misfit: *cost,
             relative: ratio(*cost, least),
@@ -111,18 +111,18 @@ pub(crate) fn basins(
         })
         .collect();
     let count = list.len() + unfollowed.len();
-    let words = in_words(unknowns, (&list, &comparable), &unfollowed, points);
+    let summary = in_words(unknowns, (&list, &comparable), &unfollowed, points);
     list.extend(unfollowed.into_iter().take(LISTED));
-    Basins { count, list, words }
+    LocalMinima { count, list, summary }
 }
 
 fn in_words(
     unknowns: &[Unknown],
-    (fitted, comparable): (&[Basin], &[bool]),
-    scanned: &[Basin],
+    (fitted, comparable): (&[LocalMinimum], &[bool]),
+    scanned: &[LocalMinimum],
     points: usize,
 ) -> String {
-    let at = |basin: &Basin| {
+    let at = |basin: &LocalMinimum| {
         let pairs = unknowns.iter().zip(&basin.values);
         let words = pairs.map(|(unknown, value)| {
             format!("{unknown} = {} {}", four_digits(*value), unknown.parameter.unit())
@@ -196,21 +196,25 @@ mod tests {
             .map(|(x, cost)| Minimum::at(&x, cost));
         let grid = Grid::two_wells();
         let found = (&minima[..], &[1.0][..]);
-        let basins = basins(&unknowns, found, Some(&grid), Some(&minima[0]));
+        let basins = local_minima(&unknowns, found, Some(&grid), Some(&minima[0]));
         assert_eq!((basins.count, basins.list.len()), (3, 3), "{basins:?}");
-        let seen: Vec<_> = basins.list.iter().map(|b| (b.seen, b.chosen, b.relative)).collect();
+        let seen: Vec<_> = basins.list.iter().map(|b| (b.found_by, b.chosen, b.relative)).collect();
         assert_eq!(
             seen,
-            [(SeenBy::Fit, true, 1.0), (SeenBy::Fit, false, 2.0), (SeenBy::Scan, false, 3.0)]
+            [
+                (MinimumSource::Fit, true, 1.0),
+                (MinimumSource::Fit, false, 2.0),
+                (MinimumSource::Scan, false, 3.0)
+            ]
         );
-        assert!(basins.words.contains("3 local minima") && basins.words.contains("2.00 times"));
+        assert!(basins.summary.contains("3 local minima") && basins.summary.contains("2.00 times"));
         let landscape = grid.landscape(&unknowns);
         assert_eq!((landscape.len(), landscape[0].misfit[1]), (2, 1.0));
     }
 
     #[test]
     fn nothing_seen_nothing_said() {
-        let empty = basins(&[Unknown::new(Parameter::Beta)], (&[], &[]), None, None);
-        assert_eq!((empty.count, empty.words.as_str()), (0, ""));
+        let empty = local_minima(&[Unknown::new(Parameter::Beta)], (&[], &[]), None, None);
+        assert_eq!((empty.count, empty.summary.as_str()), (0, ""));
     }
 }

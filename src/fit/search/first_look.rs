@@ -87,7 +87,7 @@ impl FirstLook {
                 look.suspicions.extend(far);
                 // A wrong start of the clock makes the pace meaningless.
                 let pace = release.pace(&label).filter(|_| !is_late);
-                look.suspicions.extend(pace.map(|words| (Code::WrongPace, words)));
+                look.suspicions.extend(pace.map(|words| (Code::ImplausibleTimeScale, words)));
             }
         }
         Ok(look)

@@ -1,6 +1,6 @@
 //! What a search came across on its way to the optimum.
 
-use crate::fit::search::basins::{Basins, SAME, basins, distance, values};
+use crate::fit::search::basins::{LocalMinima, SAME, distance, local_minima, values};
 use crate::fit::search::grid::{Grid, Landscape};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::unknown::Unknown;
@@ -197,9 +197,14 @@ impl Journal {
     }
 
     /// The minima that were found, of which `chosen` was taken; all objectives with the weights of these `sigmas`.
-    pub fn basins(&self, unknowns: &[Unknown], sigmas: &[f64], chosen: Option<&Minimum>) -> Basins {
+    pub fn local_minima(
+        &self,
+        unknowns: &[Unknown],
+        sigmas: &[f64],
+        chosen: Option<&Minimum>,
+    ) -> LocalMinima {
         let records = self.records();
-        basins(unknowns, (&records.minima, sigmas), records.grid.as_ref(), chosen)
+        local_minima(unknowns, (&records.minima, sigmas), records.grid.as_ref(), chosen)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
-use crate::fit::search::basins::Basins;
+use crate::fit::search::basins::LocalMinima;
 use crate::fit::search::journal::{Journal, Stage, Visit};
 use crate::fit::search::{Progress, Search};
 use crate::fit::uncertainty::analysis::TOLERANCE;
@@ -149,9 +149,9 @@ impl Search<'_> {
     }
 
     /// The minima of the misfit that were seen, of which `chosen` was taken.
-    pub fn basins(&self, chosen: Option<&Optimum>) -> Basins {
+    pub fn local_minima(&self, chosen: Option<&Optimum>) -> LocalMinima {
         let chosen = chosen.map(|optimum| self.minimum(optimum));
-        self.journal.basins(self.unknowns, &self.sigmas, chosen.as_ref())
+        self.journal.local_minima(self.unknowns, &self.sigmas, chosen.as_ref())
     }
 
     /// Every measurement with its sigma and its residuals at an optimum.

@@ -26,7 +26,7 @@
 
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::estimate::{AcrossExperiments, Estimate};
+use crate::fit::uncertainty::estimate::{ClusterJackknife, Estimate};
 use crate::fit::uncertainty::quantile::quantile95;
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::unknown::Unknown;
@@ -110,7 +110,7 @@ fn parts(search: &Search, optimum: &Optimum, known: &[usize]) -> Vec<Part> {
 /// The estimates with what the differences between the experiments say of them, as their intervals where
 /// that is wider. Differences say nothing of what mesh and step do to all experiments alike: `shifts` correct the values,
 /// and widen the intervals, as they do those of the residuals.
-pub(crate) fn across_experiments(
+pub(crate) fn cluster_jackknife(
     estimates: Vec<Estimate>,
     (search, optimum): (&Search, &Optimum),
     shifts: &Shifts,
@@ -147,7 +147,7 @@ pub(crate) fn across_experiments(
         let std_error = sd * unknown.slope(unknown.from_scale(x));
         let width = |[low, high]: [f64; 2]| high - low;
         let reported = width(interval95) > width(residual_interval95);
-        let across = AcrossExperiments {
+        let across = ClusterJackknife {
             experiments: parts.len(),
             std_error,
             interval95,
@@ -155,7 +155,7 @@ pub(crate) fn across_experiments(
             residual_interval95,
             reported,
         };
-        let estimate = Estimate { across_experiments: Some(across), ..estimate };
+        let estimate = Estimate { cluster_jackknife: Some(across), ..estimate };
         match reported {
             true => {
                 Estimate { std_error: Some(std_error), interval95: Some(interval95), ..estimate }
@@ -168,7 +168,7 @@ pub(crate) fn across_experiments(
 
 /// Whether the differences between experiments gave any of the intervals.
 pub(crate) fn are_across(estimates: &[Estimate]) -> bool {
-    estimates.iter().any(|e| e.across_experiments.as_ref().is_some_and(|a| a.reported))
+    estimates.iter().any(|e| e.cluster_jackknife.as_ref().is_some_and(|a| a.reported))
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::across::{across_experiments, are_across};
+use crate::fit::uncertainty::across::{are_across, cluster_jackknife};
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::budget::{Given, budgeted};
@@ -146,7 +146,7 @@ pub(crate) fn assess(
     let Local { noise, correlations, adequacy, covariance, bounds } = &local;
     let reach = (&correlations.reach[..], &corrected);
     let estimates = estimates(unknowns, optimum, (covariance, bounds), reach);
-    let estimates = across_experiments(estimates, (search, fitted), &corrected);
+    let estimates = cluster_jackknife(estimates, (search, fitted), &corrected);
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
         true => ("", ""),
@@ -281,7 +281,7 @@ fn sensitivities(
         let words = format!(
             "the sensitivities to inputs are unknown: the run with derivatives by them failed ({error})"
         );
-        warnings.add(Weight::Note, Code::NoWhatIf, words);
+        warnings.add(Weight::Note, Code::NoSensitivityAnalysis, words);
         found = sensitivities_to(false);
     }
     if let Err(error) = &found {

@@ -75,7 +75,7 @@ fn with_monte_carlo(
         else {
             continue;
         };
-        let across = estimate.across_experiments.as_ref();
+        let across = estimate.cluster_jackknife.as_ref();
         let noisy = across.map_or(std_error, |across| across.residual_std_error);
         let by_known = known.variance(j).sqrt() * search.unknowns[j].slope(value);
         let (std, linear_std) = (spread.std_error, noisy.hypot(by_known));
@@ -138,7 +138,7 @@ fn with_budgets(
             });
         }
         // Together they have the freedom of the experiments' differences.
-        let across = estimate.across_experiments.as_ref().filter(|across| across.reported);
+        let across = estimate.cluster_jackknife.as_ref().filter(|across| across.reported);
         let (noisy, freedom) = match across {
             Some(across) => {
                 let own = |(known, by): (&Known, &f64)| {

@@ -238,15 +238,19 @@ mod tests {
             Covariance::new(&unknowns(), &[], &rows, 1e-4, 1.0, None, |_| f64::MAX).unwrap();
         assert_eq!(found.deviation[..2], [None, None]);
         assert!(found.deviation[2].is_some());
-        assert!(found.findings[0].words.contains("youngs_modulus/density"), "{:?}", found.findings);
+        assert!(
+            found.findings[0].description.contains("youngs_modulus/density"),
+            "{:?}",
+            found.findings
+        );
     }
 
     #[test]
     fn no_effect_and_no_information_are_told_apart() {
         let rows: Vec<Vec<f64>> = (0..9).map(|i| vec![0.0, (i as f64).cos(), 1e-3]).collect();
         let found = Covariance::new(&unknowns(), &[], &rows, 1.0, 1.0, None, |_| f64::MAX).unwrap();
-        assert!(found.findings[0].words.contains("youngs_modulus has no effect"));
-        assert!(found.findings[1].words.contains("beta is practically not identifiable"));
+        assert!(found.findings[0].description.contains("youngs_modulus has no effect"));
+        assert!(found.findings[1].description.contains("beta is practically not identifiable"));
         assert!(found.deviation[1].is_some());
     }
 
@@ -290,7 +294,7 @@ mod tests {
             if step[0] > 0.0 { 0.5 } else { 50.0 }
         });
         let flat = flat.unwrap();
-        assert!(flat.findings[0].words.contains("practically not identifiable"), "{flat:?}");
+        assert!(flat.findings[0].description.contains("practically not identifiable"), "{flat:?}");
         assert_eq!(flat.deviation[0], None);
     }
 }

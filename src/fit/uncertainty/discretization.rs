@@ -252,7 +252,7 @@ pub(crate) fn errors_of(
                 estimate.label(),
                 off.trim_end()
             );
-            warnings.add(weight, Code::MeshAndStep, words);
+            warnings.add(weight, Code::DiscretizationError, words);
         }
     }
     errors

@@ -5,7 +5,7 @@ use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::shifts::Shifts;
-use crate::fit::uncertainty::sources::{BudgetLine, MonteCarlo, PerCent};
+use crate::fit::uncertainty::sources::{BudgetLine, InputSensitivity, MonteCarlo};
 use crate::fit::uncertainty::vanishing::Bound;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct AcrossExperiments {
+pub struct ClusterJackknife {
     /// Number of compared experiments.
     pub experiments: usize,
     /// Standard error from the differences between experiments, in the parameter's unit.
@@ -57,7 +57,7 @@ pub struct Estimate {
     pub lower95: Option<f64>,
     /// Cluster jackknife, with five experiments or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub across_experiments: Option<AcrossExperiments>,
+    pub cluster_jackknife: Option<ClusterJackknife>,
     /// Whether the data determine the parameter.
     pub identifiable: bool,
     /// Prior of the parameter.
@@ -89,7 +89,7 @@ pub struct Estimate {
     pub expanded95: Option<[f64; 2]>,
     /// Sensitivities to +1 % of each input without a stated uncertainty, the largest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub one_per_cent: Vec<PerCent>,
+    pub input_sensitivities: Vec<InputSensitivity>,
     /// Spread of fits with random inputs and noise, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub monte_carlo: Option<MonteCarlo>,
@@ -111,7 +111,7 @@ impl Estimate {
             interval95: None,
             upper95: None,
             lower95: None,
-            across_experiments: None,
+            cluster_jackknife: None,
             identifiable: false,
             prior: unknown.prior,
             observed_std_error: None,
@@ -121,7 +121,7 @@ impl Estimate {
             combined_std: None,
             coverage_factor: None,
             expanded95: None,
-            one_per_cent: Vec::new(),
+            input_sensitivities: Vec::new(),
             monte_carlo: None,
         }
     }

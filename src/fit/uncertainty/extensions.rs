@@ -94,7 +94,7 @@ pub(crate) struct Extension {
     /// What it is.
     pub words: &'static str,
     /// What would tell it from the parameters.
-    pub tell: &'static str,
+    pub test: &'static str,
     /// Adds the term to a scene that has none, if it can have one: of no size, or a small one.
     add: fn(&mut Scene, &Sizes),
     /// How large it may well be; none where that says nothing of the scene.
@@ -130,7 +130,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "supports.start_compliance.rotation",
         words: "compliant clamp",
-        tell: ANOTHER_LENGTH,
+        test: ANOTHER_LENGTH,
         add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),
         usual: Some(0.0),
@@ -139,7 +139,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "supports.angle",
         words: "tilted clamp",
-        tell: "photograph the rod at rest, with and without its weight",
+        test: "photograph the rod at rest, with and without its weight",
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
@@ -148,7 +148,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "rod.mass.0.mass",
         words: "tip mass, such as a marker",
-        tell: "weigh the marker; add the static droop",
+        test: "weigh the marker; add the static droop",
         add: |scene, sizes| {
             if scene.rod.mass.is_empty() {
                 scene.rod.mass.push(PointMass::new(Point::Tip, NOTHING * sizes.mass));
@@ -161,7 +161,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "rod.shape.length",
         words: "different free length",
-        tell: "measure from clamp to tip",
+        test: "measure from clamp to tip",
         add: NOT_ADDED,
         plausible: |s| Some(SCALE * s.length),
         usual: None,
@@ -170,7 +170,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "rod.taper.radius.to",
         words: "taper",
-        tell: "calliper at both ends; higher modes",
+        test: "calliper at both ends; higher modes",
         add: |scene, _| {
             let round = matches!(scene.rod.section, Section::Circle { .. } | Section::Tube { .. });
             if round && scene.rod.taper.is_none() {
@@ -184,7 +184,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: GRIP_STIFFNESS,
         words: "stiffer first quarter of the rod",
-        tell: ANOTHER_LENGTH,
+        test: ANOTHER_LENGTH,
         add: |scene, _| {
             if scene.supports.start == Support::Clamped && scene.rod.taper.youngs_modulus.is_none()
             {
@@ -198,7 +198,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "material.density",
         words: "different density",
-        tell: "weigh a known length of the rod",
+        test: "weigh a known length of the rod",
         add: NOT_ADDED,
         plausible: |s| Some(DATA_SHEET * s.density),
         usual: None,
@@ -207,7 +207,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "rod.section.radius",
         words: "different radius",
-        tell: "calliper at several places",
+        test: "calliper at several places",
         add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.radius?),
         usual: None,
@@ -216,7 +216,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "rod.section.height",
         words: "different height of the section",
-        tell: "calliper at several places",
+        test: "calliper at several places",
         add: NOT_ADDED,
         plausible: |s| Some(SECTION * s.height?),
         usual: None,
@@ -225,7 +225,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "rod.shape.angle",
         words: "curved rest shape",
-        tell: "photograph the rod hanging, or turned over",
+        test: "photograph the rod hanging, or turned over",
         add: |scene, _| {
             if let Shape::Straight { length, direction: [x, 0.0, 0.0] } = scene.rod.shape
                 && x > 0.0
@@ -240,7 +240,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "rod.natural_curvature",
         words: "different natural curvature",
-        tell: "photograph the rod lying flat",
+        test: "photograph the rod lying flat",
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(1.0),
@@ -249,7 +249,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "loads.damping.mass",
         words: "mass damping",
-        tell: A_LONGER_RECORD,
+        test: A_LONGER_RECORD,
         add: NOT_ADDED,
         plausible: |s| Some(2.0 * DAMPED * s.swing?),
         usual: Some(0.0),
@@ -258,7 +258,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "loads.damping.stiffness",
         words: "Kelvin-Voigt damping",
-        tell: "strike the rod: higher modes are damped more",
+        test: "strike the rod: higher modes are damped more",
         // Without any, the derivative is that of vibrations so fast that a trace of it ends them.
         add: |scene, sizes| {
             let some = sizes.swing.map(|swing| DAMPED / swing);
@@ -271,7 +271,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "loads.drag.linear_normal",
         words: "viscous drag",
-        tell: "record another section, or in a vacuum",
+        test: "record another section, or in a vacuum",
         add: with_drag,
         plausible: |s| Some(2.0 * DAMPED * s.swing? * s.mass / s.length),
         usual: Some(0.0),
@@ -280,7 +280,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "loads.drag.quadratic_normal",
         words: "air drag",
-        tell: "record another amplitude",
+        test: "record another amplitude",
         add: with_drag,
         plausible: |s| s.swing.map(|_| AIR * s.thickness),
         usual: Some(0.0),
@@ -289,7 +289,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: FRICTION,
         words: "internal friction",
-        tell: "record another amplitude",
+        test: "record another amplitude",
         add: |scene, sizes| {
             if let Some(bend) = sizes.bend
                 && scene.loads.damping.friction.is_none()
@@ -305,7 +305,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "camera.time_offset",
         words: "clock offset",
-        tell: "start the record before the release",
+        test: "start the record before the release",
         add: NOT_ADDED,
         plausible: |s| s.frame,
         usual: Some(0.0),
@@ -314,7 +314,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "camera.pixel_scale",
         words: "different scale of the camera",
-        tell: "place a scale in the plane of motion",
+        test: "place a scale in the plane of motion",
         add: NOT_ADDED,
         plausible: |_| Some(SCALE),
         usual: None,
@@ -323,7 +323,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "camera.in_plane_rotation",
         words: "tilted camera",
-        tell: "place a plumb line in the picture",
+        test: "place a plumb line in the picture",
         add: NOT_ADDED,
         plausible: |_| Some(BY_EYE),
         usual: Some(0.0),
@@ -332,7 +332,7 @@ pub(crate) const EXTENSIONS: [Extension; 20] = [
     Extension {
         place: "supports.end_compliance.rotation",
         words: "compliant clamp at the end",
-        tell: ANOTHER_LENGTH,
+        test: ANOTHER_LENGTH,
         add: NOT_ADDED,
         plausible: |s| Some(GRIP * s.thickness / s.bending),
         usual: Some(0.0),

@@ -54,7 +54,7 @@ pub struct Finding {
     /// Parameters of the combination.
     pub parameters: Vec<Parameter>,
     /// Description, as text.
-    pub words: String,
+    pub description: String,
 }
 
 /// A parameter that nothing observed depends on; damping, beside unknowns that have an effect, has
@@ -67,7 +67,7 @@ pub(crate) fn without_effect(unknown: &Unknown, alone: bool) -> Finding {
         ),
         false => (NonIdentifiability::Structural, no_effect(unknown)),
     };
-    Finding { kind, parameters: vec![unknown.parameter], words }
+    Finding { kind, parameters: vec![unknown.parameter], description: words }
 }
 
 fn no_effect(unknown: &Unknown) -> String {
@@ -91,7 +91,7 @@ pub(crate) fn findings(
             NonIdentifiability::Practical => practical(&combination, &involved, &deviation),
         };
         let parameters = combination.iter().map(|(u, _)| u.parameter).collect();
-        Finding { kind, parameters, words }
+        Finding { kind, parameters, description: words }
     };
     directions.into_iter().map(name).collect()
 }
@@ -215,7 +215,8 @@ fn said(combination: &[(&Unknown, f64)]) -> Vec<usize> {
 
 /// What the data do not determine, in one sentence.
 pub(crate) fn in_one_sentence(findings: &[Finding]) -> String {
-    let mut words: Vec<String> = findings.iter().take(SAID).map(|f| f.words.clone()).collect();
+    let mut words: Vec<String> =
+        findings.iter().take(SAID).map(|f| f.description.clone()).collect();
     if findings.len() > SAID {
         words.push(format!("and {} more like these", findings.len() - SAID));
     }
@@ -265,7 +266,7 @@ mod tests {
             assert_eq!(finding.parameters.len(), 2, "{finding:?}");
             assert!(!finding.parameters.contains(&Parameter::DampingMass));
         }
-        let words: String = found.iter().map(|f| f.words.as_str()).collect();
+        let words: String = found.iter().map(|f| f.description.as_str()).collect();
         let known = ["youngs_modulus/density", "youngs_modulus*radius^2", "density/radius^2"];
         assert_eq!(known.iter().filter(|k| words.contains(**k)).count(), 2, "{words}");
     }
@@ -279,7 +280,7 @@ mod tests {
         let directions: Vec<Vec<f64>> = (0..9).map(direction).collect();
         let found = findings(&unknowns, directions, NonIdentifiability::Practical, |j| j as f64);
         assert_eq!(found[3].parameters.len(), 20);
-        let words = &found[3].words;
+        let words = &found[3].description;
         assert!(words.contains("+1.000 rod.natural_bending.3.d1 +0.500"), "{words}");
         assert!(
             words.contains("and 16 others") && words.contains("deviation 3.00 and 0.00"),
@@ -287,6 +288,6 @@ mod tests {
         );
         let all = in_one_sentence(&found);
         assert!(all.ends_with("; and 6 more like these") && all.len() < 1200, "{all}");
-        assert_eq!(in_one_sentence(&found[..1]), found[0].words);
+        assert_eq!(in_one_sentence(&found[..1]), found[0].description);
     }
 }

@@ -16,7 +16,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::inputs::{Change, Directions, one_per_cent, per_cents};
+use crate::fit::uncertainty::inputs::{Change, Directions, per_cents, unstated_inputs};
 use nalgebra::DMatrix;
 
 /// Instructions of a derivative by one parameter over those of the run that it belongs to (measured on the shipped
@@ -57,7 +57,7 @@ impl InputSensitivities {
         let experiments = search.experiments;
         let known: Vec<Change> =
             knowns.iter().map(|known| Change::of_known(experiments, known)).collect();
-        let unstated = if with_unstated { one_per_cent(search, knowns) } else { Vec::new() };
+        let unstated = if with_unstated { unstated_inputs(search, knowns) } else { Vec::new() };
         let changes: Vec<&Change> = known.iter().chain(&unstated).collect();
         if changes.is_empty() {
             let unfollowed = DMatrix::zeros(optimum.residuals.len(), 0);
@@ -100,7 +100,7 @@ impl InputSensitivities {
     pub fn give_per_cents(&self, search: &Search, estimates: &mut [Estimate]) {
         let responses = &self.responses[self.known.len()..];
         let all = per_cents(search, estimates, (&self.unstated, responses));
-        estimates.iter_mut().zip(all).for_each(|(e, per_cents)| e.one_per_cent = per_cents);
+        estimates.iter_mut().zip(all).for_each(|(e, per_cents)| e.input_sensitivities = per_cents);
     }
 }
 
@@ -111,7 +111,7 @@ pub(crate) fn are_unstated_wanted(
     knowns: &[Known],
     spent: f64,
 ) -> bool {
-    let derivatives = search.unknowns.len() + one_per_cent(search, knowns).len() + knowns.len();
+    let derivatives = search.unknowns.len() + unstated_inputs(search, knowns).len() + knowns.len();
     let cost = 1.0 + COST_OF_DERIVATIVE * derivatives as f64;
     match analysis.what_if {
         _ if search.is_stopped() => false,

@@ -12,7 +12,7 @@ use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::weighted;
-use crate::fit::uncertainty::sources::PerCent;
+use crate::fit::uncertainty::sources::InputSensitivity;
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 use crate::scene::Parameter;
@@ -125,7 +125,7 @@ impl Change {
 }
 
 /// One per cent of everything that matters and is not said: components of a vector are one.
-pub(crate) fn one_per_cent(search: &Search, knowns: &[Known]) -> Vec<Change> {
+pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<Change> {
     let said = |p: Parameter, e: &Experiment| {
         search.unknowns.iter().any(|u| u.parameter == p && u.is_of(e))
             || knowns.iter().any(|k| k.parameter == p && k.as_unknown().is_of(e))
@@ -243,7 +243,7 @@ pub(crate) fn per_cents(
     search: &Search,
     estimates: &[Estimate],
     (changes, answers): (&[Change], &[Vec<Option<f64>>]),
-) -> Vec<Vec<PerCent>> {
+) -> Vec<Vec<InputSensitivity>> {
     let of = |(j, estimate): (usize, &Estimate)| {
         let mut all = Vec::new();
         let Some(value) = estimate.value.filter(|_| estimate.std_error.is_some()) else {
@@ -253,7 +253,7 @@ pub(crate) fn per_cents(
             let Some((by, relative)) = effect(&search.unknowns[j], value, moved[j]) else {
                 continue;
             };
-            all.push(PerCent { source: change.source.clone(), change: by, relative });
+            all.push(InputSensitivity { source: change.source.clone(), change: by, relative });
         }
         order::sort_down_by(&mut all, |x| x.change.abs());
         all

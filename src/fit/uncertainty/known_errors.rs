@@ -112,7 +112,7 @@ impl<'a> KnownErrors<'a> {
                 far * self.knowns[i].sigma,
                 self.knowns[i].parameter.unit()
             );
-            warnings.add(Weight::Misfit, Code::KnownFarOff, words);
+            warnings.add(Weight::Misfit, Code::InconsistentInput, words);
             return None;
         }
         let explained = &self.unfollowed * off;

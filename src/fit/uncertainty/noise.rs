@@ -123,14 +123,14 @@ pub struct LossEffect {
     /// Loss function of the measurement.
     pub loss: Loss,
     /// Number of down-weighted values, beyond the scale of the loss.
-    pub beyond_scale: usize,
+    pub down_weighted: usize,
     /// Number of values with residuals above five sigma.
     pub beyond_5_sigma: usize,
     /// Number of values of the measurement.
     pub values: usize,
     /// Ratio of standard errors to those of least squares on normal noise of the same sigma: about
     /// 1.03 for clean data.
-    pub error_factor: f64,
+    pub std_error_factor: f64,
 }
 
 impl LossEffect {
@@ -138,9 +138,10 @@ impl LossEffect {
     fn join(&mut self, other: &Self) {
         let [own, others] = [self.values as f64, other.values as f64];
         // Variances add as their inverses do.
-        let information = own / self.error_factor.powi(2) + others / other.error_factor.powi(2);
-        self.error_factor = ((own + others) / information).sqrt();
-        self.beyond_scale += other.beyond_scale;
+        let information =
+            own / self.std_error_factor.powi(2) + others / other.std_error_factor.powi(2);
+        self.std_error_factor = ((own + others) / information).sqrt();
+        self.down_weighted += other.down_weighted;
         self.beyond_5_sigma += other.beyond_5_sigma;
         self.values += other.values;
     }
@@ -158,10 +159,10 @@ pub(crate) fn losses(search: &Search, optimum: &Optimum, noise: &Noise) -> Vec<L
             let effect = LossEffect {
                 observation: experiment.group(measurement),
                 loss,
-                beyond_scale: own.iter().filter(|r| r.abs() > loss.scale()).count(),
+                down_weighted: own.iter().filter(|r| r.abs() > loss.scale()).count(),
                 beyond_5_sigma: own.iter().filter(|r| r.abs() > 5.0).count(),
                 values: own.len(),
-                error_factor: mine.iter().copied().reduce(f64::max).map_or(1.0, f64::recip),
+                std_error_factor: mine.iter().copied().reduce(f64::max).map_or(1.0, f64::recip),
             };
             let same = |last: &&mut LossEffect| {
                 measurement.marker().is_some() && last.observation == effect.observation

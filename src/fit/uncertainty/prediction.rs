@@ -74,7 +74,7 @@ pub(crate) fn predictions(
                 );
                 let kind = "that could not be predicted";
                 let alike = (kind, &experiment.name[..]);
-                warnings.add_alike(Weight::Contradiction, Code::NotPredicted, alike, words);
+                warnings.add_alike(Weight::Contradiction, Code::PredictionFailed, alike, words);
             }
         }
     }
@@ -88,7 +88,12 @@ pub(crate) fn predictions(
                 times(ratio)
             );
             let kind = "held out that are farther from their predictions than that";
-            warnings.add_alike(Weight::Contradiction, Code::BadlyPredicted, (kind, ""), words);
+            warnings.add_alike(
+                Weight::Contradiction,
+                Code::LargePredictionError,
+                (kind, ""),
+                words,
+            );
         }
     }
     predictions

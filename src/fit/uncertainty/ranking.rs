@@ -35,7 +35,7 @@ pub(crate) fn ranked(
 ) -> Vec<ScoreTest> {
     scored.sort_by(order);
     let alike = |best: &Scored, other: &Scored| {
-        let [a, b] = [best, other].map(|s| s.test.sigmas);
+        let [a, b] = [best, other].map(|s| s.test.z_score);
         if other.takes <= 0.0 || a * a - b * b >= BETTER {
             return false;
         }
@@ -44,7 +44,7 @@ pub(crate) fn ranked(
         beyond.dot(left).abs() < NOISE * variance(&beyond).sqrt()
     };
     let mut ranked = Vec::new();
-    for place in 1..=PLACES {
+    for rank in 1..=PLACES {
         if scored.is_empty() {
             break;
         }
@@ -52,7 +52,7 @@ pub(crate) fn ranked(
         let found = best.test.is_significant();
         let (same, others) = scored.into_iter().partition(|other| found && alike(&best, other));
         scored = others;
-        let at = |scored: Scored| ScoreTest { place, ..scored.test };
+        let at = |scored: Scored| ScoreTest { rank, ..scored.test };
         ranked.push(at(best));
         ranked.extend(Vec::into_iter(same).map(at));
     }
@@ -78,11 +78,11 @@ mod tests {
             let sigmas = along.dot(&left) / along.norm();
             let test = ScoreTest {
                 source: k.to_string(),
-                words: String::new(),
-                place: 0,
+                effect: String::new(),
+                rank: 0,
                 estimate: 1.0,
                 unit: String::new(),
-                sigmas,
+                z_score: sigmas,
                 p_value: (-0.5 * sigmas * sigmas).exp(),
                 p_value_if_correlated: None,
             };
@@ -90,7 +90,7 @@ mod tests {
         };
         let scored = directions.iter().enumerate().map(scored).collect();
         let tests = ranked(scored, &left, |along| along.norm_squared());
-        tests.into_iter().map(|test| (test.source, test.place)).collect()
+        tests.into_iter().map(|test| (test.source, test.rank)).collect()
     }
 
     fn said(places: &[(&str, usize)]) -> Vec<(String, usize)> {

@@ -29,7 +29,7 @@ use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
 use crate::fit::uncertainty::inputs::{Change, Directions};
 use crate::fit::uncertainty::noise::{Noise, left};
 use crate::fit::uncertainty::ranking::{Scored, ranked};
-use crate::fit::uncertainty::sources::{CouldHide, ScoreTest, looks_like};
+use crate::fit::uncertainty::sources::{ScoreTest, UndetectedBias, looks_like};
 use crate::fit::uncertainty::undetected_bias::{
     Answer, Effect, Likelihood, MOST_RELINEARIZED, Posterior, Weighed, biases,
 };
@@ -64,7 +64,7 @@ pub(crate) struct Unsaid {
     /// Those of the first three places, the best first.
     pub score_tests: Vec<ScoreTest>,
     /// The largest effect over its standard error first.
-    pub could_hide: Vec<CouldHide>,
+    pub undetected_bias: Vec<UndetectedBias>,
 }
 
 /// An optimum, and how to have it with the residuals of finer numerics, where it has not and they can tell.
@@ -182,7 +182,7 @@ pub(crate) fn unsaid(
         let words = format!(
             "what the scene may lack is unknown: the run of a coarse model failed ({error})"
         );
-        warnings.add(Weight::Note, Code::NoWhatIf, words);
+        warnings.add(Weight::Note, Code::NoSensitivityAnalysis, words);
         Unsaid::default()
     })
 }
@@ -197,7 +197,11 @@ pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
     let Some(words) = looks_like(tests).into_iter().next() else { return };
     let is_sure = best.p_value.max(best.p_value_if_correlated.unwrap_or(0.0)) < SURE;
     let weight = if is_sure { Weight::Misfit } else { Weight::Ambiguous };
-    warnings.add(weight, Code::LooksLike, format!("the residuals are best explained by {words}"));
+    warnings.add(
+        weight,
+        Code::OmittedEffect,
+        format!("the residuals are best explained by {words}"),
+    );
 }
 
 /// By a coarse model; where that finds that something may be missing, the full model decides.
@@ -314,8 +318,8 @@ fn looked_for_by(
             }
         }
     }
-    let could_hide = biases(&weighed, search.unknowns, estimates);
-    Ok(Unsaid { score_tests, could_hide })
+    let undetected_bias = biases(&weighed, search.unknowns, estimates);
+    Ok(Unsaid { score_tests, undetected_bias })
 }
 
 /// Likelihood of an effect, and the answer of the unknowns to it, linearized at `mode` plausible sizes.
@@ -357,10 +361,10 @@ impl Term {
     fn effect(&self) -> Effect<'_> {
         Effect {
             source: self.extension.place,
-            words: &self.words,
-            plausible: self.size,
+            name: &self.words,
+            plausible_size: self.size,
             unit: self.extension.parameter().unit(),
-            tell: self.extension.tell,
+            test: self.extension.test,
             is_one_sided: self.extension.is_one_sided(),
         }
     }
@@ -377,11 +381,11 @@ impl Term {
         let p_of = |variance: f64, freedom| chance(product / variance.sqrt(), one_sided, freedom);
         let test = ScoreTest {
             source: extension.place.to_string(),
-            words: words.clone(),
-            place: 0,
+            effect: words.clone(),
+            rank: 0,
             estimate: product / along.norm_squared() * size,
             unit: extension.parameter().unit().to_string(),
-            sigmas: product / variance.sqrt(),
+            z_score: product / variance.sqrt(),
             p_value: p_of(variance, degrees_of_freedom),
             p_value_if_correlated: (correlated > variance).then(|| p_of(correlated, fewest)),
         };

@@ -133,7 +133,7 @@ pub(crate) fn too_thick(
         // Not even the size is known where no parameter has an answer to it.
         if estimates.iter().any(|e| e.std_error.is_some())
             && usual.without_row >= SMALLEST_SOFTENING
-            && estimates.iter().all(|e| e.one_per_cent.is_empty())
+            && estimates.iter().all(|e| e.input_sensitivities.is_empty())
         {
             let words = format!(
                 "the rod is thick: shear deformation and rotary inertia, which the model leaves out, make it softer by \
@@ -229,7 +229,7 @@ impl Bias {
 /// By how much an estimate would move on its scale if motions showed a Young's modulus lower by a part.
 fn by_modulus(estimate: &Estimate, unknown: &Unknown, part: f64) -> f64 {
     let modulus = Parameter::YoungsModulus.path();
-    let by = estimate.one_per_cent.iter().find(|per_cent| per_cent.source == modulus);
+    let by = estimate.input_sensitivities.iter().find(|per_cent| per_cent.source == modulus);
     let slope = estimate.value.map_or(1.0, |value| unknown.slope(value));
     by.map_or(0.0, |per_cent| -100.0 * part.ln_1p() * per_cent.change / slope)
 }

@@ -56,7 +56,7 @@ pub struct MonteCarlo {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct PerCent {
+pub struct InputSensitivity {
     /// Name of the input; a vector by the name of its components.
     pub source: String,
     /// Change of the estimate, in its unit.
@@ -74,17 +74,17 @@ pub struct ScoreTest {
     /// Name of the number in the scene with the effect.
     pub source: String,
     /// Name of the effect, as text.
-    pub words: String,
+    pub effect: String,
     /// Rank of the effect among all tested ones, from 1; effects that the data cannot separate
     /// share a rank.
     #[serde(default)]
-    pub place: usize,
+    pub rank: usize,
     /// Estimated size of the effect beyond the scene, by the linear model, in `unit`.
     pub estimate: f64,
     /// Unit of the estimate.
     pub unit: String,
     /// Estimate divided by its standard error.
-    pub sigmas: f64,
+    pub z_score: f64,
     /// Probability that noise alone makes any of the tested effects as significant.
     pub p_value: f64,
     /// The p-value if the autocorrelation of the residuals is that of the noise; null without
@@ -102,21 +102,21 @@ impl ScoreTest {
 
 impl fmt::Display for ScoreTest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { source, words, estimate, unit, sigmas, p_value, .. } = self;
+        let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
         let size = format!("{source}: {estimate:+.1e} {unit}");
-        write!(f, "{words} ({}, {:.1} sigma, p = {p_value:.0e})", size.trim_end(), sigmas.abs())
+        write!(f, "{effect} ({}, {:.1} sigma, p = {p_value:.0e})", size.trim_end(), z_score.abs())
     }
 }
 
 /// In words, place by place, what explains what noise hardly does; the best of a place, and what could be it as well.
 pub(crate) fn looks_like(tests: &[ScoreTest]) -> Vec<String> {
-    let places = tests.chunk_by(|a, b| a.place == b.place);
-    let found = places.filter(|place| place[0].is_significant());
-    let words = |place: &[ScoreTest]| {
-        let others = place[1..].iter().take(NAMED).map(|test| format!(", or {}", test.words));
-        let more = place.len().saturating_sub(1 + NAMED);
+    let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
+    let found = ranks.filter(|rank| rank[0].is_significant());
+    let words = |rank: &[ScoreTest]| {
+        let others = rank[1..].iter().take(NAMED).map(|test| format!(", or {}", test.effect));
+        let more = rank.len().saturating_sub(1 + NAMED);
         let more = if more > 0 { format!(", or one of {more} more") } else { String::new() };
-        format!("{}{}{more}", place[0], others.collect::<String>())
+        format!("{}{}{more}", rank[0], others.collect::<String>())
     };
     found.map(words).collect()
 }
@@ -125,18 +125,18 @@ pub(crate) fn looks_like(tests: &[ScoreTest]) -> Vec<String> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
-pub struct CouldHide {
+pub struct UndetectedBias {
     /// Name of the number in the scene with the effect.
     pub source: String,
     /// Name of the effect, as text.
-    pub words: String,
+    pub effect: String,
     /// Size of the effect, in `unit`, that plausibility and data together exceed with a probability
     /// of 5 %.
     pub size: f64,
     /// Plausible size before the data, in `unit`: scale of a Student t prior with four degrees of
     /// freedom.
     #[serde(default)]
-    pub plausible: f64,
+    pub plausible_size: f64,
     /// Size of the effect by the score test alone, in `unit`; null where the effect is collinear
     /// with the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -156,14 +156,14 @@ pub struct CouldHide {
     /// Bias in standard errors of the estimate.
     pub std_errors: f64,
     /// Effect on the residuals, in standard deviations of the noise.
-    pub visible: f64,
+    pub residual_effect: f64,
     /// Experiment that would reveal the effect.
-    pub tell: String,
+    pub test: String,
 }
 
-impl CouldHide {
+impl UndetectedBias {
     /// The bias of the parameter; either way, where the data do not determine the sign of the effect.
-    fn effect(&self) -> String {
+    fn signed_bias(&self) -> String {
         let sign = |number: String| match self.estimate {
             Some(_) => number,
             None => format!("+-{}", number.trim_start_matches(['+', '-'])),
@@ -178,12 +178,12 @@ impl CouldHide {
 
     /// In a sentence, with what else the same number does to `others`.
     pub(crate) fn with(&self, others: &[&Self]) -> String {
-        let Self { words, size, unit, tell, .. } = self;
+        let Self { effect, size, unit, test, .. } = self;
         let size = match self.estimate {
             Some(_) => format!("{size:.1e} {unit}"),
             None => format!("+-{:.1e} {unit}", size.abs()),
         };
-        let effects: Vec<String> = others.iter().map(|hidden| hidden.effect()).collect();
-        format!("{words}, {}: {}; test: {tell}", size.trim_end(), effects.join(", "))
+        let effects: Vec<String> = others.iter().map(|hidden| hidden.signed_bias()).collect();
+        format!("{effect}, {}: {}; test: {test}", size.trim_end(), effects.join(", "))
     }
 }

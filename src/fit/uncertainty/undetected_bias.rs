@@ -11,7 +11,7 @@
 
 use crate::error::Error;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::sources::CouldHide;
+use crate::fit::uncertainty::sources::UndetectedBias;
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
 
@@ -37,12 +37,12 @@ pub(crate) struct Effect<'a> {
     /// Its number, by the place in the scene.
     pub source: &'a str,
     /// Name of the effect.
-    pub words: &'a str,
+    pub name: &'a str,
     /// In the unit of its number.
-    pub plausible: f64,
+    pub plausible_size: f64,
     pub unit: &'a str,
     /// Experiment that would reveal it.
-    pub tell: &'a str,
+    pub test: &'a str,
     /// Whether the number cannot be below what the scene has.
     pub is_one_sided: bool,
 }
@@ -169,7 +169,7 @@ pub(crate) fn biases(
     weighed: &[Weighed],
     unknowns: &[Unknown],
     estimates: &[Estimate],
-) -> Vec<CouldHide> {
+) -> Vec<UndetectedBias> {
     let mut all = Vec::new();
     for Weighed { effect: omitted, likelihood, posterior, answer, .. } in weighed {
         for (j, estimate) in estimates.iter().enumerate() {
@@ -191,21 +191,21 @@ pub(crate) fn biases(
             {
                 continue;
             }
-            let size = posterior.limit * omitted.plausible;
-            all.push(CouldHide {
+            let size = posterior.limit * omitted.plausible_size;
+            all.push(UndetectedBias {
                 source: omitted.source.into(),
-                words: omitted.words.into(),
+                effect: omitted.name.into(),
                 size,
-                plausible: omitted.plausible,
-                estimate: likelihood.map(|l| l.estimate * omitted.plausible),
-                estimate_std_error: likelihood.map(|l| l.std_error * omitted.plausible),
+                plausible_size: omitted.plausible_size,
+                estimate: likelihood.map(|l| l.estimate * omitted.plausible_size),
+                estimate_std_error: likelihood.map(|l| l.std_error * omitted.plausible_size),
                 unit: omitted.unit.into(),
                 parameter: estimate.label(),
                 change,
                 relative,
                 std_errors: change.abs() / std_error,
-                visible: likelihood.map_or(0.0, |l| posterior.limit.abs() / l.std_error),
-                tell: omitted.tell.into(),
+                residual_effect: likelihood.map_or(0.0, |l| posterior.limit.abs() / l.std_error),
+                test: omitted.test.into(),
             });
         }
     }

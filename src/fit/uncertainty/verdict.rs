@@ -322,7 +322,7 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
         }
     };
     if grade == Grade::NotUsable {
-        findings.iter().for_each(|f| warnings.add(Weight::Note, f.kind.code(), &f.words[..]));
+        findings.iter().for_each(|f| warnings.add(Weight::Note, f.kind.code(), &f.description[..]));
     }
     Conclusion { grade, status, verdict, warnings: warnings.into_words() }
 }
@@ -346,7 +346,7 @@ impl Warnings {
             return format!("large residuals, most likely because of {words}");
         }
         // A bound or a prior that holds a parameter explains the misfit beside it.
-        let holds = |w: &&Warning| [Code::AtBound, Code::AgainstPrior].contains(&w.code);
+        let holds = |w: &&Warning| [Code::AtBound, Code::PriorConflict].contains(&w.code);
         if let Some(held) = self.0.iter().find(holds) {
             return format!("the data contradict a bound or a prior: {}", held.words);
         }
@@ -405,7 +405,9 @@ mod tests {
     fn the_heaviest_comes_first_and_grades() {
         let graded = |weights: &[Weight]| {
             let mut warnings = Warnings::default();
-            weights.iter().for_each(|w| warnings.add(*w, Code::NotNoise, format!("{w:?}")));
+            weights
+                .iter()
+                .for_each(|w| warnings.add(*w, Code::ResidualsNotWhite, format!("{w:?}")));
             (warnings.grade(), warnings.into_words().0)
         };
         use Weight::*;
@@ -413,10 +415,13 @@ mod tests {
         assert_eq!(graded(&[Note]).0, Grade::Trustworthy);
         assert_eq!(graded(&[Note, Numerics]).0, Grade::RefineNumerics);
         let (grade, words) = graded(&[Note, Numerics, Misfit]);
-        assert_eq!((grade, &words[0][..]), (Grade::ModelDoesNotExplain, "Misfit [not-noise]"));
+        assert_eq!(
+            (grade, &words[0][..]),
+            (Grade::ModelDoesNotExplain, "Misfit [residuals-not-white]")
+        );
         // What mesh and step explain is not the model's fault.
         let (grade, words) = graded(&[Misfit, Unexplained, Mesh]);
-        assert_eq!((grade, &words[0][..]), (Grade::RefineNumerics, "Mesh [not-noise]"));
+        assert_eq!((grade, &words[0][..]), (Grade::RefineNumerics, "Mesh [residuals-not-white]"));
         assert_eq!(graded(&[Mesh, Worthless]).0, Grade::NotUsable);
     }
 }

@@ -98,7 +98,7 @@ pub(crate) fn unexplained(
                 percent(relative)
             );
             let alike = ("with much unexplained", &experiment.name[..]);
-            warnings.add_alike(weight, Code::Unexplained, alike, words);
+            warnings.add_alike(weight, Code::LargeResiduals, alike, words);
         }
         let too_large = |sigma: &f64| is_too_large(rms / sigma, own.len());
         if let Some(sigma) = measurement.sigma().filter(too_large) {
@@ -168,7 +168,7 @@ pub(crate) fn test_residuals(
                 );
                 let kind = "coordinates of which it misses something";
                 let alike = (kind, &experiment.name[..]);
-                warnings.add_alike(Weight::Misfit, Code::NotNoise, alike, words);
+                warnings.add_alike(Weight::Misfit, Code::ResidualsNotWhite, alike, words);
             } else if !tests.passed {
                 let words = format!(
                     "{}, {}: {}: some values may be far off; a robust loss (huber, cauchy) shows which",
@@ -291,12 +291,12 @@ pub(crate) fn stated_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut
 fn remembering(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
     let values: f64 = tests.iter().map(|t| t.values as f64).sum();
     let effective: f64 = tests.iter().map(|t| t.effective_samples).sum();
-    let strongest = tests.iter().max_by(|a, b| a.correlation.total_cmp(&b.correlation));
+    let strongest = tests.iter().max_by(|a, b| a.autocorrelation.total_cmp(&b.autocorrelation));
     let Some(strongest) = strongest.filter(|_| effective < WORTH_A_WORD * values) else { return };
     let mut words = format!(
         "{}, {}: neighboring residuals correlate by {:.2}, so that {values:.0} samples carry the information of \
          {effective:.0} independent ones. The intervals allow for it",
-        strongest.observation, strongest.axis, strongest.correlation
+        strongest.observation, strongest.axis, strongest.autocorrelation
     );
     if effective < ENOUGH_EACH * unknowns as f64 {
         words += ", but are uncertain themselves. Record longer; more frames a second do not help";
@@ -363,7 +363,7 @@ pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnin
          where a rod whips: they count as if their sigma were as many times larger",
         search.trust.len()
     );
-    warnings.add(Weight::Note, Code::RunawayValues, words);
+    warnings.add(Weight::Note, Code::HighLeverage, words);
 }
 
 /// Parameters that the data bound from one side only.
@@ -425,7 +425,7 @@ pub(crate) fn against_priors(unknowns: &[Unknown], optimum: &Optimum, warnings: 
                  other",
                 off.abs()
             );
-            warnings.add(Weight::Contradiction, Code::AgainstPrior, words);
+            warnings.add(Weight::Contradiction, Code::PriorConflict, words);
         }
     }
 }

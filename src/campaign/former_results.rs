@@ -1,0 +1,31 @@
+//! Results that version 0.1 stored, with the current names of keys and codes.
+
+use crate::code::Code;
+use crate::fit;
+use serde_json::Value;
+
+/// Key of every report of version 0.1, and of none since.
+const FORMER_KEY: &str = "\"basins\":";
+
+/// A stored result with current keys and codes, on one line; current results are returned unchanged.
+pub(crate) fn with_current_names(result: &str) -> String {
+    if !has_former_names(result) {
+        return result.into();
+    }
+    let Ok(mut whole) = serde_json::from_str::<Value>(result) else { return result.into() };
+    for key in ["report", "error"] {
+        if let Some(part) = whole.get_mut(key) {
+            fit::with_current_names(part);
+        }
+    }
+    whole.to_string()
+}
+
+/// Whether a result has a former key, or a former code at the end of its error message.
+fn has_former_names(result: &str) -> bool {
+    let has_former_code = || {
+        let former = Code::ALL.iter().filter_map(|code| code.former_name());
+        former.into_iter().any(|name| result.contains(&format!("[{name}]\",\"platform\":")))
+    };
+    result.contains(FORMER_KEY) || has_former_code()
+}
