@@ -173,10 +173,10 @@ fn with_noise(mut experiments: Vec<Experiment>, seed: u64) -> Vec<Experiment> {
     experiments
 }
 
-fn fitted(experiments: Vec<Experiment>, what_if: bool) -> Result<FitReport, Error> {
+fn fitted(experiments: Vec<Experiment>, sensitivity_analysis: bool) -> Result<FitReport, Error> {
     let analysis = Analysis {
         discretization_error: Refinement::None,
-        what_if: Some(what_if),
+        sensitivity_analysis: Some(sensitivity_analysis),
         ..Analysis::default()
     };
     Fit::of(experiments)

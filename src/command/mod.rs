@@ -124,7 +124,7 @@ enum Command {
     #[command(after_help = "Example: rodfit inspect data/cantilever-tip.csv")]
     Inspect(inspect::Options),
     /// Write a scene, a fit and synthetic data as a template.
-    #[command(after_help = "Example: rodfit init cantilever --into mine")]
+    #[command(after_help = "Example: rodfit init cantilever --out mine")]
     Init(init::Options),
     /// Explain the code of a warning, a grade or an exit code; without an argument, list all codes.
     #[command(after_help = "Example: rodfit explain beyond-sigma")]

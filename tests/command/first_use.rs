@@ -13,7 +13,7 @@ fn tracker() -> String {
 fn open_value_of_a_template_is_refused_by_name() {
     let folder = Folder::new();
     folder.write("tracker.csv", &tracker());
-    let output = folder.run(&["init", "cantilever", "--from", "tracker.csv", "--into", "out"]);
+    let output = folder.run(&["init", "cantilever", "--from", "tracker.csv", "--out", "out"]);
     succeeds(&output);
     let shown = stdout(&output);
     assert!(shown.contains("still to be filled in: scale"), "{shown}");
@@ -32,7 +32,7 @@ fn template_takes_the_measures_of_the_rod() {
     let folder = Folder::new();
     let sizes = ["--width", "0.01", "--height", "0.002", "--length", "0.3", "--density", "1100"];
     for template in ["cantilever", "droop", "frequencies"] {
-        let arguments = ["init", template, "--section", "rectangle", "--into", template];
+        let arguments = ["init", template, "--section", "rectangle", "--out", template];
         succeeds(&folder.run(&[&arguments[..], &sizes[..]].concat()));
         let scene = folder.read(&format!("{template}/{template}.toml"));
         for words in [
@@ -45,7 +45,7 @@ fn template_takes_the_measures_of_the_rod() {
         assert!(!scene.contains("# measure"), "{scene}");
         succeeds(&folder.run(&["parameters", &format!("{template}/{template}.toml"), "-q"]));
     }
-    let tube = ["init", "helix", "--radius", "0.004", "--thickness", "0.001", "--into", "tube"];
+    let tube = ["init", "helix", "--radius", "0.004", "--thickness", "0.001", "--out", "tube"];
     succeeds(&folder.run(&tube));
     let scene = folder.read("tube/helix.toml");
     assert!(scene.contains("kind = \"tube\", radius = 0.004, thickness = 0.001"), "{scene}");
@@ -221,7 +221,7 @@ fn late_release_is_named_with_the_release_time() {
     assert!((modulus / 1e8 - 1.0).abs() < 0.01, "{}", stdout(&output));
     assert!(!stdout(&output).contains("[late-release]"), "{}", stdout(&output));
     // `init` writes the release time.
-    let output = folder.run(&["init", "cantilever", "--from", "tip.csv", "--into", "new"]);
+    let output = folder.run(&["init", "cantilever", "--from", "tip.csv", "--out", "new"]);
     succeeds(&output);
     let written = folder.read("new/cantilever-fit.toml");
     let zero = written.split("time_zero = ").nth(1).unwrap().split_whitespace().next().unwrap();

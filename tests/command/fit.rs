@@ -383,7 +383,7 @@ fn several_fits_run_one_after_the_other() {
 fn fits_of_one_name_are_told_apart() {
     let folder = Folder::new();
     for specimen in ["one", "two"] {
-        succeeds(&folder.run(&["init", "droop", "--into", specimen]));
+        succeeds(&folder.run(&["init", "droop", "--out", specimen]));
     }
     let both = ["fit", "one/droop-fit.toml", "two/droop-fit.toml"];
     let output = folder.run(&[&both[..], &["--json", "found.json"]].concat());

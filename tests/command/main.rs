@@ -13,6 +13,7 @@ mod explain;
 mod first_use;
 mod fit;
 mod folder;
+mod former_results;
 mod hostile;
 mod hostile_fits;
 mod hostile_scenes;

@@ -48,12 +48,16 @@ pub fn noisy(clean: &Observation, sigma: f64, seed: u64) -> Observation {
 
 /// An analysis of data that have the scene's own mesh and step, of which nothing else is asked.
 pub fn same_mesh() -> Analysis {
-    Analysis { what_if: Some(false), ..of_a_right_mesh() }
+    Analysis { sensitivity_analysis: Some(false), ..of_a_right_mesh() }
 }
 
 /// An analysis of data that have the scene's own mesh and step.
 pub fn of_a_right_mesh() -> Analysis {
-    Analysis { discretization_error: Refinement::None, what_if: Some(true), ..Analysis::default() }
+    Analysis {
+        discretization_error: Refinement::None,
+        sensitivity_analysis: Some(true),
+        ..Analysis::default()
+    }
 }
 
 /// A fit of a scene to one record.

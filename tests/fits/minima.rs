@@ -68,7 +68,7 @@ fn without_its_damping(folder: &std::path::Path) -> FitFile {
     std::fs::write(folder.join("tip.csv"), format!("t,x,y\n{rows}")).unwrap();
     let text = "scene = \"scene.toml\"\nobservation = [{ file = \"tip.csv\", sigma = 5e-4 }]\n\
                 [[parameter]]\nname = \"youngs_modulus\"\n[analysis]\ndiscretization_error = \"none\"\n\
-                what_if = true\n";
+                sensitivity_analysis = true\n";
     FitFile::from_toml(text, folder).unwrap()
 }
 

@@ -197,7 +197,7 @@ fn searches_end_at_their_tolerance() {
     let solved = |tolerance: f64| {
         let analysis = rodfit::fit::Analysis {
             tolerance,
-            what_if: Some(false),
+            sensitivity_analysis: Some(false),
             discretization_error: rodfit::fit::Refinement::None,
             ..Default::default()
         };

@@ -46,7 +46,7 @@ fn damping_near_zero_always_has_a_bound_that_covers() {
                 .observe(noisy(&clean, 3.95e-4, seed))
                 .identify(Parameter::YoungsModulus)
                 .identify(Parameter::DampingMass)
-                .analyse(Analysis { what_if: Some(false), ..Analysis::default() });
+                .analyse(Analysis { sensitivity_analysis: Some(false), ..Analysis::default() });
             let report = fit.solve().unwrap();
             let damping = &report.parameters[1];
             assert!(report.is_success() && damping.identifiable, "{seed}: {report}");
@@ -101,7 +101,7 @@ fn modulus_without_visible_bending_is_bounded_from_below() {
             .observe(noisy(&clean, sigma, seed).sigma(sigma))
             .identify(Parameter::DampingMass)
             .identify(unknown)
-            .analyse(Analysis { what_if: Some(false), ..Analysis::default() })
+            .analyse(Analysis { sensitivity_analysis: Some(false), ..Analysis::default() })
             .solve()
             .unwrap();
         let [damping, modulus] = &report.parameters[..] else { panic!("{report}") };

@@ -216,7 +216,7 @@ fn few_values_widen_the_coverage() {
 #[test]
 fn one_per_cent_of_everything_is_said() {
     let (scene, fit) = swing();
-    let asked = Analysis { what_if: Some(true), ..Analysis::default() };
+    let asked = Analysis { sensitivity_analysis: Some(true), ..Analysis::default() };
     let fit = fit.analyse(asked);
     let report = fit.clone().solve().unwrap();
     println!("{report}");
@@ -235,7 +235,7 @@ fn one_per_cent_of_everything_is_said() {
     let length = known(&scene, "rod.shape.length", 0.01);
     let said = fit.clone().known(length).solve().unwrap();
     assert!(modulus(&said).input_sensitivities.iter().all(|p| p.source != "rod.shape.length"));
-    let quiet = Analysis { what_if: Some(false), ..Analysis::default() };
+    let quiet = Analysis { sensitivity_analysis: Some(false), ..Analysis::default() };
     let quiet = fit.analyse(quiet).solve().unwrap();
     assert!(modulus(&quiet).input_sensitivities.is_empty());
     assert!(report.simulations < 1.3 * quiet.simulations + 1.0, "{report}\n{quiet}");

@@ -169,7 +169,7 @@ fn what_could_hide_is_as_large_as_said() {
         &scene,
         &noisy(&clean, 1e-3, 1).sigma(1e-3),
         &[Parameter::YoungsModulus],
-        Analysis { what_if: Some(true), ..Analysis::default() },
+        Analysis { sensitivity_analysis: Some(true), ..Analysis::default() },
     );
     println!("{report}");
     let cases: [Case; 2] = [

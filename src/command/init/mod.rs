@@ -25,9 +25,9 @@ pub struct Options {
     said: Said,
     #[command(flatten)]
     measures: Measures,
-    /// Folder of the files.
-    #[arg(long, value_name = "DIR", default_value = ".")]
-    into: PathBuf,
+    /// Folder of the new files.
+    #[arg(long, alias = "into", value_name = "DIR", default_value = ".")]
+    out: PathBuf,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -74,9 +74,9 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let mut outputs = Outputs::new(manner);
     let places: Vec<Option<Output>> = files
         .iter()
-        .map(|(name, _)| outputs.add_in_folder("init", Some(&options.into), name))
+        .map(|(name, _)| outputs.add_in_folder("init", Some(&options.out), name))
         .collect();
-    if let Some(path) = files.iter().map(|(name, _)| options.into.join(name)).find(|p| p.exists())
+    if let Some(path) = files.iter().map(|(name, _)| options.out.join(name)).find(|p| p.exists())
         && !manner.overwrites()
     {
         return Err(Error::Invalid {
@@ -93,7 +93,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     }
     let names: Vec<&str> = files.iter().map(|(name, _)| &name[..]).collect();
     let fit = format!("{name}-fit.toml");
-    let fit = if options.into == Path::new(".") { fit.into() } else { options.into.join(fit) };
+    let fit = if options.out == Path::new(".") { fit.into() } else { options.out.join(fit) };
     let made_up = match options.from {
         Some(_) => "where the scene's origin is, and its measures, are yours to fill in",
         None => "the data are made up",
@@ -135,7 +135,7 @@ fn from(
     options: &Options,
 ) -> Result<Files, Error> {
     let said = options.said.recording();
-    let path = named(file, &options.into)?;
+    let path = named(file, &options.out)?;
     let both = |scene: String, fit: String| {
         vec![(format!("{name}.toml"), scene), (format!("{name}-fit.toml"), fit)]
     };

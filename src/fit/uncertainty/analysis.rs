@@ -26,7 +26,8 @@ pub struct Analysis {
     pub monte_carlo: usize,
     /// Whether to compute input sensitivities, score tests for omitted effects and undetected bias;
     /// default: where they cost little compared with the search.
-    pub what_if: Option<bool>,
+    #[serde(alias = "what_if")] // old name
+    pub sensitivity_analysis: Option<bool>,
     /// Plausible sizes of omitted effects by parameter name, in their units; default: sizes common
     /// in laboratories.
     pub plausible: BTreeMap<String, f64>,
@@ -47,7 +48,7 @@ impl Default for Analysis {
             observed_information: false,
             discretization_error: Refinement::default(),
             monte_carlo: 0,
-            what_if: None,
+            sensitivity_analysis: None,
             plausible: BTreeMap::new(),
             tolerance: TOLERANCE,
         }

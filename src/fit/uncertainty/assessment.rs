@@ -298,7 +298,7 @@ pub(crate) fn expected(
 ) -> Result<Assessment, Error> {
     let local = local_analysis::local(search, optimum)?;
     let mut warnings = Warnings::default();
-    let with_unstated = analysis.what_if != Some(false);
+    let with_unstated = analysis.sensitivity_analysis != Some(false);
     let (inputs, not_found) =
         sensitivities((search, optimum), &local.linear_fit(), knowns, with_unstated);
     warnings.append(not_found);
@@ -308,8 +308,8 @@ pub(crate) fn expected(
     let estimates = estimates(search.unknowns, optimum, (covariance, bounds), reach);
     bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
-    let what_if = Some(with_unstated);
-    let analysis = &Analysis { monte_carlo: 0, what_if, ..analysis.clone() };
+    let sensitivity_analysis = Some(with_unstated);
+    let analysis = &Analysis { monte_carlo: 0, sensitivity_analysis, ..analysis.clone() };
     let given = Given {
         known: known.as_ref(),
         analysis,

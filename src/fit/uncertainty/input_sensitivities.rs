@@ -113,7 +113,7 @@ pub(crate) fn are_unstated_wanted(
 ) -> bool {
     let derivatives = search.unknowns.len() + unstated_inputs(search, knowns).len() + knowns.len();
     let cost = 1.0 + COST_OF_DERIVATIVE * derivatives as f64;
-    match analysis.what_if {
+    match analysis.sensitivity_analysis {
         _ if search.is_stopped() => false,
         Some(asked) => asked,
         None => cost <= MAX_RELATIVE_COST * spent,

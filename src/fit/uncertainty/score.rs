@@ -175,7 +175,7 @@ pub(crate) fn unsaid(
     warnings: &mut Warnings,
 ) -> Unsaid {
     let (analysis, _) = asked;
-    if found.0.is_stopped() || analysis.what_if == Some(false) {
+    if found.0.is_stopped() || analysis.sensitivity_analysis == Some(false) {
         return Unsaid::default();
     }
     looked_for(found, statistics, (asked, spent)).unwrap_or_else(|error| {
@@ -211,7 +211,7 @@ fn looked_for(
     (asked, spent): ((&Analysis, &[Known]), f64),
 ) -> Result<Unsaid, Error> {
     let full = Model { experiments: search.experiments.to_vec(), is_coarse: false };
-    let is_asked = asked.0.what_if == Some(true);
+    let is_asked = asked.0.sensitivity_analysis == Some(true);
     // The derivatives of a coarse model have errors that hide small effects.
     if BY_DERIVATIVES <= spent || is_asked {
         return looked_for_by(full, (search, optimum, finer), statistics, asked);
@@ -220,7 +220,7 @@ fn looked_for(
     let coarse = coarse.task(search).experiments.to_vec();
     // Rods between recorded ends keep their meshes.
     let cost = BY_DERIVATIVES * full_work(&coarse)? / search.full_work;
-    if asked.0.what_if.is_none() && cost > CHEAP * spent {
+    if asked.0.sensitivity_analysis.is_none() && cost > CHEAP * spent {
         return Ok(Unsaid::default());
     }
     let model = Model { experiments: coarse, is_coarse: true };
