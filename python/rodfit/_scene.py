@@ -99,10 +99,8 @@ class Run:
     """A simulated motion: ``t``, s; ``position``, m, and ``velocity``, m/s: (times, nodes, 3), views that cannot be
     written to."""
 
-    def __init__(self, native: _rodfit.Run, resolution: dict[str, Any] | None):
+    def __init__(self, native: _rodfit.Run):
         self._native = native
-        #: Mesh, step and scheme that the program chose, as in ``Scene.resolution``.
-        self.resolution = resolution
         self.t = native.t
         self.t.flags.writeable = False
         self._motion = native.motion
@@ -111,6 +109,18 @@ class Run:
         self._energies = native.energies
         for array in (self._energies, *self._derivatives.values()):
             array.flags.writeable = False
+
+    @property
+    def resolution(self) -> dict[str, Any] | None:
+        """Mesh, step and scheme of this run, and the estimated error, where the program chose them. They are finer than those
+        of ``Scene.resolution`` where the run was repeated."""
+        text = self._native.resolution()
+        return None if text is None else dict(read(text))
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings of the scene and of the estimated error of this run."""
+        return self._native.warnings()
 
     @property
     def position(self) -> np.ndarray:
@@ -276,10 +286,10 @@ class Scene:
         return self._native.length
 
     def simulate(self, derivatives: str | Iterable[str] = ()) -> Run:
-        """The motion of all nodes, with exact derivatives by these parameters. Other threads go on meanwhile; Ctrl-C ends
-        it."""
+        """The motion of all nodes, with exact derivatives by these parameters. Numerics that the program chose are checked by
+        the run, which is repeated with finer ones where needed. Other threads go on meanwhile; Ctrl-C ends it."""
         names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
-        return Run(self._native.simulate(names), self.resolution)
+        return Run(self._native.simulate(names))
 
     def equilibrium(self) -> Equilibrium:
         """Where the rod rests under its loads."""

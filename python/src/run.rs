@@ -1,7 +1,7 @@
 //! Simulated motion as arrays.
 
 use crate::error::raised;
-use crate::json::said;
+use crate::json::{json, said};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray4, PyArrayMethods};
 use pyo3::prelude::*;
 use rodfit::rod::Energies;
@@ -63,6 +63,16 @@ impl Run {
         let point: Point = said(py, "point", point)?;
         let stencil = self.problem.stencil(point).map_err(|error| raised(py, error))?;
         Ok(stencil.nodes.into_iter().unzip())
+    }
+
+    /// Mesh, step and scheme of this run, as JSON; none where the scene gives them all.
+    fn resolution(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        self.problem.resolution().map(|resolution| json(py, resolution)).transpose()
+    }
+
+    /// Warnings of the scene and of the estimated error of this run.
+    fn warnings(&self) -> Vec<String> {
+        self.problem.warnings()
     }
 
     /// Arc lengths of the nodes from the wall, m.

@@ -5,6 +5,7 @@ use crate::json::json;
 use crate::run::Run;
 use crate::work::{Hooks, interruptible};
 use pyo3::prelude::*;
+use rodfit::accuracy::{RunCheck, simulate_checked};
 use rodfit::problem::ParameterList;
 use rodfit::vibration::About;
 use rodfit::{Parameter, Problem, Trajectory};
@@ -13,12 +14,14 @@ use rodfit::{Parameter, Problem, Trajectory};
 #[pyclass(frozen, module = "rodfit._rodfit")]
 pub struct Scene {
     pub problem: Problem,
+    /// The check of a run by numerics that the program chose.
+    check: Option<RunCheck>,
 }
 
 impl Scene {
     pub fn of(py: Python<'_>, scene: rodfit::Scene) -> PyResult<Self> {
-        let problem = scene.problem().map_err(|error| raised(py, error))?;
-        Ok(Self { problem })
+        let (problem, check) = scene.checked_problem().map_err(|error| raised(py, error))?;
+        Ok(Self { problem, check })
     }
 }
 
@@ -70,7 +73,7 @@ impl Scene {
         let problem = self.problem.with(pairs).map_err(|error| raised(py, error))?;
         match problem.resolution() {
             Some(_) => Self::of(py, problem.scene().reopened()),
-            None => Ok(Self { problem }),
+            None => Ok(Self { problem, check: None }),
         }
     }
 
@@ -99,19 +102,20 @@ impl Scene {
         self.problem.resolution().map(|resolution| json(py, resolution)).transpose()
     }
 
-    /// Simulates the scene; Ctrl-C ends it.
+    /// Simulates the scene; Ctrl-C ends it. Chosen numerics are checked, and the run is repeated with finer ones where needed.
     fn simulate(&self, py: Python<'_>, derivatives: Vec<String>) -> PyResult<Run> {
         let by = parameters(py, &derivatives)?;
-        let problem = self.problem.clone();
+        let (problem, check) = (self.problem.clone(), self.check.clone());
         let run = move |hooks: Hooks| {
-            let problem = problem.stop_when(hooks.stop);
-            let nodes: Vec<usize> = (0..problem.nodes()).collect();
-            let mut run = Trajectory::new(&problem, &nodes, &by)?.keep_energies();
-            run.run(&problem, problem.time()?.steps(), |_| {})?;
-            Ok(run)
+            simulate_checked(problem, check, |problem| {
+                let problem = problem.stop_when(hooks.stop.clone());
+                let nodes: Vec<usize> = (0..problem.nodes()).collect();
+                let trajectory = Trajectory::new(&problem, &nodes, &by)?.keep_energies();
+                Ok((problem, trajectory))
+            })
         };
-        let trajectory = interruptible(py, None, run)?;
-        Ok(Run::new(self.problem.clone(), trajectory, derivatives))
+        let (problem, trajectory) = interruptible(py, None, run)?;
+        Ok(Run::new(problem, trajectory, derivatives))
     }
 
     /// The equilibrium, as JSON.

@@ -27,6 +27,7 @@ const AFTER_FAILURE: f64 = 3.0;
 const TIMES: f64 = 200.0;
 
 /// The check of a run by numerics that the program chose.
+#[derive(Clone)]
 pub struct RunCheck {
     scene: Scene,
     basis: Basis,
@@ -194,26 +195,45 @@ impl Scene {
     /// # Errors
     /// Those of [`problem`](Self::problem) and of [`Trajectory::run`].
     pub fn simulate(&self) -> Result<(Problem, Trajectory), Error> {
-        let (mut problem, mut check) = self.checked_problem()?;
-        loop {
+        let (problem, check) = self.checked_problem()?;
+        simulate_checked(problem, check, |problem| {
             let all: Vec<usize> = (0..problem.nodes()).collect();
-            let mut trajectory = Trajectory::new(&problem, &all, &[])?;
-            let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
-            let outcome = trajectory.run(&problem, problem.time()?.steps(), |state| {
-                monitor.iter_mut().for_each(|monitor| monitor.push(state));
-            });
-            let Some((own, monitor)) = check.take().zip(monitor) else {
+            let trajectory = Trajectory::new(&problem, &all, &[])?;
+            Ok((problem, trajectory))
+        })
+    }
+}
+
+/// Runs a problem of [`Scene::checked_problem`], and repeats the run with finer numerics while its check requires it.
+///
+/// `prepare` returns the problem, with a stop flag or another kind of derivatives, and the empty trajectory of each run.
+/// Returned are the problem of the last run, with its estimated error, and that run.
+///
+/// # Errors
+/// Those of `prepare` and of [`Trajectory::run`].
+pub fn simulate_checked(
+    problem: Problem,
+    mut check: Option<RunCheck>,
+    mut prepare: impl FnMut(Problem) -> Result<(Problem, Trajectory), Error>,
+) -> Result<(Problem, Trajectory), Error> {
+    let (mut problem, mut trajectory) = prepare(problem)?;
+    loop {
+        let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
+        let outcome = trajectory.run(&problem, problem.time()?.steps(), |state| {
+            monitor.iter_mut().for_each(|monitor| monitor.push(state));
+        });
+        let Some((own, monitor)) = check.take().zip(monitor) else {
+            return outcome.map(|()| (problem, trajectory));
+        };
+        match own.assess(&outcome, &monitor)? {
+            Assessment::Again(next) => {
+                let (finer, next) = *next;
+                check = Some(next);
+                (problem, trajectory) = prepare(finer)?;
+            }
+            Assessment::Accepted(error) => {
+                problem.set_estimated_error(error);
                 return outcome.map(|()| (problem, trajectory));
-            };
-            match own.assess(&outcome, &monitor)? {
-                Assessment::Again(next) => {
-                    let (finer, next) = *next;
-                    (problem, check) = (finer, Some(next));
-                }
-                Assessment::Accepted(error) => {
-                    problem.set_estimated_error(error);
-                    return outcome.map(|()| (problem, trajectory));
-                }
             }
         }
     }

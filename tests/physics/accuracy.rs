@@ -1,6 +1,6 @@
 //! Mesh, step and scheme that the program chooses.
 
-use rodfit::accuracy::{Aim, Assessment};
+use rodfit::accuracy::{Aim, Assessment, simulate_checked};
 use rodfit::scene::{Resolution, Scheme, Tolerance};
 use rodfit::vibration::About;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
@@ -233,6 +233,28 @@ fn run_check_asks_for_finer_numerics_where_the_run_disagrees_or_fails() {
     }
     let stopped = assessed(1e8, Err(Error::Interrupted)).1;
     assert!(matches!(stopped, Assessment::Accepted(None)));
+}
+
+/// The first run is that of a rod of half the modulus, as by wrong numerics: a second one follows, of the problem of the check.
+#[test]
+fn checked_simulation_is_repeated_until_its_check_accepts() {
+    let scene = dozen()[0].replace("[rod]", "accuracy = 1e-2\n[rod]");
+    let (problem, check) = Scene::from_toml(&scene, "data").unwrap().checked_problem().unwrap();
+    let mut steps = Vec::new();
+    let (problem, run) = simulate_checked(problem, check, |problem| {
+        steps.push(problem.time()?.steps());
+        let run = if steps.len() == 1 {
+            problem.with([(Parameter::YoungsModulus, 5e7)])?
+        } else {
+            problem
+        };
+        let trajectory = rodfit::Trajectory::new(&run, &[run.nodes() - 1], &[])?;
+        Ok((run, trajectory))
+    })
+    .unwrap();
+    assert!(steps.len() == 2 && steps[1] > steps[0], "{steps:?}");
+    assert_eq!(run.times().len() as u64, steps[1] as u64 + 1);
+    assert!(problem.resolution().unwrap().error.unwrap() <= 1e-2);
 }
 
 /// Steps are solved as exactly as the accuracy needs, with fewer tangents, and the motion stays what it is; derivatives
