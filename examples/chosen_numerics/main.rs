@@ -4,9 +4,11 @@
 //! `cargo run --release --example chosen_numerics -- [costs] [SCENES] [FIRST SEED]`; 10 scenes if no number is given. The true
 //! error is the largest distance of eight points along the rod, at 200 times, from a run on a finer mesh with smaller steps.
 //! `costs` also compares the work with the least one of numerics picked by hand, which takes many times as long. `-- schemes
-//! [SCENES] [FIRST SEED]` prints the errors of the step alone, by scheme.
+//! [SCENES] [FIRST SEED]` prints the errors of the step alone, by scheme. `-- fits [SCENES] [FIRST SEED]` fits E to the tip of
+//! each scene, with everything chosen, and counts the intervals that hold.
 
 mod by_hand;
+mod fits;
 mod scenes;
 
 use rodfit::{Error, Point, Problem, Scene, Trajectory};
@@ -97,6 +99,10 @@ fn main() -> Result<(), Error> {
     let first = numbers.get(1).copied().unwrap_or(0);
     if is_asked("schemes") {
         return by_hand::compare_schemes(first..first + count);
+    }
+    if is_asked("fits") {
+        fits::cover(first..first + count);
+        return Ok(());
     }
     let mut counts = REQUESTED.map(|_| Counts::default());
     for seed in first..first + count {
