@@ -61,6 +61,7 @@
 //! | [`energy`], [`rod`] | elements and their assembly; [user-defined energies](energy::own) |
 //! | [`check`] | verification of derivatives, also of your own |
 //! | [`accuracy`], [`study`] | choice of mesh and step; speed against error |
+//! | [`summary`] | results as text for a terminal |
 //! | [`numerics`] | dual numbers, band matrices, least squares; independent of rods |
 //! | `page`, `campaign`, `command` | HTML pages, many fits, the command line (features `page` and `cli`) |
 //!
@@ -125,6 +126,7 @@ pub mod rod;
 pub mod scene;
 pub mod statics;
 pub mod study;
+pub mod summary;
 pub mod vibration;
 
 pub use code::Code;

@@ -13,6 +13,8 @@ use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::Point;
 use crate::scene::{Recorded, Scene, Scheme};
+use crate::summary::quantity::{number, quantity};
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use serde::{Deserialize, Serialize};
 
 /// Steps over the scene's.
@@ -32,6 +34,8 @@ const ENOUGH: f64 = 0.1;
 const SAMPLES: usize = 400;
 /// Runs shorter than this, s, are timed again.
 const SHORT: f64 = 0.05;
+/// Significant digits of steps and times on the terminal.
+const DIGITS: usize = 3;
 
 /// One run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -307,26 +311,71 @@ impl Run {
 
 impl std::fmt::Display for Study {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        writeln!(
-            f,
-            "scheme                 step, s    segments  error/L    of step    of mesh    time, s   energy"
-        )?;
-        let number = |x: Option<f64>| x.map_or("failed   ".into(), |x| format!("{x:.3e}"));
-        for row in &self.rows {
-            writeln!(
-                f,
-                "{:<22} {:.3e} {:8}   {:9}  {:9}  {:9}  {:.2e}  {:.1e}",
-                name(row),
-                row.step,
-                row.segments,
-                number(row.error),
-                number(row.step_error),
-                number(Some(row.mesh_error)),
-                row.wall_seconds,
-                row.energy_drift
-            )?;
-        }
-        writeln!(f, "the reference is good to {:.1e} or better", self.reference_error)?;
-        write!(f, "{}", self.advice_lines().join("\n"))
+        self.summary().fmt(f)
     }
+}
+
+impl Study {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let status = format!(
+            "{} runs; error of the reference at most {} of the length",
+            self.rows.len(),
+            percent(self.reference_error)
+        );
+        let mut fastest = SummaryTable::new([
+            TextColumn::left("tip error"),
+            TextColumn::left("scheme"),
+            TextColumn::right("step"),
+            TextColumn::right("segments"),
+            TextColumn::right("time"),
+        ]);
+        for Advice { error, row } in &self.advice {
+            let limit = format!("{} of the length", percent(*error));
+            match row.map(|i| &self.rows[i]) {
+                Some(row) => fastest.row([
+                    limit,
+                    name(row),
+                    quantity(row.step, "s", DIGITS),
+                    row.segments.to_string(),
+                    quantity(row.wall_seconds, "s", DIGITS),
+                ]),
+                None => fastest.row([limit, "finer than all runs".into()]),
+            }
+        }
+        let mut runs = SummaryTable::new([
+            TextColumn::left("scheme"),
+            TextColumn::right("step"),
+            TextColumn::right("mesh"),
+            TextColumn::right("error"),
+            TextColumn::right("(step)"),
+            TextColumn::right("(mesh)"),
+            TextColumn::right("time"),
+            TextColumn::right("energy"),
+        ]);
+        let size = |x: Option<f64>| x.map_or("failed".into(), |x| format!("{x:.1e}"));
+        for row in &self.rows {
+            runs.row([
+                name(row),
+                quantity(row.step, "s", DIGITS),
+                row.segments.to_string(),
+                size(row.error),
+                size(row.step_error),
+                size(Some(row.mesh_error)),
+                quantity(row.wall_seconds, "s", DIGITS),
+                format!("{:.1e}", row.energy_drift),
+            ]);
+        }
+        let title = "All runs: step, segments, error of the tip over the length (total, by the step, by the mesh), \
+                     computing time, change of the energy over the largest kinetic energy";
+        Summary::new(status, Tone::Neutral)
+            .table("Fastest run for a tip error", fastest)
+            .warnings(Vec::<String>::new())
+            .table(title, runs)
+    }
+}
+
+/// A fraction in per cent.
+fn percent(fraction: f64) -> String {
+    format!("{} %", number(100.0 * fraction, 2))
 }

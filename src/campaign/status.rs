@@ -1,6 +1,7 @@
 //! How far a campaign is.
 
 use crate::campaign::collect::Collected;
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone, duration};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt;
@@ -55,21 +56,40 @@ impl Status {
 
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
+impl Status {
+    /// The state of the campaign as text for a terminal.
+    pub fn summary(&self) -> Summary {
         let [usable, refused, other] = self.codes;
-        write!(f, "{} of {} fits done", self.done, self.tasks)?;
-        if self.done > 0 {
-            writeln!(f, ": {usable} usable, {other} not, {refused} refused as input")?;
-            let mean = self.seconds / self.done as f64;
-            write!(f, "{mean:.3} s each, the longest {:.3} s", self.longest_seconds)?;
-            if self.left() > 0 {
-                write!(
-                    f,
-                    "; {} left, about {:.3} h on one processor",
-                    self.left(),
-                    self.left() as f64 * mean / 3600.0
-                )?;
-            }
+        let status = format!("{} of {} fits have a result", self.done, self.tasks);
+        let tone = match self.left() {
+            0 => Tone::Good,
+            _ => Tone::Doubtful,
+        };
+        let mut summary = Summary::new(status, tone);
+        if self.done == 0 {
+            return summary;
         }
-        Ok(())
+        let mut table = SummaryTable::new([TextColumn::left("result"), TextColumn::right("fits")]);
+        let all = [("usable", usable), ("not usable", other), ("rejected as bad input", refused)];
+        for (name, count) in all {
+            table.row([name.to_string(), count.to_string()]);
+        }
+        if self.left() > 0 {
+            table.row(["no result yet".to_string(), self.left().to_string()]);
+        }
+        summary = summary.table("", table).warnings(Vec::<String>::new());
+        let mean = self.seconds / self.done as f64;
+        let text =
+            format!("{} on average, {} at most", duration(mean), duration(self.longest_seconds));
+        summary = summary.fact("Time of a fit", text);
+        if self.left() > 0 {
+            let text = format!("about {} on one processor", duration(self.left() as f64 * mean));
+            summary = summary.fact("Remaining time", text);
+        }
+        summary
     }
 }

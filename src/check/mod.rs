@@ -21,6 +21,7 @@ use crate::check::finite_difference::{Difference, STEPS, difference, relative, s
 use crate::code::Code;
 use crate::energy::{Analytic, Energy};
 use crate::numerics::called::Called;
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use num_dual::HyperDual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -419,65 +420,100 @@ pub fn check_hessian<const N: usize>(
 
 impl fmt::Display for CheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
+impl CheckReport {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
         let (found, allowed) = (&self.max_relative_error, &self.tolerance);
-        let verdict = match self.derivatives_agree() {
-            true => "agree".into(),
-            false => Code::DerivativesDisagree.behind("DISAGREE"),
+        let is_confirmed = matches!(self.verdicts.finite_difference, Verdict::Agree);
+        let states = self.states;
+        let summary = match (self.derivatives_agree(), is_confirmed) {
+            (true, true) => {
+                Summary::new(format!("derivatives agree at {states} states"), Tone::Good)
+            }
+            (true, false) => Summary::new(
+                format!(
+                    "finite differences disagree with the hand-derived derivatives at {states} states"
+                ),
+                Tone::Bad,
+            ),
+            (false, _) => Summary::new(
+                format!("hand-derived and automatic derivatives disagree at {states} states"),
+                Tone::Bad,
+            )
+            .coded(Some(Code::DerivativesDisagree)),
         };
-        writeln!(f, "hand-derived and automatic derivatives {verdict} at {} states", self.states)?;
-        let verdict = match self.verdicts.finite_difference {
-            Verdict::Agree => "confirm",
-            Verdict::Disagree => "DO NOT CONFIRM",
+        let mut table = SummaryTable::new([
+            TextColumn::left("hand-derived"),
+            TextColumn::left("compared with"),
+            TextColumn::right("largest error"),
+            TextColumn::right("allowed"),
+            TextColumn::left("verdict"),
+        ]);
+        let verdict = |is_agreement: bool| if is_agreement { "agree" } else { "DISAGREE" };
+        let mut row = |name: &str, against: &str, error: f64, limit: f64, agree: bool| {
+            let [error, limit] = [format!("{error:.2e}"), format!("{limit:.0e}")];
+            table.row([name, against, &error, &limit, verdict(agree)]);
         };
-        writeln!(f, "finite differences {verdict} the hand-derived ones")?;
-        writeln!(f, "  largest error over the sum of absolute terms")?;
-        writeln!(
-            f,
-            "    gradient           {:9.2e}   allowed {:.0e}",
-            found.gradient, allowed.gradient
-        )?;
-        writeln!(
-            f,
-            "    Hessian            {:9.2e}   allowed {:.0e}",
-            found.hessian, allowed.hessian
-        )?;
-        writeln!(
-            f,
-            "    finite differences {:9.2e}   allowed {:.0e}",
-            found.finite_difference, allowed.finite_difference
-        )?;
+        let is_within = |error: f64, limit: f64| error <= limit;
+        let dual = "dual numbers";
+        let own = is_within(found.gradient, allowed.gradient);
+        row("gradient", dual, found.gradient, allowed.gradient, own);
+        let own = is_within(found.hessian, allowed.hessian);
+        row("Hessian", dual, found.hessian, allowed.hessian, own);
+        let (error, limit) = (found.finite_difference, allowed.finite_difference);
+        row("both", "finite differences", error, limit, is_confirmed);
+        let mut summary = summary
+            .table("", table)
+            .note("errors relative to the sum of absolute terms")
+            .warnings(Vec::<String>::new());
         if let Some(w) = &self.worst {
-            writeln!(
-                f,
-                "  worst: {} of {}, {}: by hand {:e}, by num-dual {:e}",
+            let text = format!(
+                "{} of {}, {}: by hand {:e}, by dual numbers {:e}",
                 w.quantity, w.element, w.dof, w.hand, w.dual
-            )?;
+            );
+            summary = summary.fact("Largest difference", text);
         }
-        if self.above_count > self.above.len() {
-            writeln!(
-                f,
-                "  the first {} of {} above the limits:",
-                self.above.len(),
-                self.above_count
-            )?;
-        } else if self.above_count > 0 {
-            writeln!(f, "  above the limits:")?;
-        }
+        let mut above = SummaryTable::new([
+            TextColumn::left("quantity"),
+            TextColumn::left("element"),
+            TextColumn::wrapped("unknowns"),
+            TextColumn::wrapped("by hand"),
+            TextColumn::wrapped("by the other method"),
+            TextColumn::right("error"),
+        ]);
         for a in &self.above {
-            writeln!(
-                f,
-                "    {} of {}, {}: by hand {:e}, by {} {:e}, error {:.1e}",
-                a.quantity, a.element, a.dof, a.hand, a.against, a.other, a.relative_error
-            )?;
+            let hand = format!("{:e}", a.hand);
+            let other = format!("{:e} ({})", a.other, a.against);
+            let error = format!("{:.1e}", a.relative_error);
+            above.row([
+                a.quantity.to_string(),
+                a.element.to_string(),
+                a.dof.to_string(),
+                hand,
+                other,
+                error,
+            ]);
         }
-        write!(f, "  finite-difference step      gradient   Hessian")?;
+        let title = match self.above_count > self.above.len() {
+            true => {
+                format!("Above the limits: the first {} of {}", self.above.len(), self.above_count)
+            }
+            false => "Above the limits".into(),
+        };
+        let mut steps = SummaryTable::new([
+            TextColumn::right("step"),
+            TextColumn::right("gradient"),
+            TextColumn::right("Hessian"),
+        ]);
         for p in &self.valley {
-            write!(
-                f,
-                "\n    {:9.0e}               {:9.2e} {:9.2e}",
-                p.step, p.gradient, p.hessian
-            )?;
+            let numbers = [format!("{:.0e}", p.step), format!("{:.2e}", p.gradient)];
+            let [step, gradient] = numbers;
+            steps.row([step, gradient, format!("{:.2e}", p.hessian)]);
         }
-        Ok(())
+        summary.table(title, above).table("Errors of finite differences by their step", steps)
     }
 }

@@ -4,9 +4,9 @@ use crate::command::output::Outputs;
 use crate::command::{Json, Manner, conclude};
 use rodfit::fit::Sample;
 use rodfit::numerics::abreast::level;
+use rodfit::summary::{Summary, SummaryTable, TextColumn, Tone};
 use rodfit::{Error, Fit, Observation, Parameter, Point, Problem, Scene, Trajectory};
 use serde::Serialize;
-use std::fmt;
 use std::time::{Duration, Instant};
 
 #[derive(clap::Args)]
@@ -113,7 +113,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         steps,
         fits,
     };
-    Ok(conclude(0, [outputs.write_json(json, &report), outputs.summary(&report)]))
+    Ok(conclude(0, [outputs.write_json(json, &report), outputs.summary(&report.summary())]))
 }
 
 /// The shortest of the times that repetitions take, which go on for at least so long.
@@ -151,25 +151,34 @@ impl Shipped {
     }
 }
 
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Report {
+    /// The result as text for a terminal.
+    fn summary(&self) -> Summary {
         let Self { version, vector_unit, threads, .. } = self;
-        writeln!(f, "rodfit {version}, vector unit {vector_unit}, {threads} threads in fits")?;
-        writeln!(
-            f,
-            "\n{:<12} {:>8} {:>8} {:>5} {:>12}",
-            "scene", "segments", "step", "beta", "steps/s"
-        )?;
+        let mut steps = SummaryTable::new([
+            TextColumn::left("scene"),
+            TextColumn::right("segments"),
+            TextColumn::right("step"),
+            TextColumn::right("beta"),
+            TextColumn::right("steps per second"),
+        ]);
         for Stepping { scene, segments, step, beta, steps_per_second } in &self.steps {
-            let step = format!("{} ms", step * 1e3);
-            writeln!(
-                f,
-                "{scene:<12} {segments:>8} {step:>8} {beta:>5.1} {steps_per_second:>12.0}"
-            )?;
+            steps.row([
+                scene.to_string(),
+                segments.to_string(),
+                format!("{} ms", step * 1e3),
+                format!("{beta:.1}"),
+                format!("{steps_per_second:.0}"),
+            ]);
         }
-        write!(f, "\n{:<12} {:>10}", "fit of E", "seconds")?;
-        self.fits
-            .iter()
-            .try_for_each(|Fitting { scene, seconds }| write!(f, "\n{scene:<12} {seconds:>10.3}"))
+        let mut fits = SummaryTable::new([TextColumn::left("scene"), TextColumn::right("time")]);
+        for Fitting { scene, seconds } in &self.fits {
+            fits.row([scene.to_string(), format!("{seconds:.3} s")]);
+        }
+        let status =
+            format!("rodfit {version}, vector unit {vector_unit}, fits on {threads} threads");
+        Summary::new(status, Tone::Neutral)
+            .table("Simulation", steps)
+            .table("Fit of Young's modulus", fits)
     }
 }

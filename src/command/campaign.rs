@@ -3,6 +3,7 @@
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, code_of, conclude, limits, terminal};
 use rodfit::campaign::{Admission, Collected, Plan, Ran, Shard, Status, Way, useful_threads};
+use rodfit::summary::{Summary, Tone};
 use rodfit::{Code, Error, Scene};
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
@@ -140,7 +141,7 @@ fn plan(campaign: &Path, out: &Path, manner: Manner) -> Result<u8, Error> {
     }
     let status = Status::of(&Collected::of(&planned.plan)?);
     if !manner.quiet {
-        terminal::print(&status)?;
+        terminal::print_summary(&status.summary().of(out.display().to_string()))?;
     }
     Ok(0)
 }
@@ -177,21 +178,22 @@ fn work(folder: &Path, shard: Option<Shard>, threads: usize, manner: Manner) -> 
         terminal::tell(format_args!("error: and {} more", more + 1));
     }
     if !manner.quiet {
-        terminal::print(&summary(&ran))?;
+        terminal::print_summary(&summary(&ran).of(folder.display().to_string()))?;
     }
     let changed = ran.changed.iter().map(|(_, error)| code_of(error)).max().unwrap_or(0);
     Ok(if ran.panicked.is_empty() { changed } else { 3 })
 }
 
-fn summary(ran: &Ran) -> String {
+fn summary(ran: &Ran) -> Summary {
     let usable = ran.codes.iter().filter(|code| **code == 0).count();
-    format!(
-        "{} fits: {} done before, {} now ({usable} usable), {} left",
-        ran.tasks,
-        ran.before,
-        ran.codes.len(),
-        ran.left()
-    )
+    let status = match ran.left() {
+        0 => format!("all {} fits have a result", ran.tasks),
+        left => format!("{left} of {} fits have no result yet", ran.tasks),
+    };
+    let tone = if ran.left() == 0 { Tone::Good } else { Tone::Doubtful };
+    Summary::new(status, tone)
+        .fact("This run", format!("{} fits, {usable} usable", ran.codes.len()))
+        .fact("Earlier runs", format!("{} fits", ran.before))
 }
 
 fn status(folder: &Path, json: &Json, manner: Manner) -> Result<u8, Error> {
@@ -203,7 +205,13 @@ fn status(folder: &Path, json: &Json, manner: Manner) -> Result<u8, Error> {
     let collected = collected(&plan)?;
     let status = Status::of(&collected);
     let code = if status.left() == 0 { 0 } else { 3 };
-    Ok(conclude(code, [outputs.write_json(json, &status), outputs.summary(&status)]))
+    Ok(conclude(
+        code,
+        [
+            outputs.write_json(json, &status),
+            outputs.summary(&status.summary().of(folder.display().to_string())),
+        ],
+    ))
 }
 
 /// The results of a plan, and a word on lines that are damaged.
@@ -233,7 +241,11 @@ fn collect(
         let written = collected.write_lines(&mut writing);
         outputs.finish(writing, written)
     });
-    let written = [lines, outputs.write(sheet, || collected.sheet()), outputs.summary(&status)];
+    let written = [
+        lines,
+        outputs.write(sheet, || collected.sheet()),
+        outputs.summary(&status.summary().of(folder.display().to_string())),
+    ];
     let left = status.left();
     if left > 0 {
         terminal::tell(format_args!("error: {left} of {} fits have no result yet", status.tasks));

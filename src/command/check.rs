@@ -19,5 +19,11 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     limits::of_check(&scene).admit(manner)?;
     let report = check_problem(&scene.problem_for(Aim::Guess)?, Tolerance::default())?;
     let code = if report.passed() { 0 } else { 3 };
-    Ok(conclude(code, [outputs.write_json(json, &report), outputs.summary(&report)]))
+    Ok(conclude(
+        code,
+        [
+            outputs.write_json(json, &report),
+            outputs.summary(&report.summary().of(options.scene.display().to_string())),
+        ],
+    ))
 }

@@ -52,8 +52,9 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     limits::of_design(&file, path.clone()).admit(manner)?;
     let stop = terminal::stop_on_ctrl_c(manner);
     let design = file.fit().stop_when(stop).design().map_err(in_file)?;
+    let name = path.display().to_string();
     let code = if design.parameters.iter().all(|e| e.identifiable) { 0 } else { 3 };
-    let written = [outputs.write_json(json, &design), outputs.summary(&design)];
+    let written = [outputs.write_json(json, &design), outputs.summary(&design.summary().of(name))];
     Ok(conclude(code, written))
 }
 

@@ -5,6 +5,7 @@ use crate::command::output::{Output, Outputs};
 use crate::command::predict::{Places, predicted};
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
 use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, Known};
+use rodfit::summary::{Summary, SummaryTable, TextColumn, Tone};
 use rodfit::{Code, Error, Parameter, Problem, Unknown, page};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -56,17 +57,17 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     }
     let stop = terminal::stop_on_ctrl_c(manner);
     let several = runs.len() > 1;
-    let told = several && runs.iter().all(|run| run.outputs.has_summary());
+    let has_overview = several && runs.iter().all(|run| run.outputs.has_summary());
     let mut code = 0;
     let mut table = Vec::new();
-    for run in runs {
+    for (k, run) in runs.into_iter().enumerate() {
         let path = run.path.display().to_string();
         if stop.load(Ordering::Relaxed) {
             table.push((path, "not begun".into()));
             continue;
         }
-        if told {
-            terminal::print(&path)?;
+        if has_overview && k > 0 {
+            terminal::print(&"")?;
         }
         match run.solve(stop.clone()) {
             Ok((own, line)) => {
@@ -81,12 +82,24 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
             Err(error) => return Err(error),
         }
     }
-    if told {
-        let width = table.iter().map(|(path, _)| path.len()).max().unwrap_or(0);
-        let line = |(path, line): &(String, String)| format!("\n{path:<width$}  {line}");
-        terminal::print(&table.iter().map(line).collect::<String>())?;
+    if has_overview {
+        terminal::print(&"")?;
+        terminal::print_summary(&overview(table))?;
     }
     Ok(code)
+}
+
+/// The grades and estimates of several fits, with the files of the fits.
+fn overview(results: Vec<(String, String)>) -> Summary {
+    let columns =
+        [TextColumn::left("fit"), TextColumn::left("grade"), TextColumn::wrapped("estimates")];
+    let status = format!("{} fits", results.len());
+    let mut table = SummaryTable::new(columns);
+    for (path, line) in results {
+        let (grade, estimates) = line.split_once("  ").unwrap_or((&line, ""));
+        table.row([&path, grade, estimates.trim()]);
+    }
+    Summary::new(status, Tone::Neutral).table("", table)
 }
 
 /// What is added to the names of what several fits write: the names of their files, with as many of their folders as
@@ -229,7 +242,7 @@ impl Run {
         for Save { experiment, output } in saves {
             written.push(outputs.write(output, || saved(&report, &file.experiments[experiment])));
         }
-        written.push(outputs.summary(&report));
+        written.push(outputs.summary(&report.summary().of(&title)));
         let code = if report.is_success() { 0 } else { 3 };
         if code != 0 {
             terminal::tell(format_args!("error: {} [{}]", report.status, report.grade.code()));
@@ -283,7 +296,7 @@ impl Run {
                 scene_with(problem, report.values(problem.scene())?)
             }));
         }
-        written.push(outputs.summary(&report));
+        written.push(outputs.summary(&report.summary().of(&title)));
         let (code, line) = match report.converged {
             true => (0, "converged, numbers along the rod".to_string()),
             false => (3, Code::NotUsable.to_string()),

@@ -39,5 +39,5 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let json = outputs.add(option, path);
     outputs.check(std::slice::from_ref(&options.file))?;
     let inspection = Inspection::of(&options.file, &options.said.recording())?;
-    Ok(conclude(0, [outputs.write_json(json, &inspection), outputs.summary(&inspection)]))
+    Ok(conclude(0, [outputs.write_json(json, &inspection), outputs.summary(&inspection.summary())]))
 }

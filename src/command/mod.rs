@@ -21,6 +21,7 @@ mod rest;
 mod schema;
 mod simulate;
 mod study;
+mod style;
 mod terminal;
 
 use crate::command::output::{Output, Outputs};

@@ -28,5 +28,11 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let problem = scene.problem_for(Aim::Modes(count))?;
     let mut found = problem.modes(count, about)?;
     found.resolution = chosen_mesh(&problem);
-    Ok(conclude(0, [outputs.write_json(json, &found), outputs.summary(&found)]))
+    Ok(conclude(
+        0,
+        [
+            outputs.write_json(json, &found),
+            outputs.summary(&found.summary().of(options.scene.display().to_string())),
+        ],
+    ))
 }

@@ -4,6 +4,7 @@
 //! the place of an older result unless it is told to.
 
 use crate::command::{Manner, terminal};
+use rodfit::summary::Summary;
 use rodfit::{Code, Error, PartFile};
 use serde::Serialize;
 use std::cell::Cell;
@@ -240,9 +241,9 @@ impl Outputs {
     }
 
     /// Prints a summary, if there is one.
-    pub fn summary(&self, summary: &impl Display) -> Result<(), Error> {
+    pub fn summary(&self, summary: &Summary) -> Result<(), Error> {
         match self.has_summary() {
-            true => terminal::print(summary),
+            true => terminal::print_summary(summary),
             false => Ok(()),
         }
     }

@@ -85,7 +85,7 @@ impl Places {
             outputs.write_json(self.json, report),
             outputs.write(self.page, || Ok(page::prediction_page(report, title).into_bytes())),
             outputs.write_json(self.numbers, report),
-            outputs.summary(report),
+            outputs.summary(&report.to_summary().of(title)),
         ];
         Ok(conclude(if report.is_complete() { 0 } else { 3 }, written))
     }

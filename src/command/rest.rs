@@ -27,7 +27,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let written = [
         outputs.write_json(json, &found),
         outputs.write(out, || Ok(shape_csv(&problem, &found.nodes)?.into_bytes())),
-        outputs.summary(&found),
+        outputs.summary(&found.summary().of(options.scene.display().to_string())),
     ];
     Ok(conclude(0, written))
 }

@@ -4,8 +4,8 @@ use crate::command::output::Outputs;
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
 use rodfit::accuracy::Assessment;
 use rodfit::dynamics::{Film, NodeTable, SimulationReport};
+use rodfit::summary::{Summary, Tone, duration};
 use rodfit::{Error, Problem, Scene, Trajectory, page};
-use std::fmt;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
@@ -101,7 +101,8 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         }
         let table = table.map_or(Ok(()), |table| outputs.finish(table.into_inner(), written));
         let code = outcome.as_ref().map_or_else(code_of, |()| 0);
-        let summary = outputs.summary(&Summary { problem: &problem, report: &report });
+        let summary =
+            outputs.summary(&summary(&problem, &report).of(options.scene.display().to_string()));
         let title = options.scene.display().to_string();
         let page = film.map_or(Ok(()), |film| {
             let page = || page::simulation_page(&report, &film, &problem, &title);
@@ -112,27 +113,37 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     }
 }
 
-struct Summary<'a> {
-    problem: &'a Problem,
-    report: &'a SimulationReport,
-}
-
-impl fmt::Display for Summary<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { problem, report } = self;
-        writeln!(f, "{} model, {} unknowns: {}", report.model, report.dof, report.model_reason)?;
-        if let Some(resolution) = &report.resolution {
-            writeln!(f, "{}", resolution.words())?;
-        }
-        if let Some([t, x, y, z]) = report.last_tip() {
-            writeln!(f, "tip at t = {t} s: ({x:.6}, {y:.6}, {z:.6}) m")?;
-        }
-        writeln!(f, "{}; length {} m", report.energy_in_words(), problem.length())?;
-        write!(
-            f,
-            "{} steps, {} Newton iterations, {:.3} s: {}",
-            report.steps, report.newton_iterations, report.wall_seconds, report.status
-        )?;
-        report.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
+/// The result as text for a terminal.
+fn summary(problem: &Problem, report: &SimulationReport) -> Summary {
+    let tone = match (report.status == "completed", report.warnings.is_empty()) {
+        (true, true) => Tone::Good,
+        (true, false) => Tone::Doubtful,
+        (false, _) => Tone::Bad,
+    };
+    let mut summary = Summary::new(&report.status, tone);
+    if let Some([t, x, y, z]) = report.last_tip() {
+        summary = summary.fact("Tip", format!("({x:.6}, {y:.6}, {z:.6}) m at t = {t} s"));
     }
+    let energy = report.energy_in_words();
+    summary = summary
+        .fact("Energy", energy.strip_prefix("energy ").unwrap_or(&energy))
+        .warnings(&report.warnings);
+    if let Some(resolution) = &report.resolution {
+        summary = summary.fact("Numerics", resolution.words());
+    }
+    summary
+        .fact("Rod", format!("{} m long", problem.length()))
+        .fact(
+            "Model",
+            format!("{}, {} unknowns: {}", report.model, report.dof, report.model_reason),
+        )
+        .fact(
+            "Cost",
+            format!(
+                "{} steps, {} Newton iterations, {}",
+                report.steps,
+                report.newton_iterations,
+                duration(report.wall_seconds)
+            ),
+        )
 }

@@ -35,7 +35,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let written = [
         outputs.write_json(json, &study),
         outputs.write(page, || Ok(page::study_page(&study, &name).into_bytes())),
-        outputs.summary(&study),
+        outputs.summary(&study.summary().of(&name)),
     ];
     Ok(conclude(0, written))
 }

@@ -8,7 +8,9 @@
 //! terminal shows.
 
 use crate::command::Manner;
-use indicatif::{ProgressBar, ProgressStyle};
+use crate::command::style::Stream;
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use rodfit::summary::{Summary, duration, wrap_message};
 use rodfit::{Code, Error, printable};
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -16,12 +18,19 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Prints a result.
+/// Prints a text as it is, such as a script or a part of a file.
 pub fn print(text: &impl Display) -> Result<(), Error> {
+    print_line(&printable(&text.to_string()))
+}
+
+/// Prints a result in the width and the color of standard output.
+pub fn print_summary(summary: &Summary) -> Result<(), Error> {
+    print_line(&summary.render(Stream::Output.style()))
+}
+
+fn print_line(text: &str) -> Result<(), Error> {
     let mut stdout = std::io::stdout().lock();
-    let text = text.to_string();
-    unless_closed(writeln!(stdout, "{}", printable(&text)).and_then(|()| stdout.flush()))
-        .map_err(stdout_error)
+    unless_closed(writeln!(stdout, "{text}").and_then(|()| stdout.flush())).map_err(stdout_error)
 }
 
 /// Writes a piece of a result on standard output, and returns how much of it was written. Control characters are escaped
@@ -48,9 +57,10 @@ pub fn stdout_error(source: std::io::Error) -> Error {
     Error::Io { named_in: None, path: "standard output".into(), source }
 }
 
-/// Prints a line on standard error; there is nobody to tell when that fails.
+/// Prints a message on standard error, in lines of its width. A failure is ignored: there is no place to report it.
 pub fn tell(text: impl Display) {
-    let _ = writeln!(std::io::stderr(), "{}", printable(&text.to_string()));
+    let text = wrap_message(&printable(&text.to_string()), Stream::Error.style());
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Prints a warning.
@@ -103,13 +113,18 @@ pub fn end_after_stop(stop: &Arc<AtomicBool>, patience: Duration) {
     });
 }
 
-/// A bar of so many steps.
+/// A bar of so many steps, with the remaining time.
 pub fn progress_bar(manner: Manner, steps: u64) -> ProgressBar {
     if manner.quiet {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len}, {eta} left");
-    ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len}, {remaining} remaining");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let remaining = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        // The bar is drawn without it where it cannot be written.
+        let _ = text.write_str(&duration(state.eta().as_secs_f64().round()));
+    };
+    ProgressBar::new(steps).with_style(style.with_key("remaining", remaining))
 }
 
 /// For work of unknown length.

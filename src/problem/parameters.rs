@@ -9,6 +9,7 @@ use crate::problem::setup::Setup;
 use crate::problem::{AnyProblem, Discretized, PlanarProblem, Problem};
 use crate::rod::planar::HALF_BANDWIDTH as PLANAR_BAND;
 use crate::scene::{End, Motion, Parameter, Scheme, Support};
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use num_dual::Dual64;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -56,17 +57,35 @@ impl ParameterList {
 
 impl fmt::Display for ParameterList {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width = self.0.iter().map(|p| p.name.len()).max().unwrap_or(0);
-        for (i, parameter) in self.0.iter().enumerate() {
+        self.summary().fmt(f)
+    }
+}
+
+impl ParameterList {
+    /// The list as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let [mut free, mut fixed] = [Self::table(), Self::table()];
+        for parameter in &self.0 {
             let ListedParameter { name, aliases, value, unit, note, .. } = parameter;
-            let end = if i == 0 { "" } else { "\n" };
-            let value = format!("{value:e} {unit}");
-            write!(f, "{end}{name:width$}  {value:22} {}", aliases.join(", "))?;
-            if note.is_some() {
-                write!(f, " (cannot be varied in this scene)")?;
-            }
+            let aliases: Vec<&str> =
+                aliases.iter().map(String::as_str).filter(|alias| alias != name).collect();
+            let table = if note.is_none() { &mut free } else { &mut fixed };
+            table.row([name, &format!("{value:e}"), unit, &aliases.join(", ")]);
         }
-        Ok(())
+        let count = self.0.iter().filter(|parameter| parameter.note.is_none()).count();
+        let status = format!("{} parameters, {count} can be fitted in this scene", self.0.len());
+        Summary::new(status, Tone::Neutral)
+            .table("Parameters that can be fitted", free)
+            .table("Parameters that cannot be fitted in this scene", fixed)
+    }
+
+    fn table() -> SummaryTable {
+        SummaryTable::new([
+            TextColumn::left("parameter"),
+            TextColumn::right("value"),
+            TextColumn::left("unit"),
+            TextColumn::left("short name"),
+        ])
     }
 }
 

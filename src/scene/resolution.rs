@@ -80,14 +80,8 @@ impl Resolution {
         self.words_over("the length")
     }
 
-    /// The same of what does not move, whose errors are over the length or a frequency, with what speaks against it.
-    pub(crate) fn told_over(&self, whole: &str) -> String {
-        let warning = self.warning_over(whole);
-        let warning = warning.map(|(code, words)| code.behind(format!("\nwarning: {words}")));
-        self.words_over(whole) + &warning.unwrap_or_default()
-    }
-
-    fn words_over(&self, whole: &str) -> String {
+    /// The same with the error as a part of another quantity than the length, such as a frequency.
+    pub(crate) fn words_over(&self, whole: &str) -> String {
         let Self { segments, step, scheme, chosen, .. } = self;
         let mut parts = Vec::new();
         if chosen.segments {
@@ -118,7 +112,8 @@ impl Resolution {
         self.warning_over("the length")
     }
 
-    fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
+    /// The same with the error as a part of another quantity than the length.
+    pub(crate) fn warning_over(&self, whole: &str) -> Option<(Code, String)> {
         let Self { accuracy, error, bound: Some(bound), .. } = self else { return None };
         let error = match error {
             Some(error) => format!("is estimated at {error:.1e} of {whole}, above {accuracy:e}"),

@@ -17,6 +17,7 @@ use crate::scene::{Parameter, Resolution};
 use crate::statics::pencil::{Pencil, in_space};
 use crate::statics::reaction::Reactions;
 use crate::statics::rest::Settled;
+use crate::summary::{Summary, Tone};
 use serde::{Deserialize, Serialize};
 
 /// A rod at rest.
@@ -76,29 +77,58 @@ impl Equilibrium {
 
 impl std::fmt::Display for Equilibrium {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [x, y, z] = self.tip;
-        let verdict = match (self.stable, self.stable_in_plane, self.negative_directions) {
-            (Some(true), ..) => "stable".to_string(),
-            (None, Some(true), _) => "stable in its plane".to_string(),
-            (.., 0) => Code::Marginal.behind(format!(
-                "MARGINAL, the stiffness of {} directions is below rounding errors",
-                self.marginal_directions
-            )),
-            (Some(false), Some(true), n) => Code::Unstable
-                .behind(format!("UNSTABLE out of its plane, {n} directions lead down")),
-            (.., n) => Code::Unstable.behind(format!("UNSTABLE, {n} directions lead down")),
+        self.summary().fmt(f)
+    }
+}
+
+impl Equilibrium {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let directions = |n: usize| match n {
+            1 => "1 unstable direction".to_string(),
+            n => format!("{n} unstable directions"),
         };
-        writeln!(f, "{} model: {verdict}", self.model)?;
-        if let Some(resolution) = &self.resolution {
-            writeln!(f, "{}", resolution.told_over("the length"))?;
+        let status = match (self.stable, self.stable_in_plane, self.negative_directions) {
+            (Some(true), ..) => Summary::new("stable equilibrium", Tone::Good),
+            (None, Some(true), _) => Summary::new(
+                "stable equilibrium in its plane; out of the plane not examined, as no shear modulus is given",
+                Tone::Good,
+            ),
+            (.., 0) => Summary::new(
+                match self.marginal_directions {
+                    1 => "marginal equilibrium: the stiffness of 1 direction is below rounding errors".into(),
+                    n => format!("marginal equilibrium: the stiffness of {n} directions is below rounding errors"),
+                },
+                Tone::Doubtful,
+            )
+            .coded(Some(Code::Marginal)),
+            (Some(false), Some(true), n) => {
+                let status = format!("unstable equilibrium: {} out of its plane", directions(n));
+                Summary::new(status, Tone::Bad).coded(Some(Code::Unstable))
+            }
+            (.., n) => Summary::new(format!("unstable equilibrium: {}", directions(n)), Tone::Bad)
+                .coded(Some(Code::Unstable)),
+        };
+        let [x, y, z] = self.tip;
+        let resolution = self.resolution.as_ref();
+        let coarse = resolution.and_then(|resolution| resolution.warning_over("the length"));
+        let coarse = coarse.map(|(code, words)| code.behind(words));
+        let mut summary = status
+            .fact("Tip", format!("({x:.6}, {y:.6}, {z:.6}) m"))
+            .fact(
+                "Energy",
+                format!("{:.6e} J (elastic energy and potential of the loads)", self.energy),
+            )
+            .warnings(coarse.into_iter().chain(self.warnings.iter().cloned()))
+            .fact("Model", &self.model);
+        if let Some(resolution) = resolution {
+            summary = summary.fact("Numerics", resolution.words_over("the length"));
         }
-        writeln!(f, "tip ({x:.6}, {y:.6}, {z:.6}) m, energy {:.6e} J", self.energy)?;
-        write!(
-            f,
+        let text = format!(
             "{} Newton iterations, residual {:.1e} N",
             self.newton_iterations, self.residual
-        )?;
-        self.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
+        );
+        summary.fact("Solution", text)
     }
 }
 

@@ -22,12 +22,17 @@ use crate::scene::{End, Resolution, Support};
 use crate::statics::{
     ACROSS, MAX_UNCERTAIN, Pencil, Stability, UNCERTAIN_LEVELS, combined, in_space,
 };
+use crate::summary::quantity::number;
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Unstable directions beyond those asked for are listed up to so many.
 const UNSTABLE: usize = 200;
+/// Significant digits of frequencies on the terminal.
+const DIGITS: usize = 7;
 
 /// The state vibrations are about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -407,42 +412,80 @@ impl<M: Model<W>, const W: usize, const V: usize> Vibrating<'_, M, W, V> {
 
 impl std::fmt::Display for Modes {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
+impl Modes {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
         let about = match self.about {
-            About::Equilibrium => "equilibrium under the loads",
+            About::Equilibrium => "the equilibrium under the loads",
             About::Rest => "the rest shape",
         };
-        if let Some(resolution) = &self.resolution {
-            writeln!(f, "{}", resolution.told_over("a frequency"))?;
+        let listed = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
+        let counted =
+            counted(self.modes.len() - listed, "natural frequency", "natural frequencies");
+        let summary = match self.unstable {
+            0 => Summary::new(format!("{counted} about {about}"), Tone::Good),
+            n => {
+                let modes = counted_modes(n);
+                let few = if n == listed { String::new() } else { format!(", {listed} listed") };
+                Summary::new(format!("unstable: {modes}{few}; {counted} about {about}"), Tone::Bad)
+            }
+        };
+        let mut warnings = Vec::new();
+        if self.marginal > 0 {
+            let words = format!(
+                "marginal: {} without a measurable stiffness. The rod is at a stability limit, and the lowest \
+                 frequencies are rounding errors. Change the load or the support slightly.",
+                counted_modes(self.marginal)
+            );
+            warnings.push(Code::Marginal.behind(words));
         }
-        write!(f, "about {about}:")?;
+        let resolution = self.resolution.as_ref();
+        let coarse = resolution.and_then(|resolution| resolution.warning_over("a frequency"));
+        warnings.extend(coarse.map(|(code, words)| code.behind(words)));
+        warnings.extend(self.warnings.iter().cloned());
+        let summary = summary.table("", self.table()).warnings(warnings);
+        match resolution {
+            Some(resolution) => summary.fact("Numerics", resolution.words_over("a frequency")),
+            None => summary,
+        }
+    }
+
+    /// Frequencies and kinds of the modes, and growth rates of those that are unstable.
+    fn table(&self) -> SummaryTable {
+        let mut table = SummaryTable::new([
+            TextColumn::right("Hz"),
+            TextColumn::right("rad/s"),
+            TextColumn::right("growth rate, 1/s"),
+            TextColumn::left("direction"),
+            TextColumn::left("kind"),
+            TextColumn::right("number"),
+        ]);
         for mode in &self.modes {
-            let kind = mode.kind.name();
             let plane = match mode.plane {
-                Some(Plane::In) => "in plane, ",
-                Some(Plane::Out) => "out of plane, ",
+                Some(Plane::In) => "in plane",
+                Some(Plane::Out) => "out of plane",
                 None => "",
             };
-            let number = mode.number.map(|n| format!(", number {n}")).unwrap_or_default();
             let w = mode.frequency_rad_s;
-            match w < 0.0 {
-                true => write!(f, "\n  unstable, grows by {:.6e} 1/s   {plane}{kind}", -w)?,
-                false => {
-                    let hz = w / std::f64::consts::TAU;
-                    write!(f, "\n  {w:.6e} rad/s   {hz:.6e} Hz   {plane}{kind}{number}")?;
-                }
-            }
+            let [hz, rad, growth] = match w < 0.0 {
+                true => [String::new(), "unstable".into(), number(-w, DIGITS)],
+                false => [number(w / TAU, DIGITS), number(w, DIGITS), String::new()],
+            };
+            let counted = mode.number.map(|n| n.to_string()).unwrap_or_default();
+            table.row([hz, rad, growth, plane.into(), mode.kind.name().into(), counted]);
         }
-        let listed = self.modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
-        match self.unstable {
-            0 => {}
-            n if n == listed => write!(f, "\nunstable: {n} directions grow")?,
-            n => write!(f, "\nunstable: {n} directions grow, {listed} of them listed")?,
-        }
-        if self.marginal > 0 {
-            let words =
-                format!("marginal: {} directions without a measurable stiffness", self.marginal);
-            write!(f, "\n{}", Code::Marginal.behind(words))?;
-        }
-        self.warnings.iter().try_for_each(|warning| write!(f, "\nwarning: {warning}"))
+        table
     }
+}
+
+fn counted(n: usize, one: &str, several: &str) -> String {
+    if n == 1 { format!("1 {one}") } else { format!("{n} {several}") }
+}
+
+fn counted_modes(n: usize) -> String {
+    counted(n, "mode", "modes")
 }

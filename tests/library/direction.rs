@@ -4,9 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Every room may import from those before it.
-const ROOMS: [&str; 17] = [
+const ROOMS: [&str; 18] = [
     "code",
     "error",
+    "summary",
     "numerics",
     "input",
     "scene",

@@ -11,6 +11,7 @@ use clap::ValueEnum;
 use rodfit::fit::{Inspection, Recording, RestShape, placeholders};
 use rodfit::numerics::order;
 use rodfit::scene::Track;
+use rodfit::summary::{Summary, Tone};
 use rodfit::{Error, Observation, Scene};
 use std::path::{Path, PathBuf};
 
@@ -94,18 +95,17 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let names: Vec<&str> = files.iter().map(|(name, _)| &name[..]).collect();
     let fit = format!("{name}-fit.toml");
     let fit = if options.out == Path::new(".") { fit.into() } else { options.out.join(fit) };
-    let made_up = match options.from {
-        Some(_) => "where the scene's origin is, and its measures, are yours to fill in",
-        None => "the data are made up",
+    let data = match options.from {
+        Some(_) => "fill in the origin of the scene and its dimensions",
+        None => "the data are synthetic",
     };
     let open: Vec<String> = files.iter().flat_map(|(_, text)| placeholders(text)).collect();
-    let open = match open.is_empty() {
-        true => String::new(),
-        false => format!("\nstill to be filled in: {}", open.join(", ")),
-    };
-    let words =
-        format!("wrote {}: {made_up}{open}\nrodfit fit {}", names.join(", "), fit.display());
-    written.push(outputs.summary(&words));
+    let mut summary =
+        Summary::new(format!("wrote {}", names.join(", ")), Tone::Neutral).fact("Data", data);
+    if !open.is_empty() {
+        summary = summary.fact("To fill in", open.join(", "));
+    }
+    written.push(outputs.summary(&summary.fact("Next", format!("rodfit fit {}", fit.display()))));
     Ok(conclude(0, written))
 }
 

@@ -1,107 +1,95 @@
-//! A design as the terminal shows it.
+//! The summary of a design.
 
 use crate::code::Code;
 use crate::fit::design::told::{Advice, Choice, Design, DesignVariable};
-use crate::fit::report::{budget, digits, hidden};
+use crate::fit::report::budget;
+use crate::fit::report::effects::add_undetected_bias;
+use crate::fit::report::estimate_table::{estimate_table, relative_error};
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::summary::quantity::{duration, number};
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use std::fmt;
 
 impl fmt::Display for Design {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "expected of this plan, if the values are these")?;
-        for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
-        }
+        self.summary().fmt(f)
+    }
+}
+
+impl Design {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let unknown = self.parameters.iter().filter(|e| !e.identifiable).count();
+        let mut summary = match (unknown, self.parameters.len()) {
+            (0, _) => Summary::new(
+                "expected uncertainty of the plan, if the parameters have these values",
+                Tone::Good,
+            ),
+            (n, all) => Summary::new(
+                format!("the plan does not determine {n} of {all} parameters"),
+                Tone::Bad,
+            )
+            .coded(Some(Code::NotIdentifiable)),
+        };
+        summary = summary.table("", estimate_table(&self.parameters, "value"));
         for finding in &self.not_identifiable {
-            writeln!(f, "not identifiable: {}", finding.description)?;
-        }
-        let width = self.parameters.iter().map(|e| e.label().len()).fold(18, usize::max);
-        for e in &self.parameters {
-            let unit = e.name.unit();
-            let label = e.label();
-            if let Some(lower) = e.lower95 {
-                writeln!(f, "  {label:<width$} 95 % at least {lower:.2e} {unit}")?;
-                continue;
-            }
-            match (e.value, e.std_error, e.interval95) {
-                (Some(_), None, Some([_, upper])) if e.upper95.is_some() => {
-                    writeln!(f, "  {label:<width$} 95 % at most {upper:.2e} {unit}")?
-                }
-                (Some(value), Some(error), Some([low, high])) => writeln!(
-                    f,
-                    "  {label:<width$} {} +- {}   95 % [{}, {}]",
-                    digits(value, error),
-                    size(e, error),
-                    digits(low, error),
-                    digits(high, error)
-                )?,
-                _ => writeln!(f, "  {label:<width$} not identifiable")?,
-            }
-            budget::write(f, e)?;
-        }
-        for hidden in hidden(&self.undetected_bias) {
-            writeln!(f, "  undetected bias: {}", Code::UndetectedBias.behind(hidden))?;
-        }
-        let tells = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
-        for advice in self.advice.iter().filter(|advice| advice.choices.iter().any(tells)) {
-            advice.write(f, &self.parameters)?;
+            summary = summary.note(format!("not identifiable: {}", finding.description));
         }
         for label in &self.never_identifiable {
-            writeln!(f, "{label}: not identifiable with any other marker, length or rate either")?;
+            let text = format!(
+                "{label}: not identifiable with any other marker, duration or frame rate either"
+            );
+            summary = summary.note(text);
         }
-        write!(f, "{:.1} simulations, {:.3} s", self.simulations, self.wall_seconds)
+        summary = summary.warnings(&self.warnings);
+        for e in &self.parameters {
+            summary = budget::add(summary, e);
+        }
+        summary = add_undetected_bias(summary, &self.undetected_bias);
+        let determines = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
+        for advice in self.advice.iter().filter(|advice| advice.choices.iter().any(determines)) {
+            summary = summary.table(advice.title(), advice.table(&self.parameters));
+        }
+        let cost =
+            format!("{} simulations, {}", number(self.simulations, 2), duration(self.wall_seconds));
+        summary.fact("Cost", cost)
     }
 }
 
 impl Advice {
-    /// A table, a column for each parameter.
-    fn write(&self, f: &mut fmt::Formatter<'_>, parameters: &[Estimate]) -> fmt::Result {
-        let of = match (self.observation.is_empty(), self.variable) {
-            (true, _) => String::new(),
-            (false, DesignVariable::MarkerPosition) => format!(" of {}", self.observation),
-            (false, _) => format!(" in {}", self.observation),
+    fn title(&self) -> String {
+        let question = match self.variable {
+            DesignVariable::MarkerPosition => "Expected standard error by marker position",
+            DesignVariable::Duration => "Expected standard error by duration",
+            DesignVariable::FrameRate => "Expected standard error by frame rate",
         };
-        let (question, unit) = match self.variable {
-            DesignVariable::MarkerPosition => ("where the marker", "m from the wall"),
-            DesignVariable::Duration => ("how long to film", "s"),
-            DesignVariable::FrameRate => ("how fast to film", "frames/s"),
-        };
-        writeln!(f, "{question}{of}: expected standard errors")?;
-        let column = |e: &Estimate| e.label().len().max(12);
-        write!(f, "  {unit:>16}")?;
-        for e in parameters {
-            write!(f, "  {:>1$}", e.label(), column(e))?;
+        match self.observation.is_empty() {
+            true => question.into(),
+            false => format!("{question} ({})", self.observation),
         }
-        writeln!(f)?;
+    }
+
+    /// A column for each parameter.
+    fn table(&self, parameters: &[Estimate]) -> SummaryTable {
+        let heading = match self.variable {
+            DesignVariable::MarkerPosition => "m from the clamp",
+            DesignVariable::Duration => "s",
+            DesignVariable::FrameRate => "frames/s",
+        };
+        let mut columns = vec![TextColumn::right(heading)];
+        columns.extend(parameters.iter().map(|e| TextColumn::right(e.label())));
+        columns.push(TextColumn::left("choice"));
+        let mut table = SummaryTable::new(columns);
         for Choice { value, std_error, planned, best } in &self.choices {
-            write!(f, "  {:>16}", number(*value))?;
+            let mut row = vec![number(*value, 3)];
             for (e, error) in parameters.iter().zip(std_error) {
-                let words = error.map_or("-".into(), |error| size(e, error));
-                write!(f, "  {words:>0$}", column(e))?;
+                row.push(error.map_or("-".into(), |error| relative_error(e, error)));
             }
             let marks = [(*planned, "planned"), (*best, "best")];
             let marks: Vec<&str> = marks.iter().filter(|(is, _)| *is).map(|(_, m)| *m).collect();
-            writeln!(f, "{}{}", if marks.is_empty() { "" } else { "  " }, marks.join(", "))?;
+            row.push(marks.join(", "));
+            table.row(row);
         }
-        Ok(())
-    }
-}
-
-/// A standard error, in per cent of what is positive.
-fn size(e: &Estimate, error: f64) -> String {
-    match e.value.filter(|value| e.name.is_positive() && *value > 0.0) {
-        Some(value) => format!("{} %", number(100.0 * error / value)),
-        None => format!("{error:.1e} {}", e.name.unit()).trim_end().into(),
-    }
-}
-
-/// Three digits.
-fn number(value: f64) -> String {
-    match value.abs() {
-        0.001..1e4 => {
-            let after = (2 - value.abs().log10().floor() as i32).clamp(0, 5) as usize;
-            format!("{value:.after$}")
-        }
-        _ => format!("{value:.2e}"),
+        table
     }
 }

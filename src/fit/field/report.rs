@@ -1,5 +1,6 @@
 //! Report of a fit of distributed parameters.
 
+use crate::code::Code;
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
 use crate::fit::field::space::Space;
@@ -7,6 +8,7 @@ use crate::fit::report::plot_data::Series;
 use crate::numerics::half_square;
 use crate::numerics::krylov::Ritz;
 use crate::scene::{Parameter, Scene};
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone, duration};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::time::Instant;
@@ -202,37 +204,69 @@ impl FieldReport {
 
 impl fmt::Display for FieldReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
+impl FieldReport {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
         let count: usize = self.fields.iter().map(|field| field.values.len()).sum();
-        let ending = if self.converged { "found" } else { "NOT CONVERGED" };
-        writeln!(
-            f,
-            "{ending}: {count} numbers along the rod from {} coordinates, which say {:.1} combinations of them",
-            self.values, self.effective_parameters
-        )?;
-        writeln!(f, "residuals over sigma {:.3} (root mean square)", self.normalized_residual_rms)?;
-        for field in &self.fields {
-            writeln!(
-                f,
-                "{}{}",
-                field.name,
-                if field.unit.is_empty() { String::new() } else { format!(", {}", field.unit) }
-            )?;
-            writeln!(f, "  {:>12}  {:>13}  {:>10}", "at, m", "value", "+-")?;
-            for (k, place) in field.arc_lengths.iter().enumerate() {
-                writeln!(
-                    f,
-                    "  {place:>12.5}  {:>13.6}  {:>10.2e}",
-                    field.values[k], field.standard_errors[k]
-                )?;
-            }
-        }
+        let estimates = format!("{count} values along the rod from {} coordinates", self.values);
+        let mut summary = match self.converged {
+            true => Summary::new(format!("converged: {estimates}"), Tone::Good),
+            false => Summary::new(format!("not converged: {estimates}"), Tone::Bad)
+                .coded(Some(Code::NotUsable)),
+        };
+        let mut singles = SummaryTable::new([
+            TextColumn::left("parameter"),
+            TextColumn::left("estimate"),
+            TextColumn::left("standard error"),
+            TextColumn::left("unit"),
+        ]);
         for single in &self.parameters {
-            let (name, unit) = (single.name, single.name.unit());
-            writeln!(f, "{name} = {:.6e} +- {:.1e} {unit}", single.value, single.standard_error)?;
+            singles.row([
+                single.name.to_string(),
+                format!("{:.6e}", single.value),
+                format!("{:.1e}", single.standard_error),
+                single.name.unit().into(),
+            ]);
         }
-        for warning in &self.warnings {
-            writeln!(f, "note: {warning}")?;
+        summary = summary.table("", singles);
+        for field in &self.fields {
+            let unit =
+                if field.unit.is_empty() { String::new() } else { format!(", {}", field.unit) };
+            let mut table = SummaryTable::new([
+                TextColumn::right("m from the clamp"),
+                TextColumn::right("estimate"),
+                TextColumn::right("standard error"),
+            ]);
+            for (k, place) in field.arc_lengths.iter().enumerate() {
+                table.row([
+                    format!("{place:.5}"),
+                    format!("{:.6}", field.values[k]),
+                    format!("{:.2e}", field.standard_errors[k]),
+                ]);
+            }
+            summary = summary.table(format!("{}{unit}", field.name), table);
         }
-        write!(f, "{:.0} runs or products, {:.1} s", self.simulations, self.wall_seconds)
+        summary
+            .warnings(&self.warnings)
+            .fact(
+                "Information",
+                format!(
+                    "{:.1} combinations of the values are determined",
+                    self.effective_parameters
+                ),
+            )
+            .fact("Residuals", format!("RMS {:.3} sigma", self.normalized_residual_rms))
+            .fact(
+                "Cost",
+                format!(
+                    "{:.0} runs or products, {}",
+                    self.simulations,
+                    duration(self.wall_seconds)
+                ),
+            )
     }
 }

@@ -1,7 +1,6 @@
 //! What is in a file of markers, before anything is made of it.
 
 use crate::error::Error;
-use crate::error::printable::{printable_name, printable_path};
 use crate::fit::measurement::motion::Observation;
 use crate::fit::measurement::repeated_frames::{count_repeated_frames, is_converted_video};
 use crate::input::onset::onset_of_motion;
@@ -14,7 +13,6 @@ use crate::numerics::order;
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +24,7 @@ const STEP: f64 = 1.5;
 /// few frames away are.
 const JUMP: [f64; 2] = [10.0, 4.0];
 /// Where no header says otherwise, places farther off than this, m, are more likely in pixels or millimetres.
-const FAR: f64 = 20.0;
+pub(super) const FAR: f64 = 20.0;
 
 /// What is in a file of markers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -150,7 +148,7 @@ impl Inspection {
     }
 
     /// The largest coordinate, in the file's unit.
-    fn farthest(&self) -> f64 {
+    pub(super) fn farthest(&self) -> f64 {
         let ranges = self.markers.iter().flat_map(|m| m.range.iter().flatten().flatten());
         ranges.fold(0.0, |most, x| most.max(x.abs()))
     }
@@ -384,85 +382,4 @@ fn faults(sheet: &Sheet, recording: &Recording) -> Vec<String> {
     let held: Vec<usize> = (0..track.markers().len()).collect();
     let examined = track.examined(&held, LostFrames::Keep, SwappedLabels::Keep);
     examined.faults().iter().map(ToString::to_string).collect()
-}
-
-/// How often, in words.
-fn times(n: usize) -> String {
-    match n {
-        1 => "once".into(),
-        2 => "twice".into(),
-        n => format!("{n} times"),
-    }
-}
-
-impl fmt::Display for Inspection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [first, last] = self.clock;
-        let format = match self.format {
-            Format::Csv => "a table".to_string(),
-            format => format!("a file of {}", format.program()),
-        };
-        let file = printable_path(&self.file);
-        writeln!(f, "{file}: {format}, format = \"{}\"", self.format.key())?;
-        let unit = match &self.clock_unit[..] {
-            "frames" => String::new(),
-            unit => format!(" {unit}"),
-        };
-        let clock = if unit.is_empty() { "numbered " } else { "from " };
-        write!(f, "{} frames, {clock}{first}{unit} to {last}{unit}", self.frames)?;
-        match self.rate {
-            Some(rate) => writeln!(f, ", {} a second", (rate * 1e4).round() / 1e4)?,
-            None => writeln!(f, "; the file does not say how many a second")?,
-        }
-        for (before, missing) in self.clock_gaps.iter().take(5) {
-            writeln!(f, "the clock leaps after {before}{unit}: frames missing: {missing}")?;
-        }
-        if self.clock_gaps.len() > 5 {
-            writeln!(f, "and leaps {} more", times(self.clock_gaps.len() - 5))?;
-        }
-        let named = match &self.unit[..] {
-            "unnamed" => "in a unit that the file does not name",
-            "m" if self.farthest() > FAR => {
-                "in m, which is far for a rod: x[px] or x[mm] in the header says what else they are in"
-            }
-            unit => &format!("in {unit}"),
-        };
-        let plural = if self.markers.len() == 1 { "" } else { "s" };
-        writeln!(f, "{} marker{plural}, places {named}:", self.markers.len())?;
-        for marker in &self.markers {
-            let name = if marker.name.is_empty() { "(no name)" } else { &marker.name };
-            let name = printable_name(name);
-            write!(f, "  {name}: {}, seen in {} frames", marker.axes, marker.detected)?;
-            let [gaps, longest] = marker.gaps;
-            if gaps > 0 {
-                write!(f, ", lost {} for up to {longest} frames", times(gaps))?;
-            }
-            if let Some(unsure) = marker.low_confidence.filter(|unsure| *unsure > 0) {
-                write!(f, ", unsure in {unsure}")?;
-            }
-            for (axis, range) in marker.axes.chars().zip(&marker.range) {
-                let Some([low, high]) = range else { continue };
-                write!(f, ", {axis} {low:.4} .. {high:.4}")?;
-            }
-            if let Some(noise) = marker.noise {
-                write!(f, ", noise at most {noise:.2e}")?;
-            }
-            if is_converted_video(marker.repeated, marker.detected) {
-                write!(
-                    f,
-                    ", {} frames repeat the one before: a video converted to a higher rate; keep one of each",
-                    marker.repeated
-                )?;
-            }
-            if let Some(first) = marker.jumps.first() {
-                write!(f, ", jumps {}, first at {first}{unit}", times(marker.jumps.len()))?;
-            }
-            writeln!(f)?;
-        }
-        if !self.faults.is_empty() {
-            writeln!(f, "if these are markers along a rod, in this order:")?;
-            self.faults.iter().try_for_each(|fault| writeln!(f, "  {fault}"))?;
-        }
-        write!(f, "\n{}", self.observation.trim_end())
-    }
 }

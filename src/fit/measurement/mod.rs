@@ -5,6 +5,7 @@ pub(crate) mod experiment;
 pub(crate) mod frequencies;
 pub(crate) mod gauge;
 pub(crate) mod inspection;
+mod inspection_summary;
 pub(crate) mod loss;
 pub(crate) mod motion;
 pub(crate) mod repeated_frames;

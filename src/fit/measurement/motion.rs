@@ -375,8 +375,15 @@ impl Observation {
                 None => path.display().to_string(),
             },
             (None, Some(marker)) => format!("marker {marker}"),
-            (None, None) if self.planned => format!("the planned observation of {:?}", self.point),
-            (None, None) => format!("the observation of {:?}", self.point),
+            (None, None) => {
+                let planned = if self.planned { "planned " } else { "" };
+                let point = match self.point {
+                    Point::Tip => "the tip".to_string(),
+                    Point::Node(index) => format!("node {index}"),
+                    Point::ArcLength(s) => format!("arc length {s} m"),
+                };
+                format!("{planned}observation of {point}")
+            }
         }
     }
 

@@ -1,62 +1,85 @@
-//! The budget of an estimate, as the terminal shows it.
+//! The uncertainty budget of an estimate and its sensitivities to inputs, as tables.
 
 use crate::fit::report::digits;
+use crate::fit::report::estimate_table::has_known_inputs;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::sources::{BudgetLine, InputSensitivity};
-use std::fmt;
+use crate::fit::uncertainty::sources::InputSensitivity;
+use crate::summary::quantity::quantity;
+use crate::summary::{Summary, SummaryTable, TextColumn};
 
-/// So many of the numbers that matter most are named.
+/// Inputs of each parameter that are named, those with the largest sensitivities.
 const NAMED: usize = 3;
+/// Significant digits of uncertainties.
+const DIGITS: usize = 2;
 
-/// The budget of an estimate, where an input has a stated uncertainty, and the Monte Carlo check.
-pub(crate) fn write(f: &mut fmt::Formatter<'_>, e: &Estimate) -> fmt::Result {
+/// Adds the budget of an estimate, where an input has a stated uncertainty, and the Monte Carlo check.
+pub(crate) fn add(mut summary: Summary, e: &Estimate) -> Summary {
     let unit = e.name.unit();
-    if let (Some(combined), Some(factor)) = (e.combined_std, e.coverage_factor)
-        && e.budget.iter().any(|line| line.std.is_some())
+    if let (Some(combined), Some(factor), true) =
+        (e.combined_std, e.coverage_factor, has_known_inputs(e))
     {
-        let one = digits(combined, combined);
-        writeln!(
-            f,
-            "  Uncertainty budget      {}: combined standard uncertainty {one} {unit}, k = {factor:.2}",
-            e.label()
-        )?;
-        let width = e.budget.iter().map(|line| line.source.len()).max().unwrap_or(0);
+        let title = format!(
+            "Uncertainty budget of {}: combined standard uncertainty {}, coverage factor {factor:.2}",
+            e.label(),
+            quantity(combined, unit, DIGITS)
+        );
+        let mut table = SummaryTable::new([
+            TextColumn::left("source"),
+            TextColumn::left("std. uncertainty"),
+            TextColumn::right("rel. sensitivity"),
+            TextColumn::left("contribution"),
+            TextColumn::right("share"),
+        ]);
         for line in &e.budget {
-            writeln!(f, "      {:<width$}  {}", line.source, words(line, unit))?;
+            let of_input = |std: f64| quantity(std, &line.unit, DIGITS);
+            table.row([
+                line.source.clone(),
+                line.std.map(of_input).unwrap_or_default(),
+                line.relative_sensitivity.map(|by| format!("{by:+.2}")).unwrap_or_default(),
+                quantity(line.contribution, unit, DIGITS),
+                format!("{:.1} %", 100.0 * line.share),
+            ]);
         }
+        summary = summary.table(title, table);
     }
     if let Some(found) = &e.monte_carlo {
-        let [std, linear] = [found.std, found.linear_std].map(|x| digits(x, x));
+        let [std, linear] = [found.std, found.linear_std].map(|x| quantity(x, unit, DIGITS));
         let [low, high] = found.interval95.map(|x| digits(x, found.std));
-        writeln!(
-            f,
-            "  Monte Carlo             {} +- {std} {unit}, 95 % [{low}, {high}] ({} fits; budget +- {linear})",
+        let text = format!(
+            "{} +- {std}, 95 % [{low}, {high}] ({} fits; +- {linear} by the budget)",
             e.label(),
             found.fits
-        )?;
+        );
+        summary = summary.fact("Monte Carlo", text);
     }
-    Ok(())
+    summary
 }
 
-fn words(line: &BudgetLine, unit: &str) -> String {
-    let own = line.std.map(|std| format!("+- {} {}", digits(std, std), line.unit));
-    let own = own.map(|own| own.trim_end().to_string());
-    let relative = line.relative_sensitivity.map(|by| format!("relative sensitivity {by:+.2}"));
-    let contribution = format!("{} {unit}", digits(line.contribution, line.contribution));
-    let share = format!("{:.1} %", 100.0 * line.share);
-    let parts = [own, relative, Some(contribution.trim_end().into()), Some(share)];
-    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+/// Adds the changes of the estimates for +1 % of the inputs that matter most.
+pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) -> Summary {
+    let mut table = SummaryTable::new([
+        TextColumn::left("parameter"),
+        TextColumn::left("input"),
+        TextColumn::right("change"),
+    ]);
+    for e in estimates {
+        for (k, input) in e.input_sensitivities.iter().take(NAMED).enumerate() {
+            let label = if k == 0 { e.label() } else { String::new() };
+            table.row([label, input.source.clone(), change(input, e)]);
+        }
+    }
+    let title = "Input sensitivities: change of the estimate for +1 % of an input; --known NAME=SIGMA \
+                 includes the uncertainty of an input";
+    summary.table(title, table)
 }
 
-/// What one per cent of the numbers that matter most would change.
-pub(crate) fn per_cents(e: &Estimate) -> String {
-    let words = |per_cent: &InputSensitivity| {
-        let change = match per_cent.relative {
-            Some(relative) => format!("{:+.2} %", 100.0 * relative),
-            None => format!("{:+.1e} {}", per_cent.change, e.name.unit()),
-        };
-        format!("{} {}", per_cent.source, change.trim_end())
-    };
-    let named: Vec<String> = e.input_sensitivities.iter().take(NAMED).map(words).collect();
-    named.join(", ")
+/// A change in per cent, or in the unit of the parameter where that may be zero.
+fn change(input: &InputSensitivity, e: &Estimate) -> String {
+    match input.relative {
+        Some(relative) => format!("{:+.2} %", 100.0 * relative),
+        None => {
+            let sign = if input.change < 0.0 { "" } else { "+" };
+            format!("{sign}{}", quantity(input.change, e.name.unit(), DIGITS))
+        }
+    }
 }

@@ -2,12 +2,15 @@
 
 pub(crate) mod budget;
 mod display;
+pub(crate) mod effects;
 pub(crate) mod ending;
+pub(crate) mod estimate_table;
 pub(crate) mod plot_data;
 pub(crate) mod recorded;
 #[cfg(feature = "cli")]
 pub(crate) mod renamed_keys;
 pub(crate) mod replay;
+mod uncertainty;
 mod validation;
 
 use crate::code::Code;

@@ -1,44 +1,50 @@
-//! The validation error of a fit, as the first lines of the terminal report have it.
+//! The validation error of a fit, which belongs to its result.
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::prediction::Prediction;
 use crate::numerics::order;
-use std::fmt;
+use crate::summary::Summary;
+use crate::summary::quantity::quantity;
 
-/// One line with the errors of what was held out; none where nothing was.
-pub(crate) fn write(f: &mut fmt::Formatter<'_>, report: &FitReport) -> fmt::Result {
-    if let Some(held_out) = report.recordings.as_ref().and_then(|r| r.held_out.as_ref()) {
-        return writeln!(
-            f,
-            "validation, {} held-out recordings: mean error {:.2e} m per coordinate, median {:.2e} m, worst \
-             {:.2e} m{}",
-            held_out.experiments,
-            held_out.mean,
-            held_out.median,
-            held_out.worst,
-            behind(&held_out.worst_experiment)
-        );
+/// Significant digits of errors.
+const DIGITS: usize = 3;
+
+/// Adds a line with the errors of the validation data, if there are any.
+pub(crate) fn add(summary: Summary, report: &FitReport) -> Summary {
+    match text(report) {
+        Some(text) => summary.fact("Validation error", text),
+        None => summary,
     }
-    let Some(unit) = report.predictions.first().map(|p| &p.unit) else { return Ok(()) };
+}
+
+fn text(report: &FitReport) -> Option<String> {
+    if let Some(held_out) = report.recordings.as_ref().and_then(|r| r.held_out.as_ref()) {
+        let [mean, median, worst] =
+            [held_out.mean, held_out.median, held_out.worst].map(|x| quantity(x, "m", DIGITS));
+        return Some(format!(
+            "{} held-out recordings: mean error {mean} per coordinate, median {median}, worst {worst}{}",
+            held_out.experiments,
+            behind(&held_out.worst_experiment)
+        ));
+    }
+    let unit = report.predictions.first().map(|p| &p.unit)?;
     let mut own: Vec<&Prediction> = report.predictions.iter().filter(|p| p.unit == *unit).collect();
     order::sort_by(&mut own, |p| p.rms);
     let n = own.len();
     let (median, worst) = (0.5 * (own[(n - 1) / 2].rms + own[n / 2].rms), own[n - 1]);
-    let shown = |value: f64| report.in_data_unit(value, unit);
-    let ((median, shown_unit), (rms, _), (expected, _)) =
-        (shown(median), shown(worst.rms), shown(worst.expected));
-    let (observation, unit) = (&worst.observation, shown_unit);
-    match n {
-        1 => writeln!(
-            f,
-            "validation, {observation}: RMS error {median:.2e} {unit}, {expected:.2e} expected"
-        ),
-        _ => writeln!(
-            f,
-            "validation, {n} held-out observations: median RMS error {median:.2e} {unit}, worst {rms:.2e} {unit}{}",
+    let shown = |value: f64| {
+        let (value, unit) = report.in_data_unit(value, unit);
+        quantity(value, unit, DIGITS)
+    };
+    let [median, rms, expected] = [median, worst.rms, worst.expected].map(shown);
+    let observation = &worst.observation;
+    Some(match n {
+        1 => format!("{observation}: RMS error {median}, {expected} expected"),
+        _ => format!(
+            "{n} held-out observations: median RMS error {median}, worst {rms}{}",
             behind(observation)
         ),
-    }
+    })
 }
 
 /// A name in brackets, if there is one.

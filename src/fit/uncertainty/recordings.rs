@@ -9,9 +9,10 @@ use crate::fit::search::optimum::Optimum;
 use crate::numerics::order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
+use crate::summary::quantity::quantity;
+use crate::summary::{Summary, SummaryTable, TextColumn};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 use std::sync::Arc;
 
 /// Frames that a recorded start is made of: nothing is predicted there.
@@ -175,35 +176,36 @@ fn summary(list: &[RecordingError], held_out: bool) -> Option<ErrorSummary> {
     })
 }
 
-impl fmt::Display for RecordingErrors {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "  mean error of the simulated markers, per coordinate, on their own from two frames:"
-        )?;
-        for (what, summary) in [("fitted", &self.fitted), ("held out", &self.held_out)] {
-            let Some(s) = summary else { continue };
+impl RecordingErrors {
+    /// Adds the errors to the summary of a fit or a prediction.
+    pub(crate) fn add_to(&self, mut summary: Summary) -> Summary {
+        let shown = |x: f64| quantity(x, "m", 3);
+        for (what, errors) in [("fitted", &self.fitted), ("held out", &self.held_out)] {
+            let Some(s) = errors else { continue };
             let worst = match s.worst_experiment.is_empty() {
                 true => String::new(),
                 false => format!(" ({})", s.worst_experiment),
             };
-            writeln!(
-                f,
-                "    {}, {what}: mean {:.2e} m, median {:.2e} m, worst {:.2e} m{worst}",
+            let text = format!(
+                "{}, {what}: mean {}, median {}, worst {}{worst}; per coordinate, simulated from the first two frames",
                 counted(s.experiments, "recording"),
-                s.mean,
-                s.median,
-                s.worst
-            )?;
+                shown(s.mean),
+                shown(s.median),
+                shown(s.worst)
+            );
+            summary = summary.fact("Prediction error", text);
         }
+        let mut table = SummaryTable::new([
+            TextColumn::left("recording"),
+            TextColumn::right("mean error"),
+            TextColumn::left("use"),
+        ]);
         for error in self.list.iter().filter(|_| self.list.len() > 1) {
-            let held_out = if error.held_out { ", held out" } else { "" };
-            match error.mean_error {
-                Some(mean) => writeln!(f, "      {mean:.2e} m  {}{held_out}", error.experiment)?,
-                None => writeln!(f, "      failed     {}{held_out}", error.experiment)?,
-            }
+            let held_out = if error.held_out { "held out" } else { "fitted" };
+            let mean = error.mean_error.map_or("failed".into(), shown);
+            table.row([error.experiment.clone(), mean, held_out.into()]);
         }
-        Ok(())
+        summary.table("Prediction error of each recording, per coordinate", table)
     }
 }
 

@@ -1,59 +1,73 @@
-//! The prediction errors on the terminal.
+//! The summary of prediction errors.
 
 use crate::fit::validation_errors::report::{MeasurementError, ValidationReport};
+use crate::summary::quantity::{duration, quantity};
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
 use std::fmt::{self, Formatter};
+
+/// Significant digits of errors.
+const DIGITS: usize = 3;
 
 impl fmt::Display for ValidationReport {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        writeln!(f, "prediction with the values of the scenes; no parameter was fitted")?;
-        for s in &self.summary {
-            if s.measurements > 1 {
-                writeln!(
-                    f,
-                    "{} measurements in {}: mean error {:.2e}, median {:.2e}, worst {:.2e} ({})",
-                    s.measurements, s.unit, s.mean, s.median, s.worst, s.worst_observation
-                )?;
-            }
-        }
-        writeln!(f)?;
-        self.write_table(f)?;
-        if let Some(recordings) = &self.recordings {
-            writeln!(f)?;
-            write!(f, "{recordings}")?;
-        }
-        for failed in &self.failed {
-            let of = if failed.experiment.is_empty() { "the scene" } else { &failed.experiment };
-            writeln!(f, "not simulated: {of} ({})", failed.reason)?;
-        }
-        for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
-        }
-        write!(f, "\n  {:.3} s", self.wall_seconds)
+        self.to_summary().fmt(f)
     }
 }
 
 impl ValidationReport {
-    fn write_table(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let width = self.errors.iter().map(|e| e.observation.len()).fold(11, usize::max);
-        writeln!(
-            f,
-            "  {:<width$}  {:<9}  {:<9}  {:<9}  {:<9}  {:<6}  remarks",
-            "measurement", "mean", "median", "worst", "RMS", "unit"
-        )?;
-        for e in &self.errors {
-            let row = format!(
-                "  {:<width$}  {:<9.2e}  {:<9.2e}  {:<9.2e}  {:<9.2e}  {:<6}  {}",
-                e.observation,
-                e.mean,
-                e.median,
-                e.worst,
-                e.rms,
-                e.unit,
-                e.remarks()
-            );
-            writeln!(f, "{}", row.trim_end())?;
+    /// The result as text for a terminal.
+    pub fn to_summary(&self) -> Summary {
+        let status = "prediction with the values of the scene; no parameter was fitted";
+        let mut summary = match self.failed.len() {
+            0 => Summary::new(status, Tone::Neutral),
+            1 => Summary::new("one experiment could not be simulated", Tone::Bad),
+            n => Summary::new(format!("{n} experiments could not be simulated"), Tone::Bad),
+        };
+        for failed in &self.failed {
+            let of = if failed.experiment.is_empty() { "the scene" } else { &failed.experiment };
+            summary = summary.note(format!("not simulated: {of} ({})", failed.reason));
         }
-        writeln!(f, "  absolute differences of {}", self.values_in_words())
+        for s in self.summary.iter().filter(|s| s.measurements > 1) {
+            let shown = |x: f64| quantity(x, &s.unit, DIGITS);
+            summary = summary.note(format!(
+                "{} measurements: mean error {}, median {}, worst {} ({})",
+                s.measurements,
+                shown(s.mean),
+                shown(s.median),
+                shown(s.worst),
+                s.worst_observation
+            ));
+        }
+        summary = summary.table("", self.error_table());
+        summary = summary.note(format!("absolute differences of {}", self.values_in_words()));
+        summary = summary.warnings(&self.warnings);
+        if let Some(recordings) = &self.recordings {
+            summary = recordings.add_to(summary);
+        }
+        summary.fact("Cost", duration(self.wall_seconds))
+    }
+
+    fn error_table(&self) -> SummaryTable {
+        let mut table = SummaryTable::new([
+            TextColumn::wrapped("measurement"),
+            TextColumn::right("mean"),
+            TextColumn::right("median"),
+            TextColumn::right("worst"),
+            TextColumn::right("RMS"),
+            TextColumn::wrapped("remarks"),
+        ]);
+        for e in &self.errors {
+            let shown = |x: f64| quantity(x, &e.unit, DIGITS);
+            table.row([
+                e.observation.clone(),
+                shown(e.mean),
+                shown(e.median),
+                shown(e.worst),
+                shown(e.rms),
+                e.remarks(),
+            ]);
+        }
+        table
     }
 
     fn values_in_words(&self) -> String {

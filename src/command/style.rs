@@ -1,0 +1,70 @@
+//! Width and color of what is printed, by the stream and the environment.
+
+use console::Term;
+use rodfit::summary::{DEFAULT_WIDTH, TextStyle};
+use std::io::IsTerminal;
+
+/// Longer lines are hard to read, however wide the terminal is.
+const MAX_WIDTH: usize = 120;
+
+/// A stream that text is printed on.
+#[derive(Clone, Copy)]
+pub enum Stream {
+    Output,
+    Error,
+}
+
+impl Stream {
+    /// The style of a text on this stream.
+    pub fn style(self) -> TextStyle {
+        let (is_terminal, terminal) = match self {
+            Self::Output => (std::io::stdout().is_terminal(), Term::stdout()),
+            Self::Error => (std::io::stderr().is_terminal(), Term::stderr()),
+        };
+        let columns = terminal.size_checked().filter(|_| is_terminal).map(|(_, columns)| columns);
+        style(is_terminal, columns, |name| std::env::var(name).ok())
+    }
+}
+
+/// The style of a text on a stream with so many columns: 80 columns where it is no terminal, or narrower. Color is for
+/// terminals, unless `NO_COLOR` is set (<https://no-color.org>); `CLICOLOR_FORCE` asks for it elsewhere.
+fn style(
+    is_terminal: bool,
+    columns: Option<u16>,
+    variable: impl Fn(&str) -> Option<String>,
+) -> TextStyle {
+    let is_set = |name: &str| variable(name).is_some_and(|value| !value.is_empty());
+    let is_forced = variable("CLICOLOR_FORCE").is_some_and(|value| !["", "0"].contains(&&*value));
+    let is_dumb = variable("TERM").is_some_and(|value| value == "dumb");
+    TextStyle {
+        width: columns.map_or(DEFAULT_WIDTH, usize::from).clamp(DEFAULT_WIDTH, MAX_WIDTH),
+        is_colored: !is_set("NO_COLOR") && (is_forced || is_terminal && !is_dumb),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::command::style::style;
+
+    fn is_colored(is_terminal: bool, set: &[(&str, &str)]) -> bool {
+        let value =
+            |name: &str| set.iter().find(|(own, _)| *own == name).map(|(_, v)| v.to_string());
+        style(is_terminal, None, value).is_colored
+    }
+
+    #[test]
+    fn color_is_for_terminals_without_no_color() {
+        assert!(is_colored(true, &[]) && is_colored(true, &[("NO_COLOR", "")]));
+        assert!(!is_colored(false, &[]) && !is_colored(true, &[("NO_COLOR", "1")]));
+        assert!(!is_colored(true, &[("TERM", "dumb")]));
+        assert!(is_colored(false, &[("CLICOLOR_FORCE", "1")]));
+        assert!(!is_colored(false, &[("CLICOLOR_FORCE", "0")]));
+        assert!(!is_colored(false, &[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
+    }
+
+    #[test]
+    fn width_is_between_80_and_120_columns() {
+        let width = |columns| style(true, columns, |_| None).width;
+        assert_eq!([None, Some(40), Some(100), Some(300)].map(width), [80, 80, 100, 120]);
+    }
+}

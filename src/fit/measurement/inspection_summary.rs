@@ -1,0 +1,146 @@
+//! The summary of a file of markers.
+
+use crate::error::printable::printable_path;
+use crate::fit::measurement::inspection::{FAR, InspectedMarker, Inspection};
+use crate::fit::measurement::repeated_frames::is_converted_video;
+use crate::input::track::format::Format;
+use crate::summary::quantity::number;
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use std::fmt;
+
+/// Leaps of the clock that are listed.
+const NAMED_LEAPS: usize = 5;
+/// Significant digits of the noise.
+const DIGITS: usize = 3;
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
+impl Inspection {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let format = match self.format {
+            Format::Csv => "a table".to_string(),
+            format => format!("a file of {}", format.program()),
+        };
+        let [first, last] = self.clock;
+        let unit = self.clock_suffix();
+        let range = if unit.is_empty() { "numbered" } else { "from" };
+        let rate = match self.rate {
+            Some(rate) => format!("{} frames/s", (rate * 1e4).round() / 1e4),
+            None => "no frame rate in the file (state fps)".into(),
+        };
+        let plural = if self.markers.len() == 1 { "" } else { "s" };
+        let lengths = match &self.unit[..] {
+            "unnamed" => "in a unit that the file does not name (state scale)".into(),
+            unit => format!("in {unit}"),
+        };
+        Summary::new(format!("{format}, format = \"{}\"", self.format.key()), Tone::Neutral)
+            .of(printable_path(&self.file))
+            .fact(
+                "Frames",
+                format!("{}, {range} {first}{unit} to {last}{unit}, {rate}", self.frames),
+            )
+            .fact("Markers", format!("{} marker{plural}, positions {lengths}", self.markers.len()))
+            .table("", self.marker_table())
+            .warnings(self.problems())
+            .verbatim("Observation for a fit file:", self.observation.trim_end())
+    }
+
+    /// The unit of the clock behind a number; none for numbers of frames.
+    fn clock_suffix(&self) -> String {
+        match &self.clock_unit[..] {
+            "frames" => String::new(),
+            unit => format!(" {unit}"),
+        }
+    }
+
+    fn marker_table(&self) -> SummaryTable {
+        let axes = ["x", "y", "z"];
+        let mut columns = vec![TextColumn::wrapped("marker"), TextColumn::right("frames")];
+        columns.extend(axes.map(TextColumn::left));
+        columns.push(TextColumn::right("noise at most"));
+        columns.push(TextColumn::wrapped("gaps"));
+        let mut table = SummaryTable::new(columns);
+        for marker in &self.markers {
+            let mut row = vec![shown_name(marker), marker.detected.to_string()];
+            for axis in axes {
+                let place = marker.axes.find(axis);
+                let range = place.and_then(|k| *marker.range.get(k)?);
+                row.push(range.map_or("".into(), |[low, high]| format!("{low:.4} .. {high:.4}")));
+            }
+            row.push(marker.noise.map(|noise| number(noise, DIGITS)).unwrap_or_default());
+            row.push(gaps(marker));
+            table.row(row);
+        }
+        table
+    }
+
+    /// What may be wrong with the file, as warnings without codes.
+    fn problems(&self) -> Vec<String> {
+        let unit = self.clock_suffix();
+        let mut all = Vec::new();
+        if self.unit == "m" && self.farthest() > FAR {
+            all.push(
+                "the positions are far from the origin for a rod in m. They may be in another unit. State it in \
+                 the header, as x[px] or x[mm]."
+                    .to_string(),
+            );
+        }
+        for (before, missing) in self.clock_gaps.iter().take(NAMED_LEAPS) {
+            all.push(format!("the clock leaps after {before}{unit}: frames missing: {missing}"));
+        }
+        if self.clock_gaps.len() > NAMED_LEAPS {
+            all.push(format!(
+                "the clock leaps {} more",
+                times(self.clock_gaps.len() - NAMED_LEAPS)
+            ));
+        }
+        for marker in &self.markers {
+            let name = shown_name(marker);
+            if is_converted_video(marker.repeated, marker.detected) {
+                all.push(format!(
+                    "{name}: {} frames repeat the one before. The video was converted to a higher rate. Keep one \
+                     frame of each.",
+                    marker.repeated
+                ));
+            }
+            if let Some(first) = marker.jumps.first() {
+                let count = times(marker.jumps.len());
+                all.push(format!(
+                    "{name}: jumps {count} for one frame, first at {first}{unit}. Remove these frames, or use a \
+                     robust loss."
+                ));
+            }
+        }
+        let along = "if the markers are along a rod in this order";
+        all.extend(self.faults.iter().map(|fault| format!("{along}: {fault}")));
+        all
+    }
+}
+
+/// The name of a marker; tables of one marker have none.
+fn shown_name(marker: &InspectedMarker) -> String {
+    if marker.name.is_empty() { "(no name)".into() } else { marker.name.clone() }
+}
+
+/// Frames without a marker, or with an uncertain one.
+fn gaps(marker: &InspectedMarker) -> String {
+    let [count, longest] = marker.gaps;
+    let lost = (count > 0).then(|| format!("lost {} for up to {longest} frames", times(count)));
+    let unsure =
+        marker.low_confidence.filter(|unsure| *unsure > 0).map(|n| format!("uncertain in {n}"));
+    lost.into_iter().chain(unsure).collect::<Vec<_>>().join(", ")
+}
+
+/// How often, in words.
+fn times(n: usize) -> String {
+    match n {
+        1 => "once".into(),
+        2 => "twice".into(),
+        n => format!("{n} times"),
+    }
+}

@@ -1,0 +1,70 @@
+//! Effects that the model omits: those that the residuals suggest, and the biases of those that the data do not exclude.
+
+use crate::code::Code;
+use crate::fit::report::FitReport;
+use crate::fit::uncertainty::sources::{UndetectedBias, looks_like};
+use crate::summary::quantity::{number, quantity};
+use crate::summary::{Summary, SummaryTable, TextColumn};
+
+/// Effects that are named with their biases.
+const NAMED: usize = 3;
+/// Significant digits of sizes.
+const DIGITS: usize = 2;
+
+/// Adds both to the details of a fit.
+pub(super) fn add(summary: Summary, report: &FitReport) -> Summary {
+    let likely = looks_like(&report.score_tests).into_iter();
+    let summary = summary
+        .facts("Likely omitted effects", likely.map(|words| Code::OmittedEffect.behind(words)));
+    add_undetected_bias(summary, &report.undetected_bias)
+}
+
+/// Adds a table of the effects with the largest biases above a standard error.
+pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> Summary {
+    let mut table = SummaryTable::new([
+        TextColumn::wrapped("effect"),
+        TextColumn::left("parameter"),
+        TextColumn::right("bias"),
+        TextColumn::wrapped("test"),
+    ]);
+    let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
+    for bias in all.iter().filter(|bias| bias.std_errors > 1.0) {
+        match effects.iter_mut().find(|own| own[0].source == bias.source) {
+            Some(own) => own.push(bias),
+            None => effects.push(vec![bias]),
+        }
+    }
+    for own in effects.iter().take(NAMED) {
+        for (k, bias) in own.iter().enumerate() {
+            let effect = format!("{}, {}", bias.effect, signed(bias.size, &bias.unit, bias));
+            let (effect, test) = match k {
+                0 => (effect, bias.test.clone()),
+                _ => Default::default(),
+            };
+            table.row([effect, bias.parameter.clone(), size_of_bias(bias), test]);
+        }
+    }
+    let title = "Undetected bias: effects that these data do not exclude, at a plausible size";
+    summary.table(Code::UndetectedBias.behind(title), table)
+}
+
+/// A size with a sign on both sides where the data do not determine it.
+fn signed(value: f64, unit: &str, bias: &UndetectedBias) -> String {
+    match bias.estimate {
+        Some(_) => quantity(value, unit, DIGITS),
+        None => format!("+-{}", quantity(value.abs(), unit, DIGITS)),
+    }
+}
+
+/// The bias in per cent, or in the unit of the parameter where that may be zero.
+fn size_of_bias(bias: &UndetectedBias) -> String {
+    let sign = match (bias.estimate, bias.change < 0.0) {
+        (None, _) => "+-",
+        (_, true) => "-",
+        (_, false) => "+",
+    };
+    match bias.relative {
+        Some(relative) => format!("{sign}{:.1} %", 100.0 * relative.abs()),
+        None => format!("{sign}{}", number(bias.change.abs(), DIGITS)),
+    }
+}

@@ -1,0 +1,99 @@
+//! Errors of the estimates beside the statistical ones, by topic.
+
+use crate::fit::report::{FitReport, budget, digits};
+use crate::fit::uncertainty::bootstrap::Bootstrap;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::verdict::percent;
+use crate::summary::Summary;
+
+/// Pairs of parameters whose correlation is listed, the strongest first.
+const CORRELATIONS: usize = 6;
+
+/// Adds discretization errors, other intervals, correlations, budgets and input sensitivities.
+pub(super) fn add(mut summary: Summary, report: &FitReport) -> Summary {
+    summary = summary.facts("Discretization error", discretization(report));
+    for e in &report.parameters {
+        summary = add_intervals(summary, e);
+    }
+    summary = summary.facts("Correlation", correlations(report));
+    let groups = report.determined_groups.iter().map(ToString::to_string);
+    summary = summary.facts("Known without density", groups);
+    for e in &report.parameters {
+        summary = budget::add(summary, e);
+    }
+    budget::add_input_sensitivities(summary, &report.parameters)
+}
+
+/// The discretization error of every parameter.
+fn discretization(report: &FitReport) -> Vec<String> {
+    let mut texts = Vec::new();
+    for (e, error) in report.parameters.iter().zip(&report.discretization_error) {
+        let Some(relative) = error.relative else { continue };
+        // Fractions of a value near zero mean nothing.
+        let size = |part: f64| match (e.name.is_positive(), e.value) {
+            (false, Some(value)) => {
+                format!("{:.1e} {}", part * value.abs(), e.name.unit()).trim_end().to_string()
+            }
+            _ => percent(part),
+        };
+        let rest = format!("at most {} of {}", size(relative), e.label());
+        texts.push(match error.correction {
+            Some(by) => {
+                let sign = if by < 0.0 { "-" } else { "+" };
+                let by = size(by.abs());
+                format!("corrected by {sign}{by}; {rest} remains (in the interval)")
+            }
+            None => rest,
+        });
+    }
+    texts
+}
+
+/// Intervals of an estimate by other methods.
+fn add_intervals(mut summary: Summary, e: &Estimate) -> Summary {
+    let (unit, label) = (e.name.unit(), e.label());
+    let error = e.std_error.unwrap_or(0.0);
+    let with = |error: f64, [low, high]: [f64; 2]| {
+        let [size, low, high] = [error, low, high].map(|x| digits(x, error));
+        format!("{label} +- {size} {unit}, 95 % [{low}, {high}]")
+    };
+    if let Some(observed) = e.observed_std_error {
+        let text = format!("{label} +- {} {unit}", digits(observed, error));
+        summary = summary.fact("Observed information", text);
+    }
+    if let Some(across) = &e.cluster_jackknife {
+        let (reported, other) = match across.reported {
+            true => ("reported", "too narrow"),
+            false => ("narrower", "reported"),
+        };
+        let differ = with(across.std_error, across.interval95);
+        let text = format!("{differ} ({} experiments, {reported})", across.experiments);
+        summary = summary.fact("Between experiments", text);
+        let own = with(across.residual_std_error, across.residual_interval95);
+        summary = summary.fact("Residuals alone", format!("{own} ({other})"));
+    }
+    if let Some(ends) = e.profile95 {
+        let end = |x: Option<f64>| x.map_or("none".into(), |x| digits(x, error));
+        let text = format!("{label} 95 % [{}, {}]", end(ends[0]), end(ends[1]));
+        summary = summary.fact("Profile likelihood", text);
+    }
+    if let Some(Bootstrap { std_error, interval95, .. }) = &e.bootstrap {
+        summary = summary.fact("Bootstrap", with(*std_error, *interval95));
+    }
+    summary
+}
+
+/// The strongest correlations between the estimates.
+fn correlations(report: &FitReport) -> Vec<String> {
+    let n = report.parameters.len();
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (i, row) in report.correlation.iter().enumerate().take(n) {
+        for (j, value) in row.iter().enumerate().take(i) {
+            pairs.extend(value.map(|value| (value, j, i)));
+        }
+    }
+    pairs.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+    let label = |k: usize| report.parameters[k].label();
+    let named = pairs.iter().take(CORRELATIONS);
+    named.map(|(value, i, j)| format!("{value:+.3} {} and {}", label(*i), label(*j))).collect()
+}

@@ -1,0 +1,96 @@
+//! Lines of a limited width.
+
+use crate::summary::{TextStyle, Tone};
+
+/// Columns of a text that does not go to a terminal, or to a narrower one.
+pub const DEFAULT_WIDTH: usize = 80;
+/// Columns that remain for text beside a label or in a column, however narrow the terminal is.
+const MIN_TEXT_WIDTH: usize = 20;
+/// Units that stay on the line of their number.
+const UNITS: [&str; 17] = [
+    "%", "m", "mm", "um", "nm", "s", "ms", "us", "min", "h", "Pa", "N", "J", "kg", "g", "mg", "Hz",
+];
+
+/// Columns that a text takes.
+pub(crate) fn columns(text: &str) -> usize {
+    text.chars().count()
+}
+
+/// The words of a text. A unit belongs to the word of its number.
+fn words(text: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let bare = word.trim_end_matches([',', ';', '.', ':', ')']);
+        match words.last_mut() {
+            Some(last) if UNITS.contains(&bare) && last.ends_with(|c: char| c.is_ascii_digit()) => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => words.push(word.into()),
+        }
+    }
+    words
+}
+
+/// A text in lines behind a `head`, which the first line begins with. The others begin with `indent` spaces.
+pub(crate) fn wrapped_behind(head: &str, text: &str, width: usize, indent: usize) -> Vec<String> {
+    let width = width.max(indent + MIN_TEXT_WIDTH);
+    let mut lines = Vec::new();
+    let mut line = head.to_string();
+    for part in text.lines() {
+        if columns(&line) + columns(part) <= width {
+            // As it is, with its own spaces.
+            line.push_str(part);
+            lines.push(std::mem::replace(&mut line, " ".repeat(indent)));
+            continue;
+        }
+        let mut is_empty = true;
+        for word in words(part) {
+            let space = usize::from(!is_empty);
+            if !is_empty && columns(&line) + space + columns(&word) > width {
+                lines.push(std::mem::replace(&mut line, " ".repeat(indent)));
+                is_empty = true;
+            }
+            if !is_empty {
+                line.push(' ');
+            }
+            line.push_str(&word);
+            is_empty = false;
+        }
+        lines.push(std::mem::replace(&mut line, " ".repeat(indent)));
+    }
+    if lines.is_empty() {
+        lines.push(line);
+    }
+    lines.into_iter().map(|line| line.trim_end().to_string()).collect()
+}
+
+/// A text in lines; all but the first begin with `indent` spaces.
+pub(crate) fn wrapped(text: &str, width: usize, indent: usize) -> Vec<String> {
+    wrapped_behind("", text, width, indent)
+}
+
+/// A message of one or several lines, such as a warning or an error, in lines of a limited width. Lines that quote a file
+/// stay as they are. `error:` and `warning:` at the start are colored.
+pub fn wrap_message(text: &str, style: TextStyle) -> String {
+    let is_quotation = |line: &str| {
+        let behind = line.trim_start().trim_start_matches(|c: char| c.is_ascii_digit());
+        behind.trim_start().starts_with('|')
+    };
+    let mut lines = Vec::new();
+    for (k, line) in text.split('\n').enumerate() {
+        if columns(line) <= style.width || is_quotation(line) {
+            lines.push(line.to_string());
+            continue;
+        }
+        let own = line.chars().take_while(|c| *c == ' ').count();
+        let indent = if k == 0 { 2 } else { own };
+        lines.extend(wrapped_behind(&" ".repeat(own), line.trim_start(), style.width, indent));
+    }
+    for (start, tone) in [("error:", Tone::Bad), ("warning:", Tone::Doubtful)] {
+        if let Some(rest) = lines[0].strip_prefix(start) {
+            lines[0] = tone.paint(start, style.is_colored) + rest;
+        }
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,86 @@
+//! Numbers with units as a person reads them: 1.014 mm, 0.08 %, 3.2 min.
+
+/// Prefixes of the units that have them, with their factors, the largest first.
+const PREFIXES: [(&str, f64); 5] = [("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9), ("p", 1e-12)];
+/// Units with prefixes for small values. Masses are counted in g.
+const PREFIXED: [&str; 5] = ["m", "s", "N", "J", "g"];
+/// Values outside this range have an exponent.
+const FIXED: std::ops::Range<f64> = 1e-3..1e4;
+/// Part of a prefixed unit from which on a value is in that unit: 0.14 mm instead of 140 um.
+const PREFIX_FROM: f64 = 0.1;
+/// Seconds from which on a duration is in minutes, and minutes from which on it is in hours.
+const LONG: f64 = 100.0;
+const SECONDS_PER_MINUTE: f64 = 60.0;
+
+/// A number with so many significant digits, without an exponent where it can be read without.
+pub(crate) fn number(value: f64, digits: usize) -> String {
+    let digits = digits.max(1);
+    match value.abs() {
+        0.0 => "0".into(),
+        size if FIXED.contains(&size) => {
+            let before = size.log10().floor() as i32 + 1;
+            let after = usize::try_from(digits as i32 - before).unwrap_or(0);
+            // Rounded to the digits, also those before the point.
+            let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
+            format!("{rounded:.after$}")
+        }
+        _ => format!("{value:.*e}", digits - 1),
+    }
+}
+
+/// A value with its unit, in mm, ms, g and the like where the value is small.
+pub(crate) fn quantity(value: f64, unit: &str, digits: usize) -> String {
+    let (value, unit) = if unit == "kg" { (value * 1e3, "g") } else { (value, unit) };
+    let size = value.abs();
+    let found = PREFIXES.iter().find(|(_, factor)| size >= PREFIX_FROM * factor);
+    let (prefix, factor) = match found {
+        Some(found) if PREFIXED.contains(&unit) => *found,
+        _ => ("", 1.0),
+    };
+    match (unit, size >= 1e3) {
+        ("g", true) => format!("{} kg", number(value / 1e3, digits)),
+        _ => format!("{} {prefix}{unit}", number(value / factor, digits)).trim_end().into(),
+    }
+}
+
+/// A duration in s, min or h, with two digits.
+pub fn duration(seconds: f64) -> String {
+    let minutes = seconds / SECONDS_PER_MINUTE;
+    match (seconds < LONG, minutes < LONG) {
+        (true, _) => format!("{} s", number(seconds, 2)),
+        (_, true) => format!("{} min", number(minutes, 2)),
+        _ => format!("{} h", number(minutes / SECONDS_PER_MINUTE, 2)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::summary::quantity::{duration, number, quantity};
+
+    #[test]
+    fn small_values_have_prefixes() {
+        assert_eq!(quantity(1.014e-3, "m", 4), "1.014 mm");
+        assert_eq!(quantity(-5.6e-4, "kg", 2), "-0.56 g");
+        assert_eq!(quantity(2.5, "kg", 2), "2.5 kg");
+        assert_eq!(quantity(0.43, "rad/(N m)", 2), "0.43 rad/(N m)");
+        assert_eq!(quantity(140.0, "kg/m^3", 2), "140 kg/m^3");
+        assert_eq!(quantity(1.4e-4, "m", 2), "0.14 mm");
+        assert_eq!(quantity(5e-5, "m", 2), "50 um");
+        assert_eq!(quantity(0.0, "m", 3), "0 m");
+        assert_eq!(quantity(0.5, "", 2), "0.50");
+    }
+
+    #[test]
+    fn numbers_have_the_digits_that_are_given() {
+        assert_eq!([number(1234.5, 2), number(0.01, 2)], ["1200", "0.010"]);
+        assert_eq!([number(1e4, 3), number(9.4e-4, 2)], ["1.00e4", "9.4e-4"]);
+        assert_eq!([number(f64::NAN, 2), number(f64::INFINITY, 2)], ["NaN", "inf"]);
+    }
+
+    #[test]
+    fn durations_are_in_seconds_minutes_or_hours() {
+        assert_eq!([duration(0.03), duration(45.0)], ["0.030 s", "45 s"]);
+        assert_eq!([duration(190.0), duration(5400.0)], ["3.2 min", "90 min"]);
+        assert_eq!(duration(36000.0), "10 h");
+    }
+}

@@ -1,0 +1,86 @@
+//! Layout of summaries.
+
+use crate::code::Code;
+use crate::summary::{Summary, SummaryTable, TextColumn, TextStyle, Tone, wrap_message};
+
+fn sample() -> Summary {
+    let mut table = SummaryTable::new([
+        TextColumn::left("parameter"),
+        TextColumn::right("estimate"),
+        TextColumn::left("unused"),
+        TextColumn::wrapped("test"),
+    ]);
+    let long = "repeat at another free length, and weigh a known length of the rod beside it";
+    table.row(["youngs_modulus", "9.99e7", "", long]);
+    table.row(["density", "1.1e3"]);
+    let warning = "the residuals of the tip are autocorrelated (lag 1: 0.97). The intervals are too narrow. \
+                   Use a coarser frame rate. [correlated-noise]";
+    Summary::new("converged", Tone::Good)
+        .coded(Some(Code::Trustworthy))
+        .of("data/fit.toml")
+        .table("", table)
+        .warnings([warning])
+        .fact(
+            "Residuals",
+            "RMS 1.014 mm, and much more text that does not fit on a line of eighty columns",
+        )
+        .fact("Residuals", "sigma 1 mm")
+}
+
+#[test]
+fn summary_has_status_result_warnings_and_details_in_order() {
+    let expected = "\
+data/fit.toml: converged [trustworthy]
+
+  parameter       estimate  test
+  youngs_modulus    9.99e7  repeat at another free length, and weigh a known
+                            length of the rod beside it
+  density            1.1e3
+
+warning: the residuals of the tip are autocorrelated (lag 1: 0.97). The
+  intervals are too narrow. Use a coarser frame rate. [correlated-noise]
+
+  Residuals             RMS 1.014 mm, and much more text that does not fit on a
+                        line of eighty columns
+                        sigma 1 mm";
+    assert_eq!(sample().to_string(), expected);
+}
+
+#[test]
+fn lines_are_as_wide_as_the_terminal_at_most() {
+    for width in [50, 60, 80, 100, 200] {
+        let text = sample().render(TextStyle { width, is_colored: false });
+        assert!(text.lines().all(|line| line.chars().count() <= width), "{width}:\n{text}");
+    }
+    let text = sample().render(TextStyle { width: 200, is_colored: false });
+    assert_eq!(text.lines().count(), 10, "{text}");
+}
+
+#[test]
+fn color_adds_escapes_and_nothing_else() {
+    let plain = sample().to_string();
+    assert!(!plain.contains('\x1b'));
+    let colored = sample().render(TextStyle { is_colored: true, ..TextStyle::default() });
+    assert!(colored.contains("\x1b[32mconverged [trustworthy]\x1b[0m"), "{colored}");
+    assert!(colored.contains("\x1b[33mwarning:\x1b[0m "), "{colored}");
+    let without = ["\x1b[32m", "\x1b[33m", "\x1b[0m"];
+    let stripped = without.iter().fold(colored, |text, escape| text.replace(escape, ""));
+    assert_eq!(stripped, plain);
+}
+
+#[test]
+fn control_characters_of_names_are_escaped() {
+    let text = Summary::new("done", Tone::Good).of("a\x1b[31mb").fact("x", "\x1b[0m").to_string();
+    assert!(!text.contains('\x1b') && text.starts_with("a\\x1b[31mb: done"), "{text}");
+}
+
+#[test]
+fn quoted_lines_of_a_message_stay_whole() {
+    let quoted = format!("12 | {}", "x ".repeat(60));
+    let message = format!("error: {}\n{quoted}", "word ".repeat(30));
+    let style = TextStyle { width: 80, is_colored: false };
+    let text = wrap_message(&message, style);
+    assert!(text.ends_with(&quoted), "{text}");
+    assert!(text.lines().take(2).all(|line| line.len() <= 80), "{text}");
+    assert!(text.lines().nth(1).unwrap().starts_with("  word"), "{text}");
+}
