@@ -203,7 +203,7 @@ impl Summary {
                     let title = printable(title);
                     lines.extend(layout::wrapped_behind("  ", &title, style.width, 2 * INDENT));
                 }
-                let is_wide = table.natural_width() + 2 * INDENT > style.width;
+                let is_wide = table.least_width() + 2 * INDENT > style.width;
                 let indent = if title.is_empty() || is_wide { INDENT } else { 2 * INDENT };
                 lines.extend(table.lines(indent, style.width));
                 lines

@@ -86,9 +86,9 @@ impl SummaryTable {
         used.iter().map(natural).collect()
     }
 
-    /// Columns of a line without wrapped cells.
-    pub(crate) fn natural_width(&self) -> usize {
-        total(&self.natural_widths(&self.used()))
+    /// Columns of the narrowest table.
+    pub(crate) fn least_width(&self) -> usize {
+        total(&self.widths(&self.used(), 0))
     }
 
     /// Widths of the used columns: those that are wrapped share the space that the others leave.

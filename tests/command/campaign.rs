@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::coarse;
 use crate::common::fits::{add_noise, observe};
-use crate::folder::{Folder, change, refused, replaced, stderr, stdout, succeeds};
+use crate::folder::{Folder, change, refused, replaced, stderr, stdout, succeeds, words};
 
 /// Mesh and step of the data: fits take some 20 ms.
 const FIT: &str = r#"
@@ -239,11 +239,16 @@ fn told_to_end_it_ends_well() {
     succeeds(&output);
     let done = stored(&folder);
     assert!((1..12).contains(&done), "{done}: {}", stdout(&output));
-    assert!(stdout(&output).contains(&format!("{done} now")), "{}", stdout(&output));
+    assert!(
+        words(&stdout(&output)).contains(&format!("This run {done} fits")),
+        "{}",
+        stdout(&output)
+    );
     // What is left is said, with an exit code of its own.
     let status = folder.run(&["campaign", "status", "out"]);
     assert_eq!(status.status.code(), Some(3));
-    assert!(stdout(&status).starts_with(&format!("{done} of 12 fits done")), "{}", stdout(&status));
+    let expected = format!("out: {done} of 12 fits have a result");
+    assert!(stdout(&status).starts_with(&expected), "{}", stdout(&status));
     let partly = folder.run(&["campaign", "collect", "out", "--out", "some.jsonl"]);
     assert_eq!(partly.status.code(), Some(3));
     assert!(stderr(&partly).contains(&format!("{} of 12 fits have no result", 12 - done)));
@@ -262,7 +267,7 @@ fn a_torn_line_is_done_again() {
     std::fs::write(part, &text[..text.len() - 100]).unwrap();
     assert_eq!(stored(&folder), 11);
     let said = run(&folder, "out", &[]);
-    assert!(said.contains("11 done before, 1 now"), "{said}");
+    assert!(words(&said).contains("This run 1 fits, 1 usable Earlier runs 11 fits"), "{said}");
     assert_eq!(collected(&folder, "out"), before);
     // A digit in the middle that is another one is told, and done again.
     let mut damaged = std::fs::read(part).unwrap();
@@ -275,7 +280,8 @@ fn a_torn_line_is_done_again() {
     assert_eq!(collected(&folder, "out"), before);
     // Everything is done: nothing is written.
     let files = parts(&folder).len();
-    assert!(run(&folder, "out", &[]).contains("12 done before, 0 now"));
+    let said = words(&run(&folder, "out", &[]));
+    assert!(said.contains("This run 0 fits, 0 usable Earlier runs 12 fits"), "{said}");
     assert_eq!(parts(&folder).len(), files);
 }
 
@@ -349,10 +355,12 @@ fn a_fit_that_fails_is_a_result() {
     succeeds(&output);
     assert!(stderr(&output).contains("will be refused") && stderr(&output).contains("bad.csv:42"));
     let said = run(&folder, "out", &[]);
-    assert!(said.contains("3 fits: 0 done before, 3 now (1 usable), 0 left"), "{said}");
+    assert!(said.starts_with("out: all 3 fits have a result"), "{said}");
+    assert!(words(&said).contains("This run 3 fits, 1 usable Earlier runs 0 fits"), "{said}");
     let status = folder.run(&["campaign", "status", "out"]);
     succeeds(&status);
-    assert!(stdout(&status).contains("3 of 3 fits done: 1 usable, 1 not, 1 refused"));
+    assert!(stdout(&status).starts_with("out: 3 of 3 fits have a result"));
+    assert!(words(&stdout(&status)).contains("usable 1 not usable 1 rejected as bad input 1"));
     let (results, sheet) = collected(&folder, "out");
     let of = |fit: &str| {
         let found = lines(&results).into_iter().find(|line| line["fit"] == fit);
@@ -436,7 +444,8 @@ fn a_scheduler_says_which_shard() {
         let output = command.output().unwrap();
         succeeds(&output);
         let said = stdout(&output);
-        tasks += said.split(' ').next().unwrap().parse::<usize>().unwrap();
+        let count = said.strip_prefix("out: all ").unwrap().split(' ').next().unwrap();
+        tasks += count.parse::<usize>().unwrap();
         assert!(!said.contains("12 fits"), "{said}");
     }
     assert_eq!((tasks, collected(&folder, "out")), (12, whole(GRID)));

@@ -27,7 +27,7 @@ fn a_plan_is_told_on_the_terminal_and_in_json() {
     let (_, output) = run(PLAN, &[]);
     succeeds(&output);
     let words = stdout(&output);
-    for part in ["2.000", "where the marker", "how long to film", "how fast", "0.400", "best"] {
+    for part in ["2.000", "by marker position", "by duration", "by frame rate", "0.400", "best"] {
         assert!(words.contains(part), "`{part}` in: {words}");
     }
     let (folder, output) = run(PLAN, &["--known", "rod.section.radius=5e-5", "--json", "d.json"]);
@@ -54,7 +54,7 @@ fn the_program_chooses_numerics_and_data_are_plans() {
     refused(&folder.run(&["design", "fit.toml"]), &["fit.toml", "observation[0].sigma"]);
     let output = folder.run(&["design", "fit.toml", "--sigma", "1e-3"]);
     succeeds(&output);
-    assert!(stdout(&output).contains("where the marker of tip.csv"), "{}", stdout(&output));
+    assert!(stdout(&output).contains("by marker position (tip.csv)"), "{}", stdout(&output));
 }
 
 #[test]

@@ -173,7 +173,8 @@ fn two_rods_share_a_modulus() {
     let [rms, expected] = ["rms", "expected"].map(|key| predictions[0][key].as_f64().unwrap());
     assert!(rms < 1.3 * expected && (expected / SIGMA - 1.0).abs() < 0.1, "{}", predictions[0]);
     let shown = stdout(&output);
-    for part in ["clamp_angle (long)", "long: long.csv", "validation, long: droop.csv"] {
+    for part in ["clamp_angle (long)", "long: long.csv", "Validation error        long: droop.csv"]
+    {
         assert!(shown.contains(part), "{part} in {shown}");
     }
     // A scene for each, with the values that are its own.
@@ -331,7 +332,7 @@ fn quiet_fits_and_fits_into_a_pipe() {
     assert_eq!(run(&["fit", "fit.toml", "-q"]), (Some(0), nothing.clone(), nothing.clone()));
     let (code, summary, _) = run(&["fit", "fit.toml"]);
     assert!(code == Some(0) && summary.contains("youngs_modulus"), "{summary}");
-    assert!(summary.contains(" m, ") && summary.contains(" Hz"), "{summary}");
+    assert!(summary.contains(" mm, ") && summary.contains(" Hz"), "{summary}");
     for arguments in
         [&["fit", "fit.toml", "--json", "-"][..], &["-q", "fit", "fit.toml", "--json", "-"]]
     {

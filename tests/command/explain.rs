@@ -1,6 +1,6 @@
 //! Codes of warnings: printed behind the words, in JSON and on pages, and explained.
 
-use crate::folder::{FIT, Folder, change, refused, stderr, stdout, succeeds};
+use crate::folder::{FIT, Folder, change, refused, status, stderr, stdout, succeeds};
 use rodfit::Code;
 use rodfit::code::explained;
 
@@ -32,7 +32,7 @@ fn what_is_warned_of_has_its_code() {
     succeeds(&output);
     let (shown, json, page) =
         (stdout(&output), folder.json("fit.json"), folder.read("page/fit.html"));
-    assert!(shown.lines().next().unwrap().ends_with(" [model-does-not-explain]"), "{shown}");
+    assert!(status(&shown).ends_with(" [model-does-not-explain]"), "{shown}");
     let codes: Vec<&str> =
         json["warning_codes"].as_array().unwrap().iter().map(|c| c.as_str().unwrap()).collect();
     assert!(codes.contains(&"beyond-sigma"), "{codes:?}");
@@ -41,7 +41,7 @@ fn what_is_warned_of_has_its_code() {
     for (words, code) in warnings.iter().zip(codes) {
         let words = words.as_str().unwrap();
         assert!(words.ends_with(&format!(" [{code}]")), "{words}");
-        assert!(shown.contains(&format!("warning: {words}\n")), "{shown}");
+        assert!(crate::folder::words(&shown).contains(&format!("warning: {words}")), "{shown}");
         assert!(page.contains(&format!("<code>{code}</code></summary><p>")), "{code}");
         assert!(explained(code).is_some());
     }

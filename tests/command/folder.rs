@@ -106,8 +106,35 @@ impl Folder {
     }
 }
 
+/// Standard error; the lines that a message is wrapped into are joined again.
 pub fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    unwrapped(&String::from_utf8_lossy(&output.stderr))
+}
+
+/// A text whose continued messages are on one line each. Lines that quote a file begin with `|`.
+pub fn unwrapped(text: &str) -> String {
+    let mut whole = String::new();
+    for line in text.split_inclusive('\n') {
+        match line.strip_prefix("  ").filter(|rest| !rest.starts_with([' ', '|'])) {
+            Some(rest) if whole.ends_with('\n') => {
+                whole.pop();
+                whole.push(' ');
+                whole.push_str(rest);
+            }
+            _ => whole.push_str(line),
+        }
+    }
+    whole
+}
+
+/// The first paragraph of a text on one line: the status of a summary.
+pub fn status(text: &str) -> String {
+    words(text.split("\n\n").next().unwrap())
+}
+
+/// A text with one space between its words, however it is wrapped.
+pub fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 pub fn stdout(output: &Output) -> String {

@@ -3,7 +3,7 @@
 use crate::common::coarse;
 use crate::common::formats::{Written, all, tip};
 use crate::common::recordings::{csv, recorded};
-use crate::folder::{Folder, refused, stderr, stdout, succeeds};
+use crate::folder::{Folder, refused, stderr, stdout, succeeds, words};
 use rodfit::scene::Track;
 use std::f64::consts::PI;
 
@@ -96,10 +96,12 @@ fn what_is_wrong_in_a_file_is_told() {
     let clean = recorded(0, 120, 1e-5, |_| {});
     folder.write("clean.csv", &csv(&clean));
     let shown = stdout(&folder.run(&["inspect", "clean.csv"]));
-    for words in
-        ["120 frames, from 0 s to 1.19 s, 100 a second", "7 markers, places in m:", "noise at most"]
-    {
-        assert!(shown.contains(words), "`{words}` in {shown}");
+    for words in [
+        "Frames 120, from 0 s to 1.19 s, 100 frames/s",
+        "7 markers, positions in m",
+        "noise at most",
+    ] {
+        assert!(crate::folder::words(&shown).contains(words), "`{words}` in {shown}");
     }
     for words in ["jumps", "leaps", "lost", "label", "gaps"] {
         assert!(!shown.contains(words), "`{words}` in {shown}");
@@ -119,18 +121,18 @@ fn what_is_wrong_in_a_file_is_told() {
     let mut times = clean.times().to_vec();
     times[80..].iter_mut().for_each(|t| *t += 0.03);
     folder.write("faulty.csv", &csv(&Track::new(times, jumping).unwrap()));
-    let shown = stdout(&folder.run(&["inspect", "faulty.csv"]));
+    let shown = words(&stdout(&folder.run(&["inspect", "faulty.csv"])));
     for words in [
         "the clock leaps after 0.79 s: frames missing: 3",
-        "2: xy, seen in 115 frames, lost once for up to 5 frames",
-        "jumps once, first at 0.5 s",
+        "lost once for up to 5",
+        "jumps once for one frame, first at 0.5 s",
         "markers 4 and 5 have each other's label",
     ] {
         assert!(shown.contains(words), "`{words}` in {shown}");
     }
     folder.write("pixels.csv", "t,x,y\n0,1040,360\n0.01,1039,366\n");
-    let shown = stdout(&folder.run(&["inspect", "pixels.csv"]));
-    assert!(shown.contains("far for a rod: x[px] or x[mm]"), "{shown}");
+    let shown = words(&stdout(&folder.run(&["inspect", "pixels.csv"])));
+    assert!(shown.contains("far from the origin") && shown.contains("x[px] or x[mm]"), "{shown}");
     refused(&folder.run(&["inspect", "none.csv"]), &["none.csv"]);
     folder.write("text.csv", "dear diary\n");
     refused(&folder.run(&["inspect", "text.csv"]), &["text.csv:1", "no column t"]);

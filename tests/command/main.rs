@@ -19,6 +19,8 @@ mod hostile_fits;
 mod hostile_scenes;
 mod inspect;
 mod interrupt;
+#[cfg(unix)]
+mod layout;
 mod motion;
 mod output_places;
 mod outputs;

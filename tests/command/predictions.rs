@@ -1,7 +1,7 @@
 //! Predictions without a fit: `rodfit predict`, and fit files whose measurements are all validation data.
 
 use crate::common::recordings::{MODULUS, csv, recorded};
-use crate::folder::{Folder, refused, replaced, stdout, succeeds};
+use crate::folder::{Folder, refused, replaced, stdout, succeeds, words};
 
 /// Standard deviation of the noise of the recordings, m.
 const NOISE: f64 = 1e-4;
@@ -234,7 +234,8 @@ fn saved_scene_lasts_as_long_as_its_recording() {
         folder.write("other.toml", &text.replace("clip_0", clip));
         let output = folder.run(&["simulate", "other.toml"]);
         succeeds(&output);
-        assert!(stdout(&output).contains(&format!("t = {end}")), "{}", stdout(&output));
+        let shown = words(&stdout(&output));
+        assert!(shown.contains(&format!("t = {end}")), "{shown}");
         succeeds(&folder.run(&["predict", "fitted.toml", "--on", &format!("{clip}.csv")]));
     }
     // An end that the scene gives stays.

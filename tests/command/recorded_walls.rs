@@ -59,7 +59,7 @@ fn accelerations_are_read_in_the_unit_of_their_header() {
     let tip = |unit: &str, factor: f64| {
         let acceleration = |k: u32, t: f64| Some(factor * swing(6.0)(k, t).unwrap() * 400.0);
         let shown = run(SCENE, &format!("t,ax{unit},ay{unit}\n{}", rows(500, acceleration)));
-        shown.lines().find(|line| line.contains("tip at")).unwrap().to_string()
+        shown.lines().find(|line| line.starts_with("  Tip ")).unwrap().to_string()
     };
     let expected = tip("", 1.0);
     for (unit, factor) in [

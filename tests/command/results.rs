@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::folder::{Folder, SCENE, change, refused, stderr, stdout, succeeds};
+use crate::folder::{Folder, SCENE, change, refused, stderr, stdout, succeeds, words};
 
 #[test]
 fn simulate_writes_what_it_promises() {
@@ -43,7 +43,7 @@ fn what_is_left_out_is_chosen() {
     folder.write("scene.toml", &open);
     let ran = folder.run(&["simulate", "scene.toml", "--json", "run.json"]);
     succeeds(&ran);
-    assert!(stdout(&ran).contains("chosen: ") && stdout(&ran).contains("1e-3 asked for"));
+    assert!(stdout(&ran).contains("chosen: ") && words(&stdout(&ran)).contains("1e-3 asked for"));
     let run = folder.json("run.json");
     let (found, scene) = (&run["resolution"], &run["scene"]);
     assert_eq!(
@@ -60,7 +60,7 @@ fn what_is_left_out_is_chosen() {
         let ran = folder.run(&[command, "scene.toml", "--json", "still.json"]);
         succeeds(&ran);
         // The mesh for what was asked, and nothing of steps.
-        let (said, found) = (stdout(&ran), &folder.json("still.json")["resolution"]);
+        let (said, found) = (words(&stdout(&ran)), &folder.json("still.json")["resolution"]);
         assert!(said.contains("chosen: ") && said.contains(whole), "{said}");
         assert!(found["segments"].is_u64() && found["step"].is_null(), "{found}");
         assert!(found["error"].as_f64().unwrap() <= 1e-3, "{found}");

@@ -214,7 +214,7 @@ fn few_values_widen_the_coverage() {
 
 /// Sensitivities to inputs cost one run with derivatives, and omitted effects a run of a coarse model.
 #[test]
-fn one_per_cent_of_everything_is_said() {
+fn input_sensitivities_of_everything_is_said() {
     let (scene, fit) = swing();
     let asked = Analysis { sensitivity_analysis: Some(true), ..Analysis::default() };
     let fit = fit.analyse(asked);
@@ -230,7 +230,10 @@ fn one_per_cent_of_everything_is_said() {
     near(100.0 * of("material.density"), 1.0, 0.02);
     assert!(all.iter().any(|(source, _)| *source == "loads.gravity"), "{all:?}");
     assert!(all.iter().any(|(source, _)| *source == "camera.pixel_scale"), "{all:?}");
-    assert!(report.to_string().contains("Input sensitivities     rod.shape.length +"), "{report}");
+    assert!(
+        report.to_string().contains("Input sensitivities     +1 % of rod.shape.length "),
+        "{report}"
+    );
     // What is said to be known stands in the budget instead.
     let length = known(&scene, "rod.shape.length", 0.01);
     let said = fit.clone().known(length).solve().unwrap();

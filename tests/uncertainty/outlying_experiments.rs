@@ -67,10 +67,13 @@ fn bad_recordings_in_the_majority_are_a_fault_of_the_set_up() {
 fn validation_error_stands_in_the_first_five_lines() {
     let report = solve(8, 1);
     let text = report.to_string();
-    let line = text.lines().take(5).find(|line| line.starts_with("validation, ")).unwrap();
-    let error = line.split("RMS error ").nth(1).unwrap().split(' ').next().unwrap();
-    let error: f64 = error.parse().unwrap();
-    assert!((error / NOISE - 1.0).abs() < 0.2, "{line}");
+    let line = text.lines().take(5).find(|line| line.starts_with("  Validation error ")).unwrap();
+    let mut words = line.split("RMS error ").nth(1).unwrap().split([' ', ',']);
+    let value: f64 = words.next().unwrap().parse().unwrap();
+    let unit = [("m", 1.0), ("mm", 1e-3), ("um", 1e-6)]
+        .iter()
+        .find(|unit| Some(unit.0) == words.clone().next());
+    assert!((value * unit.unwrap().1 / NOISE - 1.0).abs() < 0.2, "{line}");
 }
 
 /// Warnings of one kind are one line, whatever their number.

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::measurement::motion::Observation;
-use crate::fit::measurement::repeated_frames::{count_repeated_frames, is_converted_video};
+use crate::fit::measurement::repeated_frames::count_repeated_frames;
 use crate::input::onset::onset_of_motion;
 use crate::input::track;
 use crate::input::track::format::Format;

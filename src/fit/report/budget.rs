@@ -55,22 +55,31 @@ pub(crate) fn add(mut summary: Summary, e: &Estimate) -> Summary {
     summary
 }
 
-/// Adds the changes of the estimates for +1 % of the inputs that matter most.
+/// Adds the changes of the estimates for +1 % of the inputs that matter most, in columns.
 pub(crate) fn add_input_sensitivities(summary: Summary, estimates: &[Estimate]) -> Summary {
-    let mut table = SummaryTable::new([
-        TextColumn::left("parameter"),
-        TextColumn::left("input"),
-        TextColumn::right("change"),
-    ]);
+    let is_alone = estimates.len() == 1;
+    let mut rows: Vec<[String; 3]> = Vec::new();
     for e in estimates {
-        for (k, input) in e.input_sensitivities.iter().take(NAMED).enumerate() {
-            let label = if k == 0 { e.label() } else { String::new() };
-            table.row([label, input.source.clone(), change(input, e)]);
-        }
+        let label = if is_alone { String::new() } else { e.label() };
+        let named = e.input_sensitivities.iter().take(NAMED);
+        rows.extend(
+            named.map(|input| {
+                [label.clone(), format!("+1 % of {}", input.source), change(input, e)]
+            }),
+        );
     }
-    let title = "Input sensitivities: change of the estimate for +1 % of an input; --known NAME=SIGMA \
-                 includes the uncertainty of an input";
-    summary.table(title, table)
+    if rows.is_empty() {
+        return summary;
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
+    let [label_width, input_width, change_width] = [0, 1, 2].map(width);
+    let gap = if is_alone { 0 } else { 2 };
+    let line = |[label, input, change]: &[String; 3]| {
+        format!("{label:<label_width$}{:gap$}{input:<input_width$}  {change:>change_width$}", "")
+    };
+    let advice = "for an expanded interval: --known NAME=SIGMA";
+    let lines = rows.iter().map(line).chain([advice.to_string()]);
+    summary.facts("Input sensitivities", lines)
 }
 
 /// A change in per cent, or in the unit of the parameter where that may be zero.

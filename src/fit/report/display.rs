@@ -41,11 +41,11 @@ impl FitReport {
         if self.status != "converged" && self.grade != Grade::NotUsable {
             summary = summary.note(&self.status);
         }
+        summary = validation::add(summary, self);
         summary = summary.table("", estimate_table(&self.parameters, "estimate"));
         if let Some(text) = interval_content(self) {
             summary = summary.note(text);
         }
-        summary = validation::add(summary, self);
         summary = summary.warnings(&self.warnings);
         summary = uncertainty::add(summary, self);
         summary = effects::add(summary, self);

@@ -21,9 +21,10 @@ pub(super) fn add(summary: Summary, report: &FitReport) -> Summary {
 
 /// Adds a table of the effects with the largest biases above a standard error.
 pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> Summary {
+    let is_alone = all.windows(2).all(|pair| pair[0].parameter == pair[1].parameter);
     let mut table = SummaryTable::new([
         TextColumn::wrapped("effect"),
-        TextColumn::left("parameter"),
+        TextColumn::left(if is_alone { "" } else { "parameter" }),
         TextColumn::right("bias"),
         TextColumn::wrapped("test"),
     ]);
@@ -41,10 +42,15 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
                 0 => (effect, bias.test.clone()),
                 _ => Default::default(),
             };
-            table.row([effect, bias.parameter.clone(), size_of_bias(bias), test]);
+            let parameter = if is_alone { "" } else { &bias.parameter };
+            table.row([effect, parameter.into(), size_of_bias(bias), test]);
         }
     }
-    let title = "Undetected bias: effects that these data do not exclude, at a plausible size";
+    let of = match all.first().filter(|_| is_alone) {
+        Some(bias) => format!(" of {}", bias.parameter),
+        None => String::new(),
+    };
+    let title = format!("Undetected bias{of} by effects that these data do not exclude");
     summary.table(Code::UndetectedBias.behind(title), table)
 }
 

@@ -2,6 +2,7 @@
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::prediction::Prediction;
+use crate::fit::uncertainty::recordings::counted;
 use crate::numerics::order;
 use crate::summary::Summary;
 use crate::summary::quantity::quantity;
@@ -22,8 +23,8 @@ fn text(report: &FitReport) -> Option<String> {
         let [mean, median, worst] =
             [held_out.mean, held_out.median, held_out.worst].map(|x| quantity(x, "m", DIGITS));
         return Some(format!(
-            "{} held-out recordings: mean error {mean} per coordinate, median {median}, worst {worst}{}",
-            held_out.experiments,
+            "{}: mean error {mean} per coordinate, median {median}, worst {worst}{}",
+            counted(held_out.experiments, "held-out recording"),
             behind(&held_out.worst_experiment)
         ));
     }
