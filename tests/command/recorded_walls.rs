@@ -111,7 +111,7 @@ fn clocks_that_start_elsewhere_are_refused() {
 fn time_zero_leaves_out_earlier_rows() {
     let tip = |scene: &str, wall: &str| {
         let shown = run(scene, wall);
-        shown.lines().find(|line| line.contains("tip at")).unwrap().to_string()
+        shown.lines().find(|line| line.starts_with("  Tip ")).unwrap().to_string()
     };
     for (header, factor) in [("x,y", 1.0), ("ax,ay", 400.0)] {
         let place = |k: u32, t: f64| Some(factor * swing(6.0)(k, t).unwrap());

@@ -27,7 +27,7 @@ pub const RENAMED_KEYS: &[RenamedKey] = &[
     key("", "basins", "local_minima"),
     key("local_minima", "words", "summary"),
     key("list", "seen", "found_by"),
-    key("", "undetected_bias", "undetected_bias"),
+    key("", "could_hide", "undetected_bias"),
     key("undetected_bias", "words", "effect"),
     key("undetected_bias", "plausible", "plausible_size"),
     key("undetected_bias", "visible", "residual_effect"),
@@ -36,8 +36,8 @@ pub const RENAMED_KEYS: &[RenamedKey] = &[
     key("score_tests", "place", "rank"),
     key("score_tests", "sigmas", "z_score"),
     key("not_identifiable", "words", "description"),
-    key("parameters", "input_sensitivities", "input_sensitivities"),
-    key("parameters", "cluster_jackknife", "cluster_jackknife"),
+    key("parameters", "one_per_cent", "input_sensitivities"),
+    key("parameters", "across_experiments", "cluster_jackknife"),
     key("residual_tests", "correlation", "autocorrelation"),
     key("residual_tests", "new_whiteness", "innovation_whiteness"),
     key("residual_tests", "doubt", "significance_level"),
@@ -112,7 +112,7 @@ mod tests {
     fn former_report_gets_current_names() {
         let mut report = json!({
             "basins": { "count": 1, "list": [{ "seen": "fit", "misfit": 0.1 }], "words": "one" },
-            "undetected_bias": [{ "words": "taper", "tell": "calliper", "size": 1.0 }],
+            "could_hide": [{ "words": "taper", "tell": "calliper", "size": 1.0 }],
             "correlation": [[1.0]],
             "residual_tests": [{ "correlation": 0.5, "doubt": 0.001 }],
             "warning_codes": ["could-hide", "at-bound"],
