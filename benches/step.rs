@@ -23,7 +23,7 @@ fn scene(name: &str, segments: usize, steps: usize) -> Problem {
     let mut scene = Scene::load(format!("{DATA}/{name}.toml")).expect("shipped scene");
     scene.rod.segments = Some(segments);
     if let Some(time) = &mut scene.time {
-        time.end = steps as f64 * time.step;
+        time.end = steps as f64 * time.step_size();
     }
     scene.problem().expect("a valid scene")
 }
@@ -224,8 +224,8 @@ fn with_scheme(problem: &Problem, scheme: Scheme, steps: usize) -> Problem {
         AnyProblem::Spatial(discretized) => discretized.largest_step().unwrap(),
     };
     if let (Some(time), Some(largest)) = (&mut scene.time, largest) {
-        time.step = 0.9 * largest;
-        time.end = steps as f64 * time.step;
+        time.step = Some(0.9 * largest);
+        time.end = steps as f64 * time.step_size();
     }
     scene.problem().expect("a valid scene")
 }
@@ -241,7 +241,7 @@ fn long_helix(segments: usize, steps: usize) -> Problem {
     let force = [0.0, 0.0, -0.1];
     scene.loads.point = vec![rodfit::scene::PointForce { force, ..Default::default() }];
     if let Some(time) = &mut scene.time {
-        time.end = steps as f64 * time.step;
+        time.end = steps as f64 * time.step_size();
     }
     scene.problem().expect("a valid scene")
 }

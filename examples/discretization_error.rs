@@ -42,7 +42,7 @@ fn bias_over_stated(seed: u64) -> Result<Option<(String, f64)>, Error> {
     fine.rod.segments = fine.rod.segments.map(|n| 4 * n);
     let mut end = 0.0;
     if let Some(time) = &mut fine.time {
-        time.step *= 0.1;
+        time.step = time.step.map(|step| 0.1 * step);
         end = time.end;
     }
     let run = fine.problem()?.simulate()?;

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = Scene::load(format!("{folder}/cantilever.toml"))?;
     scene.rod.segments = Some(200);
     if let Some(time) = &mut scene.time {
-        time.step = 1e-4;
+        time.step = Some(1e-4);
     }
     record(&scene, 1, 1e-3, &format!("{folder}/cantilever-tip.csv"))?;
 
@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The helix in finer steps, on the mesh of its scene: a finer polygon is a softer helix.
     let mut scene = Scene::load(format!("{folder}/helix.toml"))?;
     if let Some(time) = &mut scene.time {
-        time.step = 1e-4;
+        time.step = Some(1e-4);
     }
     record(&scene, 3, 2e-4, &format!("{folder}/helix-tip.csv"))?;
 

@@ -63,7 +63,9 @@ fn outcome(seed: u64) -> Result<Outcome, Error> {
         let problem = scene.problem()?;
         match (problem.simulate(), &mut scene.time) {
             (Ok(run), _) => break (problem, run),
-            (Err(_), Some(time)) if time.step > 1e-5 => time.step *= 0.5,
+            (Err(_), Some(time)) if time.step_size() > 1e-5 => {
+                time.step = time.step.map(|step| 0.5 * step)
+            }
             (Err(error), _) => return Err(error),
         }
     };

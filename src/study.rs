@@ -159,7 +159,7 @@ impl Study {
                 scene.rod.segments = Some(segments);
             }
             if let Some(time) = &mut scene.time {
-                (time.scheme, time.beta, time.step) = (scheme.0, scheme.1, step);
+                (time.scheme, time.beta, time.step) = (scheme.0, scheme.1, Some(step));
             }
             scene.posed()
         };
@@ -167,7 +167,7 @@ impl Study {
         // The finest step on every mesh, and on a finer one than any.
         let (finest_scheme, finest_step) =
             FINEST_STEP[usize::from(!scene.is_taken_by(FINEST_STEP[0].0))];
-        let finest_step = time.step * finest_step;
+        let finest_step = time.step_size() * finest_step;
         let mut fine: Vec<(usize, Tips)> = Vec::new();
         let finest_mesh = (problem.segments() as f64 * FINEST_MESH).round() as usize;
         let extra = (!fixed).then_some(finest_mesh);
@@ -187,11 +187,11 @@ impl Study {
         for scheme in schemes {
             for (segments, same_mesh) in &fine[..meshes.len()] {
                 let of_mesh = apart(same_mesh, reference) / length;
-                let largest = largest_step(&at(scheme, time.step, *segments)?)?;
+                let largest = largest_step(&at(scheme, time.step_size(), *segments)?)?;
                 let mut enough =
                     scheme.0.traits().stability_limit.is_some() && settled.contains(segments);
                 for (k, part) in steps_of(scheme.0).iter().enumerate() {
-                    let step = part * largest.unwrap_or(time.step);
+                    let step = part * largest.unwrap_or(time.step_size());
                     tick();
                     if enough {
                         continue;

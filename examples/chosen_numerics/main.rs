@@ -126,7 +126,7 @@ fn main() -> Result<(), Error> {
             continue;
         };
         let segments = format!("segments = {}", FINER * finest.segments());
-        let step = finest.time()?.step / FINER as f64;
+        let step = finest.time()?.step_size() / FINER as f64;
         let step = format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9");
         let reference = read(&text, "", &segments, &step)?.simulate();
         let reference = reference.and_then(|(problem, run)| Motion::of(&problem, &run));

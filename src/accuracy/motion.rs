@@ -49,7 +49,7 @@ impl<'a> MotionSearch<'a> {
         let time = trials.guess.time()?;
         let given_segments = (!trials.open.segments).then(|| trials.guess.segments());
         let given_steps =
-            (!trials.open.step).then(|| (time.end / time.step).round().max(1.0) as usize);
+            (!trials.open.step).then(|| (time.end / time.step_size()).round().max(1.0) as usize);
         Ok(Self {
             scene,
             mesh: Differences::new(tuning.contraction),
@@ -272,8 +272,11 @@ impl<'a> MotionSearch<'a> {
             ..numerics
         };
         let time = self.trials.guess.time()?;
-        let mut step =
-            if self.given_steps.is_some() { time.step } else { time.end / numerics.steps as f64 };
+        let mut step = if self.given_steps.is_some() {
+            time.step_size()
+        } else {
+            time.end / numerics.steps as f64
+        };
         if self.given_steps.is_none() {
             let scene = self.scene.resolved(numerics.segments, step).by(numerics.scheme);
             if let Some(largest) = largest_stable_step(&scene.posed()?)? {

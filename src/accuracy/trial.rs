@@ -91,7 +91,7 @@ impl<'a> Trials<'a> {
             scene.remeshed = Some(segments);
         }
         if let Some(time) = &mut scene.time {
-            time.step = step;
+            time.step = Some(step);
         }
         solved_for(&mut scene, OF_TRIAL);
         let stop = Arc::new(AtomicBool::new(false));
@@ -100,7 +100,7 @@ impl<'a> Trials<'a> {
             && step > largest
         {
             if let Some(time) = &mut scene.time {
-                time.step = largest;
+                time.step = Some(largest);
             }
             problem = scene.posed()?.stop_when(stop.clone());
         }

@@ -133,7 +133,7 @@ impl Shipped {
     fn problem(&self, step: f64, beta: f64) -> Result<Problem, Error> {
         let mut scene = Scene::from_toml(self.scene, ".")?;
         if let Some(time) = &mut scene.time {
-            (time.step, time.beta) = (step, beta);
+            (time.step, time.beta) = (Some(step), beta);
         }
         scene.problem()
     }

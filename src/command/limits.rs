@@ -200,7 +200,7 @@ fn recorded(experiment: &Experiment) -> (f64, f64) {
     let last = |o: &rodfit::Observation| o.samples.last().map_or(0.0, |sample| sample.time);
     let end = motions().map(last).fold(0.0, f64::max);
     let time = experiment.problem.scene().time.as_ref();
-    let steps = time.map_or(0.0, |time| (end.min(time.end) / time.step).ceil());
+    let steps = time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil());
     (steps, motions().count() as f64)
 }
 

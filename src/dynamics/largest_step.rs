@@ -33,7 +33,7 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
         let (Some(largest), Some(time)) = (self.largest_step()?, &self.scene().time) else {
             return Ok(());
         };
-        if time.step.min(time.end) <= largest {
+        if time.step_size().min(time.end) <= largest {
             return Ok(());
         }
         let allowed = format!(
@@ -41,7 +41,8 @@ impl<M: Model<W>, const W: usize> Discretized<'_, M, W> {
             time.scheme.name(),
             Scheme::names(|traits| traits.stability_limit.is_none())
         );
-        Err(Error::invalid("time.step", time.step, allowed).in_file(self.scene().path.as_deref()))
+        Err(Error::invalid("time.step", time.step_size(), allowed)
+            .in_file(self.scene().path.as_deref()))
     }
 }
 

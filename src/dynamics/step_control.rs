@@ -148,7 +148,7 @@ impl StepControl {
         let (start, kinetic, still) = match limits {
             Some(_) => {
                 let energies = simulation.energies();
-                let shortest = scene.time.as_ref().map_or(f64::INFINITY, |time| time.step)
+                let shortest = scene.time.as_ref().map_or(f64::INFINITY, |time| time.step_size())
                     / f64::from(1 << HALVINGS);
                 let still = simulation.energy_of_motion_by(COORDINATES, shortest);
                 (energies.total(), energies.kinetic, still)

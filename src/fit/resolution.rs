@@ -46,7 +46,7 @@ fn begin(experiment: Experiment) -> Result<Experiment, Error> {
     let guess = problem.scene().reopened().problem_for(Aim::Guess)?.segments();
     let segments = guess.max(FIRST_EDGES).max(modes);
     let swing = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
-    let own = problem.scene().time.as_ref().map_or(1.0, |time| time.step);
+    let own = problem.scene().time.as_ref().map_or(1.0, |time| time.step_size());
     let step = swing / FIRST_STEPS;
     let good = problem.scene().supports.largest_good_step();
     let step = if step.is_finite() && step > 0.0 { step.min(good) } else { own };
@@ -122,7 +122,7 @@ pub(crate) fn refined(
     }
     let finer = |e: &Experiment| {
         let segments = (e.problem.segments() as f64 * mesh).ceil() as usize;
-        let own = e.problem.scene().time.as_ref().map_or(1.0, |time| time.step);
+        let own = e.problem.scene().time.as_ref().map_or(1.0, |time| time.step_size());
         match e.problem.scene().chosen().any() {
             true => posed(e.clone(), segments, own / step),
             false => Ok(e.clone()),

@@ -293,7 +293,7 @@ fn run(report: &SimulationReport, problem: &Problem) -> String {
     let (segments, length) = (problem.segments(), problem.length());
     rows.push(("segments", format!("{segments} on {}", quantity(length, "m"))));
     if let Some(time) = &scene.time {
-        let step = format!("{} up to {}", quantity(time.step, "s"), quantity(time.end, "s"));
+        let step = format!("{} up to {}", quantity(time.step_size(), "s"), quantity(time.end, "s"));
         rows.push(("step", step));
         rows.push(("scheme", time.scheme.name().into()));
     }

@@ -24,9 +24,9 @@ impl Problem {
     /// Steps that follow the motion of a support badly.
     pub(crate) fn step_warnings(&self) -> Vec<(Code, String)> {
         let Some(time) = &self.scene().time else { return Vec::new() };
-        let mut warnings = self.scene().supports.step_warnings(time.step);
+        let mut warnings = self.scene().supports.step_warnings(time.step_size());
         if time.is_beyond_end() {
-            let (step, end) = (time.step, time.end);
+            let (step, end) = (time.step_size(), time.end);
             let words = format!(
                 "time.step = {step:e} s is longer than time.end = {end:e} s. The motion is computed in one step, with a large \
                  error. Take a small part of time.end, or leave time.step out"

@@ -149,7 +149,7 @@ impl<D> Scene<D> {
     /// What is left for the program to choose. The mesh of a polyline comes with its points.
     pub(crate) fn left_open(&self) -> Chosen {
         let given = matches!(self.rod.shape, Shape::Polyline { .. });
-        let step = self.time.as_ref().is_some_and(|time| time.step == Time::LEFT_OPEN);
+        let step = self.time.as_ref().is_some_and(|time| time.step.is_none());
         Chosen {
             segments: self.rod.segments.is_none() && !given,
             step,
@@ -185,7 +185,7 @@ impl Scene {
             scene.remeshed = Some(segments);
         }
         if let Some(time) = scene.time.as_mut().filter(|_| chosen.step) {
-            time.step = step;
+            time.step = Some(step);
             if chosen.scheme {
                 // Whoever simulates may solve a step less exactly than who takes derivatives.
                 (time.scheme, time.rho_inf) = (Scheme::GeneralisedAlpha, RHO_INF);
@@ -199,7 +199,7 @@ impl Scene {
             } else {
                 scene.rod.segments.unwrap_or(segments)
             },
-            step: time.map(|time| time.step),
+            step: time.and_then(|time| time.step),
             scheme: time.map(|time| time.scheme),
             chosen,
             accuracy: self.asked(),
@@ -227,7 +227,7 @@ impl Scene {
             (scene.rod.segments, scene.remeshed) = (None, None);
         }
         if let Some(time) = scene.time.as_mut().filter(|_| chosen.step) {
-            time.step = Time::LEFT_OPEN;
+            time.step = None;
             time.scheme_left_open = chosen.scheme;
             if chosen.scheme {
                 time.tolerance = Tolerance::default();

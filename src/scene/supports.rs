@@ -530,10 +530,7 @@ impl Supports {
         for (file, track) in self.recordings() {
             let last = track.end();
             // A step may begin before the last frame and end after it.
-            let step = match time.step == Time::LEFT_OPEN {
-                true => track.usual_step(),
-                false => time.step,
-            };
+            let step = time.step.unwrap_or_else(|| track.usual_step());
             if time.end.is_finite() && time.end > last + step {
                 let name = if is_empty(file) {
                     "the recording".into()

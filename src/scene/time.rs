@@ -18,8 +18,8 @@ const MOST_STEPS: f64 = 1e9;
 pub struct Time<D = f64> {
     /// Duration of the simulation, s; [as long](Self::TO_THE_END) as the recording that leads its ends.
     pub end: f64,
-    /// Length of a step, s; [left open](Self::LEFT_OPEN) where the program is to choose it.
-    pub step: f64,
+    /// Time step, s; none where the program is to choose it.
+    pub step: Option<f64>,
     /// The time integrator.
     pub scheme: Scheme,
     /// Whether the program is to choose the integrator, with the step.
@@ -70,8 +70,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
 
     fn try_from(form: TimeForm<D>) -> Result<Self, Self::Error> {
         let TimeForm { end, step, scheme, beta, rho_inf, tolerance } = form;
-        // Infinity stands for a key that is left out, in memory alone.
-        if step == Some(Time::LEFT_OPEN) {
+        if step == Some(f64::INFINITY) {
             return Err("time.step: found inf, allowed: a finite number above 0, or no such key");
         }
         if end == Some(Time::TO_THE_END) {
@@ -96,7 +95,7 @@ impl<D: From<f64>> TryFrom<TimeForm<D>> for Time<D> {
         }
         Ok(Self {
             end: end.unwrap_or(Time::TO_THE_END),
-            step: step.unwrap_or(Time::LEFT_OPEN),
+            step,
             scheme,
             scheme_left_open,
             beta: beta.unwrap_or(D::from(0.5)),
@@ -124,7 +123,7 @@ impl<D> From<Time<D>> for TimeForm<D> {
         let chosen = parameter.is_some() && tolerance != Tolerance::default();
         Self {
             end: (end != Time::TO_THE_END).then_some(end),
-            step: (step != Time::LEFT_OPEN).then_some(step),
+            step,
             scheme: Some(scheme),
             beta: (parameter == Some(SchemeParameter::Beta)).then_some(beta),
             rho_inf: (parameter == Some(SchemeParameter::RhoInf)).then_some(rho_inf),
@@ -137,8 +136,6 @@ impl Time {
     /// The end of a simulation that lasts as long as the recording that leads its ends, until that is
     /// read: a file without `end`.
     pub const TO_THE_END: f64 = f64::INFINITY;
-    /// The step of a scene that leaves its choice to the program: a file without `step`.
-    pub const LEFT_OPEN: f64 = f64::INFINITY;
 }
 
 impl<D: Copy> Time<D> {
@@ -179,7 +176,7 @@ impl Time {
     pub fn new(end: f64, step: f64) -> Self {
         Self {
             end,
-            step,
+            step: Some(step),
             scheme: Scheme::default(),
             scheme_left_open: false,
             beta: 0.5,
@@ -190,22 +187,27 @@ impl Time {
 
     /// Duration in s; step and scheme are the program's to choose.
     pub fn lasting(end: f64) -> Self {
-        Self { scheme_left_open: true, ..Self::new(end, Self::LEFT_OPEN) }
+        Self { step: None, scheme_left_open: true, ..Self::new(end, end) }
     }
 
     /// Whether a given step is longer than the simulation.
     pub(crate) fn is_beyond_end(&self) -> bool {
-        self.step != Self::LEFT_OPEN && self.step > self.end * (1.0 + ROUNDING)
+        self.step.is_some_and(|step| step > self.end * (1.0 + ROUNDING))
+    }
+
+    /// Time step, s; the duration where it is left open.
+    pub fn step_size(&self) -> f64 {
+        self.step.unwrap_or(self.end)
     }
 
     /// Number of steps to the end; the last may be shorter.
     pub fn steps(&self) -> usize {
-        ((self.end / self.step - 1e-9).ceil() as usize).max(1)
+        ((self.end / self.step_size() - 1e-9).ceil() as usize).max(1)
     }
 
     /// Time after `k` steps, s.
     pub fn at(&self, k: usize) -> f64 {
-        if k >= self.steps() { self.end } else { k as f64 * self.step }
+        if k >= self.steps() { self.end } else { k as f64 * self.step_size() }
     }
 
     /// Refuses what makes no sense.
@@ -215,8 +217,8 @@ impl Time {
             true => return Err(Error::invalid("time.end", "inf, or none", "finite and above 0 s")),
             false => positive("time.end", self.end)?,
         }
-        if self.step != Self::LEFT_OPEN {
-            positive("time.step", self.step)?;
+        if let Some(step) = self.step {
+            positive("time.step", step)?;
         }
         if !(0.5..=1.0).contains(&self.beta) {
             return Err(Error::invalid("time.beta", self.beta, "in [0.5, 1]"));
@@ -225,8 +227,9 @@ impl Time {
             return Err(Error::invalid("time.rho_inf", self.rho_inf, "in [0, 1]"));
         }
         self.tolerance.check()?;
-        if self.end.is_finite() && self.end / self.step > MOST_STEPS {
-            let found = format!("{:e}, which needs {:.3e} steps", self.step, self.end / self.step);
+        let (step, steps) = (self.step_size(), self.end / self.step_size());
+        if self.end.is_finite() && steps > MOST_STEPS {
+            let found = format!("{step:e}, which needs {steps:.3e} steps");
             return Err(Error::invalid("time.step", found, "at most 1e9 steps"));
         }
         Ok(())

@@ -184,7 +184,7 @@ fn friction_by_every_number() {
                     // In steps of 5 ms one of these has two solutions so near each other that rounding decides
                     // which of them a run in dual numbers finds.
                     let time = scene.time.unwrap();
-                    scene.time = Some(Time { end: 0.048, step: 4e-3, ..time });
+                    scene.time = Some(Time { end: 0.048, step: Some(4e-3), ..time });
                 }
                 println!("{scheme:?}, planar: {planar}, {curvature} 1/m");
                 assert!(check(&scene.problem().unwrap(), curvature > 1.0) >= 6);

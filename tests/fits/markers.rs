@@ -183,7 +183,7 @@ fn derivatives_of_markers() {
         let mut scene = scene;
         scene.time.as_mut().unwrap().tolerance = rodfit::scene::Tolerance::Rounding;
         let problem = scene.problem().unwrap();
-        let step = scene.time.as_ref().unwrap().step;
+        let step = scene.time.as_ref().unwrap().step_size();
         let sample = |k: usize| Sample {
             // Where two steps meet the interpolant has no second derivative.
             time: (8.0 * k as f64 + 5.4) * step,
@@ -246,8 +246,8 @@ fn markers_between_steps() {
             let mut scene = scene.clone();
             let time = scene.time.as_mut().unwrap();
             // Slow enough for the rod's swings to be resolved.
-            (time.step, time.end) = (2.5e-4 * part, 0.05);
-            let (step, steps) = (time.step, time.steps());
+            (time.step, time.end) = (Some(2.5e-4 * part), 0.05);
+            let (step, steps) = (time.step_size(), time.steps());
             let problem = scene.problem().unwrap();
             let beside = |shift: f64| {
                 let sample =

@@ -1,7 +1,7 @@
 //! Mesh, step and scheme that the program chooses.
 
 use rodfit::accuracy::{Aim, Assessment, simulate_checked};
-use rodfit::scene::{Resolution, Scheme, Tolerance};
+use rodfit::scene::{Resolution, Scheme, Time, Tolerance};
 use rodfit::vibration::About;
 use rodfit::{Error, Parameter, Point, Problem, Scene};
 
@@ -430,4 +430,19 @@ fn an_unknown_error_is_no_number() {
     let resolution = unknown.resolution().unwrap();
     assert!(resolution.error.is_none_or(f64::is_finite), "{resolution:?}");
     assert!(!resolution.words().contains("inf") && !unknown.warnings()[0].contains("inf"));
+}
+
+/// No step means that the program chooses one; infinity is no step.
+#[test]
+fn infinite_step_is_refused_and_a_missing_one_is_chosen() {
+    let mut scene = crate::common::cantilever();
+    for step in [f64::INFINITY, f64::NAN, 0.0] {
+        scene.time = Some(Time::new(0.2, step));
+        let error = scene.problem().err().unwrap().to_string();
+        assert!(error.contains("time.step"), "{step}: {error}");
+    }
+    scene.time = Some(Time { step: None, ..Time::new(0.2, 1e-3) });
+    let problem = scene.problem().unwrap();
+    assert!(problem.resolution().unwrap().chosen.step);
+    assert!(problem.time().unwrap().step.unwrap() < 0.2);
 }

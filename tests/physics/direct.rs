@@ -278,7 +278,7 @@ fn a_rod_that_stiffens_beyond_its_step() {
     let largest = planar(&scene.problem().unwrap()).largest_step().unwrap().unwrap();
     let mut troubled = false;
     for part in [0.4, 0.999] {
-        scene.time.as_mut().unwrap().step = part * largest;
+        scene.time.as_mut().unwrap().step = Some(part * largest);
         let problem = scene.problem().unwrap();
         let mut report = rodfit::dynamics::SimulationReport::new(&problem);
         let mut run = Trajectory::new(&problem, &[problem.nodes() - 1], &[]).unwrap();
@@ -296,7 +296,7 @@ fn a_rod_that_stiffens_beyond_its_step() {
         troubled |= outcome.is_err() || run.work().steps > steps;
         assert!(troubled == (part > 0.9), "{part}");
     }
-    scene.time.as_mut().unwrap().step = 1.001 * largest;
+    scene.time.as_mut().unwrap().step = Some(1.001 * largest);
     let error = scene.problem().unwrap().simulate().map(|_| ()).expect_err("above the largest");
     assert!(error.to_string().starts_with("time.step: found"), "{error}");
 }

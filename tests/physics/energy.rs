@@ -139,7 +139,7 @@ pub fn first_mode(s: f64) -> f64 {
 fn swing(scene: &Scene, speed: f64, h: f64, end: f64) -> ([f64; 2], Vec<f64>) {
     let mut scene = scene.clone();
     scene.loads.gravity = [0.0; 3];
-    scene.time.as_mut().unwrap().step = h;
+    scene.time.as_mut().unwrap().step = Some(h);
     scene.time.as_mut().unwrap().end = end;
     let problem: Problem = scene.problem().unwrap();
     let mut simulation = planar(&problem).simulation().unwrap();
@@ -368,7 +368,7 @@ fn what_is_left_by_newton() {
         println!(
             "{name}, {}, {} s, beta {}: the tip is off by {:.1e} of the length after 1 s, by {:.1e} with 1e-10",
             time.scheme.name(),
-            time.step,
+            time.step_size(),
             time.beta,
             left(&usual),
             left(&rough)

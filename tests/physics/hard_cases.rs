@@ -69,7 +69,7 @@ fn a_strike_through_a_fold_is_refused() {
 /// Lets the jaws fly at each other and watches them; none gets past the other.
 fn strike(problem: &rodfit::Problem, spatial: bool, rebounds: bool) -> Result<(), Error> {
     let time = problem.time().unwrap();
-    let (steps, dt) = (time.steps(), time.step);
+    let (steps, dt) = (time.steps(), time.step_size());
     let mut closest = f64::INFINITY;
     // Which side of the first jaw the second is on.
     let mut see = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| {

@@ -132,7 +132,7 @@ fn ready(experiment: &mut Experiment, (unknowns, x): (&[Unknown], &[f64])) -> Re
             (false, modes) => Aim::Modes(modes),
         };
         let fine = there.scene().reopened().problem_for(aim)?;
-        let step = fine.scene().time.as_ref().map_or(0.0, |time| time.step);
+        let step = fine.scene().time.as_ref().map_or(0.0, |time| time.step_size());
         let resolved = scene.resolved(fine.segments(), step);
         experiment.problem = experiment.problem.like_it(resolved)?;
     }

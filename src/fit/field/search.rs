@@ -98,7 +98,7 @@ impl Search<'_> {
             tracked.extend(problem.nodes_around(observation.point)?);
         }
         let last = seen.iter().map(|seen| seen.time).fold(0.0, f64::max);
-        let steps = ((last / time.step - 1e-9).ceil().max(1.0) as usize).min(time.steps());
+        let steps = ((last / time.step_size() - 1e-9).ceil().max(1.0) as usize).min(time.steps());
         self.runs += 1.0;
         let run = Reversible::run(&problem, &tracked, steps)?;
         let record = run.trajectory().record();

@@ -212,10 +212,10 @@ impl Comparison {
             let words = "the camera's clock is later than the motion by more than it lasts";
             return Err(Error::Fit(format!("{words} ({end:.3e} s of at most {longest:.3e} s)")));
         }
-        let steps = ((end / time.step - 1e-9).ceil().max(1.0)) as usize;
+        let steps = ((end / time.step_size() - 1e-9).ceil().max(1.0)) as usize;
         if end > time.end * (1.0 + 1e-9) {
             // Whole steps: a last one cut to the clock's offset would depend on it.
-            let end = steps as f64 * time.step;
+            let end = steps as f64 * time.step_size();
             problem = problem.lasting(end);
         }
         let steps = steps.min(problem.time()?.steps());

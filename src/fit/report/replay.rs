@@ -63,7 +63,7 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
             }
             None => time.scheme.name().to_string(),
         }),
-        step: time.map(|time| time.step),
+        step: time.and_then(|time| time.step),
         end: time.map(|time| time.end),
         segments: problem.segments(),
         length: problem.length(),

@@ -98,13 +98,13 @@ fn coarse(experiment: &Experiment, unknowns: &[&Unknown], step: f64) -> Result<P
     if let Some(time) = &mut scene.time
         && beta_is_known
     {
-        let step = step.min(good).max(time.step);
+        let step = step.min(good).max(time.step_size());
         // The scheme damps like (beta - 1/2) h.
-        time.beta = 0.5 + (time.beta - 0.5) * time.step / step;
+        time.beta = 0.5 + (time.beta - 0.5) * time.step_size() / step;
         if time.scheme.traits().stability_limit.is_some() {
             time.scheme = Scheme::default();
         }
-        time.step = step;
+        time.step = Some(step);
     }
     problem.like_it(scene)
 }
@@ -128,7 +128,7 @@ mod tests {
             let experiment = Experiment::new("", &problem).observe(measured);
             let coarse = coarse(&experiment, &[], 0.3 / 48.0).unwrap();
             assert_eq!(coarse.segments(), segments, "mode {mode}");
-            assert!(coarse.time().unwrap().step > 6e-3);
+            assert!(coarse.time().unwrap().step_size() > 6e-3);
         }
     }
 }

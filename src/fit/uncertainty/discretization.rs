@@ -134,10 +134,10 @@ fn other_steps(search: &Search, coarser: bool) -> Others {
         if let Some(time) = &mut scene.time {
             let explicit = time.scheme.traits().stability_limit.is_some();
             let mut larger = coarser_by(chosen).iter().filter(|_| coarser && !explicit);
-            if let Some(larger) = larger.find(|larger| *larger * time.step <= most) {
+            if let Some(larger) = larger.find(|larger| *larger * time.step_size() <= most) {
                 ratio = larger.recip();
             }
-            time.step /= ratio;
+            time.step = time.step.map(|step| step / ratio);
         }
         let other = experiment.problem.like_it(scene)?;
         Ok(Some((experiment.posed_as(other), to_zero(ratio, order))))

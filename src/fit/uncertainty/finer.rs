@@ -59,7 +59,7 @@ impl<'a> Finer<'a> {
         let Self { search, fitted, .. } = self;
         let finer = |e: &Experiment| {
             let scene = e.problem.scene();
-            let step = scene.time.as_ref().map_or(1.0, |time| time.step) / MORE as f64;
+            let step = scene.time.as_ref().map_or(1.0, |time| time.step_size()) / MORE as f64;
             let other = scene.resolved(MORE * e.problem.segments(), step);
             Ok::<_, Error>(e.posed_as(e.problem.like_it(other)?))
         };
