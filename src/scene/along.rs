@@ -31,9 +31,9 @@ pub enum Along<D = f64> {
 #[cfg_attr(test, schemars(bound = "D: Written + schemars::JsonSchema"))]
 #[serde(deny_unknown_fields, bound = "D: Written")]
 pub struct Linear<D = f64> {
-    /// Value at the start of the rod.
+    /// Value at the start of the rod, in the unit of the list.
     pub from: D,
-    /// Value at the end of the rod.
+    /// Value at the end of the rod, in the unit of the list.
     pub to: D,
 }
 

@@ -35,7 +35,7 @@ pub struct Initial<D = f64> {
         skip_serializing_if = "is_zero"
     )]
     pub angular_velocity: [D; 3],
-    /// Amplitude of an asymmetric displacement across the rod at t = 0, over the length of the rod, -0.1 .. 0.1. It lets
+    /// Amplitude of an asymmetric displacement across the rod at t = 0, as a fraction of its length, -0.1 .. 0.1. It lets
     /// the rod leave unstable states, and vanishes at supports. A planar rod stays in its plane.
     #[serde(default, skip_serializing_if = "is_none")]
     pub perturbation: f64,

@@ -89,7 +89,8 @@ pub struct Series {
     pub simulated: Vec<f64>,
     /// Standard deviation of the noise, given or estimated, in `unit`.
     pub sigma: f64,
-    /// Model between the data as pairs of abscissa and value; empty if not available.
+    /// Model between the data: pairs of abscissa and value, in the units of `abscissa` and of the series; empty if not
+    /// available.
     pub curve: Vec<[f64; 2]>,
 }
 

@@ -35,7 +35,7 @@ pub struct LocalMinimum {
     pub found_by: MinimumSource,
     /// Values of the parameters, in the order and units of the report.
     pub values: Vec<f64>,
-    /// Half the sum of squared residuals at this minimum.
+    /// Half the sum of squared residuals at this minimum, in units of their sigmas.
     pub misfit: f64,
     /// Misfit divided by the lowest one of the same model.
     #[serde(deserialize_with = "crate::input::arrays::or_infinite")]

@@ -40,6 +40,9 @@ pub struct Estimate {
     /// Experiments with this parameter; empty: all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub experiments: Vec<String>,
+    /// SI unit of the parameter; empty for pure numbers.
+    #[serde(default)]
+    pub unit: String,
     /// Estimate in the parameter's SI unit; null if not identifiable.
     pub value: Option<f64>,
     /// Standard error, in the parameter's unit; null without convergence.
@@ -106,6 +109,7 @@ impl Estimate {
         Self {
             name: unknown.parameter,
             experiments: unknown.experiments.clone(),
+            unit: unknown.parameter.unit().into(),
             value,
             std_error: None,
             interval95: None,

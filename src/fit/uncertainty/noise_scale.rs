@@ -38,7 +38,7 @@ pub struct NoiseScale {
     /// Order of the differences; none where the resolution of the values sets the scale.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub difference_order: Option<usize>,
-    /// Root mean square residual of this coordinate, for the degrees of freedom that the fit leaves.
+    /// Root mean square residual of this coordinate, in `unit`, for the degrees of freedom that the fit leaves.
     pub residual_rms: f64,
     /// Probability of a residual variance as large as this for white noise of this scale.
     #[serde(default, skip_serializing_if = "Option::is_none")]

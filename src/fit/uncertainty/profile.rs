@@ -38,7 +38,7 @@ pub struct Profile {
     /// Rise of twice the misfit over the optimum, all other parameters fitted, in units of the
     /// noise variance.
     pub rise: Vec<f64>,
-    /// Rise of the profile at the ends of the 95 % interval.
+    /// Rise of the profile at the ends of the 95 % interval, in units of the noise variance.
     pub level: f64,
 }
 
