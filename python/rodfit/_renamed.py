@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 from . import _rodfit
 
 TYPE_CHECKING = False
@@ -14,6 +12,8 @@ if TYPE_CHECKING:
 
 def warn(former: str, current: str, stacklevel: int = 3) -> None:
     """Reports the use of a former name to the caller of the caller."""
+    import warnings
+
     warnings.warn(f"{former} is deprecated, use {current}", DeprecationWarning, stacklevel=stacklevel)
 
 
