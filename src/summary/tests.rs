@@ -40,9 +40,9 @@ data/fit.toml: converged [trustworthy]
 warning: the residuals of the tip are autocorrelated (lag 1: 0.97). The
   intervals are too narrow. Use a coarser frame rate. [correlated-noise]
 
-  Residuals             RMS 1.014 mm, and much more text that does not fit on a
-                        line of eighty columns
-                        sigma 1 mm";
+  Residuals               RMS 1.014 mm, and much more text that does not fit on
+                          a line of eighty columns
+                          sigma 1 mm";
     assert_eq!(sample().to_string(), expected);
 }
 
