@@ -1,18 +1,27 @@
-//! The budgets of uncertainty on the page of a fit.
+//! The uncertainty budgets, and the sensitivities to inputs.
 
-use crate::fit::{BudgetLine, Estimate, FitReport};
-use crate::page::escaped;
-use crate::page::number::{Scale, quantity, short};
+use crate::fit::{BudgetLine, Estimate};
+use crate::page::estimate::interval;
+use crate::page::html::{escaped, note};
+use crate::page::number::{Scale, change, percent, quantity, short};
+use crate::page::table::Table;
 
-/// So many numbers are named of which one per cent matters.
-const NAMED: usize = 6;
+/// Inputs that are not folded.
+const SHOWN: usize = 6;
 
-/// A table of every parameter, and what one per cent of other numbers would change; empty without both.
-pub(super) fn budgets(report: &FitReport) -> String {
-    report.parameters.iter().map(|e| table(e) + &per_cents(e) + &monte_carlo(e)).collect()
+/// Budget, sensitivities and Monte Carlo check of every parameter that has any.
+pub(super) fn budgets(parameters: &[Estimate]) -> String {
+    let one = |e: &Estimate| {
+        let content = budget(e) + &sensitivities(e) + &monte_carlo(e);
+        match content.is_empty() {
+            true => content,
+            false => format!("<h3>{}</h3>\n{content}", escaped(&e.label())),
+        }
+    };
+    parameters.iter().map(one).collect()
 }
 
-fn table(e: &Estimate) -> String {
+fn budget(e: &Estimate) -> String {
     let (Some(combined), Some(factor), Some(expanded)) =
         (e.combined_std, e.coverage_factor, e.expanded95)
     else {
@@ -20,78 +29,84 @@ fn table(e: &Estimate) -> String {
     };
     let unit = e.name.unit();
     let scale = Scale::of(combined, unit);
-    let two = |x: f64| scale.show(x, Some(combined));
-    let row = |line: &BudgetLine| {
-        let cells = [
-            line.std.map_or(String::new(), |std| format!("\u{b1} {}", quantity(std, &line.unit))),
-            line.sensitivity.map_or(String::new(), |c| {
-                let per = [unit, &line.unit].map(|u| if u.is_empty() { "1" } else { u });
-                format!(
-                    "{} {}",
-                    short(c),
-                    if per == ["1", "1"] { String::new() } else { per.join(" / ") }
-                )
-            }),
-            line.relative_sensitivity.map_or(String::new(), short),
-            two(line.contribution),
-            format!("{:.1} %", 100.0 * line.share),
-        ];
-        let cells: String =
-            cells.iter().map(|cell| format!("<td>{}</td>", escaped(cell.trim()))).collect();
-        format!("<tr><th>{}</th>{cells}</tr>\n", escaped(&line.source))
+    let contribution = match scale.unit.is_empty() {
+        true => "contribution".into(),
+        false => format!("contribution ({})", escaped(&scale.unit)),
     };
-    let rows: String = e.budget.iter().map(row).collect();
-    format!(
-        "<h3>{}</h3>\n<div class=\"wide\" tabindex=\"0\"><table class=\"budget\"><thead><tr><th>source</th><th>standard \
-         uncertainty</th><th>sensitivity</th><th>relative sensitivity</th><th>contribution, {unit}</th><th>share</th></tr></thead>\n\
-         <tbody>{rows}</tbody></table></div>\n<p class=\"note\">Combined standard uncertainty {combined} \
-         {unit}; with a coverage factor of {factor:.2} the expanded interval (95 %) is \
-         <b>{expanded}</b>.</p>\n",
-        escaped(&e.label()),
-        unit = escaped(&scale.unit),
-        combined = two(combined),
-        expanded = interval(expanded, combined, unit),
-    )
+    let heads = [
+        "source".to_string(),
+        "standard uncertainty".into(),
+        "sensitivity".into(),
+        "relative sensitivity".into(),
+        contribution,
+        "share of the variance".into(),
+    ];
+    let mut table = Table::new(&format!("uncertainty budget of {}", e.label()), heads);
+    for line in &e.budget {
+        let cells = vec![
+            line.std.map(|std| escaped(&format!("\u{b1} {}", quantity(std, &line.unit)))),
+            line.sensitivity.map(|c| escaped(&sensitivity(c, unit, line))),
+            line.relative_sensitivity.map(short),
+            Some(scale.show(line.contribution, Some(line.contribution.abs()))),
+            Some(format!("{:.1} %", 100.0 * line.share)),
+        ];
+        table.row(escaped(source(&line.source)), cells);
+    }
+    let value = Scale::of(expanded[1], unit);
+    table.html()
+        + &note(&format!(
+            "Combined standard uncertainty {}; coverage factor {factor:.2}; expanded interval (95 %) <b>{} {}</b>.",
+            escaped(&scale.with_unit(combined, Some(combined))),
+            interval(expanded, Some(combined), &value),
+            escaped(&value.unit),
+        ))
 }
 
-/// An interval, with as many digits as its standard uncertainty asks for.
-fn interval(ends: [f64; 2], uncertainty: f64, unit: &str) -> String {
-    let scale = Scale::of(ends[1], unit);
-    let ends = ends.map(|end| scale.show(end, Some(uncertainty)));
-    escaped(&format!("{} to {} {}", ends[0], ends[1], scale.unit))
+/// The name of a source in words, where it is not that of an input.
+fn source(name: &str) -> &str {
+    match name {
+        "mesh" => "discretization: mesh",
+        "step" => "discretization: time step",
+        "experiments" => "differences between experiments",
+        name => name,
+    }
 }
 
-fn per_cents(e: &Estimate) -> String {
-    let words: Vec<String> = e
-        .input_sensitivities
-        .iter()
-        .take(NAMED)
-        .map(|p| {
-            let change = match p.relative {
-                Some(relative) => format!("{} %", short(100.0 * relative)),
-                None => quantity(p.change, e.name.unit()),
-            };
-            format!("{}: {change}", p.source)
-        })
-        .collect();
-    match words.is_empty() {
-        true => String::new(),
-        false => format!(
-            "<p class=\"note\">Sensitivity of {} to +1 % of inputs without a stated uncertainty: {}.</p>\n",
-            escaped(&e.label()),
-            escaped(&words.join(", "))
-        ),
+fn sensitivity(value: f64, unit: &str, line: &BudgetLine) -> String {
+    let per = [unit, &line.unit].map(|unit| if unit.is_empty() { "1" } else { unit });
+    match per {
+        ["1", "1"] => short(value),
+        _ => format!("{} {}", short(value), per.join(" / ")),
+    }
+}
+
+fn sensitivities(e: &Estimate) -> String {
+    let label = escaped(&e.label());
+    let heads = ["input".to_string(), "change by +1 % of the input".into()];
+    let mut table = Table::new(&format!("sensitivities of {} to inputs", e.label()), heads);
+    for input in &e.one_per_cent {
+        let by = match input.relative {
+            Some(relative) if relative > 0.0 => format!("+{}", percent(relative)),
+            Some(relative) => percent(relative),
+            None => escaped(&change(input.change, e.name.unit())),
+        };
+        table.row(escaped(&input.source), vec![Some(by)]);
+    }
+    match table.len() {
+        0 => String::new(),
+        _ => {
+            note(&format!("Sensitivity of {label} to inputs without a stated uncertainty."))
+                + &table.folded_after(SHOWN, "inputs")
+        }
     }
 }
 
 fn monte_carlo(e: &Estimate) -> String {
     let Some(found) = &e.monte_carlo else { return String::new() };
     let scale = Scale::of(found.std, e.name.unit());
-    let [std, linear] = [found.std, found.linear_std].map(|x| scale.show(x, Some(x)));
-    format!(
-        "<p class=\"note\">{} fits with other known numbers and other noise spread by \u{b1} {std} {unit}, \
-         \u{b1} {linear} {unit} by the budget.</p>\n",
-        found.fits,
-        unit = escaped(&scale.unit)
-    )
+    let [std, linear] = [found.std, found.linear_std].map(|x| scale.with_unit(x, Some(x)));
+    note(&escaped(&format!(
+        "Monte Carlo, {} fits with random inputs and noise: standard deviation {std}; budget: {linear}.",
+        found.fits
+    )))
 }

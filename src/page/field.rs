@@ -1,89 +1,82 @@
-//! The page of a fit of numbers along the rod: the lists over the arc length, then data and model.
+//! The page of a fit of values along the rod: the lists over the arc length, then data and model.
 
-use crate::fit::{FieldEstimate, FieldReport};
-use crate::page::chart::Chart;
-use crate::page::fit::data;
-use crate::page::number::Scale;
-use crate::page::{escaped, figures, page, section};
+use crate::fit::{FieldEstimate, FieldReport, SingleEstimate};
+use crate::page::card::{Tone, card};
+use crate::page::chart::{Chart, labeled};
+use crate::page::figure::{MODEL, figure};
+use crate::page::html::{escaped, note, section, section_if_any};
+use crate::page::number::{Scale, quantity};
+use crate::page::page;
+use crate::page::residuals::all_series;
+use crate::page::table::Table;
 
-/// Standard errors to either side that have 95 of 100.
-const SIDE: f64 = 1.96;
+/// Half the width of a 95 % interval, in standard errors.
+const REACH: f64 = 1.96;
+/// Standard errors below this part of the prior are those that the data determine.
+const DETERMINED: f64 = 0.5;
 
-/// A self-contained HTML page of a fit of numbers along the rod. `title` says which, such as the fit file's name.
+/// A self-contained HTML page of a fit of values along the rod. `title` names the fit, such as its file.
 pub fn field_page(report: &FieldReport, title: &str) -> String {
-    let mut body = verdict(report);
+    let mut body = first_card(report);
     let fields: String = report.fields.iter().map(field).collect();
-    body += &section("Along the rod", &fields);
-    if !report.parameters.is_empty() {
-        body += &section("Parameters", &singles(report));
-    }
-    body += &section("Data and model", &data(&report.series, None));
-    page("Fit", &escaped(title), &body)
+    body += &section("Values along the rod", &fields);
+    body += &section_if_any("Parameters", &singles(report));
+    body += &section("Residuals", &all_series(&report.series, None));
+    page("Fit", title, &body, None)
 }
 
-/// Whether to believe it, and everything that speaks against it.
-fn verdict(report: &FieldReport) -> String {
-    let (class, word) = match report.converged {
-        true => ("good", "Found"),
-        false => ("bad", "Not converged"),
+/// Whether the fit converged, how much the data determine, and the warnings.
+fn first_card(report: &FieldReport) -> String {
+    let (tone, headline) = match report.converged {
+        true => (Tone::Good, "Converged"),
+        false => (Tone::Bad, "Not converged"),
     };
     let count: usize = report.fields.iter().map(|field| field.values.len()).sum();
-    let notes: String =
-        report.warnings.iter().map(|words| format!("<li>{}</li>\n", escaped(words))).collect();
-    format!(
-        "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">{word}</p>\
-         <div>{count} numbers along the rod from {} coordinates, which say {:.1} combinations of them; residuals over \u{3c3} \
-         {:.3} (root mean square).</div>\n<p class=\"note\">{:.0} runs or products, {:.1} s</p>\n\
-         <h2>Notes</h2>\n<ul>\n{notes}</ul>\n</section>\n",
-        report.values,
-        report.effective_parameters,
-        report.normalized_residual_rms,
+    let content = format!(
+        "<p>{count} values along the rod from {} coordinates, which determine {:.1} combinations of the values. \
+         RMS residual {:.3} \u{3c3}.</p>\n",
+        report.measured, report.determined, report.residuals_over_sigma,
+    );
+    let cost = format!(
+        "{:.0} simulations or products, {}",
         report.simulations,
-        report.wall_seconds,
-    )
+        quantity(report.wall_seconds, "s")
+    );
+    card(tone, headline, &(content + &note(&cost)), &[("Notes", report.warnings.clone())])
 }
 
-/// A list over the arc length, with what the data and the prior say of it together.
+/// A list over the arc length, with the 95 % intervals by data and prior together.
 fn field(field: &FieldEstimate) -> String {
     let up = Scale::fitting(field.values.iter().copied(), &field.unit);
-    let across = Scale::fitting(field.arc_lengths.iter().copied(), "m");
-    let at = |k: usize| field.arc_lengths[k] / across.factor;
-    let numbers = || 0..field.values.len();
-    let around = |k: usize, sigma: f64| {
-        (at(k), [-SIDE, SIDE].map(|side| (field.values[k] + side * sigma) / up.factor))
+    let across = Scale::fitting(field.places.iter().copied(), "m");
+    let point = |k: usize| {
+        let ends = [-REACH, REACH]
+            .map(|reach| (field.values[k] + reach * field.standard_errors[k]) / up.factor);
+        ((field.places[k] / across.factor, field.values[k] / up.factor), ends)
     };
-    let chart = Chart::new(
-        figures::labelled("arc length", &across.unit),
-        figures::labelled(&field.name, &up.unit),
-    )
-    .size(680.0, 320.0)
-    .around(numbers().map(|k| around(k, field.standard_errors[k])), "var(--model)")
-    .line(numbers().map(|k| (at(k), field.values[k] / up.factor)), "var(--model)");
-    let name = escaped(&field.name);
-    let seen = |k: &usize| field.standard_errors[*k] < 0.5 * field.prior_std[*k];
+    let points: Vec<_> = (0..field.values.len()).map(point).collect();
+    let chart = Chart::new(labeled("arc length", &across.unit), labeled(&field.name, &up.unit))
+        .size(680.0, 320.0)
+        .line_with_band(&field.name, &points, MODEL);
+    let is_determined = |k: &usize| field.standard_errors[*k] < DETERMINED * field.prior[*k];
     let caption = format!(
-        "the band holds each number with a probability of 95 %; of {} numbers the data more than halve what the prior leaves \
-         open at {}",
-        numbers().len(),
-        numbers().filter(seen).count(),
+        "band: 95 % interval of each value; the data more than halve the uncertainty of the prior for {} of {} values",
+        (0..points.len()).filter(is_determined).count(),
+        points.len(),
     );
-    figures::figure(&name, &format!("{name} over the arc length"), &chart.svg(), &caption)
+    let name = format!("{} over the arc length", field.name);
+    figure(&escaped(&field.name), &name, &chart, &caption)
 }
 
-/// Single numbers.
+/// The other parameters.
 fn singles(report: &FieldReport) -> String {
-    let row = |single: &crate::fit::SingleEstimate| {
-        let scale = Scale::of(single.value, single.name.unit());
-        let [value, error] = [single.value, single.standard_error]
-            .map(|x| format!("{} {}", scale.show(x, Some(single.standard_error)), scale.unit));
-        format!(
-            "<tr><th>{}</th><td>{value}</td><td>{error}</td></tr>\n",
-            escaped(&single.name.to_string())
-        )
-    };
-    let rows: String = report.parameters.iter().map(row).collect();
-    format!(
-        "<div class=\"wide\" tabindex=\"0\"><table id=\"parameters\"><thead><tr><th>parameter</th><th>value</th>\
-         <th>standard error</th></tr></thead>\n<tbody>{rows}</tbody></table></div>\n"
-    )
+    let heads = ["parameter", "value", "standard error"];
+    let mut table = Table::new("parameters", heads).id("parameters");
+    for SingleEstimate { name, value, standard_error, .. } in &report.parameters {
+        let scale = Scale::of(*value, name.unit());
+        let cells = [*value, *standard_error]
+            .map(|x| Some(escaped(&scale.with_unit(x, Some(*standard_error)))));
+        table.row(escaped(&name.to_string()), cells.to_vec());
+    }
+    table.html()
 }

@@ -1,17 +1,33 @@
-//! Pages that open offline: one file each, without scripts, fonts or links from elsewhere.
+//! HTML pages of results. Each is one file that opens offline, without scripts, fonts or links from elsewhere.
 
 mod budget;
+mod card;
 mod chart;
-mod coded;
+mod correlation;
+mod csv;
+mod discretization;
+mod drawing;
+mod effects;
+mod estimate;
 mod field;
-mod figures;
+mod figure;
 mod fit;
+mod html;
 mod moments;
 mod number;
+mod parameters;
+mod player;
+mod plotted;
 mod prediction;
+mod profile;
 mod recordings;
+mod residuals;
+mod search;
+mod settings;
+mod shapes;
 mod simulation;
 mod study;
+mod table;
 
 pub use field::field_page;
 pub use fit::fit_page;
@@ -20,34 +36,37 @@ pub use simulation::simulation_page;
 pub use study::study_page;
 
 use crate::error::printable::printable;
+use crate::page::html::escaped;
 
 const STYLE: &str = include_str!("page.css");
+/// The title of the program in citations.
+const CITED_TITLE: &str = "rodfit: simulation of slender elastic rods and identification of their parameters from recorded motion";
 
-/// A whole page; `title` and `body` are HTML. Control characters in names have no place there; they are shown as on
-/// a terminal.
-fn page(kind: &str, title: &str, body: &str) -> String {
-    let (title, body) = (printable(title), printable(body));
+/// A whole page. `kind` and `body` are HTML, `title` is text; `version` is that of the program that computed the result,
+/// by default this one. Control characters of names are escaped.
+fn page(kind: &str, title: &str, body: &str, version: Option<&str>) -> String {
+    let title = escaped(&printable(title));
+    let body = printable(body);
+    let version = escaped(version.unwrap_or(env!("CARGO_PKG_VERSION")));
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\
          <meta name=\"color-scheme\" content=\"light dark\"><title>{kind}: {title}</title>\n\
          <style>{STYLE}</style></head>\n<body><main>\n\
-         <header><p class=\"kind\">{kind}</p><h1>{title}</h1></header>\n{body}</main></body></html>\n"
+         <header><p class=\"kind\">{kind}</p><h1>{title}</h1></header>\n{body}\
+         <footer><p class=\"cite\">Cite as: The rodfit authors. <i>{CITED_TITLE}</i>. Version {version}. Computer \
+         software.</p></footer></main></body></html>\n"
     )
 }
 
-/// A part of a page; both are HTML.
-fn section(title: &str, content: &str) -> String {
-    format!("<section><h2>{title}</h2>\n{content}\n</section>\n")
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
-    letters
-        .next()
-        .map_or(String::new(), |first| first.to_uppercase().collect::<String>() + letters.as_str())
+    #[test]
+    fn cited_title_is_that_of_the_citation_file() {
+        let citation = include_str!("../../CITATION.cff");
+        assert!(citation.contains(&format!("title: \"{CITED_TITLE}\"")));
+        assert!(citation.contains(concat!("version: ", env!("CARGO_PKG_VERSION"))));
+    }
 }

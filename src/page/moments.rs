@@ -1,29 +1,31 @@
-//! A rod at some moments, drawn side by side to one scale.
+//! The rod at several times, drawn side by side on one scale.
 
-use crate::page::number::{quantity, short};
+use crate::page::html::escaped;
+use crate::page::number::quantity;
+use crate::page::shapes::AXES;
 
-/// Width of a moment's drawing, and its least height.
+/// Width of a drawing, and its least height, px.
 const WIDE: f64 = 200.0;
 const LOW: f64 = 50.0;
 
-/// A moment to be drawn.
+/// The rod at one time.
 pub(super) struct Moment<'a> {
-    /// When, s.
+    /// Time, s.
     pub time: f64,
-    /// Where the nodes are, m.
+    /// Positions of the nodes, m.
     pub nodes: &'a [[f64; 3]],
-    /// Where each marker was seen, if any was.
-    pub seen: &'a [Option<[f64; 3]>],
-    /// What stands below it.
+    /// Observed positions of the markers, m.
+    pub observed: &'a [Option<[f64; 3]>],
+    /// Caption, HTML.
     pub caption: String,
 }
 
-/// All moments in one plane, drawn to one scale and in one frame; `key` says what is what, and all words are HTML.
+/// All moments in one plane on one scale. `name` is text; `key` explains the colors, in HTML.
 pub(super) fn strip(moments: &[Moment], [a, b]: [usize; 2], name: &str, key: &str) -> String {
-    let axes = ["x", "y", "z"];
+    let axes = AXES;
     let mut range = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
     for moment in moments {
-        for x in moment.nodes.iter().chain(moment.seen.iter().flatten()) {
+        for x in moment.nodes.iter().chain(moment.observed.iter().flatten()) {
             for (range, x) in range.iter_mut().zip([x[a], x[b]]) {
                 *range = [range[0].min(x), range[1].max(x)];
             }
@@ -31,7 +33,7 @@ pub(super) fn strip(moments: &[Moment], [a, b]: [usize; 2], name: &str, key: &st
     }
     let [[left, right], [bottom, top]] = range;
     if ![left, right, bottom, top].iter().all(|x| x.is_finite()) {
-        return "<p class=\"none\">nothing to show</p>\n".into();
+        return "<p class=\"none\">no data</p>\n".into();
     }
     let room = 8.0;
     let extent = (right - left).max(0.5 * (top - bottom)).max(f64::MIN_POSITIVE);
@@ -51,13 +53,14 @@ pub(super) fn strip(moments: &[Moment], [a, b]: [usize; 2], name: &str, key: &st
             let (x, y) = at(x);
             format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3\"/>")
         };
-        let dots: String = moment.seen.iter().flatten().map(dot).collect();
-        let label =
-            format!("{name} in the {}{} plane at {} s", axes[a], axes[b], short(moment.time));
+        let dots: String = moment.observed.iter().flatten().map(dot).collect();
+        let time = quantity(moment.time, "s");
+        let label = format!("{name} in the {}{} plane at {time}", axes[a], axes[b]);
         format!(
-            "<figure><svg viewBox=\"0 0 {WIDE} {high:.1}\" role=\"img\" aria-label=\"{label}\">\
-             <g class=\"seen\">{dots}</g><polyline class=\"rod\" points=\"{}\"/></svg>\
+            "<figure><svg viewBox=\"0 0 {WIDE} {high:.1}\" role=\"img\" aria-label=\"{}\">\
+             <g class=\"observed\">{dots}</g><polyline class=\"rod\" points=\"{}\"/></svg>\
              <figcaption>{}</figcaption></figure>\n",
+            escaped(&label),
             line.join(" "),
             moment.caption,
         )

@@ -1,21 +1,21 @@
-//! Numbers as engineers write them: a prefix to the unit, and no more digits than the error has.
+//! Numbers with units as engineers write them: a prefix of the unit, and no more digits than the error has.
 
-/// Prefixes by the power of a thousand.
-const PREFIXES: [(i32, &str); 9] = [
-    (-4, "p"),
-    (-3, "n"),
-    (-2, "\u{b5}"),
-    (-1, "m"),
-    (0, ""),
-    (1, "k"),
-    (2, "M"),
-    (3, "G"),
-    (4, "T"),
-];
-/// Units that take prefixes.
-const PREFIXED: [&str; 6] = ["m", "s", "Pa", "Hz", "N", "rad"];
+/// Symbols of SI units that take prefixes. A gram replaces the kilogram where a prefix is needed.
+const PREFIXED: [&str; 9] = ["m", "s", "Pa", "Hz", "N", "rad", "J", "W", "g"];
+/// Units whose prefix always follows the size.
+const SIMPLE: [&str; 7] = ["m", "s", "Pa", "Hz", "N", "rad", "J"];
+/// Sizes that other units show without a prefix.
+const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
+/// Prefixes from 10^-12 to 10^12, in steps of a thousand.
+const PREFIXES: [&str; 9] = ["p", "n", "\u{b5}", "m", "", "k", "M", "G", "T"];
+/// The place of no prefix in the list.
+const NO_PREFIX: i32 = 4;
+/// Digits of a number without an error.
+const DIGITS: f64 = 4.0;
+/// What stands where there is no number.
+pub(super) const NONE: &str = "\u{2013}";
 
-/// What numbers are divided by for show, and the unit they then have.
+/// The divisor of displayed numbers, and the unit that they then have.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
     pub factor: f64,
@@ -23,50 +23,59 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// That suits numbers of this size.
+    /// For numbers of this size.
     pub fn of(size: f64, unit: &str) -> Self {
         let size = size.abs();
-        let unit = &unit.replace("^2", "\u{b2}").replace("^3", "\u{b3}")[..];
-        if !(size.is_finite() && size > 0.0) {
-            return Self { factor: 1.0, unit: unit.into() };
+        let plain = Self { factor: 1.0, unit: with_superscripts(unit) };
+        let is_plain = !SIMPLE.contains(&unit) && PLAIN.contains(&size);
+        if !(size.is_finite() && size > 0.0) || is_plain {
+            return plain;
         }
-        let thousands = (size.log10() / 3.0 + 1e-12).floor() as i32;
-        if PREFIXED.contains(&unit) {
-            let thousands = thousands.clamp(-4, 4);
-            let prefix = PREFIXES.iter().find(|(n, _)| *n == thousands).map_or("", |(_, p)| p);
-            return Self { factor: 1e3_f64.powi(thousands), unit: format!("{prefix}{unit}") };
+        // The first symbol takes the prefix, to the power that it has itself.
+        let end = unit.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(unit.len());
+        let (symbol, rest) = unit.split_at(end);
+        let (symbol, grams) = if symbol == "kg" { ("g", 1e3) } else { (symbol, 1.0) };
+        let power = rest.strip_prefix('^').and_then(|rest| rest.chars().next()?.to_digit(10));
+        let power = power.unwrap_or(1).max(1) as i32;
+        if !PREFIXED.contains(&symbol) {
+            return plain;
         }
-        if (1e-3..1e5).contains(&size) {
-            return Self { factor: 1.0, unit: unit.into() };
-        }
-        let power = 3 * thousands;
-        let times = format!("10{}", raised(power));
-        let unit = if unit.is_empty() { times } else { format!("{times} {unit}") };
-        Self { factor: 10_f64.powi(power), unit }
+        let steps = ((size * grams).log10() / f64::from(3 * power) + 1e-12).floor() as i32;
+        let steps = steps.clamp(-NO_PREFIX, NO_PREFIX);
+        let prefix = PREFIXES[(steps + NO_PREFIX) as usize];
+        let factor = 1e3_f64.powi(steps * power) / grams;
+        Self { factor, unit: with_superscripts(&format!("{prefix}{symbol}{rest}")) }
     }
 
-    /// That suits the largest of these.
+    /// For the largest of these.
     pub fn fitting(values: impl IntoIterator<Item = f64>, unit: &str) -> Self {
         let finite = values.into_iter().filter(|x| x.is_finite());
         Self::of(finite.fold(0.0, |largest, x| largest.max(x.abs())), unit)
     }
 
-    /// A number with this unit's digits down to the second of its `error`.
+    /// A number in this unit with digits down to the second of its `error`.
     pub fn show(&self, value: f64, error: Option<f64>) -> String {
         let value = value / self.factor;
-        let decimals = match error.map(|e| (e / self.factor).abs()) {
+        // Decimals that show the second digit of the error.
+        let needed = match error.map(|e| (e / self.factor).abs()) {
             Some(error) if error.is_finite() && error > 0.0 => 1.0 - error.log10().floor(),
             _ if value == 0.0 => 0.0,
-            _ => 4.0 - value.abs().log10().floor(),
+            _ => DIGITS - value.abs().log10().floor(),
         };
         if !value.is_finite() {
-            return "\u{2013}".into();
+            return NONE.into();
         }
-        if value.abs() >= 1e7 || value != 0.0 && value.abs() < 1e-6 {
-            return format!("{value:.3e}");
+        if value != 0.0 && !(1e-6..1e7).contains(&value.abs()) {
+            let decimals = needed + value.abs().log10().floor();
+            return scientific(value, decimals.clamp(1.0, 9.0) as usize);
         }
-        let decimals = decimals.clamp(0.0, 9.0) as usize;
+        let decimals = needed.clamp(0.0, 9.0) as usize;
         signed(format!("{value:.decimals$}"))
+    }
+
+    /// The same, followed by the unit.
+    pub fn with_unit(&self, value: f64, error: Option<f64>) -> String {
+        format!("{} {}", self.show(value, error), self.unit).trim_end().into()
     }
 }
 
@@ -76,26 +85,45 @@ pub(super) fn quantity(value: f64, unit: &str) -> String {
     format!("{} {}", short(value / scale.factor), scale.unit).trim_end().to_string()
 }
 
+/// The same with a plus sign where it is positive.
+pub(super) fn change(value: f64, unit: &str) -> String {
+    let sign = if value > 0.0 { "+" } else { "" };
+    format!("{sign}{}", quantity(value, unit))
+}
+
+/// A fraction in per cent, in three digits.
+pub(super) fn percent(fraction: f64) -> String {
+    format!("{} %", short(100.0 * fraction))
+}
+
 /// A number without a unit in three digits.
 pub(super) fn short(value: f64) -> String {
     match value.abs() {
-        size if !size.is_finite() => "\u{2013}".into(),
+        size if !size.is_finite() => NONE.into(),
         0.0 => "0".into(),
-        size if (1e-3..1e5).contains(&size) => {
+        size if PLAIN.contains(&size) => {
             let decimals = (2.0 - size.log10().floor()).max(0.0) as usize;
             signed(format!("{value:.decimals$}"))
         }
-        _ => signed(format!("{value:.2e}")),
+        _ => scientific(value, 2),
     }
 }
 
-/// With the sign that is as wide as a plus.
-fn signed(number: String) -> String {
+/// A mantissa with a power of ten.
+pub(super) fn scientific(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$e}");
+    let (mantissa, power) = text.split_once('e').unwrap_or((&text, "0"));
+    let power = power.parse().unwrap_or(0);
+    signed(format!("{mantissa}\u{d7}10{}", superscripts(power)))
+}
+
+/// With a minus sign that is as wide as a plus.
+pub(super) fn signed(number: String) -> String {
     number.replace('-', "\u{2212}")
 }
 
-/// As an exponent.
-pub(super) fn raised(power: i32) -> String {
+/// An integer as an exponent.
+pub(super) fn superscripts(power: i32) -> String {
     power.to_string().chars().map(superscript).collect()
 }
 
@@ -110,6 +138,17 @@ fn superscript(digit: char) -> char {
     }
 }
 
+/// A unit with its exponents raised.
+fn with_superscripts(unit: &str) -> String {
+    let mut parts = unit.split('^');
+    let first = parts.next().unwrap_or_default().to_string();
+    parts.fold(first, |unit, part| {
+        let end = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
+        let power: String = part[..end].chars().map(superscript).collect();
+        unit + &power + &part[end..]
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,14 +161,40 @@ mod tests {
         assert_eq!(mega.show(3.6e4, Some(3.6e4)), "0.036");
         assert_eq!(Scale::of(1.017e-3, "m").show(1.017e-3, None), "1.0170");
         assert_eq!(Scale::of(0.75, "").show(0.75, Some(2e-3)), "0.7500");
-        assert_eq!(Scale::of(3e-7, "1/s").unit, "10\u{207b}\u{2079} 1/s");
         assert_eq!(Scale::of(0.0, "m"), Scale { factor: 1.0, unit: "m".into() });
         assert_eq!(Scale::of(f64::NAN, "m").show(f64::NAN, None), "\u{2013}");
         assert_eq!(Scale::of(1e3, "Pa").unit, "kPa");
         assert_eq!(Scale::of(-2e-2, "rad").show(-2e-2, Some(1e-3)), "\u{2212}20.0");
         assert_eq!(
             (short(0.0123), short(1.0), short(-4e-9)),
-            ("0.0123".into(), "1.00".into(), "\u{2212}4.00e\u{2212}9".into())
+            ("0.0123".into(), "1.00".into(), "\u{2212}4.00\u{d7}10\u{207b}\u{2079}".into())
         );
+    }
+
+    /// No unit has a power of ten in front.
+    #[test]
+    fn small_quantities_have_prefixes_or_powers_but_never_both() {
+        let cases = [
+            (6.57e-4, "s", "657 \u{b5}s"),
+            (5.6e-4, "kg", "560 mg"),
+            (1.2, "kg", "1.20 kg"),
+            (2.5e-7, "J", "250 nJ"),
+            (4.9e-10, "m^4", "490 mm\u{2074}"),
+            (7.9e-5, "m^2", "79.0 mm\u{b2}"),
+            (1273.5, "kg/m^3", "1274 kg/m\u{b3}"),
+            (3e-5, "kg/m", "30.0 mg/m"),
+            (5.4e-2, "rad/(N m)", "0.0540 rad/(N m)"),
+            (5.4e-5, "rad/(N m)", "54.0 \u{b5}rad/(N m)"),
+            (3e-7, "1/s", "3.00\u{d7}10\u{207b}\u{2077} 1/s"),
+            (3e-7, "", "3.00\u{d7}10\u{207b}\u{2077}"),
+            (0.5, "s", "500 ms"),
+        ];
+        for (value, unit, text) in cases {
+            assert_eq!(quantity(value, unit), text);
+            let scale = Scale::of(value, unit);
+            assert!(!scale.unit.contains("10"), "{unit}: {}", scale.unit);
+        }
+        assert_eq!(change(2e-3, "m"), "+2.00 mm");
+        assert_eq!(percent(0.0213), "2.13 %");
     }
 }

@@ -1,80 +1,65 @@
-//! The page of predictions: errors of every measurement, then data and model.
+//! The page of predictions: the errors of every measurement, then data and model.
 
 use crate::fit::{MeasurementError, ValidationReport, ValidationSummary};
-use crate::page::coded::with_its_code;
-use crate::page::fit::{data, settings_table};
+use crate::page::card::{Tone, card};
+use crate::page::html::{escaped, note, section, section_if_any};
 use crate::page::number::quantity;
 use crate::page::recordings::recordings;
-use crate::page::{escaped, figures, page, section};
+use crate::page::table::Table;
+use crate::page::{page, residuals, settings, shapes};
+
+/// Measurements that are not folded.
+const SHOWN: usize = 12;
 
 /// A self-contained HTML page of predictions. `title` names them, such as the scene. Series are shown if they were
 /// [kept](crate::Fit::keep_plot_data).
 pub fn prediction_page(report: &ValidationReport, title: &str) -> String {
-    let mut body = summary(report);
-    body += &section("Errors of the prediction", &errors(&report.errors));
+    let mut body = first_card(report);
+    body += &section("Prediction errors", &errors(&report.errors));
     let plots = report.plot_data.as_ref();
     if let Some(errors) = &report.recordings {
         let drawn = plots.and_then(|plots| plots.recordings.as_ref());
-        body += &section("Recordings", &recordings(errors, drawn));
+        body += &section("Free-run prediction errors", &recordings(errors, drawn));
     }
     if let Some(plots) = plots {
-        body += &section("Data and model", &data(&plots.series, None));
-        let shapes = figures::shapes(false, plots);
-        if !shapes.is_empty() {
-            body += &section("The rod", &shapes);
-        }
-        body += &section("What was run", &settings_table(&plots.settings));
+        body += &section("Residuals", &residuals::all_series(&plots.series, None));
+        let shapes = shapes::shapes(false, plots);
+        body += &section_if_any(shapes::heading(plots), &shapes);
+        body += &section("Settings", &settings::settings(&plots.settings));
     }
-    page("Prediction", &escaped(title), &body)
+    page("Prediction", title, &body, plots.map(|plots| &plots.version[..]))
 }
 
-fn summary(report: &ValidationReport) -> String {
-    let line = |s: &ValidationSummary| {
-        let [mean, median, worst] = [s.mean, s.median, s.worst].map(|x| quantity(x, &s.unit));
-        format!(
-            "<div>{} measurements: mean error {mean}, median {median}, worst {worst} ({})</div>\n",
-            s.measurements,
-            escaped(&s.worst_observation)
-        )
-    };
-    let lines: String = report.summary.iter().map(line).collect();
-    let failed = report.failed.iter().map(|f| {
-        format!("<li>not simulated: {} ({})</li>\n", escaped(&f.experiment), escaped(&f.reason))
-    });
-    let warnings = report.warnings.iter().map(|w| format!("<li>{}</li>\n", with_its_code(w)));
-    let items: String = failed.chain(warnings).collect();
-    let class = if items.is_empty() { "good" } else { "doubt" };
-    let list = match items.is_empty() {
-        true => String::new(),
-        false => format!("<h2>Warnings</h2>\n<ul>\n{items}</ul>\n"),
-    };
-    format!(
-        "<section class=\"verdict {class}\" id=\"verdict\"><p class=\"words\">Prediction without a fit</p>\n{lines}{list}\
-         </section>\n"
-    )
+/// The errors of all measurements, and the warnings.
+fn first_card(report: &ValidationReport) -> String {
+    let heads = ["measurements", "mean error", "median", "worst", "worst measurement"];
+    let mut table = Table::new("summary of the prediction errors", heads).id("answer");
+    for ValidationSummary { measurements, mean, median, worst, unit, worst_observation, .. } in
+        &report.summary
+    {
+        let [mean, median, worst] =
+            [mean, median, worst].map(|x| Some(escaped(&quantity(*x, unit))));
+        let cells = vec![mean, median, worst, Some(escaped(worst_observation))];
+        table.row(measurements.to_string(), cells);
+    }
+    let failed = report.failed.iter();
+    let failed: Vec<String> =
+        failed.map(|f| format!("not simulated: {} ({})", f.experiment, f.reason)).collect();
+    let messages: Vec<String> = failed.into_iter().chain(report.warnings.clone()).collect();
+    let tone = if messages.is_empty() { Tone::Good } else { Tone::Doubtful };
+    card(tone, "Prediction without a fit", &table.html(), &[("Warnings", messages)])
 }
 
 fn errors(errors: &[MeasurementError]) -> String {
-    let row = |e: &MeasurementError| {
-        let cells = [
-            ("mean", quantity(e.mean, &e.unit)),
-            ("median", quantity(e.median, &e.unit)),
-            ("worst", quantity(e.worst, &e.unit)),
-            ("RMS", quantity(e.rms, &e.unit)),
-            ("values", e.values.to_string()),
-            ("remarks", e.remarks().replace("sigma", "\u{3c3}")),
-        ];
-        let cell = |(head, text): (&str, String)| {
-            format!("<td data-head=\"{head}\"><span>{}</span></td>", escaped(&text))
-        };
-        format!("<tr><th>{}</th>{}</tr>\n", escaped(&e.observation), cells.map(cell).concat())
-    };
     let heads = ["measurement", "mean", "median", "worst", "RMS", "values", "remarks"];
-    format!(
-        "<p class=\"note\">Absolute differences between simulated and measured values.</p>\n\
-         <div class=\"wide\" tabindex=\"0\"><table id=\"errors\" class=\"cards\"><thead><tr>{}</tr></thead>\n<tbody>{}</tbody>\
-         </table></div>\n",
-        heads.map(|head| format!("<th>{head}</th>")).concat(),
-        errors.iter().map(row).collect::<String>()
-    )
+    let mut table = Table::new("prediction errors", heads).id("errors");
+    for e in errors {
+        let [mean, median, worst, rms] =
+            [e.mean, e.median, e.worst, e.rms].map(|x| Some(escaped(&quantity(x, &e.unit))));
+        let remarks = escaped(&e.remarks().replace("sigma", "\u{3c3}"));
+        let cells = vec![mean, median, worst, rms, Some(e.values.to_string()), Some(remarks)];
+        table.row(escaped(&e.observation), cells);
+    }
+    note("Absolute differences between simulated and measured values.")
+        + &table.folded_after(SHOWN, "measurements")
 }

@@ -66,7 +66,7 @@
     const rod = places[low].map((p, i) => mix(p, places[high2][i], part));
     const been = between(paths.times, now);
     const tip = rod[rod.length - 1];
-    line([...paths.places.slice(0, been[0] + 1), tip], color("--seen"), 1.5);
+    line([...paths.places.slice(0, been[0] + 1), tip], color("--observed"), 1.5);
     line(rod, color("--model"), 3);
     pen.setLineDash([]);
     const [x, y] = at(tip);

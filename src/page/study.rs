@@ -1,99 +1,114 @@
-//! The page of a study.
+//! The page of a work-precision study.
 
 use crate::numerics::order;
-use crate::page::chart::Chart;
-use crate::page::figures::figure;
-use crate::page::{escaped, page, section};
-use crate::study;
-use crate::study::{Row, Study};
+use crate::page::card::{Tone, card};
+use crate::page::chart::{Chart, labeled};
+use crate::page::figure::figure;
+use crate::page::html::{escaped, folded, note, section};
+use crate::page::number::{Scale, percent, quantity, scientific};
+use crate::page::page;
+use crate::page::table::Table;
+use crate::study::{Row, Study, name};
 
-/// Colours of the schemes.
+/// Colors of the schemes.
 const COLORS: usize = 6;
 
-/// A self-contained HTML page of a study: advice first, then the work-precision plot and all runs.
+/// A self-contained HTML page of a study: the recommended settings first, then the work-precision plot and all runs.
+/// `scene` names the scene.
 pub fn study_page(study: &Study, scene: &str) -> String {
-    let advice: String =
-        study.advice_lines().iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
-    let body = format!(
-        "<section class=\"verdict good\" id=\"advice\"><p class=\"words\">Speed against error</p>\n\
-         <ul>\n{advice}</ul>\n<p class=\"note\">The reference, extrapolated from meshes finer than any \
-         other, is good to {:.1e} of the length or better.</p></section>\n",
-        study.reference_error
+    let reference = format!(
+        "The reference is extrapolated from finer meshes than any other. Its own error is at most {} of the length.",
+        percent(study.reference_error)
     );
-    let body = body
-        + &section("Work and precision", &work_precision(study))
-        + &section("All runs", &table(study));
-    page("Study", &escaped(scene), &body)
+    let content = recommended(study) + &note(&reference);
+    let headline = "Fastest settings for an error of the tip";
+    let runs = folded(&format!("all {} runs", study.rows.len()), &runs(study));
+    let body = card(Tone::Good, headline, &content, &[])
+        + &section("Error and cost", &(work_precision(study) + &runs));
+    page("Study", scene, &body, None)
 }
 
-fn table(study: &Study) -> String {
-    let number = |x: Option<f64>| x.map_or("failed".into(), |x| format!("{x:.2e}"));
+/// The fastest run for every error.
+fn recommended(study: &Study) -> String {
+    let heads = ["tip error / length", "scheme", "time step", "segments", "wall-clock time"];
+    let mut table = Table::new("fastest settings", heads).id("answer");
+    for advice in &study.advice {
+        let cells = match advice.row.map(|i| &study.rows[i]) {
+            Some(row) => vec![
+                Some(escaped(&name(row))),
+                Some(quantity(row.step, "s")),
+                Some(row.segments.to_string()),
+                Some(quantity(row.wall_seconds, "s")),
+            ],
+            None => vec![Some("none of these runs is that accurate".into()), None, None, None],
+        };
+        table.row(percent(advice.error), cells);
+    }
+    table.html()
+}
+
+/// A table of all runs.
+fn runs(study: &Study) -> String {
     let heads = [
         "scheme",
-        "step, s",
+        "time step",
         "segments",
-        "error / length",
-        "of the step",
-        "of the mesh",
-        "time, s",
+        "tip error / length",
+        "by the time step",
+        "by the mesh",
+        "wall-clock time",
         "Newton iterations",
-        "energy",
+        "energy error / largest kinetic energy",
         "status",
     ];
-    let row = |row: &Row| {
-        let cells = [
-            study::name(row),
-            format!("{:.3e}", row.step),
-            row.segments.to_string(),
-            number(row.error),
-            number(row.step_error),
-            number(Some(row.mesh_error)),
-            format!("{:.2e}", row.wall_seconds),
-            row.newton_iterations.to_string(),
-            format!("{:.1e}", row.energy_drift),
-            escaped(&row.status),
+    let mut table = Table::new("all runs", heads);
+    for row in &study.rows {
+        let cells = vec![
+            Some(quantity(row.step, "s")),
+            Some(row.segments.to_string()),
+            Some(row.error.map_or("failed".into(), |error| scientific(error, 2))),
+            row.step_error.map(|error| scientific(error, 2)),
+            Some(scientific(row.mesh_error, 2)),
+            Some(quantity(row.wall_seconds, "s")),
+            Some(row.newton_iterations.to_string()),
+            Some(scientific(row.energy_drift, 1)),
+            Some(escaped(&row.status)),
         ];
-        let cell = |(cell, head): (&String, &str)| format!("<td data-head=\"{head}\">{cell}</td>");
-        let rest: String = cells[1..].iter().zip(&heads[1..]).map(|(c, h)| cell((c, h))).collect();
-        format!("<tr><th>{}</th>{rest}</tr>\n", cells[0])
-    };
-    format!(
-        "<div class=\"wide\" tabindex=\"0\"><table class=\"cards\"><thead><tr>{}</tr></thead>\n<tbody>{}</tbody></table></div>",
-        heads.map(|head| format!("<th>{head}</th>")).concat(),
-        study.rows.iter().map(row).collect::<String>()
-    )
+        table.row(escaped(&name(row)), cells);
+    }
+    table.html()
 }
 
-/// Error over time on logarithmic axes: every run a dot, each scheme's best runs joined.
+/// Error over time on logarithmic axes: a dot for every run, and a line through the best runs of each scheme.
 fn work_precision(study: &Study) -> String {
-    let mut names: Vec<String> = study.rows.iter().map(study::name).collect();
+    let mut names: Vec<String> = study.rows.iter().map(name).collect();
     names.dedup();
-    let mut chart = Chart::new("time, s", "tip error / length").log(true, true).size(760.0, 460.0);
-    let mut legend = String::new();
-    for (k, name) in names.iter().enumerate() {
+    let scale = Scale::fitting(study.rows.iter().map(|row| row.wall_seconds), "s");
+    let mut chart = Chart::new(labeled("wall-clock time", &scale.unit), "tip error / length")
+        .log(true, true)
+        .size(760.0, 460.0);
+    for (k, scheme) in names.iter().enumerate() {
         let color = format!("var(--scheme{})", k % COLORS);
-        let own = study.rows.iter().filter(|row| study::name(row) == *name);
-        let mut points: Vec<(f64, f64)> =
-            own.filter_map(|row| Some((row.wall_seconds, row.error?))).collect();
+        let own = study.rows.iter().filter(|row| name(row) == *scheme);
+        let point = |row: &Row| Some((row.wall_seconds / scale.factor, row.error?));
+        let mut points: Vec<(f64, f64)> = own.filter_map(point).collect();
         order::sort_by(&mut points, |x| x.0);
         let mut best = f64::INFINITY;
         let front: Vec<(f64, f64)> = points
             .iter()
             .copied()
             .filter(|(_, error)| {
-                let better = *error < best;
+                let is_better = *error < best;
                 best = best.min(*error);
-                better
+                is_better
             })
             .collect();
-        chart = chart.line(front, &color).dots(points, &color, 3.5);
-        legend += &format!("<i class=\"dot\" style=\"background:{color}\"></i>{} ", escaped(name));
+        chart = chart.line("", front, &color).dots(scheme, points, &color, 3.5);
     }
-    let words = format!("{legend}\u{2013} dots are runs; lines join the best of each scheme");
     figure(
-        "Error of the tip over the time it takes",
-        "error over time of all runs",
-        &chart.svg(),
-        &words,
+        "Error of the tip over the wall-clock time",
+        "error over the wall-clock time of all runs",
+        &chart,
+        "dots: runs; lines: the best of each scheme",
     )
 }

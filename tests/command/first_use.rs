@@ -146,7 +146,7 @@ fn residuals_are_in_the_unit_of_the_data() {
     assert!((printed / rms - 1.0).abs() < 1e-3, "{rms}: {shown}");
     assert_eq!((&json["units"][0], &json["data_units"][0]), (&"rad/s".into(), &"Hz".into()));
     let page = folder.read("page/fit.html");
-    assert!(page.contains(", in Hz") && !page.contains("rad/s"), "the page is in another unit");
+    assert!(page.contains("f (Hz)") && !page.contains("rad/s"), "the page is in another unit");
     folder.write("fit.toml", &fit("rad_s = [10.05, 61.6, 172.2]\nsigma = 0.628"));
     let shown = stdout(&folder.run(&["fit", "fit.toml"]));
     assert!(shown.contains("noise (sigma) 0.6280 rad/s") && !shown.contains(" Hz"), "{shown}");

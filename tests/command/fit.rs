@@ -334,7 +334,7 @@ fn the_budget_has_what_is_known() {
     assert_eq!(parameter["monte_carlo"]["fits"], 4);
     assert_eq!(parameter["input_sensitivities"][0]["source"], "material.density");
     let page = folder.read("page/fit.html");
-    assert!(page.contains("Budget of uncertainty") && page.contains("coverage factor"));
+    assert!(page.contains("<h2>Uncertainty budget</h2>") && page.contains("coverage factor"));
     refused(&folder.run(&["fit", "fit.toml", "--known", "radius"]), &["--known", "NAME=SIGMA"]);
     refused(&folder.run(&["fit", "fit.toml", "--known", "nothing=1"]), &["nothing"]);
     refused(&folder.run(&["fit", "fit.toml", "--known", "youngs_modulus=1e6"]), &["identified"]);

@@ -25,12 +25,19 @@ fn a_simulation_is_shown_in_motion() {
     succeeds(&folder.run(&run));
     let (data, text, length) = page(&folder);
     is_whole(&text);
-    for part in ["Completed", "Energy kept to", "<canvas", "Moments", "The tip", "bending", "Play"]
-    {
+    for part in [
+        "Completed",
+        "Energy kept to",
+        "<canvas",
+        "Shapes over time",
+        "Tip trajectory",
+        "bending",
+        "Play",
+    ] {
         assert!(text.contains(part), "{part}");
     }
-    assert!(!text.contains("twisting") && !text.contains("Turn"), "planar");
-    assert!(length < 400_000, "{length}");
+    assert!(!text.contains("twisting") && !text.contains("Azimuth"), "planar");
+    assert!(length < 500_000, "{length}");
     // The moments of the run, and places that are those of its tip, in whole cells.
     let json = folder.json("run.json");
     let tips = json["tip"].as_array().unwrap();
@@ -59,8 +66,8 @@ fn long_runs_of_many_nodes_stay_small() {
     let count = |name: &str| data[name].as_array().unwrap().len();
     assert!((100..=202).contains(&count("frames")) && count("tips") <= 1002, "{}", count("tips"));
     assert!(data["frames"][0].as_array().unwrap().len() <= 2 * 102);
-    assert!(text.contains("Kept on this page: every") && text.contains("of 251 nodes"));
-    assert!(length < 700_000, "{length}");
+    assert!(text.contains("Stored on this page: every") && text.contains("of 251 nodes"));
+    assert!(length < 900_000, "{length}");
     assert!(stdout(&output).contains("2500 steps"));
 }
 

@@ -89,7 +89,12 @@ fn fit_file_of_validation_data_only_reports_prediction_errors() {
     }
     let page = folder.read("page/fit.html");
     crate::report::is_whole(&page);
-    for words in ["Errors of the prediction", "clip_2", "<h2>Recordings</h2>", "Data and model"] {
+    for words in [
+        "<h2>Prediction errors</h2>",
+        "clip_2",
+        "<h2>Free-run prediction errors</h2>",
+        "data and model",
+    ] {
         assert!(page.contains(words), "{words}");
     }
     // Options of fits have no meaning here.

@@ -96,22 +96,25 @@ fn a_fit_file_of_many_recordings() {
     }
     assert!(shown.lines().count() < 60, "{shown}");
     let page = folder.read("page/fit.html");
-    assert!(page.contains("another day") && page.contains("experiments differ"), "no such words");
+    assert!(
+        page.contains("another day") && page.contains("between experiments, 95 %"),
+        "no such words"
+    );
     crate::report::is_whole(&page);
     for words in [
-        "<h2>Recordings</h2>",
-        "mean error by the length of the window",
-        "mean error by the speed of the marker",
-        "<h3>another day, held out: ",
+        "<h2>Free-run prediction errors</h2>",
+        "mean error over the length of the window",
+        "mean error over the speed of the marker",
+        "<h3>another day, validation: ",
     ] {
         assert!(page.contains(words), "{words}");
     }
     // A dozen moments in the plane of the cable, each with all its markers.
     assert_eq!(page.matches("class=\"rod\"").count(), 12);
-    let groups = page.split("class=\"seen\">").skip(1).map(|g| g.split("</g>").next().unwrap());
+    let groups = page.split("class=\"observed\">").skip(1).map(|g| g.split("</g>").next().unwrap());
     assert!(groups.map(|g| g.matches("<circle").count()).eq([MARKERS; 12]));
     // Many markers have many coordinates, of which the worst are drawn; and no shapes twice.
-    assert!(!page.contains("The rod at the optimum"), "shapes are drawn twice");
+    assert!(!page.contains("<h2>Trajectory</h2>"), "shapes are drawn twice");
     let plots = &folder.json("page/fit.json")["plot_data"]["recordings"];
     assert_eq!(plots["motions"].as_array().unwrap().len(), 6);
     let windows = plots["windows"].as_array().unwrap();

@@ -50,7 +50,10 @@ fn in_order(page: &str, parts: &[&str]) {
 pub fn is_whole(page: &str) {
     // A parameter of schemes, and no number.
     let page = page.replace("rho_inf", "rho");
-    for forbidden in ["http:", "https:", "src=", "href=", "<script", "@import", "NaN", "inf"] {
+    let links = page.matches("href=\"").count();
+    let to_data = page.matches("href=\"data:text/csv;charset=utf-8,").count();
+    assert_eq!(links, to_data + page.matches("/fit.html\"").count());
+    for forbidden in ["http:", "https:", "src=", "<script", "@import", "NaN", "inf"] {
         let found = page.find(forbidden).map(|at| page[..at + 20].chars().rev().take(100));
         assert!(found.is_none(), "{forbidden}: {:?}", found.map(|f| f.collect::<String>()));
     }
@@ -74,15 +77,19 @@ fn the_page_has_everything_in_order() {
             "a &lt;fit&gt; &amp; more",
             "id=\"verdict\"",
             "id=\"parameters\"",
-            "Data and model",
+            "<h2>Parameters</h2>",
+            "<h2>Residuals</h2>",
             "&lt;b&gt;&quot;tip&quot; &amp; co&lt;/b&gt;.csv",
-            "correlation",
-            "Singular values",
-            "Likelihood profiles",
+            "<h2>Discretization error</h2>",
+            "<h2>Uncertainty budget</h2>",
+            "<h2>Undetected bias</h2>",
+            "<h2>Likelihood profiles</h2>",
+            "<h2>Global scan and local minima</h2>",
+            "Global scan over youngs_modulus",
             "Convergence",
-            "Scan over youngs_modulus",
-            "The rod at the optimum",
-            "What was run",
+            "<h2>Trajectory</h2>",
+            "<h2>Settings and cost</h2>",
+            "Cite as: ",
         ],
     );
     assert!(!page.contains("<b>\"tip\""));
@@ -95,11 +102,9 @@ fn the_page_has_everything_in_order() {
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), 2 * 3 + 4);
-    assert!(names.contains(&"&lt;b&gt;&quot;tip&quot; &amp; co&lt;/b&gt;.csv, x: what is left"));
-    // On narrow screens cells say which column they stand in.
-    assert!(page.contains("<td data-head=\"95 % interval\">"));
+    assert!(names.contains(&"&lt;b&gt;&quot;tip&quot; &amp; co&lt;/b&gt;.csv, x: residuals"));
     for axis in ["x", "y"] {
-        for title in ["data and model", "what is left", "correlation of what is left"] {
+        for title in ["data and model", "residuals", "residual autocorrelation"] {
             assert!(
                 page.contains(&format!("<h3 class=\"small\">{axis}: {title}</h3>")),
                 "{axis} {title}"
@@ -140,15 +145,15 @@ fn numbers_along_the_rod_have_a_page() {
     is_whole(&page);
     let parts = [
         "id=\"verdict\"",
-        "4 numbers along the rod from 120 coordinates",
-        "Along the rod",
+        "4 values along the rod from 120 coordinates",
+        "Values along the rod",
         "natural_curvature over the arc length",
-        "the band holds each number with a probability of 95 %",
+        "band: 95 % interval of each value",
         "id=\"parameters\"",
         "youngs_modulus",
-        "Data and model",
+        "<h2>Residuals</h2>",
         "tip.csv, x: data and model",
-        "tip.csv, y: what is left",
+        "tip.csv, y: residuals",
     ];
     in_order(&page, &parts);
     // No tests were made: nothing is said of them.
@@ -176,7 +181,7 @@ fn odd_data_and_no_plot_data_make_a_page_too() {
         change(&mut odd);
         let page = fit_page(&odd, "odd");
         is_whole(&page);
-        in_order(&page, &["id=\"verdict\"", "id=\"parameters\"", "What was run"]);
+        in_order(&page, &["id=\"verdict\"", "id=\"parameters\"", "Settings and cost"]);
         page
     };
     let page = change(&|odd| odd.plot_data = None);
@@ -319,11 +324,11 @@ fn the_page_says_how_files_were_read() {
         .unwrap();
     let page = fit_page(&fit, "pixels");
     is_whole(&page);
-    let words = "tip.csv: 20 points, 40 values; 50 frames a second; 1.00 mm a pixel; \
+    let words = "tip.csv: 20 points, 40 values; 50 frames per second; 1.00 mm per pixel; \
                  origin at (100, 100, 0); y down; motion from 12 on the clock of the file, in its \
                  unit";
     assert!(page.contains(words), "{page}");
-    assert!(page.contains("tip.csv: rows 1 before time_zero"), "{page}");
+    assert!(page.contains("Left out, tip.csv: rows 1 before time_zero"), "{page}");
 }
 
 /// What is drawn in red has its warning on top: outliers that are no noise, but without memory.

@@ -66,7 +66,7 @@ fn errors_fall_with_step_and_mesh_and_the_advice_is_the_cheapest() {
     // In the style of the other page, light and dark, with a name for the drawing.
     assert!(page.contains("prefers-color-scheme:dark") && page.contains("viewport"));
     assert_eq!(page.matches("<svg").count(), page.matches("role=\"img\" aria-label=\"").count());
-    assert!(page.contains("data-head=\"error / length\"") && !page.contains("NaN"));
+    assert!(page.contains("<th scope=\"col\">tip error / length</th>") && !page.contains("NaN"));
 }
 
 /// A force on a node by its index belongs to the scene's own mesh.
