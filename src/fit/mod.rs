@@ -42,6 +42,7 @@ pub use crate::input::track::format::Format;
 pub use crate::input::track::recording::{Recording, Vertical};
 pub use crate::input::track::sigma::{AxisColumnNames, SigmaColumns};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
+pub use design::contributions::Contribution;
 pub use design::told::{Advice, Choice, Design, DesignVariable};
 pub use extend::ExtendedFit;
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};

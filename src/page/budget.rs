@@ -84,7 +84,7 @@ fn sensitivities(e: &Estimate) -> String {
     let label = escaped(&e.label());
     let heads = ["input".to_string(), "change by +1 % of the input".into()];
     let mut table = Table::new(&format!("sensitivities of {} to inputs", e.label()), heads);
-    for input in &e.one_per_cent {
+    for input in &e.input_sensitivities {
         let by = match input.relative {
             Some(relative) if relative > 0.0 => format!("+{}", percent(relative)),
             Some(relative) => percent(relative),

@@ -1,7 +1,7 @@
 //! Effects that the model omits: those that the data show, and those that could bias a parameter undetected.
 
 use crate::code::Code;
-use crate::fit::{CouldHide, ScoreTest};
+use crate::fit::{ScoreTest, UndetectedBias};
 use crate::page::html::{escaped, folded, note, with_explanation};
 use crate::page::number::{change, percent, short};
 use crate::page::table::Table;
@@ -10,7 +10,7 @@ use crate::page::table::Table;
 const SHOWN: usize = 5;
 
 /// The biases that the data do not exclude, the largest in standard errors first.
-pub(super) fn undetected_bias(biases: &[CouldHide]) -> String {
+pub(super) fn undetected_bias(biases: &[UndetectedBias]) -> String {
     if biases.is_empty() {
         return String::new();
     }
@@ -30,25 +30,25 @@ pub(super) fn undetected_bias(biases: &[CouldHide]) -> String {
             None => signed(short(bias.change)),
         };
         let cells =
-            [size, bias.parameter.clone(), shift, short(bias.std_errors), bias.tell.clone()];
-        table.row(escaped(&bias.words), cells.map(|cell| Some(escaped(&cell))).to_vec());
+            [size, bias.parameter.clone(), shift, short(bias.std_errors), bias.test.clone()];
+        table.row(escaped(&bias.effect), cells.map(|cell| Some(escaped(&cell))).to_vec());
     }
     note(
         "Effects that these data could not reveal, at a plausible size, and the bias that each would cause. The test would \
          reveal the effect.",
     ) + &table.folded_after(SHOWN, "effects")
-        + &explained(Code::CouldHide, "About these effects")
+        + &explained(Code::UndetectedBias, "About these effects")
 }
 
 /// The largest bias over all parameters, as a sentence; nothing without any.
-pub(super) fn largest_bias(biases: &[CouldHide]) -> String {
+pub(super) fn largest_bias(biases: &[UndetectedBias]) -> String {
     let sized = biases.iter().filter_map(|bias| Some((bias.relative?.abs(), bias)));
     match sized.max_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((relative, bias)) => format!(
             "Not included: undetected bias of up to {} of {} ({}).",
             percent(relative),
             escaped(&bias.parameter),
-            escaped(&bias.words)
+            escaped(&bias.effect)
         ),
         None => String::new(),
     }
@@ -64,7 +64,7 @@ pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
              distinguishable by these data.",
         );
         html += &score_table(&likely).folded_after(SHOWN, "effects");
-        html += &explained(Code::LooksLike, "About these effects");
+        html += &explained(Code::OmittedEffect, "About these effects");
     }
     if !others.is_empty() {
         html += &folded(
@@ -87,14 +87,16 @@ fn score_table(tests: &[&ScoreTest]) -> Table {
     let mut table = Table::new("score tests of omitted effects", heads);
     for test in tests {
         let cells = vec![
-            Some(test.place.to_string()),
+            Some(test.rank.to_string()),
             Some(escaped(&change(test.estimate, &test.unit))),
-            Some(short(test.sigmas.abs())),
+            Some(short(test.z_score.abs())),
             Some(short(test.p_value)),
             test.p_value_if_correlated.map(short),
         ];
-        table
-            .row(format!("{} <code>{}</code>", escaped(&test.words), escaped(&test.source)), cells);
+        table.row(
+            format!("{} <code>{}</code>", escaped(&test.effect), escaped(&test.source)),
+            cells,
+        );
     }
     table
 }

@@ -35,7 +35,7 @@ fn first_card(report: &FieldReport) -> String {
     let content = format!(
         "<p>{count} values along the rod from {} coordinates, which determine {:.1} combinations of the values. \
          RMS residual {:.3} \u{3c3}.</p>\n",
-        report.measured, report.determined, report.residuals_over_sigma,
+        report.values, report.effective_parameters, report.normalized_residual_rms,
     );
     let cost = format!(
         "{:.0} simulations or products, {}",
@@ -48,17 +48,17 @@ fn first_card(report: &FieldReport) -> String {
 /// A list over the arc length, with the 95 % intervals by data and prior together.
 fn field(field: &FieldEstimate) -> String {
     let up = Scale::fitting(field.values.iter().copied(), &field.unit);
-    let across = Scale::fitting(field.places.iter().copied(), "m");
+    let across = Scale::fitting(field.arc_lengths.iter().copied(), "m");
     let point = |k: usize| {
         let ends = [-REACH, REACH]
             .map(|reach| (field.values[k] + reach * field.standard_errors[k]) / up.factor);
-        ((field.places[k] / across.factor, field.values[k] / up.factor), ends)
+        ((field.arc_lengths[k] / across.factor, field.values[k] / up.factor), ends)
     };
     let points: Vec<_> = (0..field.values.len()).map(point).collect();
     let chart = Chart::new(labeled("arc length", &across.unit), labeled(&field.name, &up.unit))
         .size(680.0, 320.0)
         .line_with_band(&field.name, &points, MODEL);
-    let is_determined = |k: &usize| field.standard_errors[*k] < DETERMINED * field.prior[*k];
+    let is_determined = |k: &usize| field.standard_errors[*k] < DETERMINED * field.prior_std[*k];
     let caption = format!(
         "band: 95 % interval of each value; the data more than halve the uncertainty of the prior for {} of {} values",
         (0..points.len()).filter(is_determined).count(),

@@ -30,7 +30,7 @@ pub fn fit_page(report: &FitReport, title: &str) -> String {
     let errors = discretization(&report.discretization_error, &report.parameters);
     body += &section_if_any("Discretization error", &errors);
     body += &section_if_any("Uncertainty budget", &budgets(&report.parameters));
-    body += &section_if_any("Undetected bias", &undetected_bias(&report.could_hide));
+    body += &section_if_any("Undetected bias", &undetected_bias(&report.undetected_bias));
     body += &section_if_any("Likely omitted effects", &likely_omitted(&report.score_tests));
     body += &section_if_any("Correlation matrix", &Correlations::from(report).html());
     if let Some(plots) = plots.filter(|plots| !plots.profiles.is_empty()) {
@@ -67,11 +67,11 @@ fn first_card(report: &FitReport) -> String {
         content += &note(&escaped(&capitalized(&report.status)));
     }
     content += &estimate::table(&report.parameters, ["estimate", error_head(report)]);
-    content += &note(&largest_bias(&report.could_hide));
+    content += &note(&largest_bias(&report.undetected_bias));
     let findings = report.not_identifiable.iter();
-    let findings = findings.map(|found| found.kind.code().behind(&found.words)).collect();
+    let findings = findings.map(|found| found.kind.code().behind(&found.description)).collect();
     let likely = report.looks_like().into_iter();
-    let likely = likely.map(|text| Code::LooksLike.behind(capitalized(&text))).collect();
+    let likely = likely.map(|text| Code::OmittedEffect.behind(capitalized(&text))).collect();
     card(
         tone(report.grade),
         &headline,

@@ -5,6 +5,7 @@ mod card;
 mod chart;
 mod correlation;
 mod csv;
+mod design;
 mod discretization;
 mod drawing;
 mod effects;
@@ -29,6 +30,7 @@ mod simulation;
 mod study;
 mod table;
 
+pub use design::design_page;
 pub use field::field_page;
 pub use fit::fit_page;
 pub use prediction::prediction_page;

@@ -52,7 +52,7 @@ fn intervals(e: &Estimate, scale: &Scale) -> Vec<Option<String>> {
         (None, _) if e.lower95.is_some() => NONE.into(),
         (None, _) => "<td class=\"bad\">not identifiable</td>".into(),
     };
-    let across = e.across_experiments.as_ref();
+    let across = e.cluster_jackknife.as_ref();
     let profile = e.profile95.map(|ends| {
         let end = |x: Option<f64>| x.map_or("none".into(), |x| scale.show(x, std));
         format!("[{}, {}]", end(ends[0]), end(ends[1]))

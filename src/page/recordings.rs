@@ -2,7 +2,7 @@
 //! of the markers, and the rod with its markers at a dozen times.
 
 use crate::fit::{
-    MeanError, RecordedMoment, RecordedMotion, RecordingErrors, RecordingPlots, SpeedError,
+    MeanError, RecordedMotion, RecordedSnapshot, RecordingErrors, RecordingPlots, SpeedError,
     WindowError,
 };
 use crate::numerics::order;
@@ -147,7 +147,7 @@ fn speeds(plots: &RecordingPlots) -> String {
 
 /// The rod and its markers at a dozen times, in one plane or two.
 fn motion(motion: &RecordedMotion) -> String {
-    let nodes = || motion.moments.iter().flat_map(|m| &m.nodes);
+    let nodes = || motion.snapshots.iter().flat_map(|m| &m.nodes);
     let name = match motion.experiment.is_empty() {
         true => "The recording",
         false => &motion.experiment,
@@ -155,11 +155,16 @@ fn motion(motion: &RecordedMotion) -> String {
     let title =
         format!("{}{}: {}", escaped(name), held_out(motion.held_out), error(motion.mean_error));
     let caption =
-        |m: &RecordedMoment| format!("{}, error {}", quantity(m.time, "s"), error(m.error));
+        |m: &RecordedSnapshot| format!("{}, error {}", quantity(m.time, "s"), error(m.error));
     let moments: Vec<Moment> = motion
-        .moments
+        .snapshots
         .iter()
-        .map(|m| Moment { time: m.time, nodes: &m.nodes, observed: &m.seen, caption: caption(m) })
+        .map(|m| Moment {
+            time: m.time,
+            nodes: &m.nodes,
+            observed: &m.markers,
+            caption: caption(m),
+        })
         .collect();
     let drawn: String =
         planes(nodes).into_iter().map(|plane| strip(&moments, plane, name, KEY)).collect();

@@ -32,7 +32,7 @@ pub(super) fn summary(report: &FitReport) -> String {
     lines.extend(report.losses.iter().map(|l| {
         format!(
             "Robust loss, {}: {} of {} values down-weighted, {} beyond 5 \u{3c3}; standard errors times {:.2}",
-            l.observation, l.beyond_scale, l.values, l.beyond_5_sigma, l.error_factor
+            l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
         )
     }));
     lines.extend(report.predictions.iter().map(|p| {
@@ -113,29 +113,32 @@ fn worst(series: &[Series]) -> Vec<&Series> {
 
 /// Data and model, residuals, their autocorrelation and tests of one coordinate.
 fn one_series(series: &Series, tests: Option<Option<&ResidualTests>>) -> String {
-    let (unit, quantity) = match series.over {
+    let (unit, quantity) = match series.abscissa {
         Abscissa::Time => ("s", "time"),
         Abscissa::ArcLength => ("m", "arc length"),
         Abscissa::Mode => ("", "mode number"),
         Abscissa::Reading => ("", "reading number"),
     };
-    let is_counted = matches!(series.over, Abscissa::Mode | Abscissa::Reading);
+    let is_counted = matches!(series.abscissa, Abscissa::Mode | Abscissa::Reading);
     let across = match is_counted {
         true => Scale::of(1.0, unit),
-        false => Scale::fitting(series.at.iter().copied(), unit),
+        false => Scale::fitting(series.abscissa_values.iter().copied(), unit),
     };
     let up = Scale::fitting(series.observed.iter().copied(), &series.unit);
     let x_label = labeled(quantity, &across.unit);
     let at = |x: f64| x / across.factor;
     let points = |y: &[f64]| -> Vec<(f64, f64)> {
-        series.at.iter().zip(y).map(|(x, y)| (at(*x), y / up.factor)).collect()
+        series.abscissa_values.iter().zip(y).map(|(x, y)| (at(*x), y / up.factor)).collect()
     };
     let curve: Vec<(f64, f64)> = match series.curve.is_empty() {
         true => points(&series.simulated),
         false => series.curve.iter().map(|[x, y]| (at(*x), y / up.factor)).collect(),
     };
-    let all: Vec<f64> =
-        curve.iter().map(|(x, _)| *x).chain(series.at.iter().map(|x| at(*x))).collect();
+    let all: Vec<f64> = curve
+        .iter()
+        .map(|(x, _)| *x)
+        .chain(series.abscissa_values.iter().map(|x| at(*x)))
+        .collect();
     let axes = |y: String| {
         let chart = Chart::new(x_label.clone(), y).covering(all.iter().copied());
         if is_counted { chart.whole() } else { chart }
@@ -159,7 +162,7 @@ fn one_series(series: &Series, tests: Option<Option<&ResidualTests>>) -> String 
         .level(0.0)
         .dots(
             "residual",
-            series.at.iter().zip(&residuals).map(|(x, r)| (at(*x), *r)),
+            series.abscissa_values.iter().zip(&residuals).map(|(x, r)| (at(*x), *r)),
             OBSERVED,
             2.6,
         );
@@ -213,7 +216,7 @@ fn autocorrelation(r: &[f64]) -> Vec<(f64, f64)> {
 
 fn probabilities(tests: &ResidualTests) -> String {
     let row = |name: &str, p: f64| {
-        let class = if p < tests.doubt { " class=\"bad\"" } else { "" };
+        let class = if p < tests.significance_level { " class=\"bad\"" } else { "" };
         format!("<tr><th>{name}</th><td{class}>{}</td></tr>", short(p))
     };
     let class = if tests.passed { "good" } else { "bad" };

@@ -1,6 +1,6 @@
 //! The global scan, the local minima it found, and the convergence to the reported one.
 
-use crate::fit::{Basin, FitReport, Landscape, PlotData, SeenBy};
+use crate::fit::{FitReport, Landscape, LocalMinimum, MinimumSource, PlotData};
 use crate::numerics::order;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{MODEL, figure, row};
@@ -22,7 +22,7 @@ const WIDE_RATIO: f64 = 20.0;
 
 /// The section's content.
 pub(super) fn search(report: &FitReport, plots: Option<&PlotData>) -> String {
-    let summary = &report.basins.words;
+    let summary = &report.local_minima.summary;
     let mut html = match summary.is_empty() {
         true => String::new(),
         false => format!("<p>{}.</p>\n", escaped(&capitalized(summary))),
@@ -106,7 +106,7 @@ fn is_beside_the_minimum(landscape: &Landscape, value: f64) -> bool {
 
 /// A table of the local minima; nothing where only one was found.
 fn minima(report: &FitReport, plots: Option<&PlotData>) -> String {
-    let list = &report.basins.list;
+    let list = &report.local_minima.list;
     if list.len() < 2 {
         return String::new();
     }
@@ -130,11 +130,11 @@ fn minima(report: &FitReport, plots: Option<&PlotData>) -> String {
     table.folded_after(SHOWN, "local minima")
 }
 
-fn found_by(basin: &Basin, is_static: bool) -> &'static str {
-    match basin.seen {
-        SeenBy::Fit if basin.converged => "fit of the whole record",
-        SeenBy::Fit => "fit of the whole record, not converged",
-        SeenBy::Scan if is_static => "scan on a coarse mesh",
-        SeenBy::Scan => "scan over the first period",
+fn found_by(basin: &LocalMinimum, is_static: bool) -> &'static str {
+    match basin.found_by {
+        MinimumSource::Fit if basin.converged => "fit of the whole record",
+        MinimumSource::Fit => "fit of the whole record, not converged",
+        MinimumSource::Scan if is_static => "scan on a coarse mesh",
+        MinimumSource::Scan => "scan over the first period",
     }
 }

@@ -27,7 +27,7 @@ fn rows(all: &[SimulationSettings]) -> Rows {
             rows.push(("experiment", settings.experiment.clone()));
         }
         rows.extend(settings.scene.iter().map(|scene| ("scene", scene.clone())));
-        rows.extend(settings.measured.iter().map(|own| ("measured", measured(own))));
+        rows.extend(settings.measurements.iter().map(|own| ("measured", measured(own))));
         rows.push(("model", settings.model.clone()));
         rows.extend(settings.scheme.iter().map(|scheme| ("scheme", scheme.clone())));
         if let (Some(step), Some(end)) = (settings.step, settings.end) {

@@ -122,7 +122,7 @@ fn observed_points(series: &[Series], experiment: &str) -> Vec<[Option<f64>; 3]>
     let mut order = Vec::new();
     for s in series.iter().filter(|s| s.experiment == experiment && s.unit == "m") {
         let Some(c) = AXES.iter().position(|axis| *axis == s.axis) else { continue };
-        for (at, observed) in s.at.iter().zip(&s.observed) {
+        for (at, observed) in s.abscissa_values.iter().zip(&s.observed) {
             let key = (s.label.as_str(), at.to_bits());
             let point = points.entry(key).or_insert_with(|| {
                 order.push(key);

@@ -39,13 +39,13 @@ enum Kind {
 }
 
 /// Rows of one measurement, or of one of its choices.
-struct Block {
-    experiment: usize,
+pub(crate) struct Block {
+    pub experiment: usize,
     /// The measurement among those of the experiment.
     of: usize,
     kind: Kind,
-    measurement: Measurement,
-    rows: Range<usize>,
+    pub measurement: Measurement,
+    pub rows: Range<usize>,
 }
 
 /// A plan and its choices.
@@ -101,6 +101,16 @@ impl Choices {
         }
     }
 
+    /// The rows of the measurements of the plan.
+    pub fn planned_blocks(&self) -> impl Iterator<Item = &Block> {
+        self.blocks.iter().filter(|block| block.kind == Kind::Own)
+    }
+
+    /// The number of rows, without those of the priors that follow.
+    pub fn end(&self) -> usize {
+        self.blocks.last().map_or(0, |block| block.rows.end)
+    }
+
     /// The rows of the plan, with those of the priors.
     pub fn planned<T: Clone>(&self, rows: &[T]) -> Vec<T> {
         self.rows(rows, |block, _, _| block.kind == Kind::Own)
@@ -126,8 +136,7 @@ impl Choices {
                 _ => {}
             }
         }
-        let end = self.blocks.last().map_or(0, |block| block.rows.end);
-        kept.extend(rows[end..].iter().cloned());
+        kept.extend(rows[self.end()..].iter().cloned());
         kept
     }
 
@@ -156,7 +165,7 @@ impl Choices {
             let choice = |(s, kind): (f64, Kind)| {
                 let keep =
                     |b: &Block, _, _| if mine(b) { b.kind == kind } else { b.kind == Kind::Own };
-                let std_error = told(unknowns, &self.rows(rows, keep))?;
+                let std_error = standard_errors(unknowns, &self.rows(rows, keep))?;
                 Ok(Choice { value: s, std_error, planned: kind == Kind::Own, best: false })
             };
             let choices = places.into_iter().map(choice).collect::<Result<_, Error>>()?;
@@ -194,7 +203,7 @@ impl Choices {
                 Kind::Later => b.experiment == e && factor > 1.0,
                 Kind::Place(_) | Kind::Between(_) => false,
             };
-            let std_error = told(unknowns, &self.rows(rows, keep))?;
+            let std_error = standard_errors(unknowns, &self.rows(rows, keep))?;
             Ok(Choice { value: factor * whole, std_error, planned: factor == 1.0, best: false })
         };
         self.filmed(e, experiment, DesignVariable::Duration, factors.map(choice))
@@ -220,7 +229,7 @@ impl Choices {
                 Kind::Between(least) => b.experiment == e && least <= times,
                 Kind::Place(_) | Kind::Later => false,
             };
-            let std_error = told(unknowns, &self.rows(rows, keep))?;
+            let std_error = standard_errors(unknowns, &self.rows(rows, keep))?;
             let value = times as f64 / (part as f64 * spacing);
             Ok(Choice { value, std_error, planned: part == times, best: false })
         };
@@ -269,7 +278,10 @@ impl Advice {
 }
 
 /// Standard errors of the unknowns by these rows.
-fn told((unknowns, x): (&[Unknown], &[f64]), rows: &[Vec<f64>]) -> Result<Vec<Option<f64>>, Error> {
+pub(crate) fn standard_errors(
+    (unknowns, x): (&[Unknown], &[f64]),
+    rows: &[Vec<f64>],
+) -> Result<Vec<Option<f64>>, Error> {
     let found = Covariance::new(unknowns, &[], rows, 1.0, 0.0, None, |_| f64::INFINITY)?;
     let error = |((unknown, x), sd): ((&Unknown, &f64), &Option<f64>)| {
         sd.map(|sd| sd * unknown.slope(unknown.from_scale(*x)))

@@ -6,6 +6,7 @@
 //! choices: other markers, lengths and rates of a recording are other rows.
 
 pub(crate) mod choices;
+pub(crate) mod contributions;
 pub(crate) mod plan;
 pub(crate) mod told;
 mod usable_rows;

@@ -3,6 +3,7 @@
 use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::design::choices::Choices;
+use crate::fit::design::contributions::contributions;
 use crate::fit::design::told::Design;
 use crate::fit::design::usable_rows::UsableRows;
 use crate::fit::known::Known;
@@ -65,6 +66,7 @@ impl Plan<'_> {
         usable.warn(&mut warnings);
         let mut advice = choices.advice(&planned, (unknowns, &optimum.x), &rows)?;
         usable.withdraw_marks(&planned, &mut advice);
+        let contributions = contributions(&choices, &planned, (unknowns, &optimum.x), &rows)?;
         let found = |j: usize| {
             let mut all = advice.iter().flat_map(|advice| &advice.choices);
             estimates[j].identifiable || all.any(|choice| choice.std_error[j].is_some())
@@ -84,6 +86,7 @@ impl Plan<'_> {
             singular_values,
             not_identifiable,
             undetected_bias: unsaid.undetected_bias,
+            contributions,
             advice,
             warnings,
             warning_codes,

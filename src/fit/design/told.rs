@@ -1,6 +1,7 @@
 //! Report of a planned experiment: expected uncertainties, and advice on markers, durations and frame rates.
 
 use crate::code::Code;
+use crate::fit::design::contributions::Contribution;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::identifiability::Finding;
 use crate::fit::uncertainty::sources::{BudgetLine, UndetectedBias};
@@ -24,6 +25,9 @@ pub struct Design {
     pub budget: Vec<BudgetLine>,
     /// Undetected bias: effect of omitted effects on each parameter that the planned data would not exclude.
     pub undetected_bias: Vec<UndetectedBias>,
+    /// Contribution of each measurement, or of each coordinate of the only one; empty without several.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contributions: Vec<Contribution>,
     /// Expected standard errors with other markers, durations and frame rates.
     pub advice: Vec<Advice>,
     /// Warnings, each with its code in brackets.
