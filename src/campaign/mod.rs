@@ -22,6 +22,7 @@ mod sheet;
 mod starts;
 mod status;
 mod store;
+mod summaries;
 mod table;
 
 pub use changes::Changes;

@@ -13,27 +13,29 @@ use std::path::Path;
 use toml::Value;
 
 /// Changes that tell parts of one bootstrap apart.
-const PARTS: [&str; 2] = ["analysis.bootstrap", "analysis.bootstrap_first"];
+pub(crate) const BOOTSTRAP_KEYS: [&str; 2] = ["analysis.bootstrap", "analysis.bootstrap_first"];
 
 /// What a row takes from a result.
 #[derive(Deserialize)]
-struct Said {
+pub(crate) struct Said {
     code: u8,
-    error: Option<String>,
-    report: Option<Report>,
+    pub error: Option<String>,
+    pub report: Option<Report>,
 }
 
 #[derive(Deserialize)]
-struct Report {
-    grade: Json,
-    status: String,
-    parameters: Vec<Estimate>,
+pub(crate) struct Report {
+    pub grade: Json,
+    pub status: String,
+    pub parameters: Vec<Estimate>,
+    #[serde(default)]
+    pub warning_codes: Vec<String>,
 }
 
 /// A row: a task, or all parts of a bootstrap.
-struct Row<'a> {
-    task: &'a Task,
-    said: Said,
+pub(crate) struct Row<'a> {
+    pub task: &'a Task,
+    pub said: Said,
     /// What all replicates found, parameter by parameter.
     estimates: Vec<Vec<f64>>,
 }
@@ -50,7 +52,10 @@ impl Collected<'_> {
         let rows = self.rows()?;
         let (mut changes, mut labels) = (Vec::new(), Vec::new());
         for row in &rows {
-            add_new(&mut changes, row.task.changes.keys().filter(|key| *key != PARTS[1]).cloned());
+            add_new(
+                &mut changes,
+                row.task.changes.keys().filter(|key| *key != BOOTSTRAP_KEYS[1]).cloned(),
+            );
             let parameters = row.said.report.iter().flat_map(|report| &report.parameters);
             add_new(&mut labels, parameters.map(Estimate::label));
         }
@@ -75,7 +80,7 @@ impl Collected<'_> {
             let mut cells =
                 vec![task.id.clone(), task.name.clone(), task.fit.display().to_string()];
             cells.extend(changes.iter().map(|key| match task.changes.get(key) {
-                Some(_) if key == PARTS[0] && !estimates.is_empty() => {
+                Some(_) if key == BOOTSTRAP_KEYS[0] && !estimates.is_empty() => {
                     estimates[0].len().to_string()
                 }
                 Some(Value::String(text)) => text.clone(),
@@ -99,7 +104,8 @@ impl Collected<'_> {
         sheet.into_inner().map_err(|error| Error::Fit(format!("no sheet: {error}")))
     }
 
-    fn rows(&self) -> Result<Vec<Row<'_>>, Error> {
+    /// The results, with all parts of a bootstrap in one row.
+    pub(crate) fn rows(&self) -> Result<Vec<Row<'_>>, Error> {
         let mut rows: Vec<Row> = Vec::new();
         let mut groups: BTreeMap<(&Path, &str, String), usize> = BTreeMap::new();
         for (task, record) in self.results() {
@@ -115,9 +121,9 @@ impl Collected<'_> {
                 |e: &Estimate| e.bootstrap.as_ref().map_or(Vec::new(), |b| b.estimates.clone());
             let parameters = said.report.iter().flat_map(|report| &report.parameters);
             let estimates: Vec<Vec<f64>> = parameters.map(found).collect();
-            if task.changes.contains_key(PARTS[1]) {
+            if task.changes.contains_key(BOOTSTRAP_KEYS[1]) {
                 let mut others = task.changes.clone();
-                others.retain(|key, _| !PARTS.contains(&&**key));
+                others.retain(|key, _| !BOOTSTRAP_KEYS.contains(&&**key));
                 let others =
                     others.iter().map(|(key, value)| format!("{key} = {value}\n")).collect();
                 let group = (&*task.fit, &*task.name, others);

@@ -3,6 +3,8 @@
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, code_of, conclude, limits, terminal};
 use rodfit::campaign::{Admission, Collected, Plan, Ran, Shard, Status, Way, useful_threads};
+use rodfit::fit::FitSummary;
+use rodfit::page::comparison_page;
 use rodfit::summary::{Summary, Tone};
 use rodfit::{Code, Error, Scene};
 use std::num::NonZero;
@@ -14,6 +16,8 @@ use std::time::Duration;
 const NAMED: usize = 5;
 /// How long fits may take to stop after TERM or Ctrl-C. Then the process ends without them: what is done is stored.
 const STOP_TIME: Duration = Duration::from_secs(3);
+/// File of the page that compares fits.
+pub const COMPARISON: &str = "comparison.html";
 /// Shards of a job script unless told.
 const SHARDS: u64 = 100;
 
@@ -58,6 +62,9 @@ pub enum Campaign {
         /// Write one row per fit to this file (CSV); `-` is standard output.
         #[arg(long, value_name = "FILE")]
         csv: Option<PathBuf>,
+        /// Write a page that compares the fits (`comparison.html`) into this folder; it links `NAME/fit.html` where present.
+        #[arg(long, value_name = "DIR")]
+        report: Option<PathBuf>,
     },
     /// Print the script of a Slurm job array for `sbatch`; nothing is submitted.
     #[command(after_help = "Example: rodfit campaign sbatch out --time 1:00:00 --shards 40")]
@@ -115,8 +122,13 @@ pub fn run(campaign: &Campaign, manner: Manner) -> Result<u8, Error> {
             work(folder, part.shard()?, threads, manner)
         }
         Campaign::Status { folder, json } => status(folder, json, manner),
-        Campaign::Collect { folder, out, csv } => {
-            collect(folder, out.as_deref(), csv.as_deref(), manner)
+        Campaign::Collect { folder, out, csv, report } => {
+            let destinations = Destinations {
+                out: out.as_deref(),
+                csv: csv.as_deref(),
+                report: report.as_deref(),
+            };
+            collect(folder, &destinations, manner)
         }
         Campaign::Sbatch { folder, time, shards, threads } => {
             let plan = Plan::open(folder)?;
@@ -223,16 +235,20 @@ fn collected(plan: &Plan) -> Result<Collected<'_>, Error> {
     Ok(collected)
 }
 
-fn collect(
-    folder: &Path,
-    out: Option<&Path>,
-    csv: Option<&Path>,
-    manner: Manner,
-) -> Result<u8, Error> {
+/// Destinations of collected results.
+struct Destinations<'a> {
+    out: Option<&'a Path>,
+    csv: Option<&'a Path>,
+    report: Option<&'a Path>,
+}
+
+fn collect(folder: &Path, destinations: &Destinations, manner: Manner) -> Result<u8, Error> {
+    let Destinations { out, csv, report } = *destinations;
     let plan = Plan::open_results(folder)?;
     let mut outputs = Outputs::new(manner);
     let lines = outputs.add("--out", out);
     let sheet = outputs.add("--csv", csv);
+    let page = outputs.add_in_folder("--report", report, COMPARISON);
     outputs.check(&plan.files())?;
     let collected = collected(&plan)?;
     let status = Status::of(&collected);
@@ -244,6 +260,12 @@ fn collect(
     let written = [
         lines,
         outputs.write(sheet, || collected.sheet()),
+        outputs.write(page, || {
+            let mut fits = collected.summaries()?;
+            fits.iter_mut()
+                .for_each(|fit| fit.page = report.and_then(|folder| page_of(fit, folder)));
+            Ok(comparison_page(&fits, &title_of(folder)).into_bytes())
+        }),
         outputs.summary(&status.summary().of(folder.display().to_string())),
     ];
     let left = status.left();
@@ -251,6 +273,19 @@ fn collect(
         terminal::tell(format_args!("error: {left} of {} fits have no result yet", status.tasks));
     }
     Ok(conclude(if left == 0 { 0 } else { 3 }, written))
+}
+
+/// The address of the page of a fit in a folder, if it is there.
+fn page_of(fit: &FitSummary, folder: &Path) -> Option<String> {
+    let is_name = Path::new(&fit.name).components().count() == 1 && !fit.name.starts_with('.');
+    let page = format!("{}/fit.html", fit.name);
+    (is_name && folder.join(&page).is_file()).then_some(page)
+}
+
+/// The name of the campaign's folder.
+fn title_of(folder: &Path) -> String {
+    let whole = folder.canonicalize().unwrap_or_else(|_| folder.into());
+    whole.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 /// A job array whose jobs are shards. Jobs that end early, at their time or with their machine, leave the rest to the

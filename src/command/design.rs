@@ -2,8 +2,8 @@
 
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, conclude, fit, limits, terminal};
-use rodfit::Error;
 use rodfit::fit::{FitFile, Measurement};
+use rodfit::{Error, page};
 use std::path::PathBuf;
 
 /// What an experiment would tell that is planned: the standard error and 95 % interval that each parameter would
@@ -20,6 +20,9 @@ pub struct Options {
     fit: PathBuf,
     #[command(flatten)]
     json: Json,
+    /// Write a page with the expected uncertainties (`design.html`) into this folder.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Standard uncertainty of an input in its unit, as radius=5e-5; repeatable.
     #[arg(long, value_name = "NAME=SIGMA")]
     known: Vec<String>,
@@ -46,6 +49,7 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     }
     let mut outputs = Outputs::new(manner);
     let json = outputs.add("--json", options.json.json.as_deref());
+    let page = outputs.add_in_folder("--report", options.report.as_deref(), "design.html");
     let mut inputs = file.files();
     inputs.push(path.clone());
     outputs.check(&inputs)?;
@@ -54,7 +58,11 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let design = file.fit().stop_when(stop).design().map_err(in_file)?;
     let name = path.display().to_string();
     let code = if design.parameters.iter().all(|e| e.identifiable) { 0 } else { 3 };
-    let written = [outputs.write_json(json, &design), outputs.summary(&design.summary().of(name))];
+    let written = [
+        outputs.write_json(json, &design),
+        outputs.write(page, || Ok(page::design_page(&design, &name).into_bytes())),
+        outputs.summary(&design.summary().of(name.clone())),
+    ];
     Ok(conclude(code, written))
 }
 

@@ -1,10 +1,11 @@
 //! `rodfit fit`
 
+use crate::command::campaign::COMPARISON;
 use crate::command::extend::extended;
 use crate::command::output::{Output, Outputs};
 use crate::command::predict::{Places, predicted};
 use crate::command::{Json, Manner, Route, code_of, conclude, limits, terminal};
-use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, Known};
+use rodfit::fit::{Experiment, FieldFit, FitFile, FitReport, FitSummary, Known};
 use rodfit::summary::{Summary, SummaryTable, TextColumn, Tone};
 use rodfit::{Code, Error, Parameter, Problem, Unknown, page};
 use std::path::{Component, Path, PathBuf};
@@ -26,7 +27,8 @@ pub struct Options {
     /// their recordings only share one file.
     #[arg(long, value_name = "FILE")]
     save: Option<PathBuf>,
-    /// Write a page with data, model and warnings (`fit.html`) and its data (`fit.json`) into this folder.
+    /// Write a page with data, model and warnings (`fit.html`) and its data (`fit.json`) into this folder; for several
+    /// fits also a page that compares them (`comparison.html`).
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Standard uncertainty of an input in its unit, as radius=5e-5; repeatable.
@@ -58,10 +60,17 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
     let stop = terminal::stop_on_ctrl_c(manner);
     let several = runs.len() > 1;
     let has_overview = several && runs.iter().all(|run| run.outputs.has_summary());
+    let mut comparison = Outputs::new(manner);
+    let folder = options.report.as_deref().filter(|_| several);
+    let page = comparison.add_in_folder("--report", folder, COMPARISON);
+    comparison.check(&inputs)?;
+    runs.iter().try_for_each(|run| comparison.check_beside(&run.outputs))?;
+    let mut summaries = Vec::new();
     let mut code = 0;
     let mut table = Vec::new();
     for (k, run) in runs.into_iter().enumerate() {
         let path = run.path.display().to_string();
+        let name = run.name.clone().unwrap_or_default();
         if stop.load(Ordering::Relaxed) {
             table.push((path, "not begun".into()));
             continue;
@@ -70,12 +79,15 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
             terminal::print(&"")?;
         }
         match run.solve(stop.clone()) {
-            Ok((own, line)) => {
+            Ok(Solved { code: own, line, summary }) => {
                 code = code.max(own);
+                let address = format!("{name}/fit.html");
+                summaries.extend(summary.map(|fit| fit.named(&name).with_page(address)));
                 table.push((path, line));
             }
             Err(error) if several => {
                 terminal::complain(&error);
+                summaries.push(FitSummary::without_result(&name, error.to_string()));
                 code = code.max(code_of(&error));
                 table.push((path, error.code().map_or("no result", Code::name).into()));
             }
@@ -86,7 +98,10 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         terminal::print(&"")?;
         terminal::print_summary(&overview(table))?;
     }
-    Ok(code)
+    let title = format!("{} fits", summaries.len());
+    let written =
+        comparison.write(page, || Ok(page::comparison_page(&summaries, &title).into_bytes()));
+    Ok(conclude(code, [written]))
 }
 
 /// The grades and estimates of several fits, with the files of the fits.
@@ -142,9 +157,18 @@ fn parts_of(fit: &Path) -> Vec<String> {
     std::iter::once(stem).chain(folders).collect()
 }
 
+/// The end of a run: its exit code, the result in a line, and its summary for a comparison.
+struct Solved {
+    code: u8,
+    line: String,
+    summary: Option<FitSummary>,
+}
+
 /// A fit, and where its results go.
 struct Run {
     path: PathBuf,
+    /// Name of the fit among several.
+    name: Option<String>,
     file: FitFile,
     manner: Manner,
     outputs: Outputs,
@@ -205,7 +229,8 @@ impl Run {
             None => Vec::new(),
         };
         let (path, extend) = (path.into(), options.extend);
-        Ok(Self { path, file, manner, outputs, json, page, numbers, saves, extend })
+        let name = name.map(String::from);
+        Ok(Self { path, name, file, manner, outputs, json, page, numbers, saves, extend })
     }
 
     /// The files that it reads.
@@ -215,15 +240,17 @@ impl Run {
         inputs
     }
 
-    /// The exit code, and the result in a line.
-    fn solve(self, stop: Arc<AtomicBool>) -> Result<(u8, String), Error> {
+    /// Computes the result and writes it.
+    fn solve(self, stop: Arc<AtomicBool>) -> Result<Solved, Error> {
         if self.file.is_validation_only() {
             return self.predict(stop);
         }
         if let Some(fit) = self.file.field_fit()? {
             return self.solve_along(fit.stop_when(stop));
         }
-        let Self { path, mut file, manner, mut outputs, json, page, numbers, saves, extend } = self;
+        let Self {
+            path, mut file, manner, mut outputs, json, page, numbers, saves, extend, ..
+        } = self;
         let mut report = solve(&file, page.is_some(), stop.clone(), manner)?;
         if extend && !report.interrupted {
             let plots = page.is_some();
@@ -247,11 +274,12 @@ impl Run {
         if code != 0 {
             terminal::tell(format_args!("error: {} [{}]", report.status, report.grade.code()));
         }
-        Ok((conclude(code, written), report.in_a_line()))
+        let summary = Some(FitSummary::new("", &report));
+        Ok(Solved { code: conclude(code, written), line: report.in_a_line(), summary })
     }
 
     /// Compares the scenes with measurements that are all validation data.
-    fn predict(self, stop: Arc<AtomicBool>) -> Result<(u8, String), Error> {
+    fn predict(self, stop: Arc<AtomicBool>) -> Result<Solved, Error> {
         let Self { path, file, outputs, json, page, numbers, saves, extend, .. } = self;
         let of_fits = [
             ("--extend", extend),
@@ -269,11 +297,12 @@ impl Run {
         let report = predicted(&file, page.is_some(), stop)?;
         let line = report.in_a_line();
         let places = Places { json, page, numbers };
-        Ok((places.write(&report, &outputs, &path.display().to_string())?, line))
+        let code = places.write(&report, &outputs, &path.display().to_string())?;
+        Ok(Solved { code, line, summary: None })
     }
 
     /// Solves a fit of numbers along the rod.
-    fn solve_along(self, fit: FieldFit) -> Result<(u8, String), Error> {
+    fn solve_along(self, fit: FieldFit) -> Result<Solved, Error> {
         let Self { path, file, outputs, json, page, numbers, saves, extend, .. } = self;
         if extend {
             return Err(Error::Invalid {
@@ -304,7 +333,7 @@ impl Run {
         if code != 0 {
             terminal::tell(format_args!("error: no minimum was reached [{}]", Code::NotUsable));
         }
-        Ok((conclude(code, written), line))
+        Ok(Solved { code: conclude(code, written), line, summary: None })
     }
 }
 

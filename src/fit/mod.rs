@@ -42,8 +42,7 @@ pub use crate::input::track::format::Format;
 pub use crate::input::track::recording::{Recording, Vertical};
 pub use crate::input::track::sigma::{AxisColumnNames, SigmaColumns};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
-pub use design::contributions::Contribution;
-pub use design::told::{Advice, Choice, Design, DesignVariable};
+pub use design::told::{Advice, Choice, Contribution, Design, DesignVariable};
 pub use extend::ExtendedFit;
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
@@ -58,6 +57,7 @@ pub use measurement::motion::{Dropped, Glitches, Observation, Sample};
 pub use measurement::shape::{RestShape, Sighting};
 pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
+pub use report::fit_summary::FitSummary;
 pub use report::plot_data::{
     Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };

@@ -12,8 +12,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Margins left and right of the axes, px; the same for all charts, so that their axes align.
 const MARGINS: [f64; 2] = [88.0, 16.0];
 /// Width of a letter in the names of rows, px, and the largest number of letters.
-const LETTER: f64 = 7.0;
-const MAX_LETTERS: usize = 30;
+const LETTER: f64 = 9.0;
+const MAX_LETTERS: usize = 32;
 /// Charts wider than this have no room for the label of the y axis on narrow screens.
 const BROAD: f64 = 600.0;
 
@@ -231,15 +231,17 @@ mod tests {
 
     #[test]
     fn rows_have_their_names_and_their_points_in_the_file() {
-        let names = vec!["first".to_string(), "a name of more than thirty letters".to_string()];
+        let names = vec!["first".to_string(), "a name of more than thirty-two letters".to_string()];
         let points = [((2.0, 0.0), [1.0, 3.0]), ((4.0, -1.0), [3.5, 4.5])];
         let chart = Chart::new("E (MPa)", "fit").rows(names).dots_with_bars("fits", &points, "red");
         let svg = svg(&chart);
-        assert!(svg.contains(">first<") && svg.contains(">a name of more than thirty le\u{2026}<"));
+        assert!(
+            svg.contains(">first<") && svg.contains(">a name of more than thirty-two \u{2026}<")
+        );
         assert!(
             chart.csv("E").contains(
                 ",fit,E%20%28MPa%29,95%20%25%20low%3A%20E%20%28MPa%29,95%20%25%20high%3A%20E%20%28MPa%29%0A\
-                 first,2,1,3%0Aa%20name%20of%20more%20than%20thirty%20letters,4,3.5,4.5%0A\""
+                 first,2,1,3%0Aa%20name%20of%20more%20than%20thirty-two%20letters,4,3.5,4.5%0A\""
             ),
             "{}",
             chart.csv("E")

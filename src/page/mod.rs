@@ -3,6 +3,7 @@
 mod budget;
 mod card;
 mod chart;
+mod comparison;
 mod correlation;
 mod csv;
 mod design;
@@ -30,6 +31,7 @@ mod simulation;
 mod study;
 mod table;
 
+pub use comparison::comparison_page;
 pub use design::design_page;
 pub use field::field_page;
 pub use fit::fit_page;

@@ -102,7 +102,9 @@ pub(super) fn short(value: f64) -> String {
         size if !size.is_finite() => NONE.into(),
         0.0 => "0".into(),
         size if PLAIN.contains(&size) => {
-            let decimals = (2.0 - size.log10().floor()).max(0.0) as usize;
+            // The power of ten after rounding: 0.9999 is 1.00.
+            let rounded: f64 = format!("{size:.2e}").parse().unwrap_or(size);
+            let decimals = (2.0 - rounded.log10().floor()).max(0.0) as usize;
             signed(format!("{value:.decimals$}"))
         }
         _ => scientific(value, 2),
@@ -196,5 +198,6 @@ mod tests {
         }
         assert_eq!(change(2e-3, "m"), "+2.00 mm");
         assert_eq!(percent(0.0213), "2.13 %");
+        assert_eq!((short(0.99996), short(9.9996)), ("1.00".into(), "10.0".into()));
     }
 }

@@ -369,6 +369,13 @@ fn several_fits_run_one_after_the_other() {
         succeeds(&folder.run(&["fit", &format!("{name}.toml"), "--json", "alone.json"]));
         assert_eq!(together, value(folder.json("alone.json")));
     }
+    let comparison = folder.read("page/comparison.html");
+    for name in ["droop-fit", "frequencies-fit"] {
+        assert!(
+            comparison.contains(&format!("<a href=\"./{name}/fit.html\">{name}</a>")),
+            "{name}"
+        );
+    }
     folder.write("broken.toml", "scene = 1\n");
     let output = folder.run(&["fit", "droop-fit.toml", "broken.toml", "--json", "none.json"]);
     refused(&output, &["broken.toml"]);

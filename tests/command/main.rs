@@ -24,6 +24,7 @@ mod layout;
 mod motion;
 mod output_places;
 mod outputs;
+mod page_structure;
 mod plausibility;
 mod predictions;
 mod recorded_walls;

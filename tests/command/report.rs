@@ -22,7 +22,7 @@ pub fn disturbed(run: &Trajectory, point: Point, count: u32, most: f64) -> Obser
 
 /// A problem, and a fit of its modulus with all plot data, to its own motion with 1 mm of a known
 /// disturbance.
-static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
+pub static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
     let problem = coarse(8, 4e-3, 0.4).problem().unwrap();
     let run = problem.simulate().unwrap();
     let mut observation = disturbed(&run, Point::Tip, 20, 1e-3);

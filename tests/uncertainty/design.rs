@@ -174,3 +174,23 @@ fn what_nothing_tells_is_said() {
     let refused = fit.solve().unwrap_err().to_string();
     assert!(refused.contains("observation[0].file") && refused.contains("planned"), "{refused}");
 }
+
+/// Independent measurements of one parameter add their information, and each is what the others lack.
+#[test]
+fn contributions_of_independent_measurements_add_up() {
+    let problem = scene().problem().unwrap();
+    let fit = Fit::new(&problem)
+        .observe(planned(0.8, RATE))
+        .observe(planned(0.4, RATE).at(Point::ArcLength(0.25)))
+        .identify(Parameter::YoungsModulus);
+    let design = fit.design().unwrap();
+    assert_eq!(design.contributions.len(), 2);
+    let information = |error: Option<f64>| error.unwrap().powi(-2);
+    let all = information(design.parameters[0].std_error);
+    let [first, second] = [0, 1].map(|k| information(design.contributions[k].std_error_alone[0]));
+    assert!(((first + second) / all - 1.0).abs() < 1e-9, "{first:e} {second:e} {all:e}");
+    let without: Vec<f64> =
+        design.contributions.iter().map(|c| information(c.std_error_without[0])).collect();
+    assert!((without[0] / second - 1.0).abs() < 1e-9 && (without[1] / first - 1.0).abs() < 1e-9);
+    assert!(first > second, "a longer record of the tip has more information");
+}

@@ -2,32 +2,13 @@
 
 use crate::error::Error;
 use crate::fit::design::choices::{Choices, standard_errors};
+use crate::fit::design::told::Contribution;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::unknown::Unknown;
-use serde::{Deserialize, Serialize};
 
 /// Names of the coordinates of a position.
 const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Contribution of a measurement to the expected uncertainty. A plan of one measurement has one for each coordinate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct Contribution {
-    /// Name of the measurement.
-    pub measurement: String,
-    /// Coordinate; empty for all values of the measurement.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub axis: String,
-    /// Number of values.
-    pub values: usize,
-    /// Standard error of each parameter by these values and the priors alone, in its unit; null where these do not
-    /// determine it.
-    pub std_error_alone: Vec<Option<f64>>,
-    /// Standard error of each parameter by all other values and the priors, in its unit; null where these do not
-    /// determine it.
-    pub std_error_without: Vec<Option<f64>>,
-}
 
 /// Rows of the Jacobian of a measurement or a coordinate.
 struct Group {

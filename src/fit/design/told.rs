@@ -1,7 +1,6 @@
 //! Report of a planned experiment: expected uncertainties, and advice on markers, durations and frame rates.
 
 use crate::code::Code;
-use crate::fit::design::contributions::Contribution;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::identifiability::Finding;
 use crate::fit::uncertainty::sources::{BudgetLine, UndetectedBias};
@@ -38,6 +37,25 @@ pub struct Design {
     pub simulations: f64,
     /// Wall-clock time, s.
     pub wall_seconds: f64,
+}
+
+/// Contribution of a measurement to the expected uncertainty. A plan of one measurement has one for each coordinate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Contribution {
+    /// Name of the measurement.
+    pub measurement: String,
+    /// Coordinate; empty for all values of the measurement.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub axis: String,
+    /// Number of values.
+    pub values: usize,
+    /// Standard error of each parameter by these values and the priors alone, in its unit; null where these do not
+    /// determine it.
+    pub std_error_alone: Vec<Option<f64>>,
+    /// Standard error of each parameter by all other values and the priors, in its unit; null where these do not
+    /// determine it.
+    pub std_error_without: Vec<Option<f64>>,
 }
 
 /// Property of a planned recording that the advice varies.

@@ -5,6 +5,7 @@ mod display;
 pub(crate) mod effects;
 pub(crate) mod ending;
 pub(crate) mod estimate_table;
+pub(crate) mod fit_summary;
 pub(crate) mod plot_data;
 pub(crate) mod recorded;
 #[cfg(feature = "cli")]

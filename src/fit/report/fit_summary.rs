@@ -1,0 +1,61 @@
+//! A fit in short, for comparisons of several fits.
+
+use crate::fit::report::FitReport;
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::verdict::Grade;
+
+/// A fit in short, for a comparison with others.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FitSummary {
+    /// Name of the fit or of the specimen.
+    pub name: String,
+    /// Keys that differ from the fit file, with their values.
+    pub changes: Vec<(String, String)>,
+    /// Grade; none of a fit without a result.
+    pub grade: Option<Grade>,
+    /// End of the search, or the error of a fit without a result.
+    pub status: String,
+    /// Estimates; empty without a result.
+    pub parameters: Vec<Estimate>,
+    /// Names of the codes of the warnings.
+    pub warning_codes: Vec<String>,
+    /// Address of the page of this fit, relative to that of the comparison; none without a page.
+    pub page: Option<String>,
+}
+
+impl FitSummary {
+    /// The summary of a report.
+    pub fn new(name: impl Into<String>, report: &FitReport) -> Self {
+        let codes = report.warning_codes.iter().map(ToString::to_string).collect();
+        Self {
+            grade: Some(report.grade),
+            parameters: report.parameters.clone(),
+            warning_codes: codes,
+            ..Self::without_result(name, report.status.clone())
+        }
+    }
+
+    /// The summary under another name.
+    pub fn named(self, name: &str) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// The summary with the address of the page of the fit.
+    pub fn with_page(self, page: String) -> Self {
+        Self { page: Some(page), ..self }
+    }
+
+    /// The summary of a fit without a result, with its error.
+    pub fn without_result(name: impl Into<String>, error: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            changes: Vec::new(),
+            grade: None,
+            status: error.into(),
+            parameters: Vec::new(),
+            warning_codes: Vec::new(),
+            page: None,
+        }
+    }
+}
