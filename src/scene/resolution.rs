@@ -2,7 +2,7 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::scene::{Scene, Scheme, Shape, Time, Tolerance};
+use crate::scene::{Scene, Scheme, Shape, Tolerance};
 use serde::{Deserialize, Serialize};
 
 /// The accuracy of a scene that asks for none, over the length.
