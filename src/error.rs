@@ -5,6 +5,7 @@ pub(crate) mod printable;
 use crate::code::Code;
 use crate::error::printable::{printable, printable_name, printable_path, token, with_tokens_cut};
 use std::borrow::Cow;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// Every error of the crate.
@@ -12,7 +13,7 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// A file could not be read or written.
-    #[error("{}{}: {source}", prefix(named_in), printable_path(path))]
+    #[error("{}{}: {}", prefix(named_in), printable_path(path), io_reason(source))]
     Io {
         /// The scene or fit file that names it, where one does.
         named_in: Option<PathBuf>,
@@ -59,8 +60,8 @@ pub enum Error {
     },
     /// A time step found no solution.
     #[error(
-        "no solution at t = {time} s: after {iterations} Newton iterations the residual is {residual:e} N s^2 \
-         against a rounding level of {tolerance:e}; a smaller time.step may help"
+        "no solution at t = {time} s: after {iterations} Newton iterations the residual is {residual:e} N s^2, \
+         above the rounding level of {tolerance:e}. Use a smaller time.step"
     )]
     Newton {
         /// End of the step that failed, s.
@@ -74,7 +75,8 @@ pub enum Error {
     },
     /// The scheme gains energy that the motion cannot have.
     #[error(
-        "at t = {time} s the total energy has changed by {change:.2e} J{}, which no motion does: {remedy}",
+        "at t = {time} s the total energy has changed by {change:.2e} J{}, which is impossible for this rod. The \
+         time step is unstable: {remedy}",
         of_kinetic(*fraction)
     )]
     EnergyGrowth {
@@ -90,8 +92,8 @@ pub enum Error {
     },
     /// An energy of one's own became NaN or infinite.
     #[error(
-        "at t = {time} s energy.{name}, {arc_length} m along the rod, has a value or a slope that is no finite \
-         number; a smaller time.step may help, if it is one in the motion itself"
+        "at t = {time} s the value or gradient of energy.{name}, {arc_length} m along the rod, is not a finite \
+         number. Check the energy function, or use a smaller time.step"
     )]
     NotFinite {
         /// End of the step that failed, s.
@@ -102,15 +104,17 @@ pub enum Error {
         arc_length: f64,
     },
     /// An explicit scheme has left its region of stability.
-    #[error("the motion has become unstable at t = {time} s; take a smaller time.step")]
+    #[error(
+        "the explicit scheme is unstable at t = {time} s. Use a smaller time.step, or an implicit scheme"
+    )]
     Unstable {
         /// End of the step that failed, s.
         time: f64,
     },
     /// A step came out beyond a fold.
     #[error(
-        "at t = {time} s node {node} would be struck through a fold of 180 degrees, which takes infinite energy; \
-         a smaller time.step may help"
+        "at t = {time} s the rod would fold by 180 degrees at node {node}, which takes infinite energy. Use a \
+         smaller time.step"
     )]
     Fold {
         /// End of the step that was refused, s.
@@ -120,7 +124,7 @@ pub enum Error {
     },
     /// A step turned an edge of a rod with moving supports too far.
     #[error(
-        "at t = {time} s edge {edge} would turn by more than 45 degrees within one step; a smaller time.step may help"
+        "at t = {time} s edge {edge} would rotate by more than 45 degrees in one step. Use a smaller time.step"
     )]
     Leap {
         /// End of the step that was refused, s.
@@ -130,7 +134,7 @@ pub enum Error {
     },
     /// The tangent of a step has no inverse.
     #[error(
-        "the tangent is singular at t = {time} s, degree of freedom {row}; a smaller time.step may help"
+        "the tangent matrix is singular at t = {time} s, degree of freedom {row}. Use a smaller time.step"
     )]
     SingularTangent {
         /// End of the step that failed, s.
@@ -140,14 +144,14 @@ pub enum Error {
     },
     /// The tangent of an equilibrium has no inverse.
     #[error(
-        "the tangent of the equilibrium is singular: a motion without stiffness, as at a critical load. A slightly different \
-         load or mesh has one"
+        "the tangent stiffness of the equilibrium is singular, as at a critical load: a motion has no stiffness. \
+         Change the load or the mesh slightly"
     )]
     SingularEquilibrium,
     /// No equilibrium was found.
     #[error(
-        "no equilibrium found: after {iterations} Newton iterations a force of {residual:e} N is out of balance; \
-         a rod that nothing holds has none, and a mesh too coarse for its bends may have none"
+        "no equilibrium found: after {iterations} Newton iterations an unbalanced force of {residual:e} N \
+         remains. A free rod has no equilibrium. Check the supports, or use a finer mesh"
     )]
     Equilibrium {
         /// Newton iterations.
@@ -157,8 +161,8 @@ pub enum Error {
     },
     /// A rod at rest that can move without a force, so that its place has no derivatives.
     #[error(
-        "the rod at rest can move without a force, most at node {node}, so that nothing says how it follows a \
-         parameter: it is at the limit of its stability, or nothing holds it"
+        "the rod at rest can move without a force, most at node {node}, so that its position has no derivative. \
+         It is at a stability limit, or not supported. Check the supports and the loads"
     )]
     Indifferent {
         /// The node that moves most.
@@ -166,8 +170,8 @@ pub enum Error {
     },
     /// Not all of the lowest modes were found.
     #[error(
-        "the {asked} lowest modes, of {unknowns} there are, were not found for certain: too many lie close together, \
-         or rounding errors of a very fine mesh hide them"
+        "the {asked} lowest of {unknowns} modes were not found reliably: too many frequencies are close together, \
+         or the rounding errors of a very fine mesh are too large. Ask for fewer modes, or use a coarser mesh"
     )]
     Unconverged {
         /// How many were asked for.
@@ -205,6 +209,20 @@ pub enum Error {
     /// A fit that cannot start or cannot go on.
     #[error("{}", printable(&clipped(.0)))]
     Fit(String),
+}
+
+/// The reason of an input or output error, and what to do where that is known.
+fn io_reason(source: &std::io::Error) -> String {
+    if source.raw_os_error().is_none() {
+        return source.to_string();
+    }
+    match source.kind() {
+        ErrorKind::NotFound => "No such file or folder. Check the path".into(),
+        ErrorKind::PermissionDenied => {
+            "permission denied. Check the permissions of the file and its folder".into()
+        }
+        _ => source.to_string(),
+    }
 }
 
 /// A change of the energy in words, unless there is hardly any motion to compare it with.

@@ -37,7 +37,11 @@ impl fmt::Display for Damage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Broken { file, line, torn } = &self.0;
         let how = if *torn { "torn" } else { "damaged" };
-        write!(f, "{}:{line} is {how} and does not count", file.display())
+        write!(
+            f,
+            "{}:{line} is {how} and is ignored. Run the campaign again to compute it",
+            file.display()
+        )
     }
 }
 
@@ -120,8 +124,8 @@ fn differ(one: &Record, other: &Record) -> Option<Error> {
 
 fn difference(one: &Record, other: &Record) -> Error {
     let at = |record: &Record| format!("{}:{}", record.file.display(), record.line);
-    let found = format!("different ones at {} and {}", at(one), at(other));
-    Error::invalid(format!("result of {}", one.id), found, "the same, or one of them removed")
+    let found = format!("different results at {} and {}", at(one), at(other));
+    Error::invalid(format!("result of {}", one.id), found, "equal results; remove one of the two")
 }
 
 /// Whether results of two platforms end alike, with the same numbers.

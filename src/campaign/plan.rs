@@ -185,7 +185,10 @@ impl Plan {
         let about = About::read(&file)?;
         if about.version != env!("CARGO_PKG_VERSION") {
             let found = format!("a plan by version {}", about.version);
-            let allowed = format!("one by this version, {}; plan again", env!("CARGO_PKG_VERSION"));
+            let allowed = format!(
+                "one by this version, {}; run `rodfit campaign plan` again",
+                env!("CARGO_PKG_VERSION")
+            );
             return Err(Error::invalid("version", found, allowed).in_file(Some(&file)));
         }
         Self::planned(folder, about)
@@ -209,7 +212,8 @@ impl Plan {
         let found = tasks.lines().count();
         if found != about.tasks || hash(tasks.as_bytes(), DIGEST) != about.digest {
             let found = format!("{found} lines that are not those that were planned");
-            let allowed = format!("the {} lines that were; plan again", about.tasks);
+            let allowed =
+                format!("the {} planned lines; run `rodfit campaign plan` again", about.tasks);
             return Err(Error::invalid("tasks", found, allowed).in_file(Some(&file)));
         }
         Self::of_lines(folder, &root, &tasks)

@@ -81,9 +81,13 @@ impl Plan {
         match resolved.id(&mut Hashes::new())? == task.id {
             true => Ok(resolved),
             false => {
-                let found = "a fit, a scene or data that have changed since it was planned";
-                Err(Error::invalid("campaign", found, "what was planned; plan again")
-                    .in_file(Some(&resolved.file)))
+                let found = "a fit, a scene or data that changed after the plan was written";
+                Err(Error::invalid(
+                    "campaign",
+                    found,
+                    "unchanged files; run `rodfit campaign plan` again",
+                )
+                .in_file(Some(&resolved.file)))
             }
         }
     }

@@ -19,7 +19,7 @@ pub struct Options {
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
-    let seconds: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    let seconds: f64 = text.parse().map_err(|_| format!("{text} is not a number"))?;
     match (0.0..=1e3).contains(&seconds) {
         true => Ok(seconds),
         false => Err("it must be between 0 and 1000".into()),

@@ -104,7 +104,9 @@ impl Part {
                     (Some(of), None) => Err(Error::Invalid {
                         file: None,
                         key: "--shards".into(),
-                        found: format!("{of}, and no scheduler that says which of them"),
+                        found: format!(
+                            "{of} outside a job array, where no scheduler gives the index of the shard"
+                        ),
                         allowed: "--shard I/N".into(),
                     }),
                     _ => Ok(shard),
@@ -146,7 +148,7 @@ fn plan(campaign: &Path, out: &Path, manner: Manner) -> Result<u8, Error> {
     };
     let planned = Plan::make(campaign, out, &admission)?;
     for error in planned.refused.iter().take(NAMED) {
-        terminal::warn(Code::InvalidTask, format_args!("will be refused: {error}"));
+        terminal::warn(Code::InvalidTask, format_args!("this fit will be rejected: {error}"));
     }
     if let Some(more) = planned.refused.len().checked_sub(NAMED + 1) {
         terminal::warn(Code::InvalidTask, format_args!("and {} more", more + 1));
@@ -179,7 +181,7 @@ fn work(folder: &Path, shard: Option<Shard>, threads: usize, manner: Manner) -> 
     for task in &ran.panicked {
         let fit = task.fit.display();
         terminal::tell(format_args!(
-            "error: {} ({fit}) ended in a fault of the program, and has no result",
+            "error: {} ({fit}) has no result: the program failed. Report this fault",
             task.id
         ));
     }

@@ -28,7 +28,7 @@ fn one(code: &str) -> Result<String, Error> {
             file: None,
             key: "explain".into(),
             found: code.into(),
-            allowed: format!("a word that `rodfit explain` lists, such as {closest}"),
+            allowed: format!("a code that `rodfit explain` lists, such as {closest}"),
         }
     })?;
     let title = match named(&name) {

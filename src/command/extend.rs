@@ -33,7 +33,7 @@ pub fn extended(
         }
     }
     for term in &failed {
-        terminal::tell(format_args!("tried without success: {term}"));
+        terminal::tell(format_args!("tested without improvement: {term}"));
     }
     // The values of all of them are compared, also after one without reservation: several effects may explain the
     // residuals, with different values of the parameters.

@@ -203,8 +203,8 @@ impl Run {
                 (Some(path), Some(name)) if path == Path::new("-") => Err(Error::Invalid {
                     file: None,
                     key: option.into(),
-                    found: format!("- beside several fits, {name} among them"),
-                    allowed: "a file, to whose name those of the fits are added".into(),
+                    found: format!("- with several fits, such as {name}"),
+                    allowed: "a file; the names of the fits are appended to its name".into(),
                 }),
                 (Some(path), Some(name)) => {
                     let extension = path.extension().unwrap_or_default().to_string_lossy();
@@ -290,7 +290,7 @@ impl Run {
             return Err(Error::Invalid {
                 file: None,
                 key: option.into(),
-                found: "beside validation data only, which nothing is fitted to".into(),
+                found: "with validation data only, to which nothing is fitted".into(),
                 allowed: "--json and --report with predictions".into(),
             });
         }
@@ -308,8 +308,10 @@ impl Run {
             return Err(Error::Invalid {
                 file: None,
                 key: "--extend".into(),
-                found: "beside [[field]]".into(),
-                allowed: "--json, --report and --save with fits of numbers along the rod".into(),
+                found: "with [[field]]".into(),
+                allowed:
+                    "--json, --report and --save with fits of distributed parameters ([[field]])"
+                        .into(),
             });
         }
         let report = fit.solve()?;
@@ -327,7 +329,7 @@ impl Run {
         }
         written.push(outputs.summary(&report.summary().of(&title)));
         let (code, line) = match report.converged {
-            true => (0, "converged, numbers along the rod".to_string()),
+            true => (0, "converged, distributed parameters".to_string()),
             false => (3, Code::NotUsable.to_string()),
         };
         if code != 0 {
@@ -405,8 +407,8 @@ fn saves(path: &Path, file: &FitFile, outputs: &mut Outputs) -> Result<Vec<Save>
         return Err(Error::Invalid {
             file: None,
             key: "--save".into(),
-            found: format!("- beside {} experiments, {second} among them", groups.len()),
-            allowed: "a file, to whose name those of the experiments are added".into(),
+            found: format!("- with {} experiments, such as {second}", groups.len()),
+            allowed: "a file; the names of the experiments are appended to its name".into(),
         });
     }
     let add = |own: &Vec<usize>| {

@@ -69,7 +69,8 @@ impl Target {
             }
             _ if self.is_stdout() => Ok(()),
             Err(_) if names_a_folder(&self.path) => {
-                let found = format!("{}, the name of a folder", self.path.display());
+                let found =
+                    format!("{}, which ends like the name of a folder", self.path.display());
                 Err(self.refused(found, "the name of a file"))
             }
             Ok(found) if found.is_dir() => {
@@ -78,12 +79,12 @@ impl Target {
             }
             Ok(found) if found.is_file() && found.permissions().readonly() => {
                 let found = format!("{}, which is read-only", self.path.display());
-                Err(self.refused(found, "a file that may be written"))
+                Err(self.refused(found, "a writable file"))
             }
             Ok(found) if found.is_file() => self.try_folder(),
             // Opening a pipe that nobody reads would wait for ever.
             Ok(_) if !self.path.starts_with("/dev") => Err(self.refused(
-                format!("{}, which is no regular file", self.path.display()),
+                format!("{}, which is not a regular file", self.path.display()),
                 "a file, or - for standard output",
             )),
             Ok(_) => open(&self.path).map(drop).map_err(|source| self.error(source)),
@@ -108,16 +109,17 @@ impl Target {
         match metadata(folder) {
             Ok(found) if found.is_dir() => {}
             Ok(_) => {
-                let found = format!("{}, where {} is no folder", path.display(), folder.display());
-                return Err(self.refused(found, "a file in a folder"));
+                let found =
+                    format!("{}, where {} is not a folder", path.display(), folder.display());
+                return Err(self.refused(found, "a file in an existing folder"));
             }
             Err(_) => {
                 let link = match path == self.path {
                     true => String::new(),
                     false => format!("{}, a link to ", self.path.display()),
                 };
-                let found = format!("{link}{}, whose folder is not there", path.display());
-                return Err(self.refused(found, "a file in a folder"));
+                let found = format!("{link}{}, whose folder does not exist", path.display());
+                return Err(self.refused(found, "a file in an existing folder"));
             }
         }
         // With `makes_folder` the folder itself may be missing.
@@ -125,8 +127,8 @@ impl Target {
         PartFile::beside(&beside).map(drop).map_err(|source| {
             // What the system says of the temporary file's own name would only confuse.
             let found =
-                format!("{}, whose folder takes no files: {}", path.display(), source.kind());
-            self.refused(found, "a folder that can be written")
+                format!("{}, whose folder is not writable: {}", path.display(), source.kind());
+            self.refused(found, "a writable folder")
         })
     }
 }
@@ -167,17 +169,17 @@ impl Outputs {
             }
             let claims = target.claims();
             if claims.iter().any(|claim| inputs.contains(claim)) {
-                let found = format!("{path}, which this run reads");
-                return Err(target.refused(found, "a file that is no input"));
+                let found = format!("{path}, an input of this run");
+                return Err(target.refused(found, "a file that is not an input"));
             }
             for before in &self.targets[..i] {
                 if before.is_stdout() && target.is_stdout() {
-                    let found = format!("standard output, which {} takes", before.option);
+                    let found = format!("standard output, which {} uses", before.option);
                     return Err(target.refused(found, "- for one output at most"));
                 }
                 if before.claims().iter().any(|claim| claims.contains(claim)) {
-                    let found = format!("{path}, which {} writes too", before.option);
-                    return Err(target.refused(found, "a file of its own for every output"));
+                    let found = format!("{path}, which {} also writes", before.option);
+                    return Err(target.refused(found, "a separate file for each output"));
                 }
             }
         }
@@ -190,8 +192,8 @@ impl Outputs {
         let twice = |target: &&Target| target.claims().iter().any(|claim| taken.contains(claim));
         match self.targets.iter().find(twice) {
             Some(target) => {
-                let found = format!("{}, which another fit writes too", target.path.display());
-                Err(target.refused(found, "a file of its own for every output"))
+                let found = format!("{}, which another fit also writes", target.path.display());
+                Err(target.refused(found, "a separate file for each output"))
             }
             None => Ok(()),
         }
@@ -298,7 +300,8 @@ impl Outputs {
         }
         let beside = interrupted_name(&path);
         let words = format!(
-            "{} is of an earlier run and stays; this one was interrupted and is in {}; --overwrite replaces",
+            "{} of an earlier run is kept. The result of this interrupted run is in {}. Use --overwrite to \
+             replace the earlier one",
             path.display(),
             beside.display()
         );
@@ -360,8 +363,8 @@ impl Write for Sink {
 /// Keeps a temporary file, and says so in the error that stopped it.
 fn kept(file: PartFile, source: io::Error) -> io::Error {
     let note = match file.keep() {
-        Ok(path) => format!("what was written stays in {}", path.display()),
-        Err(error) => format!("what was written is lost: {error}"),
+        Ok(path) => format!("the partial output is in {}", path.display()),
+        Err(error) => format!("the partial output is lost: {error}"),
     };
     io::Error::new(source.kind(), format!("{source}; {note}"))
 }

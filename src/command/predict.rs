@@ -151,8 +151,8 @@ fn measurement(
         if let Some((option, _)) = alone.iter().find(|(_, is_given)| *is_given) {
             return Err(invalid(
                 option,
-                "beside a scene with [supports.path]".into(),
-                "keys of that table",
+                "with a scene that has [supports.path]".into(),
+                "the keys of that table in the scene",
             ));
         }
         keys.insert("markers".into(), Value::String("free".into()));

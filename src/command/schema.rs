@@ -38,8 +38,7 @@ pub fn run(options: &Options) -> Result<u8, Error> {
 impl Of {
     /// Its schema.
     fn text(self) -> String {
-        let value =
-            |text| serde_json::from_str::<Value>(text).expect("a file of the program's own");
+        let value = |text| serde_json::from_str::<Value>(text).expect("one of the names above");
         let (mut schema, mut shared) = (value(self.file()), value(SHARED));
         if let Some(Value::Object(own)) = schema.get_mut("definitions") {
             for (name, definition) in own.iter_mut().filter(|(_, own)| own.is_boolean()) {

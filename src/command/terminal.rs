@@ -90,7 +90,13 @@ pub fn stop_on_ctrl_c(manner: Manner) -> Arc<AtomicBool> {
         }
     });
     if let Err(error) = handler {
-        warn(Code::NoCtrlC, format_args!("Ctrl-C will lose what was computed: {error}"));
+        warn(
+            Code::NoCtrlC,
+            format_args!(
+                "Ctrl-C cannot be caught ({error}). It ends the run without results. Let \
+                                          the run finish"
+            ),
+        );
     }
     flag
 }
@@ -106,9 +112,7 @@ pub fn end_after_stop(stop: &Arc<AtomicBool>, patience: Duration) {
             std::thread::sleep(INTERVAL);
         }
         std::thread::sleep(patience);
-        tell(
-            "ended before the fits at work were; they have no result, and are done again in the next run",
-        );
+        tell("stopped before the running fits were complete; the next run computes them again");
         std::process::exit(0);
     });
 }

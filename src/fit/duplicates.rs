@@ -77,9 +77,9 @@ fn twice(earlier: (&Experiment, usize), later: (&Experiment, usize), count: usiz
     let named = |(experiment, i): (&Experiment, usize)| {
         format!("{} ({})", key(experiment, i), experiment.measurements[i].label())
     };
-    let found = format!("{count} samples that {} has, too", named(earlier));
-    let allowed = "each sample once: counted twice, data make intervals too narrow, and data that were fitted \
-                   validate nothing; remove one of the two, or cut the recording into parts that do not overlap";
+    let found = format!("{count} samples that are also in {}", named(earlier));
+    let allowed = "each sample once. Duplicates make intervals too narrow, and fitted data validate nothing. \
+                   Remove one of the two, or split the recording into parts without overlap";
     Error::invalid(named(later), found, allowed)
 }
 

@@ -87,10 +87,10 @@ pub(crate) fn check(
         };
         if let Some(unknown) = unknowns.iter().find(|u| shared(u)) {
             let (found, allowed) = match unknown.prior {
-                Some(_) => ("which has a prior", "one of the two: a prior is changed by the data"),
+                Some(_) => ("which has a prior", "a prior or a [[known]], not both"),
                 None => (
                     "which is identified",
-                    "numbers that are not; what is known of a parameter before the data is its prior",
+                    "inputs that are not identified; give a parameter a prior instead",
                 ),
             };
             let found = format!("{}, {found}", known.parameter);
@@ -128,7 +128,7 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
                 return Err(Error::invalid(key("value"), value, "-1 .. 1"));
             }
             if matrix[(i, j)] != 0.0 && matrix[(i, j)] != *value {
-                let found = format!("{value}, beside {} said of the same two", matrix[(i, j)]);
+                let found = format!("{value}, and {} for the same pair", matrix[(i, j)]);
                 return Err(Error::invalid(key("value"), found, "one value"));
             }
             (matrix[(i, j)], matrix[(j, i)]) = (*value, *value);
@@ -140,7 +140,7 @@ pub(crate) fn correlations(knowns: &[Known]) -> Result<DMatrix<f64>, Error> {
     let least = SymmetricEigen::new(matrix.clone()).eigenvalues.iter().copied().fold(0.0, f64::min);
     match least < -ROUNDING * n as f64 {
         true => {
-            let found = "correlations that no numbers have together";
+            let found = "correlations that contradict each other";
             let allowed = "a matrix of correlations without negative eigenvalues";
             Err(Error::invalid("known", found, allowed))
         }

@@ -33,11 +33,13 @@ pub(crate) fn check(
 ) -> Result<(), Error> {
     let fitted = fitted(experiments);
     if all(&fitted).next().is_none() {
-        let allowed = "at least one that is not held out; `rodfit predict` compares without a fit";
+        let allowed =
+            "at least one measurement without held_out; `rodfit predict` compares without a fit";
         return Err(Error::invalid("observation", "none", allowed));
     }
     if unknowns.is_empty() {
-        let allowed = "at least one; with held_out = true beside every measurement the scene only predicts them";
+        let allowed =
+            "at least one; for a prediction without a fit set held_out = true in every measurement";
         return Err(Error::invalid("parameter", "none", allowed));
     }
     check_experiments(experiments)?;
@@ -99,7 +101,7 @@ pub(crate) fn recorded(experiments: &[Experiment]) -> Result<(), Error> {
     for experiment in experiments {
         if let Some(i) = experiment.measurements.iter().position(Measurement::planned) {
             let key = format!("{}.file", key(experiment, i));
-            let allowed = "a file; `rodfit design` says what a plan would tell";
+            let allowed = "a file; use `rodfit design` for a plan";
             return Err(Error::invalid(key, "none, as it is only planned", allowed));
         }
     }
@@ -153,7 +155,7 @@ fn check_measurements(
         ["time.beta", "time.rho_inf"].contains(&u.parameter.path()) && u.is_of(experiment)
     };
     if let Some(unknown) = unknowns.iter().find(of_scheme).filter(|_| chosen.step) {
-        let allowed = format!("a step, s: what {} does goes with it", unknown.parameter);
+        let allowed = format!("a step, s, as {} depends on it", unknown.parameter);
         return Err(Error::invalid("time.step", "no such key", allowed));
     }
     for (i, measurement) in experiment.measurements.iter().enumerate() {
@@ -184,10 +186,10 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
             let Measurement::Motion(observation) = measurement else { continue };
             if let Err(error) = there.stencil(observation.point) {
                 let found = format!(
-                    "{start}, at which {}.point is no point of the rod: {error}",
+                    "{start}, with which {}.point is not on the rod: {error}",
                     key(experiment, k)
                 );
-                let allowed = "a rod that has all points that were observed";
+                let allowed = "a rod that has all observed points";
                 return Err(Error::invalid(format!("parameter[{i}].start"), found, allowed));
             }
         }
@@ -238,7 +240,7 @@ impl Unknown {
         let names: Vec<&str> = experiments.iter().map(|e| e.name.as_str()).collect();
         if let Some(other) = self.experiments.iter().find(|name| !names.contains(&name.as_str())) {
             let allowed = match names[..] {
-                [""] => "no name: there is only one experiment".into(),
+                [""] => "no name, as there is only one experiment".into(),
                 _ => format!("one of {}", names.join(", ")),
             };
             return Err(Error::invalid(format!("{key}.experiment"), other, allowed));
@@ -324,8 +326,7 @@ impl Measurement {
         }
         let found = format!("points typically {typical:.4} m from the wall of the rod");
         let allowed = format!(
-            "points of a rod of {} m; a unit in the header, as in x[mm], an origin, or another scale \
-             may be missing",
+            "points of a rod of {} m. Check the unit in the header, as in x[mm], the origin and the scale",
             problem.length()
         );
         Err(Error::invalid(experiment.label(self), found, allowed))
@@ -377,8 +378,8 @@ impl Measurement {
                     return Err(match o.planned {
                         true => Error::invalid(format!("{key}.duration"), found, allowed),
                         false => {
-                            let missing = "a unit in the header, as in t[ms], or time_zero, when the motion starts \
-                                           on the file's clock, may be missing, or the scene too short";
+                            let missing = "check the unit in the header, as in t[ms], time_zero (the start of the \
+                                           motion on the file's clock), and time.end";
                             Error::invalid(label, found, format!("{allowed}; {missing}"))
                         }
                     });
@@ -402,7 +403,7 @@ impl Measurement {
                 for (k, sighting) in given.enumerate() {
                     problem.stencil(sighting.point).map_err(|error| {
                         let allowed =
-                            "points of the rod; a unit in the header, as in s[mm], may be missing";
+                            "points of the rod. Check the unit in the header, as in s[mm]";
                         Error::invalid(format!("{label}: point {}", k + 1), error, allowed)
                     })?;
                 }

@@ -48,14 +48,15 @@ fn variable(name: &str) -> Option<OsString> {
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // A pipe may have nobody who writes into it, and would be waited for forever.
     if !std::fs::metadata(path)?.is_file() && !is_handed_over(path) {
-        let message = "found a folder, a pipe or a device, allowed: a regular file, or what a shell \
-                       hands over as /dev/stdin or /dev/fd/N";
+        let message =
+            "found a folder, a pipe or a device, allowed: a regular file, /dev/stdin or /dev/fd/N";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
     }
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        let message = format!("found more than {} MB, allowed: up to that", most / 1_000_000);
+        let message =
+            format!("found more than {0} MB, allowed: files up to {0} MB", most / 1_000_000);
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, message));
     }
     Ok(bytes)

@@ -22,7 +22,8 @@ pub(crate) struct FileKind {
 pub(crate) const SCENE: FileKind = FileKind {
     name: "a scene",
     marks: &["rod", "material"],
-    commands: "`rodfit simulate`, `static`, `modes` and `predict` take it, and `scene = \"..\"` in a fit file",
+    commands: "use it with `rodfit simulate`, `static`, `modes` and `predict`, or as `scene = \"..\"` in a fit \
+               file",
     single: &[
         "rod",
         "rod.shape",
@@ -46,7 +47,7 @@ pub(crate) const SCENE: FileKind = FileKind {
 pub(crate) const FIT: FileKind = FileKind {
     name: "a fit file",
     marks: &["parameter", "observation", "experiment", "shape", "frequencies", "field"],
-    commands: "`rodfit fit` and `rodfit design` take it",
+    commands: "use it with `rodfit fit` or `rodfit design`",
     single: &["analysis"],
     repeated: &[
         "observation",
@@ -66,7 +67,7 @@ pub(crate) const FIT: FileKind = FileKind {
 pub(crate) const CAMPAIGN: FileKind = FileKind {
     name: "a campaign file",
     marks: &["fits", "grid", "starts", "bootstrap", "table"],
-    commands: "`rodfit campaign plan` takes it",
+    commands: "use it with `rodfit campaign plan`",
     single: &["grid", "bootstrap", "starts"],
     repeated: &[],
 };

@@ -173,7 +173,7 @@ pub(crate) fn csv_error(path: &Path, error: csv::Error) -> Error {
             path: path.into(),
             line,
             message: format!(
-                "field {} is no UTF-8 text, allowed: a file saved as UTF-8",
+                "field {} is not UTF-8 text, allowed: a file saved as UTF-8",
                 err.field() + 1
             ),
         },

@@ -94,7 +94,7 @@ fn text(bytes: &[u8]) -> Option<String> {
     let is_number = |field: &str| field.trim().trim_matches('"').parse::<f64>().is_ok();
     let spaced = |line: &str| !separated(line) && line.split_whitespace().count() > 1;
     if first.starts_with("sep=") {
-        return Some(format!("a first line `{}` of Excel, which is to be deleted", shown(first)));
+        return Some(format!("a first line `{}` of Excel; delete it", shown(first)));
     }
     if first.starts_with(['{', '[']) {
         return Some("a JSON file".into());

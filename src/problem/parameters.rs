@@ -138,7 +138,7 @@ impl Problem {
                 && self.scene().supports.at(*end) != Support::Clamped
         };
         if ends.iter().any(of_end) {
-            let found = format!("{parameter}, where no wall is");
+            let found = format!("{parameter}, where the end has no support");
             return Err(Error::invalid("parameter", found, "the compliance of a clamped end"));
         }
         let turns_hinge = |(k, motion): (usize, &Motion)| {

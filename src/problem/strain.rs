@@ -32,9 +32,8 @@ impl LargestStrain {
         let kind = if by_bending { "by bending, on the surface" } else { "along the rod" };
         let moment = time.map_or(String::new(), |time| format!(", t = {time:.3e} s"));
         let words = format!(
-            "strains reach {:.0} % ({kind}, {place:.3e} m from the wall{moment}). The model has a linear material and a \
-             section that keeps its size: it is not for more than 10 %. Check the units: youngs_modulus is \
-             {youngs_modulus:.3e} Pa",
+            "strains reach {:.0} % ({kind}, {place:.3e} m from the wall{moment}). The model is linear and not \
+             valid above 10 %. Check the units: youngs_modulus is {youngs_modulus:.3e} Pa",
             100.0 * strain
         );
         (!strain.is_nan() && strain > LARGEST_STRAIN).then_some((Code::LargeStrain, words))

@@ -102,17 +102,22 @@ impl fmt::Display for Fault {
                     1 => "a frame was".into(),
                     n => format!("{n} frames were"),
                 };
-                write!(f, "{lost} lost after t = {time:.4} s: most markers jump by as many. ")?;
+                write!(
+                    f,
+                    "{lost} lost after t = {time:.4} s: most markers jump by as many. Later times are wrong \
+                           by that amount. "
+                )?;
                 f.write_str(match mended {
-                    true => "the clock goes on in true time from there",
-                    false => "lost_frames = \"stretch\" lets the clock go on in true time",
+                    true => "The later times were corrected",
+                    false => "Set lost_frames = \"stretch\", which corrects the later times",
                 })
             }
             Self::SwappedLabels { markers: [one, other], mended } => {
-                write!(f, "markers {one} and {other} have each other's label: ")?;
+                write!(f, "the labels of markers {one} and {other} are swapped. ")?;
                 f.write_str(match mended {
-                    true => "they were exchanged",
-                    false => "swapped_labels = \"mend\" exchanges them",
+                    true => "They were exchanged",
+                    false => "The positions belong to the wrong points. Set swapped_labels = \"mend\", which \
+                              exchanges them",
                 })
             }
             Self::MissingFrames { marker, from, to, frames, error } => {
@@ -159,8 +164,8 @@ impl fmt::Display for Fault {
                 };
                 write!(
                     f,
-                    "marker {marker} jumps by more than {} mm against the frames beside it, {count} at \
-                     t = {first:.4} s: glitches = \"mask\" of an observation leaves that out",
+                    "marker {marker} jumps by more than {} mm for one frame, {count} at t = {first:.4} s. Such \
+                     glitches bias a fit. Set glitches = \"mask\" in the observation, which leaves them out",
                     1e3 * JUMP
                 )
             }

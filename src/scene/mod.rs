@@ -338,7 +338,11 @@ impl Scene {
     fn follow_file(&mut self, file: &Path) -> Result<(), Error> {
         self.leave_end_to_recording();
         let Some(path) = &mut self.supports.path else {
-            let (found, allowed) = ("no such table", "one, whose file another recording replaces");
+            let (found, allowed) = (
+                "no such table",
+                "[supports.path] in the scene, whose file the recording \
+                                                      replaces",
+            );
             return Err(Error::invalid("supports.path", found, allowed));
         };
         path.file = std::path::absolute(file).map_err(|source| Error::io(file, source))?;
@@ -452,16 +456,18 @@ impl Scene {
         let Initial { state, shape, .. } = &self.initial;
         let recorded = *state == InitialState::Recorded;
         let (found, allowed) = match &self.supports.path {
-            None if recorded => ("\"recorded\"", "beside [supports.path] only"),
+            None if recorded => ("\"recorded\"", "only with [supports.path]"),
             Some(_) if !recorded && *state != InitialState::Equilibrium => {
                 ("a start elsewhere than the recorded ends", "\"recorded\" or \"equilibrium\"")
             }
-            Some(_) if shape.is_some() => {
-                ("initial.shape beside recorded ends", "none: markers say where the rod begins")
-            }
-            Some(_) if recorded && self.initial.moves() => {
-                ("a velocity beside a recorded start", "none: markers say how fast it is")
-            }
+            Some(_) if shape.is_some() => (
+                "initial.shape beside recorded ends",
+                "no such key: the markers give the initial shape",
+            ),
+            Some(_) if recorded && self.initial.moves() => (
+                "a velocity beside a recorded start",
+                "no such key: the markers give the initial velocity",
+            ),
             _ => return Ok(()),
         };
         Err(Error::invalid("initial.state", found, allowed))
@@ -477,7 +483,7 @@ impl Scene {
         own::check(&self.energies)?;
         self.check_accuracy()?;
         if self.supports.angle != 0.0 && self.initial.shape.is_some() {
-            let allowed = "no such key beside initial.shape, which says where the rod is";
+            let allowed = "no such key with initial.shape, which gives the position of the rod";
             return Err(Error::invalid("supports.angle", self.supports.angle, allowed));
         }
         self.supports.check()?;

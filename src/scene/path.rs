@@ -152,7 +152,7 @@ impl Recorded {
         let spans = markers.saturating_sub(1);
         if spans == 0 || !segments.is_multiple_of(spans) {
             let found = format!("{segments} with {markers} markers along the rod");
-            let allowed = format!("a multiple of {spans}: markers stand at nodes, one at each end");
+            let allowed = format!("a multiple of {spans}, so that all markers are at nodes");
             return Err(Error::invalid("rod.segments", found, allowed));
         }
         Ok((0..markers).map(|j| j * (segments / spans)).collect())
@@ -188,13 +188,12 @@ impl Recorded {
         let recorded = [start, end].into_iter().filter(|s| *s == Support::Recorded).count();
         if recorded == 0 && self.inner.is_empty() {
             let found = "a recording without an end that it moves";
-            let allowed =
-                "beside start or end = \"recorded\" only, or with inner markers that lead the rod";
+            let allowed = "only with start or end = \"recorded\", or with inner markers that prescribe the motion";
             return Err(Error::invalid("supports.path", found, allowed));
         }
         for (end, name, support) in [(End::Start, "start", start), (End::End, "end", end)] {
             if self.free_twist.contains(&end) && support != Support::Recorded {
-                let found = format!("{name:?}, which no recording leads");
+                let found = format!("{name:?}, which no recording prescribes");
                 let allowed = "ends that are \"recorded\"";
                 return Err(Error::invalid("supports.path.free_twist", found, allowed));
             }
@@ -232,7 +231,7 @@ impl Recorded {
             .collect();
         let is_between = |name: &&String| between.iter().any(|marker| is_called(marker, name));
         if let Some(name) = self.inner.iter().find(|name| !is_between(name)) {
-            let found = format!("{name:?}, which is no marker between what the supports hold");
+            let found = format!("{name:?}, which is not a marker between the supports");
             let allowed = format!("some of {between:?}");
             return Err(Error::invalid("supports.path.inner", found, allowed));
         }

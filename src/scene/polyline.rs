@@ -60,8 +60,8 @@ impl Polyline {
         let columns = [column("x")?, column("y")?, column("z")?];
         let place = table.find("s").map(|_| column("s")).transpose()?;
         if place.is_some() && !on_a_rod {
-            let message = "column `s`, allowed: in the file of initial.shape, where it says which point \
-                           of the rod a row is; a rest shape is measured along its own line";
+            let message = "column `s`, allowed: only in the file of initial.shape, where it gives the arc length \
+                           of a row";
             return Err(table.error(1, message));
         }
         let mut points: Vec<Vector3<f64>> = Vec::with_capacity(table.rows.len());
@@ -69,7 +69,7 @@ impl Polyline {
         for row in &table.rows {
             let value =
                 |(column, factor): (usize, f64)| row.values[column].map(|value| value * factor);
-            let blank = || table.error(row.line, "a blank, where a length is needed");
+            let blank = || table.error(row.line, "a blank, allowed: a length");
             let mut point = Vector3::zeros();
             for (c, column) in columns.iter().enumerate() {
                 point[c] = value(*column).ok_or_else(blank)?;

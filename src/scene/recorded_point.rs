@@ -71,7 +71,7 @@ fn integrated(table: &Table, time_zero: Option<f64>) -> Result<Track, Error> {
     let mut way: Vec<(f64, [[f64; 3]; 2])> = Vec::with_capacity(table.rows.len());
     let mut last = [0.0; 3];
     for row in &table.rows {
-        let blank = || table.error(row.line, "a blank, where a number is needed");
+        let blank = || table.error(row.line, "a blank, allowed: a number");
         let time = (row.values[clock].ok_or_else(blank)? - time_zero.unwrap_or(0.0)) * unit;
         if time_zero.is_some() && time < -CLOCK_TOLERANCE {
             continue;

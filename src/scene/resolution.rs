@@ -100,9 +100,11 @@ impl Resolution {
         let asked = self.accuracy;
         match (self.error, self.bound) {
             (Some(error), _) => {
-                format!("{what}; error about {error:.1e} of {whole}, {asked:.0e} asked for")
+                format!("{what}; estimated error {error:.1e} of {whole}, requested {asked:.0e}")
             }
-            (None, Some(_)) => format!("{what}; error not known, {asked:.0e} of {whole} asked for"),
+            (None, Some(_)) => {
+                format!("{what}; error not estimated, requested {asked:.0e} of {whole}")
+            }
             (None, None) => what,
         }
     }
@@ -123,22 +125,22 @@ impl Resolution {
             (Bound::Work, Some(_)) => (
                 Code::AccuracyOutOfReach,
                 format!(
-                    "accuracy: the error {error}: finer runs would take too long; a shorter time.end, more damping \
-                     or a larger accuracy need less, and segments and step of your own may be as fine as you like"
+                    "accuracy: the error {error}. Finer runs would take too long, so that the request is not met. \
+                     Shorten time.end, add damping, request a larger accuracy, or give rod.segments and time.step"
                 ),
             ),
             (Bound::Work, None) => (
                 Code::AccuracyOutOfReach,
                 format!(
-                    "accuracy: the error {error}: finer meshes would take too long, or leave more rounding errors; \
-                     rod.segments of your own may be as many as you like"
+                    "accuracy: the error {error}. Finer meshes would take too long or have larger rounding \
+                     errors, so that the request is not met. Request a larger accuracy, or give rod.segments"
                 ),
             ),
             (Bound::Given, _) => (
                 Code::AccuracyNotMet,
                 format!(
-                    "accuracy: the error {error}: leave out rod.segments, time.step and time.scheme, and the \
-                     program chooses them"
+                    "accuracy: the error {error}. The given mesh or step is too coarse for the request. Leave out \
+                     rod.segments, time.step and time.scheme, and the program chooses them"
                 ),
             ),
         })

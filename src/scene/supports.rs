@@ -486,7 +486,10 @@ impl Supports {
         let words = |pace: Pace| {
             let [found, needed] = pace.too_large(step, GOOD_STEPS)?;
             let key = &pace.key;
-            let words = format!("{key}: {found}, follow the motion badly: it needs {needed}");
+            let words = format!(
+                "{key}: found {found}. The time steps do not resolve the motion, and the result \
+                                 is inaccurate. Use {needed}"
+            );
             Some((Code::StepTooLarge, words))
         };
         self.paces().chain(self.path_pace()).filter_map(words).collect()
@@ -566,7 +569,7 @@ impl Supports {
                 let key = format!("supports.{key}.{own}");
                 not_negative(&key, value)?;
                 if value != 0.0 && self.at(end) != Support::Clamped {
-                    return Err(Error::invalid(key, value, "0: no wall holds that end"));
+                    return Err(Error::invalid(key, value, "0, as that end has no support"));
                 }
             }
         }

@@ -249,7 +249,7 @@ fn single(all: &[Eigenpair], k: usize, name: &ModeName, apart: bool) -> Result<E
         })
     };
     if pair.squared <= 0.0 {
-        return refused("nothing resists it, so that it does not vibrate".into());
+        return refused("it has no stiffness and does not vibrate".into());
     }
     let as_fast = |other: &Eigenpair| (other.frequency() / pair.frequency() - 1.0).abs() < APART;
     match (0..all.len()).find(|i| apart && *i != k && as_fast(&all[*i])) {

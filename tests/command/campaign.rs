@@ -318,7 +318,8 @@ fn what_a_result_depends_on_is_in_its_id() {
         assert_eq!(output.status.code(), Some(2));
         let told = stderr(&output);
         assert!(
-            told.contains("changed since it was planned") && told.contains("plan again"),
+            told.contains("changed after the plan was written")
+                && told.contains("run `rodfit campaign plan` again"),
             "{told}"
         );
         assert!(told.contains("and 7 more"), "{told}");
@@ -340,7 +341,7 @@ fn results_that_differ_are_an_error() {
     outcome.json = replaced(&outcome.json, "\"converged\":true", "\"converged\":false");
     again.add(&plan.tasks[5].id, &outcome, 0.1).unwrap();
     let collect = folder.run(&["campaign", "collect", "out", "--out", "all.jsonl"]);
-    refused(&collect, &[&plan.tasks[5].id, "different ones at out/parts/", " and out/parts/"]);
+    refused(&collect, &[&plan.tasks[5].id, "different results at out/parts/", " and out/parts/"]);
 }
 
 #[test]
@@ -353,7 +354,7 @@ fn a_fit_that_fails_is_a_result() {
     folder.write("bad.csv", &format!("{}0.5,oh,no\n", data(1)));
     let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "out"]);
     succeeds(&output);
-    assert!(stderr(&output).contains("will be refused") && stderr(&output).contains("bad.csv:42"));
+    assert!(stderr(&output).contains("will be rejected") && stderr(&output).contains("bad.csv:42"));
     let said = run(&folder, "out", &[]);
     assert!(said.starts_with("out: all 3 fits have a result"), "{said}");
     assert!(words(&said).contains("This run 3 fits, 1 usable Earlier runs 0 fits"), "{said}");
@@ -564,7 +565,7 @@ fn what_is_no_campaign_is_refused() {
         if words[2] == "bad" {
             // A file that is no fit is what its result says.
             succeeds(&output);
-            assert!(stderr(&output).contains("will be refused"), "{}", stderr(&output));
+            assert!(stderr(&output).contains("will be rejected"), "{}", stderr(&output));
         } else {
             refused(&output, &words);
         }
@@ -577,7 +578,10 @@ fn what_is_no_campaign_is_refused() {
     refused(&folder.run(&["campaign", "run", "nowhere"]), &["nowhere/plan.json"]);
     let about = folder.read("out/plan.json");
     folder.write("out/plan.json", &about.replace(env!("CARGO_PKG_VERSION"), "0.0.1"));
-    refused(&folder.run(&["campaign", "run", "out"]), &["version 0.0.1", "plan again"]);
+    refused(
+        &folder.run(&["campaign", "run", "out"]),
+        &["version 0.0.1", "run `rodfit campaign plan` again"],
+    );
     folder.write("out/plan.json", &about);
     let sbatch = folder.run(&["campaign", "sbatch", "out", "--time", "1:00:00", "--shards", "7"]);
     succeeds(&sbatch);

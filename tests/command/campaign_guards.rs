@@ -117,7 +117,7 @@ fn misspelt_keys_of_the_grid_are_refused() {
     folder.write("campaign.toml", "fits = [\"fit.toml\"]\n[grid]\nradius = [5e-3, -1]\n");
     let output = folder.run(&["campaign", "plan", "campaign.toml", "--out", "out"]);
     succeeds(&output);
-    assert!(stderr(&output).contains("will be refused"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("will be rejected"), "{}", stderr(&output));
 }
 
 /// JSON has no infinite numbers: a plan with one could be written and not read.

@@ -416,5 +416,5 @@ fn fits_of_one_name_are_told_apart() {
     let alone = ["fit", "one/droop-fit.toml", "two/droop-fit.toml"];
     folder.write("two/droop-fit.toml", &fit.replace("droop.toml", "droop-one-droop-fit.toml"));
     folder.write("two/droop-one-droop-fit.toml", &folder.read("two/droop.toml"));
-    refused(&folder.run(&[&alone[..], &over].concat()), &["--save", "which this run reads"]);
+    refused(&folder.run(&[&alone[..], &over].concat()), &["--save", "an input of this run"]);
 }

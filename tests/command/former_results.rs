@@ -90,5 +90,8 @@ fn former_result_is_collected_with_current_keys_and_the_same_numbers() {
 #[test]
 fn plan_of_another_version_is_not_run() {
     let folder = former_campaign();
-    refused(&folder.run(&["campaign", "run", "out"]), &["a plan by version 0.0.1", "plan again"]);
+    refused(
+        &folder.run(&["campaign", "run", "out"]),
+        &["a plan by version 0.0.1", "run `rodfit campaign plan` again"],
+    );
 }

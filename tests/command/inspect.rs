@@ -126,7 +126,7 @@ fn what_is_wrong_in_a_file_is_told() {
         "the clock leaps after 0.79 s: frames missing: 3",
         "lost once for up to 5",
         "jumps once for one frame, first at 0.5 s",
-        "markers 4 and 5 have each other's label",
+        "the labels of markers 4 and 5 are swapped",
     ] {
         assert!(shown.contains(words), "`{words}` in {shown}");
     }
@@ -138,7 +138,7 @@ fn what_is_wrong_in_a_file_is_told() {
     refused(&folder.run(&["inspect", "text.csv"]), &["text.csv:1", "no column t"]);
     refused(
         &folder.run(&["inspect", "clean.csv", "--json", "clean.csv"]),
-        &["which this run reads"],
+        &["an input of this run"],
     );
 }
 
@@ -174,9 +174,9 @@ fn templates_run() {
             );
         }
         let before = folder.read(&fit);
-        refused(&folder.run(&["init", template]), &["which is there", "--overwrite"]);
+        refused(&folder.run(&["init", template]), &["which exists", "--overwrite"]);
         folder.write(&fit, "mine");
-        refused(&folder.run(&["init", template]), &["which is there"]);
+        refused(&folder.run(&["init", template]), &["which exists"]);
         assert_eq!(folder.read(&fit), "mine");
         succeeds(&folder.run(&["init", template, "--overwrite"]));
         assert_eq!(folder.read(&fit), before);

@@ -84,7 +84,8 @@ fn symbolic_links_are_followed() {
     symlink("scene.toml", folder.path("input.json")).unwrap();
     symlink("loop.json", folder.path("loop.json")).unwrap();
     symlink("none/there.json", folder.path("nowhere.json")).unwrap();
-    for (link, word) in [("input.json", "reads"), ("loop.json", "loop"), ("nowhere.json", "folder")]
+    for (link, word) in
+        [("input.json", "an input of this run"), ("loop.json", "loop"), ("nowhere.json", "folder")]
     {
         refused(&folder.run(&["simulate", "scene.toml", "--json", link]), &[link, word]);
     }

@@ -133,30 +133,66 @@ fn no_output_takes_the_place_of_an_input_or_of_another() {
     let before = folder.files().len();
     let whole = folder.path("tip.csv").to_str().unwrap().to_string();
     let cases: Vec<(Vec<&str>, &[&str])> = vec![
-        (vec!["fit", "fit.toml", "--json", "tip.csv"], &["--json", "tip.csv", "reads"]),
-        (vec!["fit", "fit.toml", "--json", "./tip.csv"], &["--json", "tip.csv", "reads"]),
-        (vec!["fit", "fit.toml", "--json", "sub/../tip.csv"], &["--json", "tip.csv", "reads"]),
-        (vec!["fit", "fit.toml", "--json", "link.csv"], &["--json", "link.csv", "reads"]),
-        (vec!["fit", "fit.toml", "--json", &whole], &["--json", "tip.csv", "reads"]),
-        (vec!["fit", "fit.toml", "--save", "fit.toml"], &["--save", "fit.toml", "reads"]),
-        (vec!["fit", "fit.toml", "--save", "scene.toml"], &["--save", "scene.toml", "reads"]),
-        (vec!["simulate", "scene.toml", "--out", "scene.toml"], &["--out", "scene.toml", "reads"]),
-        (vec!["simulate", "polyline.toml", "--out", "rest.csv"], &["--out", "rest.csv", "reads"]),
-        (vec!["static", "polyline.toml", "--out", "rest.csv"], &["--out", "rest.csv", "reads"]),
-        (vec!["modes", "scene.toml", "--json", "scene.toml"], &["--json", "scene.toml", "reads"]),
-        (vec!["check", "scene.toml", "--json", "scene.toml"], &["--json", "scene.toml", "reads"]),
-        (vec!["study", "scene.toml", "--json", "scene.toml"], &["--json", "scene.toml", "reads"]),
+        (
+            vec!["fit", "fit.toml", "--json", "tip.csv"],
+            &["--json", "tip.csv", "an input of this run"],
+        ),
+        (
+            vec!["fit", "fit.toml", "--json", "./tip.csv"],
+            &["--json", "tip.csv", "an input of this run"],
+        ),
+        (
+            vec!["fit", "fit.toml", "--json", "sub/../tip.csv"],
+            &["--json", "tip.csv", "an input of this run"],
+        ),
+        (
+            vec!["fit", "fit.toml", "--json", "link.csv"],
+            &["--json", "link.csv", "an input of this run"],
+        ),
+        (vec!["fit", "fit.toml", "--json", &whole], &["--json", "tip.csv", "an input of this run"]),
+        (
+            vec!["fit", "fit.toml", "--save", "fit.toml"],
+            &["--save", "fit.toml", "an input of this run"],
+        ),
+        (
+            vec!["fit", "fit.toml", "--save", "scene.toml"],
+            &["--save", "scene.toml", "an input of this run"],
+        ),
+        (
+            vec!["simulate", "scene.toml", "--out", "scene.toml"],
+            &["--out", "scene.toml", "an input of this run"],
+        ),
+        (
+            vec!["simulate", "polyline.toml", "--out", "rest.csv"],
+            &["--out", "rest.csv", "an input of this run"],
+        ),
+        (
+            vec!["static", "polyline.toml", "--out", "rest.csv"],
+            &["--out", "rest.csv", "an input of this run"],
+        ),
+        (
+            vec!["modes", "scene.toml", "--json", "scene.toml"],
+            &["--json", "scene.toml", "an input of this run"],
+        ),
+        (
+            vec!["check", "scene.toml", "--json", "scene.toml"],
+            &["--json", "scene.toml", "an input of this run"],
+        ),
+        (
+            vec!["study", "scene.toml", "--json", "scene.toml"],
+            &["--json", "scene.toml", "an input of this run"],
+        ),
         (
             vec!["simulate", "hours.toml", "--force", "--out", "a", "--json", "./a"],
-            &["--out", "a", "--json writes too"],
+            &["--out", "a", "--json also writes"],
         ),
         (
             vec!["fit", "fit.toml", "--report", "page", "--json", "page/fit.json"],
-            &["--report", "fit.json", "--json writes too"],
+            &["--report", "fit.json", "--json also writes"],
         ),
         (
             vec!["fit", "two.toml", "--save", "fitted.toml"],
-            &["--save of experiment \"x_y\"", "fitted-x_y.toml", "\"x/y\" writes too"],
+            &["--save of experiment \"x_y\"", "fitted-x_y.toml", "\"x/y\" also writes"],
         ),
         (vec!["fit", "two.toml", "--save", "-"], &["--save", "found -", "2 experiments"]),
     ];
@@ -184,16 +220,16 @@ fn places_are_tried_before_anything_runs() {
     let before = folder.files().len();
     let long = "x".repeat(300);
     for (option, place, words) in [
-        ("--json", "no/such/fit.json", &["--json", "no/such/fit.json", "not there"][..]),
-        ("--save", "no/fitted.toml", &["--save", "no/fitted.toml", "not there"]),
-        ("--json", "tip.csv/fit.json", &["--json", "tip.csv is no folder"]),
+        ("--json", "no/such/fit.json", &["--json", "no/such/fit.json", "does not exist"][..]),
+        ("--save", "no/fitted.toml", &["--save", "no/fitted.toml", "does not exist"]),
+        ("--json", "tip.csv/fit.json", &["--json", "tip.csv is not a folder"]),
         ("--json", "sub", &["--json", "sub, a folder"]),
         ("--json", "", &["--json"]),
         ("--json", "old.json", &["--json", "old.json", "read-only"]),
-        ("--json", "pipe", &["--json", "pipe", "no regular file"]),
+        ("--json", "pipe", &["--json", "pipe", "not a regular file"]),
         ("--json", &long, &["too long"]),
-        ("--report", "tip.csv", &["--report", "tip.csv is no folder"]),
-        ("--report", "tip.csv/page", &["--report", "tip.csv is no folder"]),
+        ("--report", "tip.csv", &["--report", "tip.csv is not a folder"]),
+        ("--report", "tip.csv/page", &["--report", "tip.csv is not a folder"]),
     ] {
         let output = folder.run(&["fit", "fit.toml", "--force", option, place]);
         refused(&output, words);
@@ -225,7 +261,7 @@ fn one_output_that_fails_takes_no_other_with_it() {
     folder.write("nodes.csv", "older\n");
     let full = "trap '' XFSZ; ulimit -f 8";
     let output = folder.run_after(full, &["simulate", "scene.toml", "--out", "nodes.csv"]);
-    refused(&output, &["nodes.csv", "too large", "stays in", ".kept"]);
+    refused(&output, &["nodes.csv", "too large", "the partial output is in", ".kept"]);
     assert!(stdout(&output).contains("150 steps"));
     assert_eq!(folder.read("nodes.csv"), "older\n");
     let part = folder.files().into_iter().find(|name| name.ends_with(".kept")).unwrap();
@@ -299,7 +335,7 @@ fn an_interrupted_fit_writes_its_best() {
     let arguments = ["fit", "fit.toml", "--json", "fit.json", "--save", "fitted.toml"];
     let output = signalled(&folder, "-INT", &arguments);
     assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
-    for word in ["fit.json is of an earlier run and stays", "fit.interrupted.json", "--overwrite"] {
+    for word in ["fit.json of an earlier run is kept", "fit.interrupted.json", "--overwrite"] {
         assert!(stderr(&output).contains(word), "{word} in {}", stderr(&output));
     }
     assert_eq!(

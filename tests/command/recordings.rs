@@ -142,13 +142,13 @@ fn faults_of_a_recording_are_told() {
     folder.write("clip_0.csv", &csv(&swapped(&track, [2, 3])));
     let output = folder.run(&["simulate", "cable.toml"]);
     let shown = words(&stdout(&output));
-    assert!(shown.contains("markers 2 and 3 have each other's label"), "{shown}");
+    assert!(shown.contains("the labels of markers 2 and 3 are swapped"), "{shown}");
     assert!(shown.contains("swapped_labels = \"mend\""), "{shown}");
     let mended = CABLE.replace("clip_0.csv\"", "clip_0.csv\", swapped_labels = \"mend\"");
     folder.write("cable.toml", &mended);
     let output = folder.run(&["fit", "fit.toml", "--json", "fit.json"]);
     succeeds(&output);
-    assert!(words(&stdout(&output)).contains("they were exchanged"), "{}", stdout(&output));
+    assert!(words(&stdout(&output)).contains("They were exchanged"), "{}", stdout(&output));
     let errors = folder.json("fit.json")["recordings"]["fitted"]["worst"].as_f64().unwrap();
     assert!(errors < 3e-5, "{errors}");
 }

@@ -43,7 +43,7 @@ fn what_is_left_out_is_chosen() {
     folder.write("scene.toml", &open);
     let ran = folder.run(&["simulate", "scene.toml", "--json", "run.json"]);
     succeeds(&ran);
-    assert!(stdout(&ran).contains("chosen: ") && words(&stdout(&ran)).contains("1e-3 asked for"));
+    assert!(stdout(&ran).contains("chosen: ") && words(&stdout(&ran)).contains("requested 1e-3"));
     let run = folder.json("run.json");
     let (found, scene) = (&run["resolution"], &run["scene"]);
     assert_eq!(

@@ -287,7 +287,7 @@ fn derivatives_by_every_number() {
                     "planar scenes",
                     "supports.roller",
                     "curved rest",
-                    "no wall",
+                    "no support",
                     "beside the scheme",
                 ];
                 assert!(why.iter().any(|why| refused.contains(why)), "{seed}: {refused}");

@@ -272,7 +272,7 @@ fn what_is_held_out_is_predicted() {
     // Without damping no modulus explains the later swings.
     scene.loads.damping.mass = 0.0;
     let wrong = fit(&scene);
-    assert!(wrong.warnings.iter().any(|w| w.contains("held out")), "{wrong}");
+    assert!(wrong.warnings.iter().any(|w| w.contains("validation data")), "{wrong}");
 }
 
 /// Times of a scene are not needed where nothing moves, and are where something does.

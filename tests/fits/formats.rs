@@ -423,7 +423,7 @@ fn broken_files_of_qualisys() {
             ("\t64\n", "\tfast\n", &["4: ", "`fast`"]),
             ("DATA_INCLUDED\t3D", "DATA_INCLUDED\t6D", &["9: ", "6D", "3D"]),
             ("mid\ttip", "mid\tend", &["marker = \"tip\"", "mid, end"]),
-            ("FREQUENCY\t64", "FREQUENCY\t1e-320", &["13: ", "beyond what numbers hold", "a rate"]),
+            ("FREQUENCY\t64", "FREQUENCY\t1e-320", &["13: ", "not finite", "a rate"]),
             ("mid\ttip", "tip\ttip", &["10: ", "two columns x"]),
             ("mid\ttip", "mid\ttip\tleft", &["12: ", "6 columns for 3 markers"]),
             ("499.5", "4,5,6", &["13: ", "`4,5,6`"]),
@@ -504,9 +504,9 @@ fn broken_texts_of_kinovea() {
             (
                 "# Trajectory 2",
                 "# Trajectory 1",
-                &["second place", "`Trajectory 1`", "one at a time"],
+                &["second position", "`Trajectory 1`", "one at a time"],
             ),
-            ("0.015625 250 -1", "0 250 -1", &["6: ", "second place", "one at a time"]),
+            ("0.015625 250 -1", "0 250 -1", &["6: ", "second position", "one at a time"]),
             (
                 "# Trajectory 2",
                 "# Trajectory two",

@@ -218,7 +218,10 @@ fn compliances_of_what_is_no_clamp_are_refused() {
         scene.problem().map(|_| ()).unwrap_err().to_string()
     };
     let free = told(&|scene| scene.supports.end_compliance.axial = 1e-6);
-    assert!(free.contains("supports.end_compliance.axial") && free.contains("no wall"), "{free}");
+    assert!(
+        free.contains("supports.end_compliance.axial") && free.contains("no support"),
+        "{free}"
+    );
     let negative = told(&|scene| scene.supports.start_compliance.rotation = -1.0);
     assert!(negative.contains("supports.start_compliance.rotation"), "{negative}");
     let problem = rod(10, Dimension::Planar, 0.1).problem().unwrap();

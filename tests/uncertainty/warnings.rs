@@ -78,22 +78,22 @@ fn nothing_wrong_looks_fine() {
             .analyse(same_mesh())
             .solve()
             .unwrap();
-        warned(&report, "resemble");
+        warned(&report, "are autocorrelated");
     }
     // Damped data, undamped model.
     let mut undamped = scene.clone();
     undamped.loads.damping.mass = 0.0;
-    warned(&fit(&undamped, &data, &[Parameter::YoungsModulus]), "resemble");
+    warned(&fit(&undamped, &data, &[Parameter::YoungsModulus]), "are autocorrelated");
     // A clock that runs a hundredth of a second late.
     let mut late = data.clone();
     late.samples.iter_mut().for_each(|s| s.time -= 0.008);
     late.samples.retain(|s: &Sample| s.time >= 0.0);
-    warned(&fit(&scene, &late, &unknowns), "resemble");
+    warned(&fit(&scene, &late, &unknowns), "are autocorrelated");
     // Ten edges and exact data: the mesh is what is wrong.
     let mut coarse = scene.clone();
     coarse.supports.clamp = Clamp::Nodes;
     let report = fit(&coarse, &data, &unknowns);
-    warned(&report, "mesh and step may be");
+    warned(&report, "the discretization error may be");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
 }
 
@@ -107,8 +107,8 @@ fn the_mesh_is_blamed_before_the_model() {
     let data = noisy(&observe(&fine, 100), 1e-4, 6);
     let unknowns = [Parameter::YoungsModulus, Parameter::DampingMass];
     let report = fit(&coarse, &data, &unknowns);
-    assert!(report.warnings[0].contains("before looking for what else is wrong"), "{report}");
-    assert!(report.warnings.iter().any(|w| w.contains("resemble")), "{report}");
+    assert!(report.warnings[0].contains("before searching for a missing effect"), "{report}");
+    assert!(report.warnings.iter().any(|w| w.contains("are autocorrelated")), "{report}");
     assert_eq!(report.grade, Grade::RefineNumerics, "{report}");
     // Damping that goes with the strain rates, on a mesh that is good enough for the rest.
     fine.time = Some(Time::new(1.0, 5e-4));

@@ -130,8 +130,8 @@ impl Measures {
         let is_other =
             |(option, size): &&(&str, Option<f64>)| size.is_some() && others.contains(option);
         if let Some((option, size)) = sizes.iter().find(is_other) {
-            let found = format!("{} beside another section", size.unwrap_or_default());
-            return Err(refused(option, found, "the sizes of one section"));
+            let found = format!("{} and another section", size.unwrap_or_default());
+            return Err(refused(option, found, "the dimensions of one section"));
         }
         if self.kind() == Some(SectionKind::Rectangle) && !is_planar {
             let allowed = "circle or tube for a rod in space; write `up` of a rectangle into the scene by hand";

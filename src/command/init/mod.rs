@@ -83,8 +83,8 @@ pub fn run(options: &Options, manner: Manner) -> Result<u8, Error> {
         return Err(Error::Invalid {
             file: None,
             key: "init".into(),
-            found: format!("{}, which is there", path.display()),
-            allowed: "names that are free; --overwrite replaces them".into(),
+            found: format!("{}, which exists", path.display()),
+            allowed: "new files; --overwrite replaces existing ones".into(),
         });
     }
     outputs.check(options.from.as_slice())?;
@@ -158,7 +158,7 @@ fn from(
             file: None,
             key: "--from".into(),
             found: format!("{} beside frequencies", file.display()),
-            allowed: "none: frequencies stand in the fit file itself".into(),
+            allowed: "none: the fit file itself contains the frequencies".into(),
         }),
         Template::Cable => {
             let inspection = Inspection::of(file, &said)?;

@@ -168,19 +168,22 @@ impl FieldReport {
     fn doubts(&self, found: &Found<'_>) -> Vec<String> {
         let mut doubts = Vec::new();
         if !self.converged {
-            doubts.push("no minimum was reached: the numbers are the best so far".into());
+            doubts.push("no minimum was reached. The values are the best so far".into());
         }
         let ratio = self.normalized_residual_rms;
         if !(USUAL[0]..USUAL[1]).contains(&ratio) {
             let fault = match ratio > 1.0 {
-                true => "the scene lacks something, or the noise is larger than it is said to be",
-                false => "the noise is smaller than it is said to be",
+                true => "The model lacks an effect, or sigma is too small",
+                false => "Sigma is too large",
             };
-            doubts.push(format!("residuals are {ratio:.2} times as large as their sigma: {fault}; standard errors hold for that sigma"));
+            doubts.push(format!(
+                "the residuals are {ratio:.2} times the stated sigma. {fault}. The standard \
+                                 errors assume that sigma"
+            ));
         }
         if !found.complete {
             doubts.push(
-                "the data see more directions than were looked at: standard errors are too large"
+                "the data determine more combinations than were computed. The standard errors are too large"
                     .into(),
             );
         }
@@ -189,14 +192,15 @@ impl FieldReport {
             let unseen = both.filter(|(error, prior)| **error > UNSEEN * **prior).count();
             if unseen > 0 {
                 let (name, all) = (&field.name, field.values.len());
-                doubts.push(format!("the data hardly say {unseen} of the {all} numbers of {name}: they are what the prior makes of their neighbours"));
+                doubts.push(format!("the data hardly determine {unseen} of the {all} values of {name}. These \
+                                     follow from the prior and their neighbors. Add data where they are"));
             }
         }
         if found.fit.fields.len() > 1 || !found.fit.unknowns.is_empty() {
-            doubts.push("standard errors are of each number by itself, whatever the others: correlations are not reported".into());
+            doubts.push("correlations between the parameters are not reported. The standard errors are marginal".into());
         }
         doubts.push(
-            "the minimum is the one below the scene's numbers: others were not looked for".into(),
+            "the minimum is the one reached from the values of the scene. Other minima were not searched".into(),
         );
         doubts
     }

@@ -146,7 +146,7 @@ impl Observation {
         glitches: Glitches,
     ) -> Result<Vec<Self>, Error> {
         let Some(path) = &problem.scene().supports.path else {
-            let allowed = "beside a scene with [supports.path] only";
+            let allowed = "only with a scene that has [supports.path]";
             return Err(Error::invalid("markers", "\"free\"", allowed));
         };
         if every == 0 {
@@ -172,7 +172,7 @@ impl Observation {
         };
         let free: Vec<Self> = free.map(of).filter(|o| o.values() > 0).collect();
         match free.is_empty() {
-            true => Err(Error::invalid("markers", "no free marker that was seen", "one at least")),
+            true => Err(Error::invalid("markers", "no free marker with positions", "one at least")),
             false => Ok(free),
         }
     }
@@ -298,7 +298,8 @@ impl Observation {
                     continue;
                 }
                 let message = format!(
-                    "t = {time} s, allowed: 0 or later; time_zero says when the motion starts"
+                    "t = {time} s, allowed: 0 or later; set time_zero to the start of the motion on the file's \
+                     clock"
                 );
                 return Err(error(line, message));
             }

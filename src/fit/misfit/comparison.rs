@@ -209,7 +209,7 @@ impl Comparison {
         let longest = FARTHEST * time.end.max(self.end);
         if end > longest {
             // A search may try any clock: this one would take for ever.
-            let words = "the camera's clock is later than the motion by more than it lasts";
+            let words = "the time offset of the camera is longer than the motion";
             return Err(Error::Fit(format!("{words} ({end:.3e} s of at most {longest:.3e} s)")));
         }
         let steps = ((end / time.step_size() - 1e-9).ceil().max(1.0)) as usize;

@@ -108,21 +108,21 @@ impl ResidualTests {
         let remembers = correlation > 0.0 && innovation_whiteness >= NEW;
         let mut wrong = Vec::new();
         if whiteness < doubt && !remembers {
-            wrong.push(format!("neighbouring residuals resemble each other (p = {whiteness:.0e})"));
+            wrong.push(format!("the residuals are autocorrelated (p = {whiteness:.0e})"));
         }
         if normality < doubt {
             wrong.push(format!("the residuals are not normal (p = {normality:.0e})"));
         }
         if trend < doubt {
-            wrong.push(format!("the residuals change with time (p = {trend:.0e})"));
+            wrong.push(format!("the residuals have a trend in time (p = {trend:.0e})"));
         }
         let passed = wrong.is_empty();
         let verdict = match passed {
             true if whiteness < doubt => {
-                let words = "looks like noise whose neighbours correlate by";
-                format!("{words} {correlation:.2}: as much as {effective_samples:.0} values tell")
+                let words = "consistent with autocorrelated noise, lag-1 correlation";
+                format!("{words} {correlation:.2}, {effective_samples:.0} effective samples")
             }
-            true => "looks like noise".to_string(),
+            true => "consistent with white noise".to_string(),
             false => wrong.join(", "),
         };
         Some(Self {

@@ -115,9 +115,9 @@ impl Experiment {
         let spread = self.measurements.iter().map(|m| m.size(&self.problem)).fold(0.0, f64::max);
         let label = self.measurements.first().map(|m| self.label(m)).unwrap_or_default();
         format!(
-            "{label}: nothing moves in it beyond noise ({spread:.1e} m on a rod of {} m), where the \
-             scene says that the rod is let go: another point, the wrong columns, or a recording that \
-             ends before the release?",
+            "{label}: nothing moves beyond the noise ({spread:.1e} m on a rod of {} m), though the scene releases \
+             the rod. A fit to these data is meaningless. Check the tracked point, the columns, and that the \
+             recording includes the release",
             self.problem.length()
         )
     }
@@ -251,7 +251,7 @@ impl<'a> Release<'a> {
         let shown = |v: Vector<f64>| format!("({:.4}, {:.4}, {:.4}) m", v[0], v[1], v[2]);
         let place = std::array::from_fn(|c| nearest.position[c].unwrap_or(self.start[c]));
         let found = format!(
-            "a recording that starts {:.3} m from where the scene has the point: at {} instead of {}",
+            "a recording that starts {:.3} m from the position of the point in the scene: at {} instead of {}",
             norm(self.from(self.start, nearest)),
             shown(place),
             shown(self.start)
@@ -334,8 +334,8 @@ impl<'a> Release<'a> {
         }
         if -mean > 0.5 * spread {
             return Some(format!(
-                "{label}: the point moves up from where it starts, against gravity: does y point down \
-                 in the picture (y = \"down\"), or gravity the wrong way?"
+                "{label}: the point moves up from its start, against gravity. The y axis or gravity has the wrong \
+                 sign. Set y = \"down\" for image coordinates, or change loads.gravity"
             ));
         }
         // Where it passes its mean, once it was away from it on the other side.
@@ -357,9 +357,10 @@ impl<'a> Release<'a> {
             let falls_on = end > 0.0 && end - before > 0.2 * end;
             return (falls_on && part < SLOWEST).then(|| {
                 format!(
-                    "{label}: the point has fallen {end:.2e} m after {since} s and falls on, {:.0} times \
-                     slower than it would freely: times {:.2} times as long (fps, the unit of t) or \
-                     lengths {:.1} times as large (scale, the unit of x and y) would be about right",
+                    "{label}: the point has fallen {end:.2e} m after {since} s and still falls, {:.0} times \
+                     slower than in free fall. The unit of time or length is wrong. Times {:.2} times as long \
+                     (fps, the unit of t) or lengths {:.1} times as large (scale, the unit of x and y) would be \
+                     consistent",
                     part.recip(),
                     part.sqrt(),
                     part.recip()
@@ -376,9 +377,9 @@ impl<'a> Release<'a> {
         let (clock, size) = ((pace / 1.4).sqrt(), 1.4 / pace);
         (!(PACE[0]..=PACE[1]).contains(&pace)).then(|| {
             format!(
-                "{label}: a point that falls {mean:.2e} m in the mean should swing {} with a period of \
-                 {:.2e} s: times {clock:.2} times as long (fps, the unit of t) or lengths {size:.2e} \
-                 times as large (scale, the unit of x and y) would be about right",
+                "{label}: a point that falls {mean:.2e} m in the mean should swing {} with a period of {:.2e} s. \
+                 The unit of time or length is wrong. Times {clock:.2} times as long (fps, the unit of t) or \
+                 lengths {size:.2e} times as large (scale, the unit of x and y) would be consistent",
                 if pace > 1.4 { "more slowly than" } else { "faster than" },
                 2.0 * half
             )

@@ -61,9 +61,18 @@ impl Search<'_> {
                 Err(error) => failure = Some(error),
             }
         }
-        let nothing = || Error::Fit("no start for the fit was found".into());
+        let nothing = || {
+            Error::Fit(
+                "no start value for the fit was found. Give a start or bounds for each \
+                                     parameter"
+                    .into(),
+            )
+        };
         let (optimum, trust) = best.ok_or_else(|| match failure {
-            Some(error) => Error::Fit(format!("nothing can be simulated at the start: {error}")),
+            Some(error) => Error::Fit(format!(
+                "the scene cannot be simulated at the start values: {error}. Give \
+                                               another start"
+            )),
             None => nothing(),
         })?;
         self.trust = trust;

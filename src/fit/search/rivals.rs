@@ -114,8 +114,8 @@ pub(crate) fn better_elsewhere(unknowns: &[Unknown], x: &[f64]) -> String {
     };
     let values: Vec<String> = unknowns.iter().zip(values(unknowns, x)).map(value).collect();
     format!(
-        "{} fits better, but the search does not converge there: the values below are not the optimum; a start or \
-         bounds near it, or a shorter record, may help",
+        "{} has a lower misfit, but the search did not converge there. The estimates are not the optimum. Give a \
+         start or bounds near it, or shorten the record",
         values.join(", ")
     )
 }

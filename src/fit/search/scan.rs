@@ -133,11 +133,12 @@ impl Search<'_> {
         match failure {
             _ if !scanned.is_empty() => Ok(scanned),
             Some(error) => Err(Error::Fit(format!(
-                "no start found: every trial simulation failed, the last one with: {error}"
+                "no start value found: all trial simulations failed, the last one with: {error}. Check the scene, \
+                 or give a start"
             ))),
             None => Err(Error::Fit(
-                "no start found: no trial simulation has a finite misfit; a sigma may be far too \
-                 small"
+                "no start value found: no trial simulation has a finite misfit. A sigma may be far too small. \
+                 Check it, or give a start"
                     .into(),
             )),
         }

@@ -156,7 +156,13 @@ impl Search<'_> {
             goes_on = best.as_ref().is_some_and(is_lower) && self.simulations() < MOST_WORK;
         }
         best.ok_or_else(|| {
-            failure.unwrap_or_else(|| Error::Fit("no start for the fit was found".into()))
+            failure.unwrap_or_else(|| {
+                Error::Fit(
+                    "no start value for the fit was found. Give a start or bounds \
+                                                  for each parameter"
+                        .into(),
+                )
+            })
         })
     }
 

@@ -78,8 +78,10 @@ pub(crate) fn shifts_of(
     match shifts((search, optimum), around, analysis.discretization_error) {
         Err(Error::Interrupted) => Err(Error::Interrupted),
         Err(error) => {
-            let words =
-                format!("the discretisation error is unknown: another run failed ({error})");
+            let words = format!(
+                "the discretization error is unknown: a run on another mesh failed ({error}). The \
+                         intervals do not include it. Leave rod.segments and time.step out of the scene"
+            );
             warnings.add(Weight::Numerics, Code::NumericsUnknown, words);
             Ok(None)
         }
@@ -150,7 +152,7 @@ pub(crate) fn assess(
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
         true => ("", ""),
-        false => ("; the intervals are too narrow", ", and the intervals are too narrow"),
+        false => (". The intervals are too narrow", ". The intervals are too narrow"),
     };
 
     bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
@@ -199,8 +201,9 @@ pub(crate) fn assess(
             if shifts.are_to_blame() {
                 warnings.excuse_misfit(
                     Code::NumericsBelowData,
-                    "most of the residuals are discretization errors: the data are more exact than the 1e-4 of a value \
-                     for which mesh and step are chosen",
+                    "most of the residuals are discretization errors: the data are more accurate than the 1e-4 of \
+                     a value for which mesh and step are chosen. The noise tests are not valid. Give a finer \
+                     rod.segments and time.step",
                 );
             }
         }
@@ -235,8 +238,9 @@ pub(crate) fn assess(
     if is_tested && shifts.as_ref().is_some_and(Shifts::leave_traces) {
         warnings.excuse_ambiguity(
             Code::NumericsBelowData,
-            "element and step size leave a part of the residuals: the data are more exact than the 1e-4 of a value that \
-             numerics are chosen for. A small missing effect is not separated from that",
+            "a part of the residuals is discretization error: the data are more accurate than the 1e-4 of a value \
+             for which mesh and step are chosen. A small missing effect cannot be separated from it. Give a finer \
+             rod.segments and time.step",
         );
     }
     let about = (covariance, &sigma[..]);
@@ -279,13 +283,17 @@ fn sensitivities(
         && with_unstated
     {
         let words = format!(
-            "the sensitivities to inputs are unknown: the run with derivatives by them failed ({error})"
+            "the sensitivities to inputs are unknown: the run with their derivatives failed ({error}). Estimates \
+             and intervals are not affected"
         );
         warnings.add(Weight::Note, Code::NoSensitivityAnalysis, words);
         found = sensitivities_to(false);
     }
     if let Err(error) = &found {
-        let words = format!("no budget of uncertainty: its simulation failed ({error})");
+        let words = format!(
+            "the uncertainty budget is missing: its simulation failed ({error}). The interval is \
+                             statistical only. Check the stated inputs"
+        );
         warnings.add(Weight::Note, Code::NoBudget, words);
     }
     (found.ok(), warnings)

@@ -167,7 +167,10 @@ pub(crate) fn spreads(
         return vec![None; search.unknowns.len()];
     }
     if failed > 0 {
-        let words = format!("{failed} of {count} fits of the {what} did not converge");
+        let words = format!(
+            "{failed} of {count} fits of the {what} did not converge. They are left out, and the \
+                             spread may be too small. Give a start or bounds"
+        );
         warnings.add(Weight::Note, Code::ReplicatesFailed, words);
     }
     spreads

@@ -83,8 +83,8 @@ fn with_monte_carlo(
         let by_chance = 3.0 / (2.0 * fits as f64).sqrt();
         if (std / linear_std - 1.0).abs() > by_chance.max(NOT_LINEAR) {
             let words = format!(
-                "{}: the Monte Carlo spreads {:.2} times as far as the budget says, which takes the model \
-                 for linear over the errors: believe the Monte Carlo",
+                "{}: the Monte Carlo spread is {:.2} times that of the budget. The model is not linear over the \
+                 input errors. Quote the Monte Carlo interval",
                 estimate.label(),
                 std / linear_std
             );

@@ -229,8 +229,8 @@ pub(crate) fn errors_of(
     });
     if given && shifts.left > MESH_TO_BLAME && warnings.has_misfit() {
         weight = Weight::Mesh;
-        let words = "a finer mesh or step changes the motion by as much as the model leaves of the data: look \
-                     at the numerics before looking for what else is wrong";
+        let words = "a finer mesh or step changes the motion by as much as the residuals. The residuals may be \
+                     discretization error. Refine the numerics before searching for a missing effect";
         warnings.add(Weight::Mesh, Code::NumericsNotModel, format!("{words} ({remedy})"));
     }
     for ((i, estimate), error) in estimates.iter().enumerate().zip(&errors) {
@@ -248,7 +248,8 @@ pub(crate) fn errors_of(
                 false => format!("{:.1e} {}", relative * value.abs(), name.unit()),
             };
             let words = format!(
-                "{}: mesh and step may be {} off, more than the 95 % interval is wide; {remedy}",
+                "{}: the discretization error may be {}, more than the half-width of the 95 % interval. The \
+                 interval is too narrow. {remedy}",
                 estimate.label(),
                 off.trim_end()
             );
@@ -262,8 +263,8 @@ pub(crate) fn errors_of(
 fn remedy(experiments: &[Experiment]) -> &'static str {
     let line = |e: &Experiment| matches!(e.problem.scene().rod.shape, Shape::Polyline { .. });
     match experiments.iter().any(line) {
-        true => "without time.step the program chooses it, and the mesh is that of the polyline",
-        false => "without rod.segments and time.step the program chooses them",
+        true => "Leave out time.step, and the program chooses it; the mesh is that of the polyline",
+        false => "Leave out rod.segments and time.step, and the program chooses them",
     }
 }
 

@@ -105,8 +105,8 @@ impl<'a> KnownErrors<'a> {
         let farthest = off.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         if let Some((i, far)) = farthest.filter(|(_, off)| off.abs() > FAR) {
             let words = format!(
-                "the data say that {} is off by {:.1} of its standard uncertainties ({:+.1e} {}): it was measured \
-                 wrongly, or the model lacks what looks like that",
+                "the data contradict the stated {} by {:.1} standard uncertainties ({:+.1e} {}). Its value is \
+                 wrong, or the model lacks a similar effect. Measure it again",
                 self.knowns[i].label(),
                 far.abs(),
                 far * self.knowns[i].sigma,

@@ -21,7 +21,10 @@ pub(crate) fn std_errors(
     let hessian = match search.all_residuals().and_then(|r| r.hessian_at(&optimum.x)) {
         Ok(hessian) => hessian,
         Err(error) => {
-            let words = format!("no observed information: its simulation failed ({error})");
+            let words = format!(
+                "the observed information is missing: its simulation failed ({error}). Standard \
+                                 errors are those of the Gauss-Newton approximation"
+            );
             warnings.add(Weight::Note, Code::NoHessian, words);
             return errors;
         }
@@ -32,7 +35,8 @@ pub(crate) fn std_errors(
     let among = |m: &DMatrix<f64>| m.select_rows(&known).select_columns(&known);
     let hessian = among(&DMatrix::from_fn(n, n, |i, j| hessian[i][j]));
     let Some(factors) = hessian.cholesky() else {
-        let words = "the Hessian of the misfit is not positive: this is not a minimum of its own";
+        let words = "the Hessian of the misfit is not positive definite: the optimum is no isolated minimum. The \
+                     intervals are meaningless. Fit fewer parameters, or give bounds";
         warnings.add(Weight::Worthless, Code::NotAMinimum, words);
         return errors;
     };

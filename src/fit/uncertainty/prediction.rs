@@ -70,9 +70,10 @@ pub(crate) fn predictions(
                     false => format!("{}: ", experiment.name),
                 };
                 let words = format!(
-                    "{whose}what was held out could not be predicted: its run failed ({error})"
+                    "{whose}the validation data could not be predicted: the simulation failed ({error}). The fit \
+                     is not validated by them. Check the scene of these data"
                 );
-                let kind = "that could not be predicted";
+                let kind = "whose validation data could not be predicted";
                 let alike = (kind, &experiment.name[..]);
                 warnings.add_alike(Weight::Contradiction, Code::PredictionFailed, alike, words);
             }
@@ -82,12 +83,13 @@ pub(crate) fn predictions(
         let ratio = p.rms / p.expected.max(f64::MIN_POSITIVE);
         if is_too_large(ratio, p.values) {
             let words = format!(
-                "{}, held out, is {} as far from its prediction as noise and the parameters' errors \
-                 explain",
+                "{}: the error of the prediction is {} the one that noise and parameter errors explain. The model \
+                 does not generalize to these validation data. Look for a missing effect or a difference in the \
+                 set-up",
                 p.observation,
                 times(ratio)
             );
-            let kind = "held out that are farther from their predictions than that";
+            let kind = "validation data with larger errors than expected";
             warnings.add_alike(
                 Weight::Contradiction,
                 Code::LargePredictionError,

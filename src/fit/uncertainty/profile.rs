@@ -82,7 +82,8 @@ pub(crate) fn intervals(
         }
         if let Some(x) = found.better {
             let words = format!(
-                "{unknown} = {:e} fits better: this is not the best minimum",
+                "{unknown} = {:e} has a lower misfit. The result is not the global minimum. Give a start near \
+                 that value",
                 unknown.from_scale(x)
             );
             warnings.add(Weight::Worthless, Code::BetterMinimum, words);

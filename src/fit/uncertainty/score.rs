@@ -180,7 +180,8 @@ pub(crate) fn unsaid(
     }
     looked_for(found, statistics, (asked, spent)).unwrap_or_else(|error| {
         let words = format!(
-            "what the scene may lack is unknown: the run of a coarse model failed ({error})"
+            "omitted effects were not tested: the run of a coarse model failed ({error}). A missing effect may \
+             bias the estimates. Check the scene"
         );
         warnings.add(Weight::Note, Code::NoSensitivityAnalysis, words);
         Unsaid::default()

@@ -265,7 +265,7 @@ pub(crate) struct Conclusion {
 pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -> Conclusion {
     let unknown = in_one_sentence(findings);
     let cause = warnings.first(Weight::Suspicion);
-    let cause = cause.map_or(String::new(), |words| format!("; most likely as {words}"));
+    let cause = cause.map_or(String::new(), |words| format!(". Probable cause: {words}"));
     let worthless = warnings.first(Weight::Worthless);
     let worthless = worthless.map_or(String::new(), |words| format!("{words}{cause}"));
     let grade = match (end.converged, end.identified) {
@@ -279,38 +279,38 @@ pub(crate) fn conclude(end: End, findings: &[Finding], mut warnings: Warnings) -
         Grade::Trustworthy => ("converged".into(), "no problem detected".into()),
         Grade::RefineNumerics => {
             let fits = match [Weight::Unexplained, Weight::Misfit].map(|w| warnings.first(w)) {
-                [Some(_), _] => "large residuals, and ",
-                [None, Some(_)] => "the residuals are not noise, and ",
+                [Some(_), _] => "large residuals. Also ",
+                [None, Some(_)] => "the residuals are not noise. Also ",
                 [None, None] => "",
             };
             let words = format!(
-                "{fits}the given element or step size changes the estimates by more than their intervals; leave \
-                 rod.segments and time.step out of the scene, and they are chosen"
+                "{fits}the given element or step size changes the estimates by more than their intervals. Leave \
+                 rod.segments and time.step out of the scene, and the program chooses them"
             );
             ("converged".into(), words)
         }
         Grade::CorrelatedOrMissing if warnings.begins_with_outliers() => {
-            let words = "outliers bias the estimates, or an effect is missing in the model; use a robust loss (huber, \
-                         cauchy) before looking for an effect";
+            let words = "outliers bias the estimates, or an effect is missing in the model. Use a robust loss \
+                         (huber, cauchy) before looking for an effect";
             ("converged".into(), words.into())
         }
         Grade::CorrelatedOrMissing => {
             let words = "the noise is autocorrelated, or an effect is missing in the model and the estimates are \
-                         biased by more than their intervals; record the rod at rest and state its scatter as sigma, \
-                         or fit the likely omitted effects (--extend)";
+                         biased by more than their intervals. Record the rod at rest and state its scatter as \
+                         sigma, or fit the likely omitted effects (--extend)";
             ("converged".into(), words.into())
         }
         Grade::ModelDoesNotExplain => ("converged".into(), warnings.of_the_model()),
         Grade::NotIdentifiable => (
             format!("not identifiable: {unknown}"),
-            format!("the data do not determine all that was asked for{cause}"),
+            format!("the data do not determine all parameters{cause}"),
         ),
         Grade::Interrupted => (
             "interrupted after convergence".into(),
-            "a minimum, but what was to be done beyond it is not complete".into(),
+            "the fit was stopped at a minimum before all analyses were complete. Run it again for the full report".into(),
         ),
         Grade::NotUsable if end.converged => {
-            let mut status = format!("not to be used: {worthless}");
+            let mut status = format!("unusable: {worthless}");
             if !end.identified {
                 status += &format!("; not identifiable: {unknown}");
             }
@@ -351,8 +351,9 @@ impl Warnings {
             return format!("the data contradict a bound or a prior: {}", held.words);
         }
         if self.first(Weight::Unexplained).is_some() {
-            return "large residuals. Probably a set-up error (release time, scale, fps, origin, tracked point, y \
-                    direction, rod dimensions) or a wrong local minimum; give a start or bounds"
+            return "large residuals. Probable causes: a set-up error (release time, scale, fps, origin, tracked \
+                    point, y direction, rod dimensions) or a wrong local minimum. Check the set-up, or give a \
+                    start or bounds"
                 .into();
         }
         if let Some(words) = self.first(Weight::Validity) {
@@ -364,7 +365,7 @@ impl Warnings {
                          effect is missing in the scene (damping, drag, a compliant or tilted clamp, clock or camera), or \
                          sigma is too small";
             return match self.outlying_experiments() {
-                Some(names) => format!("{names}, most experiments are explained; {words}"),
+                Some(names) => format!("{names}, most experiments are explained. {words}"),
                 None => words.into(),
             };
         }

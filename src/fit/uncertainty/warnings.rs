@@ -78,10 +78,10 @@ pub(crate) fn unexplained(
         let outlying = parts.outlying(&experiment.name);
         if let Some(part) = outlying.filter(|_| is_unexplained) {
             let words = format!(
-                "{label}: the model leaves {} of what was observed unexplained ({shown_rms:.3e} {unit} of {shown_size:.3e} {unit}), \
-                 and {} of the whole experiment; the median of {} experiments is {}. This recording stands out, and \
-                 the set-up that all share is not the reason. Look at it, or use it as validation data \
-                 (held_out = true)",
+                "{label}: the residuals are {} of the observed motion ({shown_rms:.3e} {unit} of {shown_size:.3e} \
+                 {unit}), and {} in the whole experiment; the median of {} experiments is {}. This recording is \
+                 an outlier, and a fault of the common set-up is not the reason. Inspect it, or use it as \
+                 validation data (held_out = true)",
                 percent(relative),
                 percent(part),
                 parts.count(),
@@ -93,17 +93,19 @@ pub(crate) fn unexplained(
             // Standing still at the mean of what was observed leaves no more.
             let weight = if relative >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
             let words = format!(
-                "{label}: the model leaves {} of what was observed unexplained ({shown_rms:.3e} {unit} of \
-                 {shown_size:.3e} {unit})",
+                "{label}: the residuals are {} of the observed motion ({shown_rms:.3e} {unit} of {shown_size:.3e} \
+                 {unit}). The estimates may be wrong. Check the set-up: release time, scale, origin, tracked \
+                 point, dimensions",
                 percent(relative)
             );
-            let alike = ("with much unexplained", &experiment.name[..]);
+            let alike = ("with large residuals", &experiment.name[..]);
             warnings.add_alike(weight, Code::LargeResiduals, alike, words);
         }
         let too_large = |sigma: &f64| is_too_large(rms / sigma, own.len());
         if let Some(sigma) = measurement.sigma().filter(too_large) {
             let words = format!(
-                "{label}: the residuals are {} the stated sigma{narrow}",
+                "{label}: the residuals are {} the stated sigma{narrow}. Correct sigma, or add the missing effect \
+                 to the scene",
                 times(rms / sigma)
             );
             let kind = "with residuals beyond the stated sigma";
@@ -131,8 +133,8 @@ pub(crate) fn times(factor: f64) -> String {
 /// What keeps an optimum from being one, where the misfit jumps.
 pub(crate) fn jumps(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
     let open = !(optimum.converged && search.is_noise(optimum));
-    let words = "time steps were taken in halves, and which ones jumps with the parameters, and the \
-                 misfit with it: take a smaller time.step, or scheme = \"average-vector-field\"";
+    let words = "the integrator halved some time steps, and which ones depends on the parameters. The misfit has \
+                 jumps, and the optimum is inexact. Use a smaller time.step, or scheme = \"average-vector-field\"";
     if optimum.halved && open {
         warnings.add(Weight::Numerics, Code::HalvedSteps, words);
     }
@@ -163,18 +165,20 @@ pub(crate) fn test_residuals(
         for tests in residual_tests(experiment, measurement, own, correlation, doubt) {
             if !tests.is_noise() {
                 let words = format!(
-                    "{}, {}: {}: the model misses something{narrow}",
+                    "{}, {}: {}. The model lacks an effect, or the noise is correlated{narrow}. Read the likely \
+                     omitted effects, or try --extend",
                     tests.observation, tests.axis, tests.verdict
                 );
-                let kind = "coordinates of which it misses something";
+                let kind = "coordinates whose residuals are not white noise";
                 let alike = (kind, &experiment.name[..]);
                 warnings.add_alike(Weight::Misfit, Code::ResidualsNotWhite, alike, words);
             } else if !tests.passed {
                 let words = format!(
-                    "{}, {}: {}: some values may be far off; a robust loss (huber, cauchy) shows which",
+                    "{}, {}: {}. Outliers may bias the estimates. Use a robust loss (huber, cauchy), which \
+                     down-weights them",
                     tests.observation, tests.axis, tests.verdict
                 );
-                let kind = "coordinates with values that may be far off";
+                let kind = "coordinates with possible outliers";
                 let alike = (kind, &experiment.name[..]);
                 warnings.add_alike(Weight::Note, Code::Outliers, alike, words);
             }
@@ -329,8 +333,7 @@ pub(crate) fn growing_sensitivities(search: &Search, optimum: &Optimum, warnings
     }
     for growth in search.growths(optimum).into_iter().flatten() {
         let (later, values) = (growth.later, growth.values);
-        let consequence =
-            format!("the {later} of {values} positions that are later are down-weighted");
+        let consequence = format!("the {later} of {values} later positions are down-weighted");
         let words = growth.describe(&consequence);
         warnings.add(Weight::Note, Code::GrowingSensitivity, words);
     }
@@ -359,8 +362,9 @@ pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnin
     let named: Vec<String> = named.map(|(name, count)| format!("{count} of {name}")).collect();
     let places = if named.is_empty() { String::new() } else { format!(" ({})", named.join(", ")) };
     let words = format!(
-        "{total} of {} values{places} change with the parameters more than 10 times as much as is usual, as \
-         where a rod whips: they count as if their sigma were as many times larger",
+        "{total} of {} values{places} have a high leverage: they change with the parameters more than 10 times as \
+         much as is usual. They are down-weighted by that factor. Check them, as where a rod whips the model is \
+         least accurate",
         search.trust.len()
     );
     warnings.add(Weight::Note, Code::HighLeverage, words);
@@ -377,7 +381,8 @@ pub(crate) fn bounded_from_one_side(
         match (estimate.lower95, estimate.upper95) {
             (None, Some(upper)) if is_damping(unknown) => {
                 let words = format!(
-                    "{label} cannot be told from zero: at most {upper:.3e} {unit} (one-sided 95 %)"
+                    "{label} is not distinguishable from zero: at most {upper:.3e} {unit} (one-sided 95 %). The \
+                     upper bound is the result. Record a longer motion to determine it"
                 );
                 warnings.add(Weight::Note, Code::MayBeZero, words);
             }
@@ -409,7 +414,8 @@ pub(crate) fn bounds_reached(
         if deviation.is_some() && (*x <= low || *x >= high) {
             let bound = unknown.from_scale(if *x <= low { low } else { high });
             let words = format!(
-                "{unknown} ended at its bound {bound}: its interval does not account for that"
+                "{unknown} is at its bound {bound}. The interval does not account for the bound. Widen the bound, \
+                 or check the model"
             );
             warnings.add(Weight::Contradiction, Code::AtBound, words);
         }
@@ -421,8 +427,8 @@ pub(crate) fn against_priors(unknowns: &[Unknown], optimum: &Optimum, warnings: 
     for (unknown, x) in unknowns.iter().zip(&optimum.x) {
         if let Some(off) = unknown.prior_residual(*x).filter(|s| s.abs() > 3.0) {
             let words = format!(
-                "{unknown} ended {:.1} sigma from its prior's mean: data and prior contradict each \
-                 other",
+                "{unknown} is {:.1} sigma from the mean of its prior. Data and prior contradict each other. Check \
+                 the prior and the set-up",
                 off.abs()
             );
             warnings.add(Weight::Contradiction, Code::PriorConflict, words);

@@ -90,7 +90,7 @@ pub(crate) struct Columns {
 
 /// What is said of a time or a place that no number holds.
 pub(crate) const BEYOND: &str =
-    "a time or a place beyond what numbers hold, allowed: a rate, scale and origin of its size";
+    "a time or position that is not finite, allowed: a rate, scale and origin of plausible size";
 
 /// Whether a time and a place are numbers, whatever rate, scale and origin made of them.
 pub(crate) fn is_finite(time: f64, place: &[Option<f64>; 3]) -> bool {
@@ -294,7 +294,7 @@ impl Recording {
                 return Err(refused(message.into()));
             }
             (None, _) if sheet.format == Format::TrackMate => {
-                let message = "`y` is that of an image, which needs y = \"down\", or \"up\"";
+                let message = "`y` is an image coordinate, which needs y = \"down\" or \"up\"";
                 return Err(refused(message.into()));
             }
             (None, _) => false,

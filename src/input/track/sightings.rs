@@ -51,12 +51,13 @@ impl Sightings {
         }
         if rows.is_empty() {
             return Err(
-                lines.error(1, "no line that says where a marker was, allowed: one at least")
+                lines.error(1, "no line with the position of a marker, allowed: one at least")
             );
         }
         if self.names.len().saturating_mul(rows.len()) > MOST_PLACES {
             let message = format!(
-                "{} markers in {} frames, allowed: up to {MOST_PLACES} places; leave out those that are not on the rod",
+                "{} markers in {} frames, allowed: up to {MOST_PLACES} positions; remove the markers that are not \
+                 on the rod",
                 self.names.len(),
                 rows.len()
             );
@@ -78,7 +79,7 @@ impl Sightings {
             let own = &mut markers[marker];
             if std::mem::replace(&mut seen[marker], k) == k {
                 let message = format!(
-                    "a second place of the marker `{}` at {}, allowed: one at a time",
+                    "a second position of the marker `{}` at {}, allowed: one at a time",
                     own.name, row.clock
                 );
                 return Err(lines.error(row.line, message));
