@@ -107,7 +107,10 @@ pub(crate) fn put(table: &mut Table, place: &[String], value: &Value) -> Result<
             };
             Ok(())
         }
-        None => Err(refused("no such place".into(), "one that the file has, lists counted from 0")),
+        None => Err(refused(
+            "a key that the file does not have".into(),
+            "a key of the file; items of lists are counted from 0",
+        )),
     };
     if let Value::Table(changed) = at {
         *table = changed;

@@ -168,7 +168,7 @@ mod tests {
         assert!(differ(&here, &result("a", 1.0, 0.1, 1e-3)).is_none());
         // To the last bit on one platform.
         let error = differ(&here, &result("a", 1.0, 0.1, 1.0000000000000002e-3)).unwrap();
-        assert!(error.to_string().contains("different ones at a:3 and a:3"), "{error}");
+        assert!(error.to_string().contains("different results at a:3 and a:3"), "{error}");
         assert!(differ(&here, &result("b", 1.0 + 5e-10, 0.1, 1.1e-3)).is_none());
         for other in [result("b", 1.0 + 2e-9, 0.1, 1e-3), result("b", 1.0, 0.1 + 1e-9, 1e-3)] {
             let error = differ(&here, &other).unwrap().to_string();

@@ -39,9 +39,9 @@ pub(crate) fn matching_files(
     let mut walk = Walk { files: BTreeSet::new(), entries: 0 };
     match walk.visit(folder, &parts) {
         Ok(()) => Ok(walk.files.into_iter().collect()),
-        Err(Refused::WholeDisk) => Err(refused("which walks over the whole disk")),
+        Err(Refused::WholeDisk) => Err(refused("which would search the whole disk")),
         Err(Refused::TooManyEntries) => {
-            Err(refused(&format!("which walks over more than {MOST_ENTRIES} files")))
+            Err(refused(&format!("which would search more than {MOST_ENTRIES} files")))
         }
     }
 }

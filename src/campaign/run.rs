@@ -130,7 +130,8 @@ impl Plan {
         let (next, ran, failure) = (AtomicUsize::new(0), Mutex::new(ran), Mutex::new(None));
         let work = |share: usize| -> Result<(), Error> {
             let pool = ThreadPoolBuilder::new().num_threads(share).build();
-            let pool = pool.map_err(|error| Error::Fit(format!("no threads: {error}")))?;
+            let pool = pool
+                .map_err(|error| Error::Fit(format!("the threads cannot be started: {error}")))?;
             while !way.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
                 let Some(task) = open.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
                 let attempt = || pool.install(|| self.attempt(task, way.stop.clone()));

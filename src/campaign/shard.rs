@@ -60,7 +60,7 @@ impl Shard {
                 None => Err(Error::invalid(
                     "SLURM_ARRAY_TASK_ID",
                     format!("{id} in an array of {of} from {first} in steps of {step}"),
-                    "an array without gaps; what is done already is skipped, so submit all of it, or say --shard i/n",
+                    "an array without gaps, in which fits with a result are skipped, or --shard i/n",
                 )),
             };
         }
@@ -81,8 +81,8 @@ impl Shard {
 fn unsaid(name: &str, index: u64) -> Error {
     Error::invalid(
         name,
-        format!("{index}, and not of how many"),
-        "--shards N beside it, or --shard i/n",
+        format!("{index} without the number of shards"),
+        "--shards N in addition, or --shard i/n",
     )
 }
 

@@ -72,7 +72,9 @@ impl Collected<'_> {
         let mut sheet = csv::Writer::from_writer(Vec::new());
         let mut write = |row: Vec<String>| {
             let cells = row.iter().map(|text| to_cell(text).into_owned());
-            sheet.write_record(cells).map_err(|error| Error::Fit(format!("no sheet: {error}")))
+            sheet
+                .write_record(cells)
+                .map_err(|error| Error::Fit(format!("the CSV table cannot be written: {error}")))
         };
         write(header.collect())?;
         for row in &rows {
@@ -101,7 +103,9 @@ impl Collected<'_> {
             }
             write(cells)?;
         }
-        sheet.into_inner().map_err(|error| Error::Fit(format!("no sheet: {error}")))
+        sheet
+            .into_inner()
+            .map_err(|error| Error::Fit(format!("the CSV table cannot be written: {error}")))
     }
 
     /// The results, with all parts of a bootstrap in one row.

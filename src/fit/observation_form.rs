@@ -164,7 +164,8 @@ impl ObservationForm {
             let recorded = Recording { axes: None, fps: None, ..recording.clone() };
             let alone = form.every.is_none() && form.glitches.is_none() && markers.is_none();
             if file.is_some() || !alone || recorded != Recording::default() {
-                let allowed = "point, offset, fps, axes, sigma and held_out beside it: nothing is recorded yet";
+                let allowed = "only point, offset, fps, axes, sigma and held_out with the duration of a planned \
+                               observation";
                 return Err(Error::invalid(format!("{key}.duration"), duration, allowed));
             }
             let planned = Observation::planned(duration, fps.unwrap_or_default());
@@ -188,8 +189,7 @@ impl ObservationForm {
             };
             if recording.marker.is_some() || point.is_some() || markers.is_empty() {
                 let found = format!("{} markers, marker or point beside them", markers.len());
-                let allowed =
-                    "one at least, each with its point, and no marker or point beside them";
+                let allowed = "one marker or more, each with its point, and neither marker nor point in the observation";
                 return Err(Error::invalid(format!("{key}.markers"), found, allowed));
             }
             let read = Observation::read_markers(file, &recording, &markers)?;

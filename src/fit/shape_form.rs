@@ -54,7 +54,7 @@ impl ShapeForm {
             _ => {
                 let found = format!("{:?}", self.at);
                 let allowed =
-                    "either a file with what says how to read it, or at: nothing is recorded yet";
+                    "a file with the keys of its format, or at = [..] for a planned shape";
                 return Err(Error::invalid(format!("{key}.at"), found, allowed));
             }
         };

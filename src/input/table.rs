@@ -188,8 +188,8 @@ mod tests {
     #[test]
     fn bytes_that_are_no_text_are_named() {
         for (bytes, words) in [
-            (&b"t,x[\xb5m]\n0,1\n"[..], "tip.csv:1: field 2 is no UTF-8 text"),
-            (&b"t,x\n0,1\n0.5,\xff\n"[..], "tip.csv:3: field 2 is no UTF-8 text"),
+            (&b"t,x[\xb5m]\n0,1\n"[..], "tip.csv:1: field 2 is not UTF-8 text"),
+            (&b"t,x\n0,1\n0.5,\xff\n"[..], "tip.csv:3: field 2 is not UTF-8 text"),
         ] {
             let error = Table::of(Path::new("tip.csv"), bytes).unwrap_err().to_string();
             assert!(error.contains(words), "{error}");

@@ -116,7 +116,7 @@ impl Initial {
         }
         if self.state != InitialState::Equilibrium && !self.point.is_empty() {
             let found = "forces that hold a rod that is not in equilibrium";
-            let allowed = "with state = \"equilibrium\" only";
+            let allowed = "only with state = \"equilibrium\"";
             return Err(Error::invalid("initial.point", found, allowed));
         }
         match (&self.shape, self.state) {
@@ -129,7 +129,7 @@ impl Initial {
             }
             (Some(_), InitialState::Rest | InitialState::Recorded) => {
                 let (found, allowed) =
-                    ("a shape", "with state = \"shape\" or \"equilibrium\" only");
+                    ("a shape", "only with state = \"shape\" or \"equilibrium\"");
                 Err(Error::invalid("initial.shape", found, allowed))
             }
             (None, _) => Ok(()),

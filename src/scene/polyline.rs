@@ -107,7 +107,7 @@ impl Polyline {
     ) -> Result<Self, Error> {
         if let Some(i) = points.windows(2).position(|pair| pair[0] == pair[1]) {
             let found = "the same point as before";
-            return Err(source.error(i + 1, found, "another one: edges need a length"));
+            return Err(source.error(i + 1, found, "a different point, as edges need a length"));
         }
         if points.len() < 3 {
             let found = format!("{} points", points.len());

@@ -413,7 +413,11 @@ fn a_row_of_a_table_is_a_fit() {
         ("4.9e-3", "wide", ["rods.csv:2: ", "radius", "wide"]),
         ("deep/2.csv", "deep/3.csv", ["rods.csv:3: ", "deep/3.csv", "No such file"]),
         ("rod.section.radius", "radios", ["rods.csv:1: ", "radios", "short name"]),
-        ("observation.0", "observation.4", ["rods.csv:2: ", "observation.4.file", "no such place"]),
+        (
+            "observation.0",
+            "observation.4",
+            ["rods.csv:2: ", "observation.4.file", "a key that the file does not have"],
+        ),
         ("name", "rod.section.radius", ["rods.csv:1: ", "rod.section.radius twice", "once"]),
         (
             "observation.0.file",

@@ -38,7 +38,10 @@ fn tasks_that_were_lost_or_changed_are_refused() {
             &["sbatch", "out", "--time", "1:00:00"],
         ] {
             let output = folder.run(&[&["campaign"], command].concat());
-            refused(&output, &["out/tasks.jsonl", "the 3 lines that were; plan again"]);
+            refused(
+                &output,
+                &["out/tasks.jsonl", "the 3 planned lines; run `rodfit campaign plan` again"],
+            );
         }
     }
     // A plan that was killed while it was written can be made again; other folders are not touched.

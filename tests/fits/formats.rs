@@ -208,7 +208,7 @@ fn several_markers_of_a_file_are_observed() {
         ("marker = \"rod\"", "one of rod:mid, rod:tip"),
         ("markers = { \"rod\" = \"tip\" }", "one of rod:mid, rod:tip"),
         ("markers = {}", "observation[0].markers"),
-        ("markers = { \"rod:tip\" = \"tip\" }\npoint = \"tip\"", "no marker or point"),
+        ("markers = { \"rod:tip\" = \"tip\" }\npoint = \"tip\"", "neither marker nor point"),
         ("markers = \"all\"", "a table of markers"),
         ("format = \"optitrack\"", "optitrack"),
         ("marker = \"rod:tip\"\nlikelihood = 0.5", "without a column likelihood"),
@@ -530,7 +530,7 @@ fn broken_files_of_sleap() {
             ("rod,0,0.9,250", "rod,0,250", &["2: ", "8 fields", "9 as in the header"]),
             ("rod,0,", "rod,,", &["2: ", "`frame_idx` is blank"]),
             ("rod,0,0.9,250", "rod,0,0.9,far", &["2: ", "found `far`", "finite number"]),
-            ("rod,1,", "rod,0,", &["4: ", "second place of the marker `rod:mid` at 0"]),
+            ("rod,1,", "rod,0,", &["4: ", "second position of the marker `rod:mid` at 0"]),
         ],
     );
 }
@@ -549,7 +549,7 @@ fn broken_files_of_trackmate() {
             ("(pixel)", "(mm)", &["scale = 0.001", "lengths in mm"]),
             ("ID0,0,7,3.3,500.5", "ID0,0,7,3.3,far", &["5: ", "found `far`"]),
             ("ID0,0,7,3.3,500.5", "ID0,0,7,500.5", &["5: ", "10 fields", "11 as in the header"]),
-            ("ID0,0,2,", "ID0,0,7,", &["second place of the marker `7` at 0"]),
+            ("ID0,0,2,", "ID0,0,7,", &["second position of the marker `7` at 0"]),
         ],
     );
 }

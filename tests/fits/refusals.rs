@@ -203,7 +203,7 @@ fn impossible_requests_are_input_errors() {
             base()
                 .observe(data.clone().at(Point::ArcLength(0.3)))
                 .identify(Unknown::new("rod.shape.length".parse().unwrap()).start(0.2)),
-            "parameter[0].start: found 0.2, at which observation[1].point is no point of the rod",
+            "parameter[0].start: found 0.2, with which observation[1].point is not on the rod",
         ),
     ];
     for (fit, words) in cases {

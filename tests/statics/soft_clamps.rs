@@ -226,7 +226,7 @@ fn compliances_of_what_is_no_clamp_are_refused() {
     assert!(negative.contains("supports.start_compliance.rotation"), "{negative}");
     let problem = rod(10, Dimension::Planar, 0.1).problem().unwrap();
     let refused = problem.check_parameter(named("supports.end_compliance.rotation"));
-    assert!(refused.unwrap_err().to_string().contains("where no wall is"));
+    assert!(refused.unwrap_err().to_string().contains("where the end has no support"));
     let mut nodes = rod(50, Dimension::Planar, 0.1);
     nodes.supports.clamp = Clamp::Nodes;
     nodes.problem().unwrap();

@@ -322,7 +322,8 @@ fn what_a_known_number_leaves_is_no_noise() {
     assert!((from..to).contains(&1e8));
     let report = solved(&nominal, Some(2e-4));
     let said = |w: &String| {
-        w.contains("rod.shape.length is off by") && w.contains("standard uncertainties")
+        w.contains("contradict the stated rod.shape.length by")
+            && w.contains("standard uncertainties")
     };
     assert!(report.warnings.iter().any(said), "{report}");
     assert_eq!(report.grade, Grade::ModelDoesNotExplain);

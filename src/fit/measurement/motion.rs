@@ -322,8 +322,11 @@ impl Observation {
         };
         if observation.values() == 0 {
             let message = match dropped == Dropped::default() {
-                true => "no value below the header".into(),
-                false => format!("no value is left of {count} rows: {dropped}"),
+                true => "no value below the header, allowed: one row with a value at least".into(),
+                false => format!(
+                    "no usable value in {count} rows ({dropped}). Check time_zero, likelihood and \
+                                  the units"
+                ),
             };
             return Err(error(1, message));
         }

@@ -225,7 +225,9 @@ impl RestShape {
             ..Self::new(sightings)
         };
         if shape.values() == 0 {
-            return Err(table.error(1, "no value below the header"));
+            return Err(
+                table.error(1, "no value below the header, allowed: one row with a value at least")
+            );
         }
         Ok(shape.sigmas(&sigmas))
     }
