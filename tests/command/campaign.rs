@@ -460,7 +460,7 @@ fn a_scheduler_says_which_shard() {
     };
     for name in ["PBS_ARRAY_INDEX", "HQ_TASK_ID"] {
         succeeds(&with(name, &["--shards", "2"]));
-        refused(&with(name, &[]), &[name, "found 1, and not of how many", "--shards N"]);
+        refused(&with(name, &[]), &[name, "found 1 without the number of shards", "--shards N"]);
         succeeds(&with(name, &["--shard", "1/2"]));
     }
     // One counting: another would give two jobs the same part, and one to nobody.

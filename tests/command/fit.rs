@@ -191,7 +191,7 @@ fn bad_fits_and_data_are_refused() {
         ("tip.csv", data.replace("0.02,", ","), &["tip.csv:4", "time is blank"]),
         ("tip.csv", format!("{data}0.9,0,0\n"), &["tip.csv", "0.9", "time.end", "time_zero"]),
         ("tip.csv", format!("{data}0.295,0\n"), &["tip.csv:32", "2 fields"]),
-        ("tip.csv", "t,x,y\n0,,\n0.1,nan,\n".into(), &["tip.csv:1", "no value"]),
+        ("tip.csv", "t,x,y\n0,,\n0.1,nan,\n".into(), &["tip.csv:1", "no usable value"]),
         ("tip.csv", "t,x,y\n0.1,0.5,\n".into(), &["observation", "at least 2"]),
         ("tip.csv", String::new(), &["tip.csv:1"]),
     ];

@@ -383,7 +383,7 @@ fn keys_without_their_columns_are_refused_and_lost_rows_counted() {
         (seconds, "origin = [nan, 0, 0]".into(), &["origin = NaN along x", "finite"]),
         (seconds, "time_zero = inf".into(), &["time_zero = inf", "finite"]),
         ("frame[ms],x,y\n0,0.5,0\n", "fps = 30".into(), &["unit [ms] of `frame`"]),
-        (seconds, "time_zero = 3".into(), &["no value is left of 2 rows", "2 before time_zero"]),
+        (seconds, "time_zero = 3".into(), &["no usable value in 2 rows", "2 before time_zero"]),
         (
             "frame,x[px],y[px]\n1,500,0\n2,,\n3,nan,nan\n",
             format!("fps = 30\n{pixels}time_zero = 2"),
