@@ -10,7 +10,7 @@ use crate::page::table::Table;
 pub(super) fn parameters(report: &FitReport) -> String {
     let heads = [
         "parameter",
-        "value \u{b1} standard error",
+        "value \u{b1} standard error (statistical)",
         "95 % interval (statistical)",
         "unit",
         "95 % interval (expanded)",
@@ -53,6 +53,8 @@ fn intervals(e: &Estimate, scale: &Scale) -> Vec<Option<String>> {
         (None, _) => "<td class=\"bad\">not identifiable</td>".into(),
     };
     let across = e.cluster_jackknife.as_ref();
+    let has_known_inputs = e.budget.iter().any(|line| line.std.is_some());
+    let expanded = e.expanded95.filter(|_| has_known_inputs);
     let profile = e.profile95.map(|ends| {
         let end = |x: Option<f64>| x.map_or("none".into(), |x| scale.show(x, std));
         format!("[{}, {}]", end(ends[0]), end(ends[1]))
@@ -65,7 +67,7 @@ fn intervals(e: &Estimate, scale: &Scale) -> Vec<Option<String>> {
         Some(value),
         e.interval95.map(|ends| interval(ends, std, scale)),
         Some(escaped(&scale.unit)),
-        e.expanded95.map(|ends| interval(ends, e.combined_std, scale)),
+        expanded.map(|ends| interval(ends, e.combined_std, scale)),
         across.map(|across| interval(across.interval95, std, scale)),
         across.map(|across| interval(across.residual_interval95, std, scale)),
         e.observed_std_error.map(plus_minus),

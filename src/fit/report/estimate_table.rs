@@ -2,10 +2,12 @@
 
 use crate::fit::report::{FitReport, digits};
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::sources::UndetectedBias;
 use crate::fit::uncertainty::verdict::percent;
 use crate::summary::quantity::number;
 use crate::summary::{SummaryTable, TextColumn};
+
+/// Parameters whose largest bias is listed below the table.
+const BIASED: usize = 3;
 
 /// Whether an input with a stated uncertainty contributes.
 pub(super) fn has_known_inputs(e: &Estimate) -> bool {
@@ -41,10 +43,13 @@ pub(crate) fn estimate_table(estimates: &[Estimate], value_heading: &str) -> Sum
 /// The errors that the intervals contain, and the largest that they do not.
 pub(super) fn interval_content(report: &FitReport) -> Option<String> {
     let is_expanded = report.parameters.iter().any(has_known_inputs);
-    let bias = largest_bias(&report.undetected_bias);
+    let bias = largest_biases(report);
     let text = match is_expanded {
         _ if report.parameters.iter().all(|e| e.std_error.is_none()) => return None,
         true => "The interval contains noise, stated input uncertainties and discretization error.",
+        false if report.discretization_error.iter().any(|e| e.correction.is_some()) => {
+            "The interval contains noise and discretization error: all inputs are taken as exact."
+        }
         false => "The interval contains noise only: all inputs are taken as exact.",
     };
     Some(match bias {
@@ -53,16 +58,17 @@ pub(super) fn interval_content(report: &FitReport) -> Option<String> {
     })
 }
 
-/// The largest bias by an effect that the model omits, over all parameters.
-fn largest_bias(all: &[UndetectedBias]) -> Option<String> {
-    let biases = all.iter().filter_map(|bias| Some((bias.relative?.abs(), bias)));
-    let (relative, bias) = biases.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(format!(
-        "undetected bias, up to {} of {} ({})",
-        percent(relative),
-        bias.parameter,
-        bias.effect
-    ))
+/// The largest bias of every parameter by an effect that the model omits, for up to [`BIASED`] parameters.
+fn largest_biases(report: &FitReport) -> Option<String> {
+    let largest = |e: &Estimate| {
+        let label = e.label();
+        let own = report.undetected_bias.iter().filter(|bias| bias.parameter == label);
+        let biases = own.filter_map(|bias| Some((bias.relative?.abs(), bias)));
+        let (relative, bias) = biases.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!("{} of {label} ({})", percent(relative), bias.effect))
+    };
+    let texts: Vec<String> = report.parameters.iter().filter_map(largest).take(BIASED).collect();
+    (!texts.is_empty()).then(|| format!("undetected bias, up to {}", texts.join(", ")))
 }
 
 /// Estimate, standard error and the interval that is to be quoted.

@@ -115,7 +115,11 @@ pub(crate) fn looks_like(tests: &[ScoreTest]) -> Vec<String> {
     let words = |rank: &[ScoreTest]| {
         let others = rank[1..].iter().take(NAMED).map(|test| format!(", or {}", test.effect));
         let more = rank.len().saturating_sub(1 + NAMED);
-        let more = if more > 0 { format!(", or one of {more} more") } else { String::new() };
+        let more = match more {
+            0 => String::new(),
+            1 => format!(", or {}", rank[1 + NAMED].effect),
+            more => format!(", or {more} other effects"),
+        };
         format!("{}{}{more}", rank[0], others.collect::<String>())
     };
     found.map(words).collect()
