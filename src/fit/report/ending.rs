@@ -114,7 +114,7 @@ impl Ending {
             interrupted: false,
             conclusion: Conclusion {
                 grade: Grade::NotUsable,
-                status: format!("not to be used: {words}"),
+                status: format!("unusable: {words}"),
                 verdict: words.into(),
                 warnings: (vec![Code::NoMotion.behind(words)], vec![Code::NoMotion]),
             },
