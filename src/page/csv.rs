@@ -19,7 +19,7 @@ pub(super) fn link(name: &str, rows: &[Vec<String>]) -> String {
     }
     let (file, name) = (file_name(name), escaped(name));
     format!(
-        "<a class=\"csv\" download=\"{file}\" aria-label=\"CSV of {name}\" href=\"data:text/csv;charset=utf-8,{}\">CSV</a>",
+        "<a download=\"{file}\" aria-label=\"CSV of {name}\" href=\"data:text/csv;charset=utf-8,{}\">CSV</a>",
         encoded(&text)
     )
 }

@@ -23,7 +23,9 @@ pub fn design_page(design: &Design, title: &str) -> String {
     let mut body = first_card(design);
     let contributions = contributions(&design.contributions, &design.parameters);
     body += &section_if_any("Contribution of each measurement", &contributions);
-    let choices: String = design.advice.iter().map(|advice| choice(advice, design)).collect();
+    let choice = |advice| format!("<div>{}</div>", choice(advice, design));
+    let choices: String = design.advice.iter().map(choice).collect();
+    let choices = row(&choices.replace("<div></div>", ""));
     body += &section_if_any("Marker position, duration and frame rate", &choices);
     body += &section_if_any("Uncertainty budget", &budgets(&design.parameters));
     body += &section_if_any("Undetected bias", &undetected_bias(&design.undetected_bias));
@@ -149,7 +151,7 @@ fn choice(advice: &Advice, design: &Design) -> String {
         &chart,
         &format!("dashed: the plan{best}"),
     );
-    row(&(drawn + &folded("standard errors", &choice_table(advice, design, name, unit))))
+    drawn + &folded("standard errors", &choice_table(advice, design, name, unit))
 }
 
 /// Standard errors of a parameter over those of the plan, or over the smallest where the plan does not determine it.

@@ -13,7 +13,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const MARGINS: [f64; 2] = [88.0, 16.0];
 /// Width of a letter in the names of rows, px, and the largest number of letters.
 const LETTER: f64 = 9.0;
-const MAX_LETTERS: usize = 32;
+const MAX_LETTERS: usize = 24;
+/// Ticks of the axes; fewer beside the names of rows and on low charts, which leave less room.
+const TICKS: usize = 6;
+const TICKS_BESIDE_NAMES: usize = 3;
+const TICKS_OF_LOW: usize = 4;
+/// Charts up to this height are low, px.
+const LOW: f64 = 200.0;
 /// Charts wider than this have no room for the label of the y axis on narrow screens.
 const BROAD: f64 = 600.0;
 
@@ -30,14 +36,18 @@ fn layout(chart: &Chart) -> Layout {
     let [[left, right], [low, high]] = range;
     let names: Vec<String> = chart.rows.iter().map(|name| cut(name)).collect();
     let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
-    let margin = MARGINS[0].max(LETTER * longest as f64 + 40.0);
+    let margin = MARGINS[0].max(LETTER * longest as f64 + 24.0);
     let mut layout = Layout::new((left, right), (low, high))
         .with_width(chart.size[0])
         .with_height(chart.size[1])
         .with_theme(theme())
         .with_label_size(13)
         .with_tick_size(12)
-        .with_ticks(6)
+        .with_ticks(match (names.is_empty(), chart.size[1] <= LOW) {
+            (false, _) => TICKS_BESIDE_NAMES,
+            (true, true) => TICKS_OF_LOW,
+            (true, false) => TICKS,
+        })
         .with_axis_line_width(1.0)
         .with_grid_line_width(1.0)
         .with_force_margins(margin, MARGINS[1])
@@ -46,7 +56,7 @@ fn layout(chart: &Chart) -> Layout {
         .with_y_axis_min(low)
         .with_y_axis_max(high)
         .with_x_label(chart.labels[0].clone())
-        .with_y_label(chart.labels[1].clone())
+        .with_y_label(if names.is_empty() { chart.labels[1].clone() } else { String::new() })
         .with_x_tick_format(ticks(range[0], chart.log[0]))
         .with_y_tick_format(match names.is_empty() {
             true => ticks(range[1], chart.log[1]),
@@ -79,12 +89,15 @@ fn name_at(names: &[String], y: f64) -> String {
     }
 }
 
-/// A name with an ellipsis where it is too long for an axis.
+/// A name with an ellipsis in its middle where it is too long for an axis.
 fn cut(name: &str) -> String {
-    match name.chars().count() > MAX_LETTERS {
-        true => name.chars().take(MAX_LETTERS - 1).chain(['\u{2026}']).collect(),
-        false => name.into(),
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= MAX_LETTERS {
+        return name.into();
     }
+    let start = MAX_LETTERS / 2 - 1;
+    let end = letters.len() - (MAX_LETTERS - 1 - start);
+    letters[..start].iter().chain(&['\u{2026}']).chain(&letters[end..]).collect()
 }
 
 /// The axes, then bands, marks and lines, clipped to the axes. The function of kuva for several plots does the same,
@@ -134,10 +147,12 @@ fn ticks([low, high]: [f64; 2], log: bool) -> TickFormat {
     let largest = low.abs().max(high.abs());
     let is_plain = (1e-3..1e6).contains(&largest);
     TickFormat::Custom(Arc::new(move |x| {
+        if log {
+            return decade(x);
+        }
         let x = if x.abs() < 1e-9 * step { 0.0 } else { x };
-        let text = match (log, is_plain) {
-            (true, _) => return decade(x),
-            (false, false) if x != 0.0 => return without_zeros(scientific(x, 2)),
+        let text = match is_plain {
+            false if x != 0.0 => return without_zeros(scientific(x, 2)),
             _ => format!("{x:.decimals$}"),
         };
         let text = match text.contains('.') {
@@ -225,23 +240,25 @@ mod tests {
     #[test]
     fn small_values_without_a_prefix_have_powers_in_their_ticks() {
         let points = (0..5).map(|k| (f64::from(k), 1e-7 * f64::from(k)));
-        let svg = svg(&Chart::new("x", "y").dots("a", points, "red", 3.0));
-        assert!(svg.contains("\u{d7}10\u{207b}\u{2077}<"), "{svg}");
+        let small = svg(&Chart::new("x", "y").dots("a", points, "red", 3.0));
+        assert!(small.contains("\u{d7}10\u{207b}\u{2077}<"), "{small}");
+        let wide = [(1e-3, 1.0), (1e7, 2.0)];
+        let wide = svg(&Chart::new("x", "y").log(true, false).dots("a", wide, "red", 3.0));
+        assert!(wide.contains(">10\u{207b}\u{b3}<") && !wide.contains(">0\u{d7}"), "{wide}");
     }
 
     #[test]
     fn rows_have_their_names_and_their_points_in_the_file() {
-        let names = vec!["first".to_string(), "a name of more than thirty-two letters".to_string()];
+        let names =
+            vec!["first".to_string(), "a name of more than twenty-four letters".to_string()];
         let points = [((2.0, 0.0), [1.0, 3.0]), ((4.0, -1.0), [3.5, 4.5])];
         let chart = Chart::new("E (MPa)", "fit").rows(names).dots_with_bars("fits", &points, "red");
         let svg = svg(&chart);
-        assert!(
-            svg.contains(">first<") && svg.contains(">a name of more than thirty-two \u{2026}<")
-        );
+        assert!(svg.contains(">first<") && svg.contains(">a name of m\u{2026}four letters<"));
         assert!(
             chart.csv("E").contains(
                 ",fit,E%20%28MPa%29,95%20%25%20low%3A%20E%20%28MPa%29,95%20%25%20high%3A%20E%20%28MPa%29%0A\
-                 first,2,1,3%0Aa%20name%20of%20more%20than%20thirty-two%20letters,4,3.5,4.5%0A\""
+                 first,2,1,3%0Aa%20name%20of%20more%20than%20twenty-four%20letters,4,3.5,4.5%0A\""
             ),
             "{}",
             chart.csv("E")

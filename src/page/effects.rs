@@ -58,6 +58,9 @@ pub(super) fn largest_bias(biases: &[UndetectedBias]) -> String {
 pub(super) fn likely_omitted(tests: &[ScoreTest]) -> String {
     let (likely, others): (Vec<_>, Vec<_>) = tests.iter().partition(|test| test.is_significant());
     let mut html = String::new();
+    if likely.is_empty() && !others.is_empty() {
+        html += &note("No tested effect is significant.");
+    }
     if !likely.is_empty() {
         html += &note(
             "Score tests: effects that explain the residuals better than noise does. Effects of one rank are not \

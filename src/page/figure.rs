@@ -13,10 +13,15 @@ pub(super) fn figure(title: &str, name: &str, chart: &Chart, caption: &str) -> S
     let drawing = svg(chart);
     let label = format!("role=\"img\" aria-label=\"{}\"", escaped(name));
     let drawing = drawing.replacen("role=\"img\"", &label, 1);
-    let parts = [chart.legend(), caption.into(), chart.csv(name)];
+    let parts = [chart.legend(), caption.into()];
     let parts: Vec<&str> = parts.iter().map(|part| part.trim()).filter(|p| !p.is_empty()).collect();
+    let link = match (chart.csv(name), parts.is_empty()) {
+        (link, _) if link.is_empty() => link,
+        (link, true) => format!("<span class=\"csv\">{link}</span>"),
+        (link, false) => format!("<span class=\"csv\"> \u{2013} {link}</span>"),
+    };
     format!(
-        "<figure><h3 class=\"small\">{title}</h3>{drawing}<figcaption>{}</figcaption></figure>\n",
+        "<figure><h3 class=\"small\">{title}</h3>{drawing}<figcaption>{}{link}</figcaption></figure>\n",
         parts.join(" \u{2013} ")
     )
 }

@@ -5,7 +5,7 @@ use crate::page::card::{Tone, card};
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::figure;
 use crate::page::html::{escaped, folded, note, section};
-use crate::page::number::{Scale, percent, quantity, scientific};
+use crate::page::number::{Scale, quantity, scientific};
 use crate::page::page;
 use crate::page::table::Table;
 use crate::study::{Row, Study, name};
@@ -18,7 +18,7 @@ const COLORS: usize = 6;
 pub fn study_page(study: &Study, scene: &str) -> String {
     let reference = format!(
         "The reference is extrapolated from finer meshes than any other. Its own error is at most {} of the length.",
-        percent(study.reference_error)
+        scientific(study.reference_error, 1)
     );
     let content = recommended(study) + &note(&reference);
     let headline = "Fastest settings for an error of the tip";
@@ -42,7 +42,7 @@ fn recommended(study: &Study) -> String {
             ],
             None => vec![Some("none of these runs is that accurate".into()), None, None, None],
         };
-        table.row(percent(advice.error), cells);
+        table.row(scientific(advice.error, 0), cells);
     }
     table.html()
 }
