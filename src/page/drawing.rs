@@ -56,12 +56,14 @@ fn layout(chart: &Chart) -> Layout {
         .with_y_axis_min(low)
         .with_y_axis_max(high)
         .with_x_label(chart.labels[0].clone())
-        .with_y_label(if names.is_empty() { chart.labels[1].clone() } else { String::new() })
         .with_x_tick_format(ticks(range[0], chart.log[0]))
         .with_y_tick_format(match names.is_empty() {
             true => ticks(range[1], chart.log[1]),
             false => TickFormat::Custom(Arc::new(move |y| name_at(&names, y))),
         });
+    if chart.rows.is_empty() {
+        layout = layout.with_y_label(chart.labels[1].clone());
+    }
     if chart.log[0] {
         layout = layout.with_log_x();
     }
