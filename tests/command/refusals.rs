@@ -387,7 +387,7 @@ fn keys_without_their_columns_are_refused_and_lost_rows_counted() {
         (
             "frame,x[px],y[px]\n1,500,0\n2,,\n3,nan,nan\n",
             format!("fps = 30\n{pixels}time_zero = 2"),
-            &["no value is left of 3 rows", "1 before time_zero, 2 without a value"],
+            &["no usable value in 3 rows", "1 before time_zero, 2 without a value"],
         ),
     ] {
         folder.write("tip.csv", csv);
