@@ -36,6 +36,8 @@ const SAMPLES: usize = 400;
 const SHORT: f64 = 0.05;
 /// Significant digits of steps and times on the terminal.
 const DIGITS: usize = 3;
+/// The same in the table of all runs, whose columns must fit into 80.
+const FEW_DIGITS: usize = 2;
 
 /// One run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -357,12 +359,12 @@ impl Study {
         for row in &self.rows {
             runs.row([
                 name(row),
-                quantity(row.step, "s", DIGITS),
+                quantity(row.step, "s", FEW_DIGITS),
                 row.segments.to_string(),
                 size(row.error),
                 size(row.step_error),
                 size(Some(row.mesh_error)),
-                quantity(row.wall_seconds, "s", DIGITS),
+                quantity(row.wall_seconds, "s", FEW_DIGITS),
                 format!("{:.1e}", row.energy_drift),
             ]);
         }
