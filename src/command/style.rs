@@ -15,14 +15,18 @@ pub enum Stream {
 }
 
 impl Stream {
-    /// The style of a text on this stream.
+    /// The style of a text on this stream. Messages that other programs read have one line each.
     pub fn style(self) -> TextStyle {
         let (is_terminal, terminal) = match self {
             Self::Output => (std::io::stdout().is_terminal(), Term::stdout()),
             Self::Error => (std::io::stderr().is_terminal(), Term::stderr()),
         };
         let columns = terminal.size_checked().filter(|_| is_terminal).map(|(_, columns)| columns);
-        style(is_terminal, columns, |name| std::env::var(name).ok())
+        let style = style(is_terminal, columns, |name| std::env::var(name).ok());
+        match self {
+            Self::Error if !is_terminal => TextStyle { width: usize::MAX, ..style },
+            _ => style,
+        }
     }
 }
 

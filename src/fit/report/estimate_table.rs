@@ -47,6 +47,10 @@ pub(super) fn interval_content(report: &FitReport) -> Option<String> {
     let text = match is_expanded {
         _ if report.parameters.iter().all(|e| e.std_error.is_none()) => return None,
         true => "The interval contains noise, stated input uncertainties and discretization error.",
+        false if report.parameters.iter().any(|e| e.cluster_jackknife.is_some()) => {
+            "The interval contains noise and differences between the experiments: inputs that they have in common are \
+             taken as exact."
+        }
         false if report.discretization_error.iter().any(|e| e.correction.is_some()) => {
             "The interval contains noise and discretization error: all inputs are taken as exact."
         }
