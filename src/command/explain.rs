@@ -1,8 +1,10 @@
 //! `rodfit explain`
 
+use crate::command::style::Stream;
 use crate::command::terminal;
 use rodfit::Error;
 use rodfit::code::{all_explained, explained, named};
+use rodfit::summary::wrap_message;
 
 #[derive(clap::Args)]
 pub struct Options {
@@ -36,14 +38,23 @@ fn one(code: &str) -> Result<String, Error> {
         _ => name,
     };
     // The terminal shows no bold text.
-    Ok(format!("{title}: {}", text.replace("**", "").replace("\n\n", "\n")))
+    let text = format!("{title}: {}", text.replace("**", ""));
+    Ok(text.split("\n\n").map(paragraph).collect::<Vec<_>>().join("\n"))
+}
+
+/// A paragraph in lines of the terminal's width; lists and examples stay as they are.
+fn paragraph(text: &str) -> String {
+    let is_list = |line: &str| line.starts_with(['-', '|', ' ', '`']);
+    let text = if text.lines().any(is_list) { text.into() } else { text.replace('\n', " ") };
+    wrap_message(&text, Stream::Output.style())
 }
 
 /// Every word with its title.
 fn all() -> String {
     let width = all_explained().map(|(name, _)| name.len()).max().unwrap_or(0);
     let line = |(name, text): (&str, &str)| {
-        format!("{name:<width$}  {}", text.lines().next().unwrap_or_default())
+        let line = format!("{name:<width$}  {}", text.lines().next().unwrap_or_default());
+        wrap_message(&line, Stream::Output.style())
     };
     all_explained().map(line).collect::<Vec<_>>().join("\n")
 }

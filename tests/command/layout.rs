@@ -38,7 +38,7 @@ fn folder() -> Folder {
 /// Commands with their output.
 fn outputs(folder: &Folder) -> Vec<(String, Output)> {
     let known = ["--known", "radius=5e-5", "--known", "rod.shape.length=5e-4"];
-    let commands: [&[&str]; 25] = [
+    let commands: [&[&str]; 28] = [
         &["fit", "data/cantilever-fit.toml"],
         &[&["fit", "data/cantilever-fit.toml"][..], &known].concat(),
         &["fit", "data/droop-fit.toml"],
@@ -63,6 +63,9 @@ fn outputs(folder: &Folder) -> Vec<(String, Output)> {
         &["campaign", "collect", "out", "--csv", "all.csv"],
         &["init", "cable", "--out", "cable"],
         &["simulate", "none.toml"],
+        &["explain"],
+        &["explain", "undetected-bias"],
+        &["explain", "3"],
         &["fit", "data/cantilever-fit.toml", "--known", "nothing"],
     ];
     commands.iter().map(|words| (words.join(" "), folder.run(words))).collect()
