@@ -31,7 +31,7 @@ pub(super) fn summary(report: &FitReport) -> String {
     let mut lines = vec![format!("RMS residual {}", in_unit(report.residual_rms, unit))];
     lines.extend(report.losses.iter().map(|l| {
         format!(
-            "Robust loss, {}: {} of {} values down-weighted, {} beyond 5 \u{3c3}; this multiplies the standard errors by {:.2} (included)",
+            "Robust loss, {}: {} of {} values down-weighted, {} beyond 5 \u{3c3}; standard errors \u{d7} {:.2} (included)",
             l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
         )
     }));

@@ -182,6 +182,6 @@ fn a_clock_has_its_limits() {
     assert!(at(-0.3).is_ok());
     for offset in [-0.5, -1e9] {
         let error = at(offset).unwrap_err().to_string();
-        assert!(error.contains("clock"), "{error}");
+        assert!(error.contains("time offset of the camera"), "{error}");
     }
 }

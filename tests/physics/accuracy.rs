@@ -341,7 +341,7 @@ fn what_is_given_stays() {
     let checked = problem(scene, ["accuracy = 1e-4", "segments = 7", "step = 0.01"]).unwrap();
     assert_eq!((checked.segments(), checked.time().unwrap()), (7, given.time().unwrap()));
     let error = checked.resolution().unwrap().error.unwrap();
-    assert!(error > 1e-3 && checked.warnings()[0].contains("leave out rod.segments"), "{error:e}");
+    assert!(error > 1e-3 && checked.warnings()[0].contains("Leave out rod.segments"), "{error:e}");
     let own = problem(scene, ["", "", "scheme = \"average-vector-field\""]).unwrap();
     assert_eq!(own.time().unwrap().scheme, Scheme::AverageVectorField);
     let rest = problem(&scene.replace("[time]\nend = 0.3", ""), ["", "", ""]);

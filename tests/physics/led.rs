@@ -149,7 +149,7 @@ fn what_cannot_be_led_is_refused() {
     for (change, words) in [
         (
             &(|scene: &mut Scene| inner(scene, &["ring"])) as &dyn Fn(&mut Scene),
-            r#"supports.path.inner: found "ring", which is no marker between what the supports hold, allowed: some of ["2", "3", "4"]"#,
+            r#"supports.path.inner: found "ring", which is not a marker between the supports, allowed: some of ["2", "3", "4"]"#,
         ),
         (&|scene| inner(scene, &["1"]), "supports.path.inner: found \"1\""),
         (&|scene| inner(scene, &["4", "3", "2"]), "leaves no node free"),

@@ -48,7 +48,9 @@ fn intervals_cover_where_experiments_differ() {
             assert_eq!(across.experiments, 8);
             if across.reported {
                 assert_eq!(estimate.interval95, Some(across.interval95));
-                assert!(report.to_string().contains("(8 experiments, reported)"), "{report}");
+                let text = report.to_string();
+                let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+                assert!(words.contains("(8 experiments, reported)"), "{report}");
             }
             let holds = |[low, high]: [f64; 2]| low <= TRUTH && TRUTH <= high;
             [holds(across.residual_interval95), holds(across.interval95)]

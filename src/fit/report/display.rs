@@ -66,7 +66,7 @@ impl FitReport {
         summary = summary.facts("Rows left out", dropped);
         let losses = self.losses.iter().map(|l| {
             format!(
-                "{}: {} of {} values down-weighted, {} beyond 5 sigma; this multiplies the standard errors by {:.2} (included)",
+                "{}: {} of {} values down-weighted, {} beyond 5 sigma; standard errors x {:.2} (included)",
                 l.observation, l.down_weighted, l.values, l.beyond_5_sigma, l.std_error_factor
             )
         });
@@ -97,7 +97,7 @@ impl FitReport {
         let sigma: Vec<String> = pairs.map(shown).collect();
         let alike = sigma.chunk_by(|a, b| a == b).map(|same| match same.len() {
             ..3 => same.join(", "),
-            n => format!("{} (each of {n} observations)", same[0]),
+            n => format!("{} ({n} observations)", same[0]),
         });
         let sigma: Vec<String> = alike.collect();
         // Positions come before frequencies.

@@ -40,6 +40,11 @@ pub(crate) fn estimate_table(estimates: &[Estimate], value_heading: &str) -> Sum
     table
 }
 
+/// Whether the interval is that of the differences between experiments.
+fn is_from_clusters(e: &Estimate) -> bool {
+    e.cluster_jackknife.as_ref().is_some_and(|clusters| clusters.reported)
+}
+
 /// The errors that the intervals contain, and the largest that they do not.
 pub(super) fn interval_content(report: &FitReport) -> Option<String> {
     let is_expanded = report.parameters.iter().any(has_known_inputs);
@@ -47,7 +52,7 @@ pub(super) fn interval_content(report: &FitReport) -> Option<String> {
     let text = match is_expanded {
         _ if report.parameters.iter().all(|e| e.std_error.is_none()) => return None,
         true => "The interval contains noise, stated input uncertainties and discretization error.",
-        false if report.parameters.iter().any(|e| e.cluster_jackknife.is_some()) => {
+        false if report.parameters.iter().any(is_from_clusters) => {
             "The interval contains noise and differences between the experiments: inputs that they have in common are \
              taken as exact."
         }

@@ -36,7 +36,9 @@ fn discretization(report: &FitReport) -> Vec<String> {
             }
             _ => percent(part),
         };
-        let rest = format!("at most {} of {}", size(relative), e.label());
+        let most = size(relative);
+        let at_most = if most.starts_with("more than") { "" } else { "at most " };
+        let rest = format!("{at_most}{most} of {}", e.label());
         texts.push(match error.correction {
             Some(by) => {
                 let sign = if by < 0.0 { "-" } else { "+" };
