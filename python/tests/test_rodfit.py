@@ -271,7 +271,7 @@ def test_what_a_result_shows(result, tmp_path):
     assert result._repr_html_().startswith(f"<p><b>{result.grade}</b>: {result.verdict}")
     result.report(tmp_path / "fit.html")
     page = (tmp_path / "fit.html").read_text()
-    assert page.startswith("<!doctype html>") and "Data and model" in page
+    assert page.startswith("<!doctype html>") and "<h2>Residuals" in page
     assert "plot_data" not in json.loads(result.to_json())
     assert rodfit.FitResult(result.to_json()).x == pytest.approx(result.x, rel=0)
 

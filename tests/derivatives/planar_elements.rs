@@ -274,7 +274,7 @@ fn verdicts_are_kept_apart_and_entries_are_listed() {
     assert!(one.above.iter().all(|above| above.quantity == "hessian"));
     let words = one.to_string();
     assert!(
-        words.contains("derivatives DISAGREE") && words.contains("the first 20 of 32"),
+        words.contains("derivatives disagree") && words.contains("the first 20 of 32"),
         "{words}"
     );
     // Errors that only duals can see.

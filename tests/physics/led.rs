@@ -163,7 +163,7 @@ fn what_cannot_be_led_is_refused() {
                 scene.supports.start = Support::Clamped;
                 free_twist(scene, &[End::Start]);
             },
-            "supports.path.free_twist: found \"start\", which no recording leads",
+            "supports.path.free_twist: found \"start\", which no recording prescribes",
         ),
         (
             &|scene| {
