@@ -318,5 +318,5 @@ impl BoundaryMotion {
 const LARGEST_SHIFT: f64 = 0.02;
 const LARGEST_TURN: f64 = 0.1;
 const LARGEST_TWIST: f64 = 0.5;
-/// Stages of one equilibrium: a hundred edges take some ten seconds.
+/// Stages of one equilibrium, at most: 400 rod lengths of displacement, or 1591 turns of twist.
 const MOST_STAGES: f64 = 20_000.0;
