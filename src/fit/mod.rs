@@ -96,18 +96,18 @@ use crate::error::Error;
 use crate::fit::design::plan::Plan;
 use crate::fit::duplicates::check_duplicates;
 use crate::fit::measurement::constant_axes::{all_constant_axes, without_constant_axes};
-use crate::fit::measurement::experiment::{fitted, full_work};
+use crate::fit::measurement::experiment::{fitted as measured, full_work};
 use crate::fit::measurement::repeated_frames::all_repeated_frames;
 use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::report::ending::Ending;
-use crate::fit::resolution::{begun, refined, smooth};
+use crate::fit::resolution::{RefinedStart, begun, refined, smooth};
 use crate::fit::search::Search;
 use crate::fit::search::basins::{SAME, distance};
 use crate::fit::search::first_look::FirstLook;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::rivals::{Comparison, better_elsewhere};
-use crate::fit::uncertainty::assessment::{assess, shifts_of};
-use crate::fit::uncertainty::local_analysis::local;
+use crate::fit::uncertainty::assessment::{AssessmentInputs, assess, shifts_of};
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{constant_axes, repeated_frames};
 use crate::fit::unknown::laid_out;
@@ -155,32 +155,25 @@ pub struct Fit {
     keep_plot_data: bool,
 }
 
-/// Where a search [hurried](Search::hurried) to the first optimum that explains the motion.
-struct Coarse<'a> {
+/// State of a search that [stopped at the first acceptable optimum](Search::stops_at_first_fit).
+struct FirstFit<'a> {
     search: &'a Search<'a>,
     experiments: &'a [Experiment],
     /// The optimum, on the unknowns' scales.
     x: Vec<f64>,
 }
 
-/// How far the way from a search to its report has come.
+/// State of a fit between the first optimum and the report.
 #[derive(Clone, Copy)]
-struct Settling<'a> {
+struct Refinements<'a> {
     look: &'a FirstLook,
     since: Instant,
     /// The search, if it stopped at the first optimum that explains the motion.
-    hurried: Option<&'a Coarse<'a>>,
+    first_fit: Option<&'a FirstFit<'a>>,
     /// Whether the other minima have been compared with the optimum on its mesh.
     is_compared: bool,
-    /// How often mesh and step have been refined.
+    /// Number of refinements of mesh and step.
     round: usize,
-}
-
-impl Settling<'_> {
-    /// The same on a finer mesh.
-    fn finer(self) -> Self {
-        Self { round: self.round + 1, ..self }
-    }
 }
 
 impl Fit {
@@ -260,7 +253,7 @@ impl Fit {
     /// A fit that cannot be solved, or not in the way it is asked for.
     pub fn residuals(&self) -> Result<Residuals, Error> {
         self.check()?;
-        let fitted = fitted(&smooth(self.laid_out()?)?);
+        let fitted = measured(&smooth(self.laid_out()?)?);
         let horizons = vec![f64::MAX; fitted.len()];
         let (sigmas, work) = (first_sigmas(&fitted), full_work(&fitted)?);
         Residuals::new(&fitted, &sigmas, &self.unknowns, &horizons, work)
@@ -293,7 +286,7 @@ impl Fit {
         let since = Instant::now();
         self.check()?;
         let experiments = begun(self.laid_out()?)?;
-        let measured = fitted(&experiments);
+        let measured = measured(&experiments);
         let mut look = FirstLook::at(&measured, &self.unknowns)?;
         look.constant_axes = all_constant_axes(&self.experiments);
         look.repeated_frames = all_repeated_frames(&measured);
@@ -302,7 +295,7 @@ impl Fit {
         search.suspicious = !look.suspicions.is_empty();
         let ending = match &look.hopeless {
             Some(words) => Ending::unsearched(&search, words, self.keep_plot_data),
-            None => match self.searched(&mut search, &experiments, (&look, since)) {
+            None => match self.search(&mut search, &experiments, &look, since) {
                 Err(Error::Interrupted) => Ending::unfinished(&search, self.keep_plot_data)?,
                 Err(error @ Error::Fit(_)) => return Err(look.beside(error)),
                 report => return report,
@@ -311,67 +304,69 @@ impl Fit {
         Ok(FitReport::new(ending, &search, &experiments, since))
     }
 
-    /// The best of all starts, and what it is worth.
-    fn searched(
+    /// Searches from all starts, and assesses the best optimum.
+    fn search(
         &self,
         search: &mut Search,
         experiments: &[Experiment],
-        about: (&FirstLook, Instant),
+        look: &FirstLook,
+        since: Instant,
     ) -> Result<FitReport, Error> {
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
-        search.hurried = open && !search.is_led();
+        search.stops_at_first_fit = open && !search.is_led();
         let optimum = search.best()?;
-        let coarse = Coarse { search, experiments, x: optimum.x.clone() };
-        let hurried = (search.hurried && !search.is_noise(&optimum)).then_some(&coarse);
-        let (look, since) = about;
-        let state = Settling { look, since, hurried, is_compared: false, round: 0 };
-        self.settled((search, optimum), experiments, state)
+        let first = FirstFit { search, experiments, x: optimum.x.clone() };
+        let first_fit = (search.stops_at_first_fit && !search.is_noise(&optimum)).then_some(&first);
+        let state = Refinements { look, since, first_fit, is_compared: false, round: 0 };
+        self.refine(Fitted { search, optimum: &optimum }, experiments, state)
     }
 
-    /// What an optimum is worth, on a mesh and in steps that are fine enough for it.
-    fn settled(
+    /// Refines mesh and step as the optimum needs it, follows better minima, and assesses the final optimum.
+    fn refine(
         &self,
-        (search, optimum): (&Search, Optimum),
+        fitted: Fitted,
         experiments: &[Experiment],
-        state: Settling,
+        state: Refinements,
     ) -> Result<FitReport, Error> {
-        let local = local(search, &optimum)?;
+        let Fitted { search, optimum } = fitted;
+        let local = LocalAnalysis::new(fitted, None)?;
         let mut warnings = Warnings::default();
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
         let shifts = match open {
-            true => shifts_of((search, &optimum), &local, &self.analysis, &mut warnings)?,
+            true => shifts_of(fitted, &local, &self.analysis, &mut warnings)?,
             false => None,
         };
-        let there = (&local, shifts.as_ref());
-        if let Some((finer, start)) = refined(experiments, (search, &optimum), there, state.round)?
-        {
-            let measured = fitted(&finer);
+        let finer = refined(experiments, fitted, &local, shifts.as_ref(), state.round)?;
+        if let Some(RefinedStart { experiments, x: start }) = finer {
+            let measured = measured(&experiments);
             let mut next = search.on(&measured)?;
             let polished = next.polish(&start)?;
             // A damping that a coarser mesh has at zero may have to go up again.
             let raised = next.raised(polished)?;
             let found = next.with_leverage_weights(raised)?;
             next.follow(&optimum.x, &start, &found);
-            return self.settled((&next, found), &finer, state.finer());
+            let state = Refinements { round: state.round + 1, ..state };
+            return self.refine(Fitted { search: &next, optimum: &found }, &experiments, state);
         }
-        if let Some(coarse) = state.hurried.filter(|_| !search.is_noise(&optimum)) {
-            // It was not for mesh and step that more than noise is left.
-            let mut patient = coarse.search.on(coarse.search.experiments)?;
-            match patient.best() {
-                Ok(other) if distance(&other.x, &coarse.x) > SAME => {
-                    let state = Settling { hurried: None, round: 0, ..state };
-                    return self.settled((&patient, other), coarse.experiments, state);
+        if let Some(first) = state.first_fit.filter(|_| !search.is_noise(optimum)) {
+            // The residuals are no discretization error: the search continues where it stopped.
+            let mut complete = first.search.on(first.search.experiments)?;
+            match complete.best() {
+                Ok(other) if distance(&other.x, &first.x) > SAME => {
+                    let state = Refinements { first_fit: None, round: 0, ..state };
+                    let fitted = Fitted { search: &complete, optimum: &other };
+                    return self.refine(fitted, first.experiments, state);
                 }
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
                 // What was found stays.
                 _ => {}
             }
             // A start may be right where the first mesh is too coarse to tell.
-            if let Some(start) = search.given(Some(&optimum)) {
+            if let Some(start) = search.given(Some(optimum)) {
                 match search.polish(&start) {
                     Ok(other) if other.cost < optimum.cost => {
-                        let state = Settling { hurried: None, ..state };
-                        return self.settled((search, other), experiments, state);
+                        let state = Refinements { first_fit: None, ..state };
+                        return self.refine(Fitted { search, optimum: &other }, experiments, state);
                     }
                     Err(Error::Interrupted) => return Err(Error::Interrupted),
                     _ => {}
@@ -379,16 +374,16 @@ impl Fit {
             }
         }
         if !state.is_compared {
-            let compared = search.compare_minima(&optimum, local.noise.rise)?;
+            let compared = search.compare_minima(optimum, local.noise.rise)?;
             let Comparison { search: follower, lower, mut unreached } = compared;
             if let Some(lower) = lower {
-                let state = Settling { hurried: None, is_compared: true, ..state };
-                let x = lower.x.clone();
-                let report = self.settled((&follower, lower), experiments, state)?;
+                let state = Refinements { first_fit: None, is_compared: true, ..state };
+                let fitted = Fitted { search: &follower, optimum: &lower };
+                let report = self.refine(fitted, experiments, state)?;
                 if report.converged || report.interrupted || !optimum.converged {
                     return Ok(report);
                 }
-                unreached = Some(x);
+                unreached = Some(lower.x);
             }
             if let Some(x) = unreached {
                 let words = better_elsewhere(search.unknowns, &x);
@@ -396,12 +391,11 @@ impl Fit {
             }
         }
         repeated_frames(&state.look.repeated_frames, &mut warnings);
-        let found = (search, &optimum);
-        let given = (&self.analysis, &self.knowns[..]);
-        let about = (local, shifts, warnings);
-        let mut assessment = assess(found, about, given, experiments, &state.look.suspicions)?;
+        let suspicions = &state.look.suspicions;
+        let inputs = AssessmentInputs { local, shifts, warnings, suspicions, experiments };
+        let mut assessment = assess(fitted, inputs, &self.analysis, &self.knowns)?;
         constant_axes(&state.look.constant_axes, &mut assessment.warnings);
-        let ending = Ending::assessed(found, assessment, experiments, self.keep_plot_data);
+        let ending = Ending::assessed(fitted, assessment, experiments, self.keep_plot_data);
         Ok(FitReport::new(ending, search, experiments, state.since))
     }
 

@@ -10,8 +10,8 @@ use crate::accuracy::Aim;
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::local_analysis::Local;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::fit::unknown::Unknown;
 use crate::scene::Tolerance;
@@ -79,17 +79,22 @@ fn posed(experiment: Experiment, segments: usize, step: f64) -> Result<Experimen
     Ok(experiment.posed_as(other))
 }
 
-/// Where a fit goes on, and from what values of the unknowns.
-pub(crate) type Onward = (Vec<Experiment>, Vec<f64>);
+/// A refined discretization, and the expected optimum on it.
+pub(crate) struct RefinedStart {
+    pub experiments: Vec<Experiment>,
+    /// The unknowns on their scales.
+    pub x: Vec<f64>,
+}
 
 /// The experiments as finely as an optimum needs them, whose unknowns are by `shifts` from those of the continuum;
 /// none where they are fine enough, cannot be finer, or have been refined often enough.
 pub(crate) fn refined(
     experiments: &[Experiment],
-    (search, optimum): (&Search, &Optimum),
-    (local, shifts): (&Local, Option<&Shifts>),
+    Fitted { search, optimum }: Fitted,
+    local: &LocalAnalysis,
+    shifts: Option<&Shifts>,
     round: usize,
-) -> Result<Option<Onward>, Error> {
+) -> Result<Option<RefinedStart>, Error> {
     let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
     if !open || round >= ROUNDS {
         return Ok(None);
@@ -128,14 +133,14 @@ pub(crate) fn refined(
             false => Ok(e.clone()),
         }
     };
-    let finer = experiments.iter().map(finer).collect::<Result<_, _>>()?;
+    let experiments = experiments.iter().map(finer).collect::<Result<_, _>>()?;
     let expected = optimum.x.iter().enumerate().zip(search.unknowns).map(|((i, x), unknown)| {
         let [low, high] = unknown.scaled_bounds();
         let [by_mesh, by_step] = both(i);
         let there = by_mesh * (1.0 - mesh.powi(-2)) + by_step * (1.0 - step.powi(-2));
         (x + there).clamp(low, high)
     });
-    Ok(Some((finer, expected.collect())))
+    Ok(Some(RefinedStart { experiments, x: expected.collect() }))
 }
 
 /// How much finer mesh and step must be for errors of these sizes, both of second order, to be as small together as is

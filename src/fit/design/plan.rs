@@ -10,6 +10,7 @@ use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, all, fitted, full_work};
 use crate::fit::misfit::noise::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Progress, Search};
 use crate::fit::uncertainty::analysis::Analysis;
@@ -49,7 +50,7 @@ impl Plan<'_> {
         usable.leave_out_others(&mut rows);
 
         let mut search = Search::new(&planned, unknowns, progress, analysis.tolerance)?;
-        search.trust = usable.weights(&choices);
+        search.leverage_weights = usable.weights(&choices);
         search.work.add(residuals.simulations() * work);
         let optimum = Optimum {
             residuals: vec![0.0; choices.planned(&rows).len()],
@@ -61,8 +62,9 @@ impl Plan<'_> {
             halved: residuals.halved(),
             x,
         };
-        let assessment = expected((&search, &optimum), (analysis, knowns))?;
-        let Assessment { estimates, covariance, unsaid, mut warnings, .. } = assessment;
+        let planned_fit = Fitted { search: &search, optimum: &optimum };
+        let assessment = expected(planned_fit, analysis, knowns)?;
+        let Assessment { estimates, covariance, discrepancy, mut warnings, .. } = assessment;
         usable.warn(&mut warnings);
         let mut advice = choices.advice(&planned, (unknowns, &optimum.x), &rows)?;
         usable.withdraw_marks(&planned, &mut advice);
@@ -85,7 +87,7 @@ impl Plan<'_> {
             correlation,
             singular_values,
             not_identifiable,
-            undetected_bias: unsaid.undetected_bias,
+            undetected_bias: discrepancy.undetected_bias,
             contributions,
             advice,
             warnings,

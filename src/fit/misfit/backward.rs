@@ -24,11 +24,11 @@ impl Comparison {
     }
 
     /// Its plain residuals, the derivatives of its part of the misfit by all unknowns, and whether steps were taken in
-    /// halves. `trust` has a factor on every residual. `count` is told the work.
+    /// halves. `weights` has a factor on every residual. `count` is told the work.
     pub fn go_back(
         &self,
         (unknowns, x): (&[Unknown], &[f64]),
-        trust: &[f64],
+        weights: &[f64],
         count: impl Fn(f64),
     ) -> Result<(Vec<f64>, Vec<f64>, bool), Error> {
         let (problem, steps) = self.made((unknowns, x))?;
@@ -39,14 +39,14 @@ impl Comparison {
         let (mut residuals, mut slopes) = (Vec::new(), run.slopes());
         // What the misfit gains by every residual.
         let mut by_residual = Vec::new();
-        let mut trust = trust.iter();
+        let mut weights = weights.iter();
         for series in &self.series {
             let Values::Motion(point, _, samples) = &series.values else { continue };
             for seen in Seen::of(&view, (*point, samples), series.weights.iter().copied()) {
                 let residual = seen.residual(&problem, record)?;
-                let trust = trust.next().copied().unwrap_or(1.0);
-                let [value, slope] = series.loss.robust(trust * residual);
-                let by = value * slope * trust;
+                let weight = weights.next().copied().unwrap_or(1.0);
+                let [value, slope] = series.loss.robust(weight * residual);
+                let by = value * slope * weight;
                 slopes.add(seen.point, seen.time, seen.axis.map(|a| a * by))?;
                 residuals.push(residual);
                 by_residual.push(by);

@@ -33,10 +33,10 @@ impl Residuals {
         self.check_length(x)?;
         let n = self.unknowns().len();
         let mut hessian = vec![vec![0.0; n]; n];
-        let (runs, trust) = (self.runs(x)?, self.trust());
+        let (runs, weights) = (self.runs(x)?, self.leverage_weights());
         for i in 0..n {
             for j in 0..=i {
-                let (mut sum, mut rest) = (0.0, &trust[..]);
+                let (mut sum, mut rest) = (0.0, &weights[..]);
                 for (comparison, run) in self.comparisons().iter().zip(&runs) {
                     let (own, others) = rest.split_at(comparison.counts().sum());
                     rest = others;
@@ -59,7 +59,7 @@ impl Residuals {
         &self,
         x: &[f64],
         (comparison, run): (&Comparison, &Run),
-        trust: &[f64],
+        weights: &[f64],
         [i, j]: [usize; 2],
     ) -> Result<f64, Error> {
         let seed = |parameter: Parameter, value: f64| {
@@ -82,9 +82,9 @@ impl Residuals {
             view: &View::new(problem, seed),
             scene: &problem.scene().over_parameters(seed),
         };
-        let (mut sum, mut trust) = (0.0, trust.iter());
+        let (mut sum, mut weights) = (0.0, weights.iter());
         comparison.each_residual(&simulated, |r: HyperDual64, loss: Loss| {
-            let r = r * trust.next().copied().unwrap_or(1.0);
+            let r = r * weights.next().copied().unwrap_or(1.0);
             let [psi, slope] = loss.influence(r.re);
             sum += slope * r.eps1 * r.eps2 + psi * r.eps1eps2;
         })?;

@@ -29,7 +29,7 @@ pub struct Residuals {
     unknowns: Vec<Unknown>,
     comparisons: Vec<Comparison>,
     /// Factors on the residuals, where any is not 1.
-    trust: Vec<f64>,
+    leverage_weights: Vec<f64>,
     full_work: f64,
     last: Mutex<Option<Evaluation>>,
     work: Work,
@@ -64,7 +64,7 @@ impl Residuals {
         Ok(Self {
             unknowns: unknowns.to_vec(),
             comparisons,
-            trust: Vec::new(),
+            leverage_weights: Vec::new(),
             full_work,
             last: Mutex::default(),
             work: Work::default(),
@@ -76,10 +76,10 @@ impl Residuals {
         Self { work, ..self }
     }
 
-    /// Takes the noise of every residual for larger, by the inverse of its factor in `trust`; none for all
+    /// Takes the noise of every residual for larger, by the inverse of its weight; none for all
     /// at 1.
-    pub(crate) fn trusting(self, trust: &[f64]) -> Self {
-        Self { trust: trust.to_vec(), ..self }
+    pub(crate) fn with_leverage_weights(self, weights: &[f64]) -> Self {
+        Self { leverage_weights: weights.to_vec(), ..self }
     }
 
     /// Knows plain residuals and their Jacobian at `x` from before.
@@ -137,10 +137,10 @@ impl Residuals {
     }
 
     /// The factor on every residual.
-    pub(crate) fn trust(&self) -> Vec<f64> {
-        let mut trust = self.trust.clone();
-        trust.resize(self.len(), 1.0);
-        trust
+    pub(crate) fn leverage_weights(&self) -> Vec<f64> {
+        let mut weights = self.leverage_weights.clone();
+        weights.resize(self.len(), 1.0);
+        weights
     }
 
     /// Refuses a vector that has not one number per unknown.
@@ -170,11 +170,11 @@ impl Residuals {
     /// Another count of numbers, or a simulation that fails.
     pub fn jacobian_at(&self, x: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let mut rows = self.plain_jacobian(x)?;
-        let made = self.losses().into_iter().zip(self.trust());
-        for ((row, r), (loss, trust)) in rows.iter_mut().zip(self.plain(x)?).zip(made) {
-            if loss.is_robust() || trust != 1.0 {
-                let [_, slope] = loss.robust(trust * r);
-                row.iter_mut().for_each(|d| *d *= slope * trust);
+        let made = self.losses().into_iter().zip(self.leverage_weights());
+        for ((row, r), (loss, weight)) in rows.iter_mut().zip(self.plain(x)?).zip(made) {
+            if loss.is_robust() || weight != 1.0 {
+                let [_, slope] = loss.robust(weight * r);
+                row.iter_mut().for_each(|d| *d *= slope * weight);
             }
         }
         Ok(rows)
@@ -201,8 +201,8 @@ impl Residuals {
     }
 
     fn made_robust(&self, residuals: &[f64]) -> Vec<f64> {
-        let made = self.losses().into_iter().zip(self.trust());
-        residuals.iter().zip(made).map(|(r, (loss, trust))| loss.robust(trust * r)[0]).collect()
+        let made = self.losses().into_iter().zip(self.leverage_weights());
+        residuals.iter().zip(made).map(|(r, (loss, weight))| loss.robust(weight * r)[0]).collect()
     }
 
     /// Evaluates unless the last evaluation was at the same point and has what is needed.
@@ -309,12 +309,12 @@ impl Residuals {
         {
             return Ok(None);
         }
-        let trust = self.trust();
+        let weights = self.leverage_weights();
         let counts: Vec<usize> = self.comparisons.iter().map(|c| c.counts().sum()).collect();
         let parts = self.each(|k, comparison| {
             let first: usize = counts[..k].iter().sum();
-            let trust = &trust[first..first + counts[k]];
-            comparison.go_back((&self.unknowns, x), trust, |work| self.work.add(work))
+            let weights = &weights[first..first + counts[k]];
+            comparison.go_back((&self.unknowns, x), weights, |work| self.work.add(work))
         })?;
         let (mut residuals, mut gradient) = (Vec::new(), vec![0.0; x.len()]);
         let mut halved = false;

@@ -8,6 +8,7 @@ use crate::fit::report::recorded::recorded;
 use crate::fit::report::replay::{add_motion, still};
 use crate::fit::search::Search;
 use crate::fit::search::basins::LocalMinima;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::journal::Stage;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::assessment::Assessment;
@@ -29,7 +30,7 @@ impl Ending {
     /// With an optimum and what it is worth; `kept` says whether plots are wanted. `experiments` have what was
     /// held out too.
     pub fn assessed(
-        (search, optimum): (&Search, &Optimum),
+        Fitted { search, optimum }: Fitted,
         mut assessment: Assessment,
         experiments: &[Experiment],
         kept: bool,
@@ -97,7 +98,7 @@ impl Ending {
             plot_data: kept.then(|| still(search, whole.then_some(&optimum), &sigma)),
             assessment: Assessment {
                 estimates: estimates.collect(),
-                residual_rms: residual_rms(search, &optimum),
+                residual_rms: residual_rms(Fitted { search, optimum: &optimum }),
                 sigma,
                 ..Assessment::default()
             },

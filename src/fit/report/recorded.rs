@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
-use crate::fit::uncertainty::recordings::{Followed, STARTING, at_optimum, led};
+use crate::fit::uncertainty::recordings::{Followed, STARTING, led};
 use crate::numerics::order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
@@ -138,7 +138,7 @@ pub(crate) fn recorded(
 }
 
 fn one(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<One, Error> {
-    let problem = at_optimum(experiment, search, x)?;
+    let problem = search.problem_at(x, experiment)?;
     let all = problem.nodes() * problem.time()?.steps() <= MOST_PLACES;
     let followed = Followed::new(&problem, all, search)?;
     let mean_error = followed.mean_error();

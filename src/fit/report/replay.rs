@@ -10,6 +10,7 @@ use crate::fit::report::plot_data::{
     Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };
 use crate::fit::search::Search;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
@@ -30,7 +31,7 @@ pub(crate) fn still(search: &Search, optimum: Option<&Optimum>, sigma: &[f64]) -
     };
     PlotData {
         ranges: search.unknowns.iter().map(range).collect(),
-        series: optimum.map_or(Vec::new(), |optimum| series(search, optimum, sigma)),
+        series: optimum.map_or(Vec::new(), |optimum| series(Fitted { search, optimum }, sigma)),
         history: search.journal.history(search.unknowns, &search.sigmas, search.full_work),
         landscape: search.journal.landscape(search.unknowns),
         settings: search.experiments.iter().map(settings).collect(),
@@ -73,12 +74,11 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
 }
 
 /// Data and model, coordinate by coordinate; the model from its residuals.
-fn series(search: &Search, optimum: &Optimum, sigma: &[f64]) -> Vec<Series> {
+fn series(fitted: Fitted, sigma: &[f64]) -> Vec<Series> {
     let mut all = Vec::new();
-    for ((experiment, measurement, weight, residuals), sigma) in search.measured(optimum).zip(sigma)
-    {
-        let of = (&experiment.name[..], &experiment.problem);
-        all.extend(compared(of, measurement, residuals, [weight, *sigma]));
+    for (own, sigma) in fitted.measured().zip(sigma) {
+        let of = (&own.experiment.name[..], &own.experiment.problem);
+        all.extend(compared(of, own.measurement, own.residuals, [own.sigma, *sigma]));
     }
     all
 }

@@ -18,14 +18,15 @@ impl Search<'_> {
     /// go up: tries where the parabola on the parameter's own scale has its minimum.
     pub fn raised(&self, optimum: Optimum) -> Result<Optimum, Error> {
         let residuals = self.all_residuals()?;
-        let made: Vec<_> = residuals.losses().into_iter().zip(residuals.trust()).collect();
+        let made: Vec<_> =
+            residuals.losses().into_iter().zip(residuals.leverage_weights()).collect();
         let mut start = optimum.x.clone();
         for (j, _) in self.unknowns.iter().enumerate().filter(|(_, u)| is_damping(u)) {
             let rows = optimum.jacobian.iter().zip(&optimum.residuals).zip(&made);
             let (mut along, mut square) = (0.0, 0.0);
-            for ((row, r), (loss, trust)) in rows {
-                along += trust * row[j] * loss.influence(trust * r)[0];
-                square += (trust * row[j]).powi(2);
+            for ((row, r), (loss, weight)) in rows {
+                along += weight * row[j] * loss.influence(weight * r)[0];
+                square += (weight * row[j]).powi(2);
             }
             let factor = 1.0 - along / square;
             if factor.is_finite() && factor > RAISED {

@@ -6,6 +6,7 @@ use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::misfit::noise::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::{self, ResidualTests};
 use crate::fit::search::Search;
+use crate::fit::search::fitted::MeasuredResiduals;
 use crate::fit::search::optimum::Optimum;
 use crate::numerics::order;
 
@@ -22,21 +23,22 @@ impl Search<'_> {
     /// Whether every measurement is explained but for a tenth of its motion, three sigma, or noise.
     pub fn explained(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
-        self.measured(optimum).zip(spreads).all(|((experiment, measurement, _, own), rms)| {
-            let size = measurement.size(&experiment.problem);
-            rms <= (UNEXPLAINED * size).max(3.0 * measurement.sigma().unwrap_or(0.0))
+        self.measured(optimum).zip(spreads).all(|(own, rms)| {
+            let size = own.size();
+            rms <= (UNEXPLAINED * size).max(3.0 * own.measurement.sigma().unwrap_or(0.0))
                 || size == 0.0
-                || is_noisy(experiment, measurement, (rms, own), |_| 0.0, self.doubt())
+                || is_noisy(&own, rms, |_| 0.0, self.doubt())
         })
     }
 
     /// Whether at most half of every measurement is left: not a wrong minimum, but mesh and step may leave as much.
     pub fn mostly_explained(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
-        self.measured(optimum).zip(spreads).all(|((experiment, measurement, ..), rms)| {
-            let size = measurement.size(&experiment.problem);
+        let is_explained = |(own, rms): (MeasuredResiduals, f64)| {
+            let size = own.size();
             rms <= LEFT_IF_WRONG * size || size == 0.0
-        })
+        };
+        self.measured(optimum).zip(spreads).all(is_explained)
     }
 
     /// The part of what was measured that a misfit leaves, as the root of squares, where `counts` values
@@ -52,18 +54,17 @@ impl Search<'_> {
     /// Whether nothing but rounding errors is left of any measurement.
     pub fn is_rounding(&self, optimum: &Optimum) -> bool {
         let spreads = self.spreads(optimum);
-        self.measured(optimum)
-            .zip(spreads)
-            .all(|((e, m, ..), spread)| spread <= ROUNDING * m.scale(&e.problem))
+        let mut measured = self.measured(optimum).zip(spreads);
+        measured.all(|(own, spread)| {
+            spread <= ROUNDING * own.measurement.scale(&own.experiment.problem)
+        })
     }
 
     /// Whether what is left looks like noise, or is rounding errors.
     pub fn is_noise(&self, optimum: &Optimum) -> bool {
         let doubt = self.doubt();
-        let tests = self
-            .measured(optimum)
-            .flat_map(|(e, m, _, own)| residual_tests(e, m, own, |_| 0.0, doubt));
-        self.is_rounding(optimum) || tests.into_iter().all(|tests| tests.is_noise())
+        let mut tests = self.measured(optimum).flat_map(|own| residual_tests(&own, |_| 0.0, doubt));
+        self.is_rounding(optimum) || tests.all(|tests| tests.is_noise())
     }
 
     /// What is no chance in one of all coordinates that were measured.
@@ -75,17 +76,18 @@ impl Search<'_> {
     /// Root mean square residual of each measurement, in its unit; whatever outliers do, where the
     /// loss is robust.
     pub fn spreads(&self, optimum: &Optimum) -> Vec<f64> {
-        let mut weights = self.growth_weights();
-        let spread = |(_, m, sigma, r): (_, &Measurement, f64, &[f64])| {
-            let (own, others) = weights.split_at(r.len().min(weights.len()));
-            weights = others;
+        let weights = self.growth_weights();
+        let spread = |MeasuredResiduals { measurement, sigma, residuals, rows, .. }| {
+            let loss = measurement.loss();
+            let own = weights.get(rows).unwrap_or(&[]);
             let mean = own.iter().map(|w| w * w).sum::<f64>() / own.len().max(1) as f64;
             match mean > 0.0 && mean < 1.0 {
                 true => {
-                    let weighted: Vec<f64> = r.iter().zip(own).map(|(r, w)| r * w).collect();
-                    m.loss().spread(&weighted) / mean.sqrt() * sigma
+                    let weighted: Vec<f64> =
+                        residuals.iter().zip(own).map(|(r, w)| r * w).collect();
+                    loss.spread(&weighted) / mean.sqrt() * sigma
                 }
-                false => m.loss().spread(r) * sigma,
+                false => loss.spread(residuals) * sigma,
             }
         };
         self.measured(optimum).map(spread).collect()
@@ -95,9 +97,7 @@ impl Search<'_> {
 /// Tests every coordinate of a measurement, whose residuals these are, for being noise whose neighbours
 /// correlate as `correlation` says of its axis; what is less probable than `doubt` is no chance.
 pub(crate) fn residual_tests(
-    experiment: &Experiment,
-    measurement: &Measurement,
-    residuals: &[f64],
+    MeasuredResiduals { experiment, measurement, residuals, .. }: &MeasuredResiduals,
     correlation: impl Fn(&str) -> f64,
     doubt: f64,
 ) -> Vec<ResidualTests> {
@@ -131,14 +131,13 @@ pub(crate) fn residual_tests(
 /// Whether the record is noisy enough, and long enough to tell, that what is left of it, of this root mean square, is
 /// noise whose neighbours correlate as said of each axis.
 pub(crate) fn is_noisy(
-    experiment: &Experiment,
-    measurement: &Measurement,
-    (rms, residuals): (f64, &[f64]),
+    own: &MeasuredResiduals,
+    rms: f64,
     correlation: impl Fn(&str) -> f64,
     doubt: f64,
 ) -> bool {
-    let tests = residual_tests(experiment, measurement, residuals, correlation, doubt);
-    rms <= LEFT_IF_WRONG * measurement.size(&experiment.problem)
-        && residuals.len() >= ENOUGH * tests.len().max(1)
+    let tests = residual_tests(own, correlation, doubt);
+    rms <= LEFT_IF_WRONG * own.size()
+        && own.residuals.len() >= ENOUGH * tests.len().max(1)
         && tests.iter().all(ResidualTests::is_noise)
 }

@@ -14,6 +14,7 @@
 use crate::error::Error;
 use crate::fit::search::Search;
 use crate::fit::search::coarse::Coarse;
+use crate::fit::search::fitted::MeasuredResiduals;
 use crate::fit::search::journal::Stage;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
@@ -50,11 +51,11 @@ impl Search<'_> {
         for start in self.led_starts()? {
             match self.led_from(start) {
                 Ok(optimum) => {
-                    let is_lower = |(other, trust): &(Optimum, Vec<f64>)| {
-                        self.cost_with(&optimum, trust) < self.cost_with(other, trust)
+                    let is_lower = |(other, weights): &(Optimum, Vec<f64>)| {
+                        self.cost_with(&optimum, weights) < self.cost_with(other, weights)
                     };
                     if best.as_ref().is_none_or(is_lower) {
-                        best = Some((optimum, self.trust.clone()));
+                        best = Some((optimum, self.leverage_weights.clone()));
                     }
                 }
                 Err(Error::Interrupted) => return Err(Error::Interrupted),
@@ -68,33 +69,31 @@ impl Search<'_> {
                     .into(),
             )
         };
-        let (optimum, trust) = best.ok_or_else(|| match failure {
+        let (optimum, weights) = best.ok_or_else(|| match failure {
             Some(error) => Error::Fit(format!(
                 "the scene cannot be simulated at the start values: {error}. Give \
                                                another start"
             )),
             None => nothing(),
         })?;
-        self.trust = trust;
+        self.leverage_weights = weights;
         Ok(optimum)
     }
 
     /// The objective at an optimum with the smaller one of two weights of each value: those of this search and
-    /// `trust`. Only with the same weights can two optima be compared.
-    fn cost_with(&self, optimum: &Optimum, trust: &[f64]) -> f64 {
+    /// `weights`. Only with the same weights can two optima be compared.
+    fn cost_with(&self, optimum: &Optimum, weights: &[f64]) -> f64 {
         let weight = |k: usize| {
-            let of = |trust: &[f64]| trust.get(k).copied().unwrap_or(1.0);
-            of(trust).min(of(&self.trust))
+            let of = |weights: &[f64]| weights.get(k).copied().unwrap_or(1.0);
+            of(weights).min(of(&self.leverage_weights))
         };
-        let mut k = 0;
-        let mut cost = 0.0;
-        for (_, measurement, _, own) in self.measured(optimum) {
-            for r in own {
-                cost += 0.5 * measurement.loss().robust(weight(k) * r)[0].powi(2);
-                k += 1;
-            }
+        let mut cost = half_square(&optimum.residuals[optimum.counts.iter().sum()..]);
+        for MeasuredResiduals { measurement, residuals, rows, .. } in self.measured(optimum) {
+            let loss = measurement.loss();
+            let robust = |(k, r)| 0.5 * loss.robust(weight(k) * r)[0].powi(2);
+            cost += rows.zip(residuals).map(robust).sum::<f64>();
         }
-        cost + half_square(&optimum.residuals[k..])
+        cost
     }
 
     /// The given start, or the lowest points of a scan over Young's modulus.
@@ -141,19 +140,19 @@ impl Search<'_> {
 
     /// Fits the whole recordings from a start.
     fn led_from(&mut self, start: Vec<f64>) -> Result<Optimum, Error> {
-        self.trust.clear();
+        self.leverage_weights.clear();
         let residuals = self.all_residuals()?;
         let rows = residuals.plain_jacobian(&start)?;
         let (mut x, mut there) = (start.clone(), (residuals.plain(&start)?, rows));
         let mut halved = residuals.halved();
-        self.trust = trust(&there.1);
+        self.leverage_weights = weights_by_leverage(&there.1);
         for _ in 1..LOOKS {
             let known = self.all_residuals()?.knowing(&x, there, halved);
             let near = self.optimize(known, &x, (1e-10, NEARLY, BETWEEN), Some(Stage::Full))?;
-            let trust = trust(&near.jacobian);
-            let settled = same(&trust, &self.trust);
+            let weights = weights_by_leverage(&near.jacobian);
+            let settled = same(&weights, &self.leverage_weights);
             if !settled {
-                self.trust = trust;
+                self.leverage_weights = weights;
             }
             (x, there, halved) = (near.x, (near.residuals, near.jacobian), near.halved);
             if settled {
@@ -167,7 +166,7 @@ impl Search<'_> {
 }
 
 /// Factors on the residuals, from their derivatives; empty where none runs away.
-fn trust(rows: &[Vec<f64>]) -> Vec<f64> {
+fn weights_by_leverage(rows: &[Vec<f64>]) -> Vec<f64> {
     let mut squares = vec![0.0; rows.len()];
     for j in 0..rows.first().map_or(0, Vec::len) {
         let effect = rows.iter().map(|row| row[j] * row[j]).sum::<f64>();
@@ -183,8 +182,8 @@ fn trust(rows: &[Vec<f64>]) -> Vec<f64> {
         return Vec::new();
     }
     let most = RUNAWAY * Data::new(seen).median();
-    let trust: Vec<f64> = squares.iter().map(|square| most / square.sqrt().max(most)).collect();
-    if trust.iter().all(|t| *t == 1.0) { Vec::new() } else { trust }
+    let weights: Vec<f64> = squares.iter().map(|square| most / square.sqrt().max(most)).collect();
+    if weights.iter().all(|t| *t == 1.0) { Vec::new() } else { weights }
 }
 
 /// Whether two sets of factors weigh alike.
@@ -206,7 +205,7 @@ mod tests {
     /// What an unknown does to its own place is no whip, however little it does elsewhere.
     #[test]
     fn what_acts_on_one_place_does_not_run_away() {
-        assert!(trust(&local(1e-3)).is_empty());
+        assert!(weights_by_leverage(&local(1e-3)).is_empty());
     }
 
     /// Of values that change 50 times as much as usual a fifth of counts; unknowns without effect have no say.
@@ -217,9 +216,9 @@ mod tests {
             row.iter_mut().for_each(|d| *d *= 50.0);
         }
         rows.iter_mut().enumerate().for_each(|(i, row)| row.push(1e-6 * i as f64));
-        let found = trust(&rows);
-        for (i, trust) in found.iter().enumerate() {
-            assert_relative_eq!(*trust, if i < 8 { 0.2 } else { 1.0 }, max_relative = 1e-12);
+        let found = weights_by_leverage(&rows);
+        for (i, weight) in found.iter().enumerate() {
+            assert_relative_eq!(*weight, if i < 8 { 0.2 } else { 1.0 }, max_relative = 1e-12);
         }
         assert_eq!(found.len(), 400);
     }

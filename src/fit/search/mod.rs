@@ -6,6 +6,7 @@ pub(crate) mod coarse;
 pub(crate) mod damping;
 pub(crate) mod explained;
 pub(crate) mod first_look;
+pub(crate) mod fitted;
 pub(crate) mod grid;
 pub(crate) mod journal;
 pub(crate) mod led;
@@ -39,7 +40,7 @@ pub(crate) struct Search<'a> {
     pub sigmas: Vec<f64>,
     /// Leverage weights: factors on all residuals of the whole records, below 1 where a value [runs away](led) or
     /// [sensitivities grow exponentially](sensitivity_growth); empty where all are 1.
-    pub trust: Vec<f64>,
+    pub leverage_weights: Vec<f64>,
     pub unknowns: &'a [Unknown],
     /// Work of one full simulation, steps times segments.
     pub full_work: f64,
@@ -51,7 +52,7 @@ pub(crate) struct Search<'a> {
     pub suspicious: bool,
     /// Whether an optimum that mostly explains the motion ends the search though it leaves more than noise, as mesh and
     /// step are too coarse yet to tell.
-    pub hurried: bool,
+    pub stops_at_first_fit: bool,
     /// Part of a standard error by which the minimum may be missed.
     pub tolerance: f64,
     /// Number of the mesh and the steps: objectives can be compared where it is the same.
@@ -65,7 +66,7 @@ pub(crate) struct Search<'a> {
 pub(crate) struct Task<'a> {
     pub experiments: &'a [Experiment],
     pub sigmas: &'a [f64],
-    pub trust: &'a [f64],
+    pub leverage_weights: &'a [f64],
     pub unknowns: &'a [Unknown],
     pub full_work: f64,
     pub tolerance: f64,
@@ -77,14 +78,14 @@ impl<'a> Task<'a> {
         Search {
             experiments: self.experiments,
             sigmas: self.sigmas.to_vec(),
-            trust: self.trust.to_vec(),
+            leverage_weights: self.leverage_weights.to_vec(),
             unknowns: self.unknowns,
             full_work: self.full_work,
             work: Work::default(),
             progress: None,
             journal: Arc::default(),
             suspicious: false,
-            hurried: false,
+            stops_at_first_fit: false,
             tolerance: self.tolerance,
             numerics: 0,
             ends_crawling: false,
@@ -104,14 +105,14 @@ impl<'a> Search<'a> {
         Ok(Self {
             experiments,
             sigmas,
-            trust: Vec::new(),
+            leverage_weights: Vec::new(),
             unknowns,
             full_work,
             work: Work::default(),
             progress,
             journal: Arc::default(),
             suspicious: false,
-            hurried: false,
+            stops_at_first_fit: false,
             tolerance,
             numerics: 0,
             ends_crawling: false,
@@ -126,14 +127,14 @@ impl<'a> Search<'a> {
         Ok(Search {
             experiments,
             sigmas: self.sigmas.clone(),
-            trust: self.trust.clone(),
+            leverage_weights: self.leverage_weights.clone(),
             unknowns: self.unknowns,
             full_work: full_work(experiments)?,
             work: self.work.clone(),
             progress: self.progress.clone(),
             journal: self.journal.clone(),
             suspicious: self.suspicious,
-            hurried: false,
+            stops_at_first_fit: false,
             tolerance: self.tolerance,
             numerics: self.journal.add_numerics(),
             ends_crawling: self.ends_crawling,
@@ -145,7 +146,7 @@ impl<'a> Search<'a> {
         Task {
             experiments: self.experiments,
             sigmas: &self.sigmas,
-            trust: &self.trust,
+            leverage_weights: &self.leverage_weights,
             unknowns: self.unknowns,
             full_work: self.full_work,
             tolerance: self.tolerance,
@@ -196,7 +197,7 @@ impl<'a> Search<'a> {
 
     /// The residuals of the whole records.
     pub fn all_residuals(&self) -> Result<Residuals, Error> {
-        Ok(self.residuals(&self.durations())?.trusting(&self.trust))
+        Ok(self.residuals(&self.durations())?.with_leverage_weights(&self.leverage_weights))
     }
 
     /// The residuals up to `horizons`, s, one per experiment.

@@ -1,9 +1,6 @@
 //! One run of the optimiser, and where it ended.
 
 use crate::error::Error;
-use crate::fit::measurement::Measurement;
-use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
@@ -91,7 +88,7 @@ impl Search<'_> {
         stage: Option<Stage>,
     ) -> Result<Optimum, Error> {
         let (counts, losses) = (residuals.counts(), residuals.losses());
-        let trust = residuals.trust();
+        let weights = residuals.leverage_weights();
         let bounds = self.unknowns.iter().map(Unknown::scaled_bounds).collect();
         let longest = |u: &Unknown| match u.parameter.is_positive() {
             true => LONGEST_LOG_STEP,
@@ -111,7 +108,7 @@ impl Search<'_> {
             stage,
             counts: counts.clone(),
             losses: losses.clone(),
-            trust: trust.clone(),
+            leverage_weights: weights.clone(),
         };
         let executor = Executor::new(residuals, solver)
             .configure(|state| state.param(start.to_vec()).max_iters(iterations))
@@ -127,13 +124,13 @@ impl Search<'_> {
         let cost = state.get_cost();
         let mut residuals = state.take_residuals().ok_or_else(lost)?;
         let mut jacobian = state.take_jacobian().ok_or_else(lost)?;
-        let made = losses.into_iter().zip(trust);
-        for ((r, row), (loss, trust)) in residuals.iter_mut().zip(&mut jacobian).zip(made) {
-            if loss.is_robust() || trust != 1.0 {
+        let made = losses.into_iter().zip(weights);
+        for ((r, row), (loss, weight)) in residuals.iter_mut().zip(&mut jacobian).zip(made) {
+            if loss.is_robust() || weight != 1.0 {
                 let weighed = loss.plain(*r);
                 let [_, slope] = loss.robust(weighed);
-                *r = weighed / trust;
-                row.iter_mut().for_each(|d| *d /= slope * trust);
+                *r = weighed / weight;
+                row.iter_mut().for_each(|d| *d /= slope * weight);
             }
         }
         Ok(Optimum {
@@ -153,20 +150,6 @@ impl Search<'_> {
         let chosen = chosen.map(|optimum| self.minimum(optimum));
         self.journal.local_minima(self.unknowns, &self.sigmas, chosen.as_ref())
     }
-
-    /// Every measurement with its sigma and its residuals at an optimum.
-    pub fn measured<'b>(
-        &'b self,
-        optimum: &'b Optimum,
-    ) -> impl Iterator<Item = (&'b Experiment, &'b Measurement, f64, &'b [f64])> {
-        let mut rest = &optimum.residuals[..];
-        let counts = self.sigmas.iter().zip(&optimum.counts);
-        all(self.experiments).zip(counts).map(move |((experiment, measurement), (sigma, count))| {
-            let (own, others) = rest.split_at(*count);
-            rest = others;
-            (experiment, measurement, *sigma, own)
-        })
-    }
 }
 
 /// Passes the optimiser's iterations on.
@@ -179,7 +162,7 @@ struct Observer {
     stage: Option<Stage>,
     counts: Vec<usize>,
     losses: Vec<Loss>,
-    trust: Vec<f64>,
+    leverage_weights: Vec<f64>,
 }
 
 impl Observer {
@@ -187,9 +170,9 @@ impl Observer {
         if let (Some(stage), Some(x), Some(robust)) =
             (self.stage, state.get_param(), state.get_residuals())
         {
-            let made = self.losses.iter().zip(&self.trust);
+            let made = self.losses.iter().zip(&self.leverage_weights);
             let residuals =
-                robust.iter().zip(made).map(|(r, (loss, trust))| loss.plain(*r) / trust);
+                robust.iter().zip(made).map(|(r, (loss, weight))| loss.plain(*r) / weight);
             let visit = Visit {
                 stage,
                 x: x.clone(),

@@ -254,11 +254,11 @@ pub(crate) fn leverage_weights(
 impl Search<'_> {
     /// The leverage weights where they are those of growing sensitivities; else none.
     pub fn growth_weights(&self) -> &[f64] {
-        if self.is_led() { &[] } else { &self.trust }
+        if self.is_led() { &[] } else { &self.leverage_weights }
     }
 
     /// The weight of residual `k` in sums over what growing sensitivities do not distort.
-    pub fn leverage_weight(&self, k: usize) -> f64 {
+    pub fn growth_weight(&self, k: usize) -> f64 {
         self.growth_weights().get(k).copied().unwrap_or(1.0)
     }
 
@@ -276,10 +276,10 @@ impl Search<'_> {
         }
         for _ in 0..MOST_WEIGHTINGS {
             let weights = leverage_weights(self.experiments, &self.growths(&optimum));
-            if are_alike(&weights, &self.trust) {
+            if are_alike(&weights, &self.leverage_weights) {
                 break;
             }
-            self.trust = weights;
+            self.leverage_weights = weights;
             let known = (optimum.residuals.clone(), optimum.jacobian.clone());
             match self.polish_knowing(&optimum.x, known, optimum.halved) {
                 Ok(weighted) => optimum = weighted,

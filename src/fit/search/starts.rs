@@ -96,14 +96,19 @@ impl Search<'_> {
     /// unexplained, or the way to the minimum was barred: where steps are halved the misfit jumps.
     pub fn globally(&self) -> Result<Optimum, Error> {
         let enough = |b: &Optimum| {
-            b.converged && if self.hurried { self.mostly_explained(b) } else { self.explained(b) }
+            b.converged
+                && if self.stops_at_first_fit {
+                    self.mostly_explained(b)
+                } else {
+                    self.explained(b)
+                }
         };
         // The first start is nearly always it; others are for when it was not, or left
         // more than noise, as a wrong minimum of many unknowns may.
-        let done = |b: &Optimum| enough(b) && (self.hurried || self.is_noise(b));
+        let done = |b: &Optimum| enough(b) && (self.stops_at_first_fit || self.is_noise(b));
         let mut best: Option<Optimum> = None;
         let mut failure = None;
-        let mut untried = !self.hurried;
+        let mut untried = !self.stops_at_first_fit;
         let mut scanned: Option<(&Effort, Field)> = None;
         'efforts: for effort in &EFFORTS {
             let same = |(other, _): &(&Effort, Field)| effort.scans_as(other);

@@ -24,8 +24,7 @@
 //! mean, and has `(tr M)^2 / tr(M^2)` degrees of freedom (Bell and McCaffrey 2002), both exact for experiments that tell alike.
 //! No simulation is needed.
 
-use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::estimate::{ClusterJackknife, Estimate};
 use crate::fit::uncertainty::quantile::quantile95;
 use crate::fit::uncertainty::shifts::Shifts;
@@ -81,27 +80,26 @@ fn deviations(parts: &[Part], prior: DMatrix<f64>) -> Option<Vec<[f64; 2]>> {
 }
 
 /// What every experiment adds, of the unknowns `known`.
-fn parts(search: &Search, optimum: &Optimum, known: &[usize]) -> Vec<Part> {
+fn parts(fitted: Fitted, known: &[usize]) -> Vec<Part> {
     let k = known.len();
     let mut parts: Vec<(&str, Part)> = Vec::new();
-    let mut row = 0;
-    for (experiment, measurement, _, own) in search.measured(optimum) {
+    for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {
         if parts.last().is_none_or(|(name, _)| *name != experiment.name) {
             let (gradient, hessian) = (DVector::zeros(k), DMatrix::zeros(k, k));
             parts.push((&experiment.name, Part { gradient, hessian }));
         }
         let Some((_, part)) = parts.last_mut() else { continue };
-        for r in own {
-            let trust = search.trust.get(row).copied().unwrap_or(1.0);
-            let [psi, slope] = measurement.loss().influence(trust * r);
-            let by: Vec<f64> = known.iter().map(|j| trust * optimum.jacobian[row][*j]).collect();
+        for (row, r) in rows.zip(residuals) {
+            let weight = fitted.search.leverage_weight(row);
+            let [psi, slope] = measurement.loss().influence(weight * r);
+            let derivatives = &fitted.optimum.jacobian[row];
+            let by: Vec<f64> = known.iter().map(|j| weight * derivatives[*j]).collect();
             for a in 0..k {
                 part.gradient[a] += psi * by[a];
                 for b in 0..k {
                     part.hessian[(a, b)] += slope * by[a] * by[b];
                 }
             }
-            row += 1;
         }
     }
     parts.into_iter().map(|(_, part)| part).collect()
@@ -112,9 +110,10 @@ fn parts(search: &Search, optimum: &Optimum, known: &[usize]) -> Vec<Part> {
 /// and widen the intervals, as they do those of the residuals.
 pub(crate) fn cluster_jackknife(
     estimates: Vec<Estimate>,
-    (search, optimum): (&Search, &Optimum),
+    fitted: Fitted,
     shifts: &Shifts,
 ) -> Vec<Estimate> {
+    let Fitted { search, optimum } = fitted;
     let n = estimates.len();
     // Of what may be zero there is no logarithm to speak of.
     let told = |e: &Estimate| e.std_error.is_some() && e.upper95.is_none();
@@ -122,7 +121,7 @@ pub(crate) fn cluster_jackknife(
     if known.is_empty() || !optimum.converged || optimum.jacobian.len() < optimum.residuals.len() {
         return estimates;
     }
-    let parts = parts(search, optimum, &known);
+    let parts = parts(fitted, &known);
     if parts.len() < FEWEST {
         return estimates;
     }

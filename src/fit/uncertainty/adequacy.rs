@@ -10,8 +10,7 @@
 //! tests, never an interval.
 
 use crate::fit::measurement::Measurement;
-use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::noise_scale::{CoordinateSamples, NoiseScale};
@@ -66,15 +65,15 @@ impl CoordinateNoise {
 
 impl Adequacy {
     /// Of the residuals at an optimum.
-    pub fn of(search: &Search, optimum: &Optimum, correlations: &Correlations) -> Self {
+    pub fn of(fitted: Fitted, correlations: &Correlations) -> Self {
+        let Fitted { search, optimum } = fitted;
         let mut coordinates = Vec::new();
         if search.is_rounding(optimum) {
             return Self { coordinates };
         }
         let share = search.unknowns.len() as f64 / optimum.residuals.len() as f64;
-        let mut first = 0;
-        for (place, (experiment, measurement, nominal, own)) in search.measured(optimum).enumerate()
-        {
+        for own in fitted.measured() {
+            let MeasuredResiduals { index, experiment, measurement, .. } = own;
             // Offsets from a line of unknown arc lengths have no scale of their own in the samples.
             let is_shape = matches!(measurement, Measurement::RestShape(_))
                 && measurement.fitted_arc_lengths() == 0;
@@ -82,16 +81,10 @@ impl Adequacy {
             let all = measurement.coordinates(&experiment.problem);
             let wanted = is_motion || is_shape && measurement.sigma().is_none();
             for coordinate in all.into_iter().filter(|_| wanted) {
-                let samples = CoordinateSamples::of(
-                    search,
-                    measurement,
-                    &coordinate,
-                    (first, own, nominal),
-                    share,
-                );
+                let samples = CoordinateSamples::of(search, &own, &coordinate, share);
                 let axis = coordinate.axis;
                 let label = experiment.label(measurement);
-                let (correlation, is_at_cap) = correlations.of_coordinate(place, axis);
+                let (correlation, is_at_cap) = correlations.of_coordinate(index, axis);
                 let has_outliers = samples.outliers().contains(&true);
                 coordinates.push(CoordinateNoise {
                     has_outliers,
@@ -99,15 +92,14 @@ impl Adequacy {
                         true => samples.scale(label, axis),
                         false => samples.scale_of_shape(label, axis),
                     },
-                    measurement: place,
+                    measurement: index,
                     rows: samples.rows,
-                    nominal,
+                    nominal: own.sigma,
                     stated_sigma: measurement.sigma(),
                     correlation,
                     is_at_cap,
                 });
             }
-            first += own.len();
         }
         Self { coordinates }
     }

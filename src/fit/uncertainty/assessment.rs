@@ -5,23 +5,21 @@ use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residual_tests::ResidualTests;
-use crate::fit::search::Search;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::across::{are_across, cluster_jackknife};
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
 use crate::fit::uncertainty::budget::{Given, budgeted};
-use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::determined_groups::{DeterminedGroup, determined_groups};
 use crate::fit::uncertainty::discretization::{DiscretizationError, errors_of, shifts};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
 use crate::fit::uncertainty::finer::Finer;
-use crate::fit::uncertainty::input_sensitivities::{
-    InputSensitivities, LinearFit, are_unstated_wanted,
-};
+use crate::fit::uncertainty::input_sensitivities::{InputSensitivities, are_unstated_wanted};
+use crate::fit::uncertainty::inputs::LinearFit;
 use crate::fit::uncertainty::known_errors::KnownErrors;
-use crate::fit::uncertainty::local_analysis::{self, Local, local_with};
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::mode_numbers::other_numberings;
 use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms};
 use crate::fit::uncertainty::noise_scale::NoiseScale;
@@ -30,7 +28,9 @@ use crate::fit::uncertainty::prediction::{Prediction, predictions};
 use crate::fit::uncertainty::profile::{self, Profile};
 use crate::fit::uncertainty::recordings::RecordingErrors;
 use crate::fit::uncertainty::scene_notes::scene_notes;
-use crate::fit::uncertainty::score::{Found, Statistics, Unsaid, explained_by, unsaid};
+use crate::fit::uncertainty::score::{
+    FitStatistics, ModelDiscrepancy, assess_model_discrepancy, warn_of_omitted_effects,
+};
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::slenderness::too_thick;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
@@ -54,7 +54,7 @@ pub(crate) struct Assessment {
     pub residual_tests: Vec<ResidualTests>,
     pub noise_scale: Vec<NoiseScale>,
     pub predictions: Vec<Prediction>,
-    pub unsaid: Unsaid,
+    pub discrepancy: ModelDiscrepancy,
     pub determined_groups: Vec<DeterminedGroup>,
     pub recordings: Option<RecordingErrors>,
     pub profiles: Vec<Profile>,
@@ -64,18 +64,19 @@ pub(crate) struct Assessment {
 /// How far the unknowns of an optimum are from those of the continuum, where it is looked for; what keeps that
 /// from being known is a warning.
 pub(crate) fn shifts_of(
-    (search, optimum): (&Search, &Optimum),
-    local: &Local,
+    fitted: Fitted,
+    local: &LocalAnalysis,
     analysis: &Analysis,
     warnings: &mut Warnings,
 ) -> Result<Option<Shifts>, Error> {
+    let Fitted { search, optimum } = fitted;
     // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
     // nothing else.
     if optimum.residuals.len() != search.unknowns.len() && search.is_rounding(optimum) {
         return Ok(None);
     }
     let around = (&local.covariance, &local.noise.weights[..]);
-    match shifts((search, optimum), around, analysis.discretization_error) {
+    match shifts(fitted, around, analysis.discretization_error) {
         Err(Error::Interrupted) => Err(Error::Interrupted),
         Err(error) => {
             let words = format!(
@@ -89,23 +90,34 @@ pub(crate) fn shifts_of(
     }
 }
 
-/// Assesses an optimum; `experiments` have what was held out too, and `suspicions` are what looked wrong
-/// before the search. Numerics that the program chose have been looked at before.
+/// Results of the stages before an assessment.
+pub(crate) struct AssessmentInputs<'a> {
+    pub local: LocalAnalysis,
+    /// Shifts by a mesh and a step that the program chose.
+    pub shifts: Option<Shifts>,
+    pub warnings: Warnings,
+    /// Suspicions of the check before the search.
+    pub suspicions: &'a [(Code, String)],
+    /// All experiments, those of the validation data included.
+    pub experiments: &'a [Experiment],
+}
+
+/// Assesses an optimum.
 pub(crate) fn assess(
-    (search, optimum): (&Search, &Optimum),
-    (local, chosen, mut warnings): (Local, Option<Shifts>, Warnings),
-    (analysis, knowns): (&Analysis, &[Known]),
-    experiments: &[Experiment],
-    suspicions: &[(Code, String)],
+    fitted: Fitted,
+    AssessmentInputs { local, shifts: chosen, mut warnings, suspicions, experiments }: AssessmentInputs,
+    analysis: &Analysis,
+    knowns: &[Known],
 ) -> Result<Assessment, Error> {
+    let search = fitted.search;
     let unknowns = search.unknowns;
     let corrected = chosen.clone().unwrap_or_default();
-    let fitted = optimum;
     let spent = search.simulations();
     let linear_fit = local.linear_fit();
     let inputs = || {
-        let wanted = fitted.converged && are_unstated_wanted(search, analysis, knowns, spent);
-        sensitivities((search, fitted), &linear_fit, knowns, wanted)
+        let converged = fitted.optimum.converged;
+        let wanted = converged && are_unstated_wanted(search, analysis, knowns, spent);
+        sensitivities(fitted, &linear_fit, knowns, wanted)
     };
     // One run has the sensitivities to all inputs. Without known ones it need not come before the tests.
     let early = (!knowns.is_empty()).then(inputs);
@@ -116,39 +128,42 @@ pub(crate) fn assess(
         }
         None => linear_fit.identified.contains(&true).then(KnownErrors::none),
     };
-    let finer = Finer::new((search, fitted), (&local.covariance, &local.noise.weights), &corrected);
+    let finer = Finer::new(fitted, &local, &corrected);
     let apart_from_known = |optimum: &Optimum, warnings: &mut Warnings| {
-        let noise = Noise::at(search, optimum);
-        known.as_ref().and_then(|known| known.explained((search, optimum), &noise, warnings))
+        let here = Fitted { search, optimum };
+        known.as_ref()?.explained(here, &Noise::at(here), warnings)
     };
     let on_finer = |warnings: &mut Warnings| {
         let residuals = finer.residuals()?;
-        let finest = Optimum { residuals, ..fitted.clone() };
+        let finest = Optimum { residuals, ..fitted.optimum.clone() };
         Some(apart_from_known(&finest, warnings).unwrap_or(finest))
     };
     let before = warnings.clone();
     // From here on residuals are what known numbers do not explain,
-    let mut explained = apart_from_known(fitted, &mut warnings);
+    let mut explained = apart_from_known(fitted.optimum, &mut warnings);
     let mut local = match &explained {
-        Some(explained) => local_with((search, explained), Some(&local.bounds))?,
+        Some(explained) => {
+            LocalAnalysis::new(Fitted { search, optimum: explained }, Some(&local.bounds))?
+        }
         None => local,
     };
     // and what numerics do not leave, where they are no noise.
-    let is_noise = is_noise(search, explained.as_ref().unwrap_or(fitted), &local);
+    let optimum = explained.as_ref().unwrap_or(fitted.optimum);
+    let is_noise = is_noise(Fitted { search, optimum }, &local);
     let mut warnings_there = before;
     let finest = if is_noise { None } else { on_finer(&mut warnings_there) };
     let is_finest = finest.is_some();
     if let Some(finest) = finest {
         warnings = warnings_there;
-        local = local_with((search, &finest), Some(&local.bounds))?;
+        local = LocalAnalysis::new(Fitted { search, optimum: &finest }, Some(&local.bounds))?;
         explained = Some(finest);
     }
-    let optimum = explained.as_ref().unwrap_or(fitted);
+    let optimum = explained.as_ref().unwrap_or(fitted.optimum);
+    let explained = Fitted { search, optimum };
     let finest = || (!is_finest).then(|| on_finer(&mut Warnings::default())).flatten();
-    let Local { noise, correlations, adequacy, covariance, bounds } = &local;
-    let reach = (&correlations.reach[..], &corrected);
-    let estimates = estimates(unknowns, optimum, (covariance, bounds), reach);
-    let estimates = cluster_jackknife(estimates, (search, fitted), &corrected);
+    let LocalAnalysis { noise, correlations, adequacy, covariance, .. } = &local;
+    let estimates = estimates(explained, &local, &corrected);
+    let estimates = cluster_jackknife(estimates, fitted, &corrected);
     let sigma = search.estimated_sigmas(optimum);
     let (sigma_narrow, test_narrow) = match are_across(&estimates) {
         true => ("", ""),
@@ -157,9 +172,9 @@ pub(crate) fn assess(
 
     bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
-    unexplained(search, optimum, &local, sigma_narrow, &mut warnings);
-    growing_sensitivities(search, optimum, &mut warnings);
-    runaways(search, optimum, &mut warnings);
+    unexplained(explained, &local, sigma_narrow, &mut warnings);
+    growing_sensitivities(explained, &mut warnings);
+    runaways(explained, &mut warnings);
     faulty_recordings(experiments, &mut warnings);
     against_priors(unknowns, optimum, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
@@ -176,28 +191,25 @@ pub(crate) fn assess(
             _ if !is_tested => None,
             Some(chosen) => Some(chosen),
             None if search.experiments.iter().any(|e| e.problem.scene().chosen().any()) => None,
-            None => shifts_of((search, optimum), &local, analysis, &mut said)?,
+            None => shifts_of(explained, &local, analysis, &mut said)?,
         };
         Ok::<_, Error>((shifts, said))
     };
-    let asked = (analysis, knowns);
-    let found: Found = (search, optimum, &finest);
-    let statistics = Statistics { estimates: &estimates, noise, correlations, adequacy };
+    let statistics = FitStatistics { fitted: explained, estimates: &estimates, local: &local };
+    let discrepancy = || assess_model_discrepancy(statistics, &finest, analysis, knowns, spent);
     // Runs on other meshes, one with the derivatives by the inputs, and one of a coarse model: none waits for another.
     let late = || if early.is_none() { Some(inputs()) } else { None };
-    let (shifts, (late, (unsaid, not_looked))) =
-        rayon::join(shifts, || rayon::join(late, || unsaid_of(found, statistics, asked, spent)));
+    let (shifts, (late, (discrepancy, not_tested))) =
+        rayon::join(shifts, || rayon::join(late, discrepancy));
     let (shifts, not_known) = shifts?;
     if is_tested {
-        residual_tests =
-            test_residuals((search, optimum), correlations, test_narrow, &mut warnings);
+        residual_tests = test_residuals(explained, correlations, test_narrow, &mut warnings);
         against_noise_scale(search, adequacy, &mut warnings);
         stated_sigmas(search, adequacy, &mut warnings);
-        jumps(search, optimum, &mut warnings);
+        jumps(explained, &mut warnings);
         warnings.append(not_known);
         if let Some(shifts) = &shifts {
-            let about = (search, optimum);
-            discretization = errors_of(&estimates, about, shifts, noise, &mut warnings);
+            discretization = errors_of(&estimates, explained, shifts, noise, &mut warnings);
             if shifts.are_to_blame() {
                 warnings.excuse_misfit(
                     Code::NumericsBelowData,
@@ -209,10 +221,13 @@ pub(crate) fn assess(
         }
     }
     let (estimates, profiles) = match optimum.converged && covariance.findings.is_empty() {
-        true => {
-            let around = (covariance, noise, correlations);
-            analysed(estimates, (search, optimum), around, (analysis, &sigma), &mut warnings)
-        }
+        true => with_requested_intervals(
+            estimates,
+            explained,
+            &local,
+            (analysis, &sigma),
+            &mut warnings,
+        ),
         false => (estimates, Vec::new()),
     };
     let given = Given {
@@ -222,7 +237,7 @@ pub(crate) fn assess(
         sigma: &sigma,
         correlations,
     };
-    let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
+    let mut estimates = budgeted(estimates, explained, given, &mut warnings);
     let inputs = early.iter().chain(&late).find_map(|(found, _)| found.as_ref());
     let mut groups = Vec::new();
     if let Some(inputs) = inputs {
@@ -230,11 +245,11 @@ pub(crate) fn assess(
         groups = determined_groups(search, &estimates, inputs);
     }
     late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
-    scene_notes(search, fitted, &mut warnings);
-    other_numberings(search, optimum, &estimates, &mut warnings);
-    too_thick((search, optimum), covariance, noise, &estimates, &mut warnings);
-    warnings.append(not_looked);
-    explained_by(&unsaid.score_tests, &mut warnings);
+    scene_notes(fitted, &mut warnings);
+    other_numberings(explained, &estimates, &mut warnings);
+    too_thick(explained, &local, &estimates, &mut warnings);
+    warnings.append(not_tested);
+    warn_of_omitted_effects(&discrepancy.score_tests, &mut warnings);
     if is_tested && shifts.as_ref().is_some_and(Shifts::leave_traces) {
         warnings.excuse_ambiguity(
             Code::NumericsBelowData,
@@ -243,13 +258,12 @@ pub(crate) fn assess(
              rod.segments and time.step",
         );
     }
-    let about = (covariance, &sigma[..]);
-    let predictions = predictions(experiments, (search, optimum), about, &mut warnings);
-    let losses = losses(search, optimum, noise);
+    let predictions = predictions(experiments, explained, covariance, &sigma, &mut warnings);
+    let losses = losses(explained, noise);
     let noise_scale = adequacy.coordinates.iter().map(|c| c.scale.clone()).collect();
     Ok(Assessment {
         estimates,
-        residual_rms: residual_rms(search, fitted),
+        residual_rms: residual_rms(fitted),
         losses,
         covariance: Some(local.covariance),
         sigma,
@@ -257,9 +271,9 @@ pub(crate) fn assess(
         residual_tests,
         noise_scale,
         predictions,
-        unsaid,
+        discrepancy,
         determined_groups: groups,
-        recordings: RecordingErrors::of(experiments, (search, optimum)),
+        recordings: RecordingErrors::of(experiments, explained),
         profiles,
         warnings,
     })
@@ -267,17 +281,16 @@ pub(crate) fn assess(
 
 /// The sensitivities to the known inputs, and to the unstated ones if `with_unstated`; a run that fails is a warning.
 fn sensitivities(
-    (search, optimum): (&Search, &Optimum),
+    fitted: Fitted,
     fit: &LinearFit,
     knowns: &[Known],
     with_unstated: bool,
 ) -> (Option<InputSensitivities>, Warnings) {
     let mut warnings = Warnings::default();
-    if search.is_stopped() || !fit.identified.contains(&true) {
+    if fitted.search.is_stopped() || !fit.identified.contains(&true) {
         return (None, warnings);
     }
-    let sensitivities_to =
-        |unstated: bool| InputSensitivities::new(search, optimum, fit, knowns, unstated);
+    let sensitivities_to = |unstated: bool| InputSensitivities::new(fitted, fit, knowns, unstated);
     let mut found = sensitivities_to(with_unstated);
     if let Err(error) = &found
         && with_unstated
@@ -301,19 +314,18 @@ fn sensitivities(
 
 /// What data without noise at an optimum would be worth with theirs: what another mesh would say is not asked.
 pub(crate) fn expected(
-    (search, optimum): (&Search, &Optimum),
-    (analysis, knowns): (&Analysis, &[Known]),
+    fitted: Fitted,
+    analysis: &Analysis,
+    knowns: &[Known],
 ) -> Result<Assessment, Error> {
-    let local = local_analysis::local(search, optimum)?;
+    let search = fitted.search;
+    let local = LocalAnalysis::new(fitted, None)?;
     let mut warnings = Warnings::default();
     let with_unstated = analysis.sensitivity_analysis != Some(false);
-    let (inputs, not_found) =
-        sensitivities((search, optimum), &local.linear_fit(), knowns, with_unstated);
+    let (inputs, not_found) = sensitivities(fitted, &local.linear_fit(), knowns, with_unstated);
     warnings.append(not_found);
     let known = inputs.as_ref().and_then(|found| KnownErrors::of(knowns, found).ok());
-    let Local { noise, correlations, adequacy, covariance, bounds } = &local;
-    let reach = (&correlations.reach[..], &Shifts::default());
-    let estimates = estimates(search.unknowns, optimum, (covariance, bounds), reach);
+    let estimates = estimates(fitted, &local, &Shifts::default());
     bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     let sensitivity_analysis = Some(with_unstated);
@@ -323,77 +335,50 @@ pub(crate) fn expected(
         analysis,
         discretization: &[],
         sigma: &search.sigmas,
-        correlations,
+        correlations: &local.correlations,
     };
-    let mut estimates = budgeted(estimates, (search, optimum), given, &mut warnings);
-    let asked = (analysis, knowns);
-    let found: Found = (search, optimum, &|| None);
-    let statistics = Statistics { estimates: &estimates, noise, correlations, adequacy };
-    let (unsaid, not_looked) = unsaid_of(found, statistics, asked, search.simulations());
+    let mut estimates = budgeted(estimates, fitted, given, &mut warnings);
+    let statistics = FitStatistics { fitted, estimates: &estimates, local: &local };
+    let (discrepancy, not_tested) =
+        assess_model_discrepancy(statistics, &|| None, analysis, knowns, search.simulations());
     if let Some(inputs) = &inputs {
         inputs.give_per_cents(search, &mut estimates);
     }
-    warnings.append(not_looked);
-    let covariance = Some(covariance.clone());
-    Ok(Assessment { estimates, covariance, unsaid, warnings, ..Assessment::default() })
+    warnings.append(not_tested);
+    let covariance = Some(local.covariance);
+    Ok(Assessment { estimates, covariance, discrepancy, warnings, ..Assessment::default() })
 }
 
-/// What the scene may lack and what could hide, after a search of so many simulations.
-fn unsaid_of(
-    found: Found,
-    statistics: Statistics,
-    asked: (&Analysis, &[Known]),
-    spent: f64,
-) -> (Unsaid, Warnings) {
-    let mut warnings = Warnings::default();
-    let unsaid = match statistics.estimates.iter().all(|e| e.std_error.is_none()) {
-        true => Unsaid::default(),
-        false => unsaid(found, statistics, (asked, spent), &mut warnings),
-    };
-    (unsaid, warnings)
-}
-
-/// The estimates with what was asked for beyond them, and the profiles.
-fn analysed(
-    estimates: Vec<Estimate>,
-    (search, optimum): (&Search, &Optimum),
-    (covariance, noise, correlations): (&Covariance, &Noise, &Correlations),
+/// The estimates with the requested intervals of other methods, and the profiles.
+fn with_requested_intervals(
+    mut estimates: Vec<Estimate>,
+    fitted: Fitted,
+    local: &LocalAnalysis,
     (analysis, sigma): (&Analysis, &[f64]),
     warnings: &mut Warnings,
 ) -> (Vec<Estimate>, Vec<Profile>) {
-    let n = estimates.len();
-    let observed = match analysis.observed_information {
-        true => observed::std_errors(search, optimum, (noise, correlations), &estimates, warnings),
-        false => vec![None; n],
-    };
-    let intervals = match analysis.profile {
-        true => profile::intervals(search, optimum, (covariance, noise, correlations), warnings),
-        false => vec![None; n],
-    };
-    let bootstrap = match analysis.bootstrap {
-        0 => vec![None; n],
-        count => {
-            let (first, seed) = (analysis.bootstrap_first.unwrap_or(0), analysis.seed);
-            let (numbers, kept) = (first..first + count, analysis.bootstrap_first.is_some());
-            let replicates = Replicates { what: "bootstrap", numbers, seed, kept };
-            let draws = Draws { sigma, knowns: &[], correlations, blocks: true };
-            bootstrap::spreads((search, optimum), draws, replicates, warnings)
+    let (unknowns, correlations) = (fitted.search.unknowns, &local.correlations);
+    if analysis.observed_information {
+        let found = observed::std_errors(fitted, local, &estimates, warnings);
+        estimates.iter_mut().zip(found).for_each(|(e, error)| e.observed_std_error = error);
+    }
+    let mut profiles = Vec::new();
+    if analysis.profile {
+        let intervals = profile::intervals(fitted, local, warnings).into_iter().zip(unknowns);
+        for (i, (interval, unknown)) in intervals.enumerate() {
+            let Some(interval) = interval else { continue };
+            profiles.push(interval.profile(unknown, correlations.reach[i]));
+            estimates[i].profile95 = Some(interval.values(unknown));
         }
-    };
-    let unknowns = search.unknowns;
-    let profile = |(i, interval): (usize, &Option<profile::Interval>)| {
-        Some(interval.as_ref()?.profile(&unknowns[i], correlations.reach[i]))
-    };
-    let profiles = intervals.iter().enumerate().filter_map(profile).collect();
-    let all = estimates.into_iter().zip(observed).zip(intervals).zip(bootstrap).zip(unknowns);
-    let with = |((((estimate, observed_std_error), interval), bootstrap), unknown): (
-        (((Estimate, _), Option<profile::Interval>), _),
-        _,
-    )| Estimate {
-        observed_std_error,
-        profile95: interval.map(|interval| interval.values(unknown)),
-        bootstrap,
-        ..estimate
-    };
-    (all.map(with).collect(), profiles)
+    }
+    if analysis.bootstrap > 0 {
+        let first = analysis.bootstrap_first.unwrap_or(0);
+        let numbers = first..first + analysis.bootstrap;
+        let kept = analysis.bootstrap_first.is_some();
+        let replicates = Replicates { what: "bootstrap", numbers, seed: analysis.seed, kept };
+        let draws = Draws { sigma, knowns: &[], correlations, blocks: true };
+        let spreads = bootstrap::spreads(fitted, draws, replicates, warnings);
+        estimates.iter_mut().zip(spreads).for_each(|(e, spread)| e.bootstrap = spread);
+    }
+    (estimates, profiles)
 }

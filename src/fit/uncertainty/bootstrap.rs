@@ -7,8 +7,8 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{self, Known};
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::search::optimum::Optimum;
-use crate::fit::search::{Search, Task};
+use crate::fit::search::Task;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::correlation::{Correlations, Series};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
@@ -154,13 +154,14 @@ impl Shared<'_> {
 /// The spread of every estimate over the replicates, each with other values of `knowns`; none where
 /// there was no time for them.
 pub(crate) fn spreads(
-    (search, optimum): (&Search, &Optimum),
+    fitted: Fitted,
     draws: Draws,
     replicates: Replicates,
     warnings: &mut Warnings,
 ) -> Vec<Option<Bootstrap>> {
     let (what, count) = (replicates.what, replicates.numbers.len());
-    let found = spread((search, optimum), draws, replicates);
+    let search = fitted.search;
+    let found = spread(fitted, draws, replicates);
     let (spreads, failed) = found.unwrap_or_else(|_| (vec![None; search.unknowns.len()], count));
     if search.is_stopped() {
         // Those that were done in time are no fair sample.
@@ -178,12 +179,14 @@ pub(crate) fn spreads(
 
 /// Runs the replicates; one spread per unknown, and how many replicates failed.
 fn spread(
-    (search, optimum): (&Search, &Optimum),
+    fitted: Fitted,
     Draws { sigma, knowns, correlations, blocks }: Draws,
     Replicates { what, numbers, seed, kept }: Replicates,
 ) -> Result<(Vec<Option<Bootstrap>>, usize), Error> {
+    let Fitted { search, optimum } = fitted;
     let (mut simulated, mut noise, mut units) = (Vec::new(), Vec::new(), Vec::new());
-    for ((_, measurement, unit, residuals), sigma) in search.measured(optimum).zip(sigma) {
+    for (own, sigma) in fitted.measured().zip(sigma) {
+        let MeasuredResiduals { measurement, sigma: unit, residuals, .. } = own;
         let mut measurement = measurement.clone();
         let own = measurement.sigmas(unit);
         let seen = measurement.seen_mut().into_iter().zip(residuals).zip(&own);

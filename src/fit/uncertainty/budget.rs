@@ -11,9 +11,9 @@
 use crate::code::Code;
 use crate::fit::known::Known;
 use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
+use crate::fit::uncertainty::bootstrap::{self, Bootstrap, Draws, Replicates};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
@@ -40,10 +40,11 @@ pub(crate) struct Given<'a> {
 /// The estimates with their budgets, and what was asked for about them.
 pub(crate) fn budgeted(
     estimates: Vec<Estimate>,
-    (search, optimum): (&Search, &Optimum),
+    fitted: Fitted,
     given: Given,
     warnings: &mut Warnings,
 ) -> Vec<Estimate> {
+    let search = fitted.search;
     let Given { known, analysis, discretization, sigma, correlations } = given;
     let Some(known) = known else { return estimates };
     if estimates.iter().all(|e| e.std_error.is_none()) || search.is_stopped() {
@@ -54,21 +55,23 @@ pub(crate) fn budgeted(
         0 => estimates,
         fits => {
             let draws = Draws { sigma, knowns: known.knowns, correlations, blocks: false };
-            let how = (draws, known, (fits, analysis.seed));
-            with_monte_carlo(estimates, (search, optimum), how, warnings)
+            let numbers = 0..fits;
+            let replicates =
+                Replicates { what: "Monte Carlo", numbers, seed: analysis.seed, kept: false };
+            let spreads = bootstrap::spreads(fitted, draws, replicates, warnings);
+            with_monte_carlo(estimates, search, (fits, known), spreads, warnings)
         }
     }
 }
 
-/// The estimates with what so many fits say.
+/// The estimates with their spread over so many fits.
 fn with_monte_carlo(
     mut estimates: Vec<Estimate>,
-    (search, optimum): (&Search, &Optimum),
-    (draws, known, (fits, seed)): (Draws, &KnownErrors, (usize, u64)),
+    search: &Search,
+    (fits, known): (usize, &KnownErrors),
+    spreads: Vec<Option<Bootstrap>>,
     warnings: &mut Warnings,
 ) -> Vec<Estimate> {
-    let replicates = Replicates { what: "Monte Carlo", numbers: 0..fits, seed, kept: false };
-    let spreads = bootstrap::spreads((search, optimum), draws, replicates, warnings);
     for (j, (estimate, spread)) in estimates.iter_mut().zip(spreads).enumerate() {
         let (Some(value), Some(std_error), Some(spread)) =
             (estimate.value, estimate.std_error, spread)

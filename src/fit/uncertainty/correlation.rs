@@ -13,8 +13,7 @@
 
 use crate::fit::misfit::memory::{Memory, kept, usual_spacing};
 use crate::fit::misfit::residual_tests::newness;
-use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::Noise;
 use crate::fit::uncertainty::quantile::{one_sided95, quantile95};
 use crate::numerics::order;
@@ -191,7 +190,8 @@ fn correlation_with(apart: &[(usize, f64)], mean: f64) -> f64 {
 
 impl Correlations {
     /// From the residuals at an optimum, and the `rows` of the Jacobian in units of the noise.
-    pub fn of((search, optimum): (&Search, &Optimum), rows: &[Vec<f64>], noise: &Noise) -> Self {
+    pub fn of(fitted: Fitted, rows: &[Vec<f64>], noise: &Noise) -> Self {
+        let Fitted { search, optimum } = fitted;
         let n = search.unknowns.len();
         let mut found = Self {
             series: Vec::new(),
@@ -204,7 +204,7 @@ impl Correlations {
         if search.is_rounding(optimum) || !noise.variance.is_normal() {
             return found;
         }
-        found.series = all_series((search, optimum), rows, noise);
+        found.series = all_series(fitted, rows, noise);
         let mut correlated: Vec<bool> = found.series.iter().map(Series::is_correlated).collect();
         let unlike = unlike(&found.series);
         if !correlated.contains(&true) && !unlike.contains(&true) {
@@ -327,24 +327,19 @@ fn freedom(
 }
 
 /// Every coordinate of every measurement that has enough values in some order.
-fn all_series(
-    (search, optimum): (&Search, &Optimum),
-    rows: &[Vec<f64>],
-    noise: &Noise,
-) -> Vec<Series> {
+fn all_series(fitted: Fitted, rows: &[Vec<f64>], noise: &Noise) -> Vec<Series> {
     let mut found = Vec::new();
-    let mut first = 0;
-    for (place, (experiment, measurement, _, own)) in search.measured(optimum).enumerate() {
-        let trust = |k: usize| search.trust.get(first + k).copied().unwrap_or(1.0);
-        let loss = measurement.loss();
-        let mut felt: Vec<f64> =
-            own.iter().enumerate().map(|(k, r)| loss.influence(trust(k) * r)[0]).collect();
+    for own in fitted.measured() {
+        let MeasuredResiduals { index, experiment, measurement, residuals, .. } = own;
+        let (first, loss) = (own.rows.start, measurement.loss());
+        let influence = |(k, r)| loss.influence(fitted.search.leverage_weight(k) * r)[0];
+        let mut felt: Vec<f64> = own.rows.zip(residuals).map(influence).collect();
         if loss.is_robust() {
             let square = felt.iter().map(|r| r * r).sum::<f64>() / felt.len().max(1) as f64;
             felt.iter_mut().for_each(|r| *r /= square.sqrt().max(f64::MIN_POSITIVE));
         }
         for coordinate in measurement.coordinates(&experiment.problem) {
-            let seen = coordinate.places.iter().filter(|(k, _)| *k < own.len());
+            let seen = coordinate.places.iter().filter(|(k, _)| *k < residuals.len());
             let mut places: Vec<(usize, f64)> = seen.copied().collect();
             order::sort_by(&mut places, |x| x.1);
             let times: Vec<f64> = places.iter().map(|(_, t)| *t).collect();
@@ -352,10 +347,10 @@ fn all_series(
                 continue;
             };
             let rows_of: Vec<usize> = places.iter().map(|(k, _)| first + k).collect();
-            let by =
-                DMatrix::from_fn(times.len(), search.unknowns.len(), |a, j| rows[rows_of[a]][j]);
+            let unknowns = fitted.search.unknowns.len();
+            let by = DMatrix::from_fn(times.len(), unknowns, |a, j| rows[rows_of[a]][j]);
             found.push(Series {
-                measurement: place,
+                measurement: index,
                 axis: coordinate.axis,
                 correlation: 0.0,
                 felt: places.iter().map(|(k, _)| felt[*k]).collect(),
@@ -368,7 +363,6 @@ fn all_series(
                 own: false,
             });
         }
-        first += own.len();
     }
     found
 }

@@ -15,6 +15,7 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::analysis::Refinement;
@@ -171,7 +172,7 @@ fn change(
             let moved = there.x.iter().zip(&optimum.x).map(|(a, b)| most * (a - b));
             let moved = moved.zip(&covariance.deviation).map(|(d, sd)| sd.map(|_| d)).collect();
             let left = there.residuals.iter().zip(&optimum.residuals).map(|(a, b)| most * (a - b));
-            (moved, norm(left.enumerate().map(|(k, r)| r * search.leverage_weight(k))))
+            (moved, norm(left.enumerate().map(|(k, r)| r * search.growth_weight(k))))
         }
         _ => {
             let there = search.all_residuals()?.plain(&optimum.x)?;
@@ -191,7 +192,7 @@ fn change(
                 row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum()
             };
             let left = change.iter().zip(&optimum.jacobian).map(|(c, row)| c + answer(row));
-            let left = norm(left.enumerate().map(|(k, r)| r * search.leverage_weight(k)));
+            let left = norm(left.enumerate().map(|(k, r)| r * search.growth_weight(k)));
             (moved, left)
         }
     };
@@ -215,12 +216,13 @@ struct Change {
 /// What mesh and step may leave in the `estimates`.
 pub(crate) fn errors_of(
     estimates: &[Estimate],
-    (search, optimum): (&Search, &Optimum),
+    fitted: Fitted,
     shifts: &Shifts,
     noise: &Noise,
     warnings: &mut Warnings,
 ) -> Vec<DiscretizationError> {
-    let errors = errors((search, optimum), shifts);
+    let search = fitted.search;
+    let errors = errors(fitted, shifts);
     let remedy = remedy(search.experiments);
     let mut weight = Weight::Numerics;
     let given = search.experiments.iter().any(|e| {
@@ -270,7 +272,7 @@ fn remedy(experiments: &[Experiment]) -> &'static str {
 
 /// How far the unknowns of an optimum are from those of the continuum; `None` where that is not looked for.
 pub(crate) fn shifts(
-    (search, optimum): (&Search, &Optimum),
+    Fitted { search, optimum }: Fitted,
     (covariance, weights): (&Covariance, &[f64]),
     how: Refinement,
 ) -> Result<Option<Shifts>, Error> {
@@ -309,13 +311,13 @@ pub(crate) fn shifts(
         })
     });
     let residuals = optimum.residuals.iter().enumerate();
-    let residuals = norm(residuals.map(|(k, r)| r * search.leverage_weight(k)));
+    let residuals = norm(residuals.map(|(k, r)| r * search.growth_weight(k)));
     search.report("discretisation error");
     Ok(Some(Shifts { mesh, step, chosen, left: left / residuals }))
 }
 
 /// The discretisation error of every unknown.
-fn errors((search, optimum): (&Search, &Optimum), shifts: &Shifts) -> Vec<DiscretizationError> {
+fn errors(Fitted { search, optimum }: Fitted, shifts: &Shifts) -> Vec<DiscretizationError> {
     let error = |(i, unknown): (usize, &Unknown)| {
         let correction = shifts.correction(i);
         let value = unknown.from_scale(optimum.x[i] + correction);

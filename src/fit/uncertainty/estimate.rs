@@ -1,12 +1,11 @@
 //! What a fit says of a parameter.
 
 use crate::fit::measurement::experiment::named;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::bootstrap::Bootstrap;
-use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::shifts::Shifts;
 use crate::fit::uncertainty::sources::{BudgetLine, InputSensitivity, MonteCarlo};
-use crate::fit::uncertainty::vanishing::Bound;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
@@ -131,14 +130,12 @@ impl Estimate {
     }
 }
 
-/// What the covariance at an optimum says of every unknown, whose interval reaches so many standard
-/// deviations to each side, and what a mesh and a step leave open that the program chose. Values are corrected
-/// for these.
+/// The estimate of every unknown by the local analysis of an optimum. Values are corrected for a mesh and a step that the
+/// program chose, and intervals hold the error of the correction.
 pub(crate) fn estimates(
-    unknowns: &[Unknown],
-    optimum: &Optimum,
-    (covariance, vanishing): (&Covariance, &[Option<Bound>]),
-    (reach, shifts): (&[f64], &Shifts),
+    Fitted { search, optimum }: Fitted,
+    LocalAnalysis { covariance, correlations, bounds: vanishing, .. }: &LocalAnalysis,
+    shifts: &Shifts,
 ) -> Vec<Estimate> {
     let estimate = |(i, unknown): (usize, &Unknown)| {
         let [low, high] = unknown.scaled_bounds();
@@ -161,7 +158,7 @@ pub(crate) fn estimates(
         let known = covariance.deviation[i].is_some() || zero.is_some() || lower95.is_some();
         let ends = |sd: f64| {
             let [low, high] = unknown.parameter.limits();
-            let reach = (reach[i] * sd).hypot(open);
+            let reach = (correlations.reach[i] * sd).hypot(open);
             // The misfit is a parabola over a poorly known damping itself, not over its logarithm.
             let ends = match vanishing[i] {
                 Some(_) => [1.0 - reach, 1.0 + reach].map(|part| part * value),
@@ -181,5 +178,5 @@ pub(crate) fn estimates(
             ..Estimate::without_error(unknown, value)
         }
     };
-    unknowns.iter().enumerate().map(estimate).collect()
+    search.unknowns.iter().enumerate().map(estimate).collect()
 }

@@ -7,9 +7,10 @@
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
-use crate::fit::search::optimum::Optimum;
-use crate::fit::search::{Search, Task};
+use crate::fit::search::Task;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::shifts::Shifts;
 use std::sync::OnceLock;
 
@@ -24,8 +25,7 @@ const SEEN: f64 = 2.0;
 
 /// The run on finer numerics, if anybody asks.
 pub(crate) struct Finer<'a> {
-    search: &'a Search<'a>,
-    fitted: &'a Optimum,
+    fitted: Fitted<'a>,
     shifts: &'a Shifts,
     covariance: Covariance,
     weights: Vec<f64>,
@@ -35,17 +35,17 @@ pub(crate) struct Finer<'a> {
 impl<'a> Finer<'a> {
     /// Of an optimum whose unknowns are by `shifts` from those of the continuum.
     pub fn new(
-        (search, fitted): (&'a Search<'a>, &'a Optimum),
-        (covariance, weights): (&Covariance, &[f64]),
+        fitted: Fitted<'a>,
+        LocalAnalysis { covariance, noise, .. }: &LocalAnalysis,
         shifts: &'a Shifts,
     ) -> Self {
-        let (covariance, weights) = (covariance.clone(), weights.to_vec());
-        Self { search, fitted, shifts, covariance, weights, change: OnceLock::new() }
+        let (covariance, weights) = (covariance.clone(), noise.weights.clone());
+        Self { fitted, shifts, covariance, weights, change: OnceLock::new() }
     }
 
     /// The optimum's residuals as they would be on finer numerics; none where numerics are given or leave too little to be seen, or where the run fails.
     pub fn residuals(&self) -> Option<Vec<f64>> {
-        let residuals = &self.fitted.residuals;
+        let residuals = &self.fitted.optimum.residuals;
         let seen = self.shifts.left * (residuals.len() as f64).sqrt() > SEEN;
         if !self.shifts.chosen.contains(&true) || !seen {
             return None;
@@ -56,7 +56,7 @@ impl<'a> Finer<'a> {
 
     /// By how much the residuals change, once the unknowns have followed.
     fn run(&self) -> Result<Option<Vec<f64>>, Error> {
-        let Self { search, fitted, .. } = self;
+        let Fitted { search, optimum } = self.fitted;
         let finer = |e: &Experiment| {
             let scene = e.problem.scene();
             let step = scene.time.as_ref().map_or(1.0, |time| time.step_size()) / MORE as f64;
@@ -69,7 +69,7 @@ impl<'a> Finer<'a> {
             return Ok(None);
         }
         let there = Task { experiments: &experiments, ..search.task() }.search();
-        let corrected = fitted.x.iter().zip(search.unknowns).enumerate().map(|(i, (x, u))| {
+        let corrected = optimum.x.iter().zip(search.unknowns).enumerate().map(|(i, (x, u))| {
             let [low, high] = u.scaled_bounds();
             (x + self.shifts.correction(i)).clamp(low, high)
         });
@@ -77,11 +77,11 @@ impl<'a> Finer<'a> {
         search.work.add(there.work.total());
         search.report("finer numerics");
         let change: Vec<f64> =
-            residuals.iter().zip(&fitted.residuals).map(|(a, b)| TO_LIMIT * (a - b)).collect();
+            residuals.iter().zip(&optimum.residuals).map(|(a, b)| TO_LIMIT * (a - b)).collect();
         // Once for the change, once for the row it meets.
         let weighted: Vec<f64> = change.iter().zip(&self.weights).map(|(c, w)| w * w * c).collect();
-        let moved = self.covariance.response(&fitted.jacobian, &weighted);
-        let followed = change.iter().zip(&fitted.jacobian).map(|(c, row)| {
+        let moved = self.covariance.response(&optimum.jacobian, &weighted);
+        let followed = change.iter().zip(&optimum.jacobian).map(|(c, row)| {
             c + row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum::<f64>()
         });
         Ok(Some(followed.collect()))

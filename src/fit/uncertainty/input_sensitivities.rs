@@ -13,10 +13,10 @@
 use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::inputs::{Change, Directions, per_cents, unstated_inputs};
+use crate::fit::uncertainty::inputs::{Change, Directions, LinearFit, per_cents, unstated_inputs};
 use nalgebra::DMatrix;
 
 /// Instructions of a derivative by one parameter over those of the run that it belongs to (measured on the shipped
@@ -25,12 +25,6 @@ const COST_OF_DERIVATIVE: f64 = 0.25;
 /// The sensitivities to unstated inputs are skipped where they would cost more than so many times the simulations of
 /// the search, unless the fit asks for them. A search with derivatives costs about twice its count of simulations.
 const MAX_RELATIVE_COST: f64 = 1.5;
-
-/// The unknowns that the data determine, and the weights of the residuals.
-pub(crate) struct LinearFit {
-    pub identified: Vec<bool>,
-    pub weights: Vec<f64>,
-}
 
 /// Responses of the unknowns, on their scales, to changes of the inputs.
 pub(crate) struct InputSensitivities {
@@ -48,12 +42,12 @@ impl InputSensitivities {
     /// By one run of the full model with derivatives by the unknowns, the known inputs, and the unstated ones
     /// if `with_unstated`.
     pub fn new(
-        search: &Search,
-        optimum: &Optimum,
+        fitted: Fitted,
         fit: &LinearFit,
         knowns: &[Known],
         with_unstated: bool,
     ) -> Result<Self, Error> {
+        let Fitted { search, optimum } = fitted;
         let experiments = search.experiments;
         let known: Vec<Change> =
             knowns.iter().map(|known| Change::of_known(experiments, known)).collect();
@@ -63,8 +57,7 @@ impl InputSensitivities {
             let unfollowed = DMatrix::zeros(optimum.residuals.len(), 0);
             return Ok(Self { known, unstated, responses: Vec::new(), unfollowed });
         }
-        let run = (search, optimum, experiments);
-        let directions = Directions::of(run, (&fit.identified, &fit.weights), &changes)?;
+        let directions = Directions::of(fitted, experiments, fit, &changes)?;
         let [_, unfollowed] = directions.unfollowed();
         let responses = directions.answers();
         Ok(Self { known, unstated, responses, unfollowed })

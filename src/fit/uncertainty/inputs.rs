@@ -9,7 +9,7 @@ use crate::fit::known::Known;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::weighted;
 use crate::fit::uncertainty::sources::InputSensitivity;
@@ -165,6 +165,12 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<Change> 
     changes
 }
 
+/// The unknowns that the data determine, and the weights of the residuals.
+pub(crate) struct LinearFit {
+    pub identified: Vec<bool>,
+    pub weights: Vec<f64>,
+}
+
 /// Derivatives of the weighted residuals: by the unknowns that are identified, and along changes of other
 /// numbers.
 pub(crate) struct Directions {
@@ -179,8 +185,9 @@ pub(crate) struct Directions {
 impl Directions {
     /// At the optimum; `experiments` are those of the search, or a coarse model of them.
     pub fn of(
-        (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
-        (identified, weights): (&[bool], &[f64]),
+        Fitted { search, optimum }: Fitted,
+        experiments: &[Experiment],
+        LinearFit { identified, weights }: &LinearFit,
         changes: &[impl Borrow<Change>],
     ) -> Result<Self, Error> {
         let changes: Vec<&Change> = changes.iter().map(Borrow::borrow).collect();

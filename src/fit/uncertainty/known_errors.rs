@@ -14,10 +14,10 @@
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::{Known, correlations};
-use crate::fit::search::Search;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::input_sensitivities::InputSensitivities;
-use crate::fit::uncertainty::noise::{Noise, left};
+use crate::fit::uncertainty::noise::{Noise, weighted_residuals};
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use nalgebra::{DMatrix, DVector};
 
@@ -94,14 +94,15 @@ impl<'a> KnownErrors<'a> {
     /// farther off than chance has them are a warning, and explain nothing.
     pub fn explained(
         &self,
-        (search, optimum): (&Search, &Optimum),
+        fitted: Fitted,
         noise: &Noise,
         warnings: &mut Warnings,
     ) -> Option<Optimum> {
+        let Fitted { search, optimum } = fitted;
         if self.knowns.is_empty() || search.is_rounding(optimum) || !noise.variance.is_normal() {
             return None;
         }
-        let off = self.off(&left(search, optimum, noise), noise);
+        let off = self.off(&weighted_residuals(fitted, noise), noise);
         let farthest = off.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         if let Some((i, far)) = farthest.filter(|(_, off)| off.abs() > FAR) {
             let words = format!(

@@ -14,9 +14,8 @@
 use crate::code::Code;
 use crate::fit::measurement::Measurement;
 use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::scene_notes::at_optimum;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::problem::Problem;
 use crate::vibration::ModeName;
@@ -63,25 +62,21 @@ impl Numbering {
 }
 
 /// Notes other numberings that fit as well, with the value they would give.
-pub(crate) fn other_numberings(
-    search: &Search,
-    optimum: &Optimum,
-    estimates: &[Estimate],
-    warnings: &mut Warnings,
-) {
+pub(crate) fn other_numberings(fitted: Fitted, estimates: &[Estimate], warnings: &mut Warnings) {
     // Another experiment or another kind of measurement decides between numberings.
+    let search = fitted.search;
     let [experiment] = search.experiments else { return };
     let (mut names, mut measured, mut chi_squared) = (Vec::new(), Vec::<[f64; 2]>::new(), 0.0);
-    for (_, measurement, sigma, own) in search.measured(optimum) {
+    for MeasuredResiduals { measurement, sigma, residuals, .. } in fitted.measured() {
         let Measurement::Frequencies(frequencies) = measurement else { return };
         names.extend(frequencies.names());
         measured.extend(frequencies.values.iter().map(|f| [f.rad_s, sigma]));
-        chi_squared += own.iter().map(|r| r * r).sum::<f64>();
+        chi_squared += residuals.iter().map(|r| r * r).sum::<f64>();
     }
     if names.len() < FEWEST {
         return;
     }
-    let Ok(problem) = at_optimum(search, optimum, experiment) else { return };
+    let Ok(problem) = fitted.problem(experiment) else { return };
     let Some((scale, power)) = scale_of(search, &problem, &names) else { return };
     let Some(value) = estimates[scale].value.filter(|_| estimates[scale].std_error.is_some())
     else {
@@ -95,7 +90,7 @@ pub(crate) fn other_numberings(
         let Some(others) = names.iter().map(renamed).collect::<Option<Vec<ModeName>>>() else {
             continue;
         };
-        let Some((factor, other)) = fitted(&problem, &others, numbering.finer_mesh(), &measured)
+        let Some((factor, other)) = refitted(&problem, &others, numbering.finer_mesh(), &measured)
         else {
             continue;
         };
@@ -142,7 +137,7 @@ fn scale_of(search: &Search, problem: &Problem, names: &[ModeName]) -> Option<(u
 }
 
 /// The factor by which the frequencies of modes fit those measured best, and the chi^2 that is left.
-fn fitted(
+fn refitted(
     problem: &Problem,
     names: &[ModeName],
     finer: usize,

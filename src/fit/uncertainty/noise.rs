@@ -4,8 +4,7 @@
 use crate::fit::measurement::experiment::all;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::noise::weights_depend_on_the_fit;
-use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::quantile::{one_sided95, quantile95};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -30,35 +29,36 @@ pub(crate) struct Noise {
 
 impl Noise {
     /// What the residuals at an optimum say of the noise.
-    pub fn at(search: &Search, optimum: &Optimum) -> Self {
+    pub fn at(fitted: Fitted) -> Self {
+        let Fitted { search, optimum } = fitted;
         let total = optimum.residuals.len();
         // Values of small leverage weights are less than one value each.
         let weights = search.growth_weights().iter();
         let lost: f64 = weights.map(|weight| 1.0 - weight * weight).sum();
         // Unknown arc lengths use up a value each.
-        let fitted: usize = all(search.experiments).map(|(_, m)| m.fitted_arc_lengths()).sum();
-        let freedom = (total - search.unknowns.len()) as f64 - lost - fitted as f64;
-        let freedom = if lost > 0.0 || fitted > 0 { freedom.max(1.0) } else { freedom };
+        let arc_lengths: usize = all(search.experiments).map(|(_, m)| m.fitted_arc_lengths()).sum();
+        let freedom = (total - search.unknowns.len()) as f64 - lost - arc_lengths as f64;
+        let freedom = if lost > 0.0 || arc_lengths > 0 { freedom.max(1.0) } else { freedom };
         let known = all(search.experiments).all(|(_, m)| m.sigma().is_some());
         let settled = known || weights_depend_on_the_fit(search.experiments, search.unknowns);
-        let trusted = |(k, r): (usize, &f64)| (search.trust.get(k).unwrap_or(&1.0) * r).powi(2);
-        let square: f64 = optimum.residuals.iter().enumerate().map(trusted).sum();
+        let weighted = |(k, r): (usize, &f64)| (search.leverage_weight(k) * r).powi(2);
+        let square: f64 = optimum.residuals.iter().enumerate().map(weighted).sum();
         let variance = if settled { 1.0 } else { square / freedom };
         let mut weights = Vec::with_capacity(total);
         // Sums of psi' and psi^2 (Huber 1981).
         let (mut slope, mut square) = (0.0, 0.0);
-        for (_, measurement, _, own) in search.measured(optimum) {
+        for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
             let loss = measurement.loss();
-            let part = search.unknowns.len() * own.len() / total;
-            let weight = loss.information(own, part).sqrt();
-            weights.extend(std::iter::repeat_n(weight, own.len()));
-            for r in own {
+            let part = search.unknowns.len() * residuals.len() / total;
+            let weight = loss.information(residuals, part).sqrt();
+            weights.extend(std::iter::repeat_n(weight, residuals.len()));
+            for r in residuals {
                 let [psi, by_r] = loss.influence(*r);
                 (slope, square) = (slope + by_r, square + psi * psi);
             }
         }
         weights.resize(total, 1.0);
-        weights.iter_mut().zip(&search.trust).for_each(|(w, trust)| *w *= trust);
+        weights.iter_mut().zip(&search.leverage_weights).for_each(|(w, leverage)| *w *= leverage);
         let robust = all(search.experiments).any(|(_, m)| m.loss().is_robust());
         let freedom = (!known).then_some(freedom);
         let (reach, up) = (quantile95(freedom), one_sided95(freedom));
@@ -73,43 +73,48 @@ pub(crate) fn weighted(rows: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// What is left of the data, weighted as the rows of the Jacobian are.
-pub(crate) fn left(search: &Search, optimum: &Optimum, noise: &Noise) -> DVector<f64> {
-    let mut felt = Vec::with_capacity(optimum.residuals.len());
-    for (_, measurement, _, own) in search.measured(optimum) {
-        felt.extend(own.iter().map(|r| measurement.loss().influence(*r)[0]));
+pub(crate) fn weighted_residuals(fitted: Fitted, noise: &Noise) -> DVector<f64> {
+    let mut influences = Vec::with_capacity(fitted.optimum.residuals.len());
+    for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
+        influences.extend(residuals.iter().map(|r| measurement.loss().influence(*r)[0]));
     }
-    felt.extend_from_slice(&optimum.residuals[felt.len()..]);
-    felt.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
-    felt.into()
+    influences.extend_from_slice(&fitted.optimum.residuals[influences.len()..]);
+    influences.iter_mut().zip(&noise.weights).for_each(|(r, w)| *r *= w);
+    influences.into()
 }
 
 /// Covariance of the gradient of the misfit: `sum psi^2 j j'`, measurement by measurement with the
 /// mean of `psi^2`, and 1 for priors.
-pub(crate) fn scatter(search: &Search, optimum: &Optimum) -> DMatrix<f64> {
+pub(crate) fn score_covariance(fitted: Fitted) -> DMatrix<f64> {
+    let Fitted { search, optimum } = fitted;
     let mut sizes = Vec::with_capacity(optimum.residuals.len());
-    for (_, measurement, _, own) in search.measured(optimum) {
+    for MeasuredResiduals { measurement, residuals, .. } in fitted.measured() {
         let square = |r: &f64| measurement.loss().influence(*r)[0].powi(2);
-        let mean = own.iter().map(square).sum::<f64>() / own.len().max(1) as f64;
-        sizes.extend(std::iter::repeat_n(mean, own.len()));
+        let mean = residuals.iter().map(square).sum::<f64>() / residuals.len().max(1) as f64;
+        sizes.extend(std::iter::repeat_n(mean, residuals.len()));
     }
     sizes.resize(optimum.residuals.len(), 1.0);
-    sizes.iter_mut().zip(&search.trust).for_each(|(size, trust)| *size *= trust * trust);
+    sizes
+        .iter_mut()
+        .zip(&search.leverage_weights)
+        .for_each(|(size, leverage)| *size *= leverage * leverage);
     let n = optimum.x.len();
     let rows = optimum.jacobian.iter().zip(&sizes);
     DMatrix::from_fn(n, n, |i, j| rows.clone().map(|(row, size)| size * row[i] * row[j]).sum())
 }
 
 /// Of all positions, m; of frequencies, rad/s, where there are only those.
-pub(crate) fn residual_rms(search: &Search, optimum: &Optimum) -> f64 {
+pub(crate) fn residual_rms(fitted: Fitted) -> f64 {
     let of_unit = |unit: &str| {
         let (mut sum, mut count) = (0.0, 0);
-        for (_, m, sigma, own) in search.measured(optimum).filter(|(_, m, ..)| m.unit() == unit) {
-            sum += own.iter().zip(m.sigmas(sigma)).map(|(r, s)| (r * s).powi(2)).sum::<f64>();
-            count += own.len();
+        for own in fitted.measured().filter(|own| own.measurement.unit() == unit) {
+            let sigmas = own.measurement.sigmas(own.sigma);
+            sum += own.residuals.iter().zip(sigmas).map(|(r, s)| (r * s).powi(2)).sum::<f64>();
+            count += own.residuals.len();
         }
         (count > 0).then(|| (sum / count as f64).sqrt())
     };
-    let first = all(search.experiments).next().map_or("m", |(_, m)| m.unit());
+    let first = all(fitted.search.experiments).next().map_or("m", |(_, m)| m.unit());
     of_unit("m").or_else(|| of_unit("rad/s")).or_else(|| of_unit(first)).unwrap_or(0.0)
 }
 
@@ -148,21 +153,19 @@ impl LossEffect {
 }
 
 /// What robust losses did; the markers of a recording are one.
-pub(crate) fn losses(search: &Search, optimum: &Optimum, noise: &Noise) -> Vec<LossEffect> {
-    let mut weights = &noise.weights[..];
+pub(crate) fn losses(fitted: Fitted, noise: &Noise) -> Vec<LossEffect> {
     let mut effects: Vec<LossEffect> = Vec::new();
-    for (experiment, measurement, _, own) in search.measured(optimum) {
-        let (mine, others) = weights.split_at(own.len());
-        weights = others;
+    for MeasuredResiduals { experiment, measurement, residuals, rows, .. } in fitted.measured() {
+        let weights = &noise.weights[rows];
         let loss = measurement.loss();
         if loss != Loss::Squares {
             let effect = LossEffect {
                 observation: experiment.group(measurement),
                 loss,
-                down_weighted: own.iter().filter(|r| r.abs() > loss.scale()).count(),
-                beyond_5_sigma: own.iter().filter(|r| r.abs() > 5.0).count(),
-                values: own.len(),
-                std_error_factor: mine.iter().copied().reduce(f64::max).map_or(1.0, f64::recip),
+                down_weighted: residuals.iter().filter(|r| r.abs() > loss.scale()).count(),
+                beyond_5_sigma: residuals.iter().filter(|r| r.abs() > 5.0).count(),
+                values: residuals.len(),
+                std_error_factor: weights.iter().copied().reduce(f64::max).map_or(1.0, f64::recip),
             };
             let same = |last: &&mut LossEffect| {
                 measurement.marker().is_some() && last.observation == effect.observation

@@ -1,7 +1,8 @@
 //! Samples of one coordinate of a measurement, and the noise scale that they show.
 
-use crate::fit::measurement::{Coordinate, Measurement};
+use crate::fit::measurement::Coordinate;
 use crate::fit::search::Search;
+use crate::fit::search::fitted::MeasuredResiduals;
 use crate::numerics::noise_scale::{
     FEWEST_DIFFERENCES, NoEstimate, NoiseEstimate, Series, quantum,
 };
@@ -62,34 +63,31 @@ pub(crate) struct CoordinateSamples {
 }
 
 impl CoordinateSamples {
-    /// Of a measurement whose residuals `own`, in units of the `nominal` sigma, begin at the row `first`; the fit uses the
-    /// `share` of the degrees of freedom.
+    /// Of a coordinate of a measurement; the fit uses the `share` of the degrees of freedom.
     pub fn of(
         search: &Search,
-        measurement: &Measurement,
+        MeasuredResiduals { measurement, sigma, residuals, rows, .. }: &MeasuredResiduals,
         coordinate: &Coordinate,
-        (first, own, nominal): (usize, &[f64], f64),
         share: f64,
     ) -> Self {
+        let first = rows.start;
         let observed = measurement.values_in_order();
-        let factors: Vec<f64> =
-            measurement.sigmas(nominal).iter().map(|sigma| sigma / nominal).collect();
+        let factors: Vec<f64> = measurement.sigmas(*sigma).iter().map(|own| own / sigma).collect();
         let mut places: Vec<(usize, f64)> =
-            coordinate.places.iter().filter(|(k, _)| *k < own.len()).copied().collect();
+            coordinate.places.iter().filter(|(k, _)| *k < residuals.len()).copied().collect();
         order::sort_by(&mut places, |x| x.1);
         let pick = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
             places.iter().map(|(k, _)| of(*k)).collect()
         };
         let loss = measurement.loss();
         let is_excluded = |(k, _): &(usize, f64)| {
-            let leverage = search.trust.get(first + k).copied().unwrap_or(1.0);
-            own[*k].abs() > loss.scale() || leverage < 1.0
+            residuals[*k].abs() > loss.scale() || search.leverage_weight(first + k) < 1.0
         };
         Self {
             rows: places.iter().map(|(k, _)| first + k).collect(),
             times: places.iter().map(|(_, t)| *t).collect(),
             observed: pick(&|k| observed[k]),
-            residuals: pick(&|k| own[k] * factors[k] * nominal),
+            residuals: pick(&|k| residuals[k] * factors[k] * sigma),
             factors: pick(&|k| factors[k]),
             excluded: places.iter().map(is_excluded).collect(),
             freedom_left: 1.0 - share,

@@ -1,22 +1,21 @@
 //! Observed information: standard errors from the exact Hessian of the misfit.
 
 use crate::code::Code;
-use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::correlation::Correlations;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::noise::{Noise, scatter};
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::noise::score_covariance;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use nalgebra::DMatrix;
 
 /// Standard errors of the `estimates` from the Hessian at the optimum; none where it gives none.
 pub(crate) fn std_errors(
-    search: &Search,
-    optimum: &Optimum,
-    (noise, correlations): (&Noise, &Correlations),
+    fitted: Fitted,
+    LocalAnalysis { noise, correlations, .. }: &LocalAnalysis,
     estimates: &[Estimate],
     warnings: &mut Warnings,
 ) -> Vec<Option<f64>> {
+    let Fitted { search, optimum } = fitted;
     let mut errors = vec![None; estimates.len()];
     let hessian = match search.all_residuals().and_then(|r| r.hessian_at(&optimum.x)) {
         Ok(hessian) => hessian,
@@ -47,7 +46,7 @@ pub(crate) fn std_errors(
         (_, Some(scatter)) => noise.variance * &inverse * among(scatter) * &inverse,
         (false, None) => noise.variance * inverse,
         (true, None) => {
-            let scatter = among(&scatter(search, optimum));
+            let scatter = among(&score_covariance(fitted));
             &inverse * scatter * &inverse
         }
     };

@@ -7,9 +7,8 @@
 //! profile has risen by the square of the one-sided 95 % quantile above its least value.
 
 use crate::error::Error;
-use crate::fit::search::Search;
 use crate::fit::search::damping::is_damping;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::noise::Noise;
@@ -50,8 +49,7 @@ struct Point {
 
 /// The profile of one unknown.
 struct Profile<'a> {
-    search: &'a Search<'a>,
-    optimum: &'a Optimum,
+    fitted: Fitted<'a>,
     unknown: usize,
     /// The optimum's value, or the largest of the scan where it is beyond: there the rounding errors of a simulation are
     /// small.
@@ -67,11 +65,13 @@ struct Profile<'a> {
 /// The one-sided bounds of unknowns that the `covariance` refuses, or that the scan shows to be flat on a side; what is
 /// in `known` already stays.
 pub(crate) fn one_sided(
-    (search, optimum): (&Search, &Optimum),
-    (noise, correlations): (&Noise, &Correlations),
+    fitted: Fitted,
+    noise: &Noise,
+    correlations: &Correlations,
     covariance: &Covariance,
     known: &mut [Option<Bound>],
 ) -> Result<(), Error> {
+    let Fitted { search, optimum } = fitted;
     if !optimum.converged || search.is_rounding(optimum) {
         return Ok(());
     }
@@ -80,7 +80,7 @@ pub(crate) fn one_sided(
         let is_combined = found().any(|all| all.len() > 1 && all.contains(&unknown.parameter));
         let is_refused =
             covariance.deviation[j].is_none() && found().any(|all| all == [unknown.parameter]);
-        let is_suspect = is_refused || !is_damping(unknown) && is_flat(search, optimum, j);
+        let is_suspect = is_refused || !is_damping(unknown) && is_flat(fitted, j);
         // With a combination that the data do not determine, the profile of each part is flat.
         if !unknown.parameter.is_positive() || unknown.prior.is_some() || is_combined || !is_suspect
         {
@@ -96,7 +96,7 @@ pub(crate) fn one_sided(
             continue;
         }
         let variance = noise.rise * correlations.inflation[j].powi(2);
-        let profile = Profile::new((search, optimum), j, variance);
+        let profile = Profile::new(fitted, j, variance);
         if let Some(bound) = profile.bound(correlations.up[j])? {
             let deviation = noise.variance.sqrt() / norm;
             let log_deviation = if deviation.is_finite() { deviation.max(1.0) } else { 1.0 };
@@ -107,7 +107,7 @@ pub(crate) fn one_sided(
 }
 
 /// Whether the scan's least misfit hardly rises towards an end of an unknown's values.
-fn is_flat(search: &Search, optimum: &Optimum, j: usize) -> bool {
+fn is_flat(Fitted { search, optimum }: Fitted, j: usize) -> bool {
     let scanned = search.journal.scanned_line(j);
     let least = scanned.iter().map(|(_, misfit)| *misfit).fold(f64::INFINITY, f64::min);
     let ends = [scanned.first(), scanned.last()].into_iter().flatten();
@@ -117,11 +117,8 @@ fn is_flat(search: &Search, optimum: &Optimum, j: usize) -> bool {
 }
 
 impl<'a> Profile<'a> {
-    fn new(
-        (search, optimum): (&'a Search<'a>, &'a Optimum),
-        unknown: usize,
-        variance: f64,
-    ) -> Self {
+    fn new(fitted: Fitted<'a>, unknown: usize, variance: f64) -> Self {
+        let Fitted { search, optimum } = fitted;
         let [low, high] = search.unknowns[unknown].scaled_bounds();
         let optimal = optimum.x[unknown];
         let scanned = search.journal.scanned_values(unknown).last().copied();
@@ -134,14 +131,14 @@ impl<'a> Profile<'a> {
         let here = optimal.min(last);
         let range = [low, high.min(last + BEYOND_SCAN)];
         let first = Point { held: optimal, x: optimum.x.clone(), rise: 0.0 };
-        Self { search, optimum, unknown, here, range, variance, points: vec![first] }
+        Self { fitted, unknown, here, range, variance, points: vec![first] }
     }
 
     /// The bound, if exactly one side is open; `up` standard deviations end a one-sided 95 % interval.
     fn bound(mut self, up: f64) -> Result<Option<Bound>, Error> {
         let here = self.here;
-        if here != self.optimum.x[self.unknown] {
-            let point = self.at(here, &self.optimum.x)?;
+        if here != self.fitted.optimum.x[self.unknown] {
+            let point = self.at(here, &self.fitted.optimum.x)?;
             self.insert(point);
         }
         for side in [-1.0, 1.0] {
@@ -161,7 +158,7 @@ impl<'a> Profile<'a> {
             _ => return Ok(None),
         };
         let end = self.end(side, least + up * up)?;
-        let unknown = &self.search.unknowns[self.unknown];
+        let unknown = &self.fitted.search.unknowns[self.unknown];
         let accepted = self.points.iter().filter(|p| p.rise <= least + up * up);
         // The optimum, or what is as good and nearest to it.
         let value = accepted.min_by(|a, b| (a.held - here).abs().total_cmp(&(b.held - here).abs()));
@@ -200,7 +197,7 @@ impl<'a> Profile<'a> {
         let limit = if side > 0.0 { high - here } else { here - low };
         let end = if side > 0.0 { self.points.last() } else { self.points.first() };
         let explored = end.map_or(0.0, |end| (end.held - here).abs());
-        let mut from = end.map_or(&self.optimum.x, |end| &end.x).clone();
+        let mut from = end.map_or(&self.fitted.optimum.x, |end| &end.x).clone();
         for distance in distances {
             let reached = distance.min(limit);
             if reached <= explored {
@@ -225,9 +222,9 @@ impl<'a> Profile<'a> {
     fn at(&self, held: f64, from: &[f64]) -> Result<Point, Error> {
         let mut x = from.to_vec();
         x[self.unknown] = held;
-        match fitted_beside(self.search, from, self.unknown, held) {
+        match fitted_beside(self.fitted.search, from, self.unknown, held) {
             Ok(there) => {
-                let rise = 2.0 * (there.cost - self.optimum.cost) / self.variance;
+                let rise = 2.0 * (there.cost - self.fitted.optimum.cost) / self.variance;
                 Ok(Point { held, x: there.x, rise })
             }
             Err(Error::Interrupted) => Err(Error::Interrupted),
@@ -244,8 +241,8 @@ impl<'a> Profile<'a> {
     fn note_lower(&self, least: f64) -> Result<(), Error> {
         let lowest = self.points.iter().find(|p| p.rise == least && least < -OPEN_BELOW);
         if let Some(point) = lowest {
-            let there = fitted_beside(self.search, &point.x, self.unknown, point.held)?;
-            self.search.add_minimum(&there);
+            let there = fitted_beside(self.fitted.search, &point.x, self.unknown, point.held)?;
+            self.fitted.search.add_minimum(&there);
         }
         Ok(())
     }

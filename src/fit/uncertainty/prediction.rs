@@ -5,8 +5,7 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::experiment::all;
 use crate::fit::misfit::residuals::Residuals;
-use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{is_too_large, times};
@@ -47,8 +46,9 @@ impl Prediction {
 /// was fitted.
 pub(crate) fn predictions(
     experiments: &[Experiment],
-    fitted: (&Search, &Optimum),
-    (covariance, sigma): (&Covariance, &[f64]),
+    fitted: Fitted,
+    covariance: &Covariance,
+    sigma: &[f64],
     warnings: &mut Warnings,
 ) -> Vec<Prediction> {
     let held_out: Vec<Experiment> = experiments.iter().map(|e| e.only(|m| m.held_out())).collect();
@@ -103,7 +103,7 @@ pub(crate) fn predictions(
 
 fn predicted(
     held_out: &[Experiment],
-    (search, optimum): (&Search, &Optimum),
+    Fitted { search, optimum }: Fitted,
     covariance: &Covariance,
     noise: &[f64],
 ) -> Result<Vec<Prediction>, Error> {

@@ -6,11 +6,10 @@
 
 use crate::code::Code;
 use crate::error::Error;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
-use crate::fit::uncertainty::correlation::Correlations;
-use crate::fit::uncertainty::covariance::Covariance;
-use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
@@ -66,16 +65,16 @@ struct Point {
 /// The profile intervals of all unknowns with a standard deviation; those that were not looked at in
 /// time are none.
 pub(crate) fn intervals(
-    search: &Search,
-    optimum: &Optimum,
-    (covariance, noise, correlations): (&Covariance, &Noise, &Correlations),
+    fitted: Fitted,
+    LocalAnalysis { covariance, noise, correlations, .. }: &LocalAnalysis,
     warnings: &mut Warnings,
 ) -> Vec<Option<Interval>> {
+    let search = fitted.search;
     let mut intervals = vec![None; search.unknowns.len()];
     for (i, unknown) in search.unknowns.iter().enumerate() {
         let Some(sd) = covariance.deviation[i].filter(|sd| *sd > 0.0) else { continue };
         let size = noise.rise.sqrt() * correlations.inflation[i];
-        let found = interval(search, optimum, i, (sd, size, correlations.reach[i]));
+        let found = interval(fitted, i, (sd, size, correlations.reach[i]));
         if search.is_stopped() {
             // Half a profile says nothing about its ends.
             break;
@@ -97,8 +96,7 @@ pub(crate) fn intervals(
 /// standard deviation `noise` of the residuals (1 when sigma is known and the noise white); `deviation` is
 /// the unknown's standard deviation.
 fn interval(
-    search: &Search,
-    optimum: &Optimum,
+    Fitted { search, optimum }: Fitted,
     i: usize,
     (deviation, noise, reach): (f64, f64, f64),
 ) -> Interval {
@@ -193,10 +191,10 @@ fn profile(
     let optimum = fitted_beside(search, from, i, held)?;
     let Optimum { x, cost, residuals, jacobian, .. } = optimum;
     let all = search.all_residuals()?;
-    let made = all.losses().into_iter().zip(all.trust());
+    let made = all.losses().into_iter().zip(all.leverage_weights());
     let gradient: f64 = made
         .zip(jacobian.iter().zip(&residuals))
-        .map(|((loss, trust), (row, r))| trust * row[i] * loss.influence(trust * r)[0])
+        .map(|((loss, weight), (row, r))| weight * row[i] * loss.influence(weight * r)[0])
         .sum();
     let excess = 2.0 * (cost - least);
     let rise = excess.abs().sqrt().copysign(excess) / noise;
@@ -258,7 +256,7 @@ mod tests {
         let unknowns = [Unknown::new(Parameter::YoungsModulus)];
         let task = Task {
             experiments: &experiments,
-            trust: &[],
+            leverage_weights: &[],
             sigmas: &[1e-3],
             unknowns: &unknowns,
             full_work: 1.0,
@@ -268,7 +266,7 @@ mod tests {
         let best = search.polish(&[1.01e8_f64.ln()]).unwrap();
         let norm = best.jacobian.iter().map(|row| row[0] * row[0]).sum::<f64>().sqrt();
         let sd = 1.0 / norm;
-        let found = interval(&search, &best, 0, (sd, 1.0, 1.96));
+        let found = interval(Fitted { search: &search, optimum: &best }, 0, (sd, 1.0, 1.96));
         assert!(found.better.is_none());
         for (end, side) in found.ends.iter().zip([-1.0, 1.0]) {
             let expected = 1e8_f64.ln() + side * 1.96 * sd;
@@ -277,6 +275,10 @@ mod tests {
         let away = search.all_residuals().unwrap().residuals(&[best.x[0] + 4.0 * sd]).unwrap();
         let cost = crate::numerics::half_square(&away);
         let off = Optimum { x: vec![best.x[0] + 4.0 * sd], cost, ..best };
-        assert!(interval(&search, &off, 0, (sd, 1.0, 1.96)).better.is_some());
+        assert!(
+            interval(Fitted { search: &search, optimum: &off }, 0, (sd, 1.0, 1.96))
+                .better
+                .is_some()
+        );
     }
 }

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::numerics::order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
@@ -64,10 +64,7 @@ pub struct RecordingErrors {
 
 impl RecordingErrors {
     /// Of all experiments whose ends are led by a recording, at an optimum; none where there are none.
-    pub(crate) fn of(
-        experiments: &[Experiment],
-        (search, optimum): (&Search, &Optimum),
-    ) -> Option<Self> {
+    pub(crate) fn of(experiments: &[Experiment], fitted: Fitted) -> Option<Self> {
         let led = led(experiments);
         if led.is_empty() {
             return None;
@@ -75,7 +72,7 @@ impl RecordingErrors {
         let error = |experiment: &&Experiment| RecordingError {
             experiment: experiment.name.clone(),
             held_out: experiment.measurements.iter().all(Measurement::held_out),
-            mean_error: mean_error(experiment, search, &optimum.x).ok(),
+            mean_error: mean_error(experiment, fitted).ok(),
         };
         let list: Vec<RecordingError> = led.par_iter().map(error).collect();
         Some(Self { fitted: summary(&list, false), held_out: summary(&list, true), list })
@@ -88,19 +85,9 @@ pub(crate) fn led(experiments: &[Experiment]) -> Vec<&Experiment> {
     experiments.iter().filter(led).collect()
 }
 
-/// The problem of an experiment with the values of an optimum.
-pub(crate) fn at_optimum(
-    experiment: &Experiment,
-    search: &Search,
-    x: &[f64],
-) -> Result<Problem, Error> {
-    let own = search.unknowns.iter().zip(x).filter(|(u, _)| u.is_of(experiment));
-    experiment.problem.varied(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))
-}
-
-fn mean_error(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<f64, Error> {
-    let problem = at_optimum(experiment, search, x)?;
-    Ok(Followed::new(&problem, false, search)?.mean_error())
+fn mean_error(experiment: &Experiment, fitted: Fitted) -> Result<f64, Error> {
+    let problem = fitted.problem(experiment)?;
+    Ok(Followed::new(&problem, false, fitted.search)?.mean_error())
 }
 
 /// A recording, and the rod that went along with it on its own.

@@ -4,11 +4,8 @@
 //! upper bound by beam theory and twice the strains at equilibrium exceed what is allowed.
 
 use crate::code::Code;
-use crate::error::Error;
 use crate::fit::measurement::Measurement;
-use crate::fit::measurement::experiment::Experiment;
-use crate::fit::search::Search;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::problem::strain::{LARGEST_STRAIN, LargestStrain, StrainGauge};
 use crate::problem::{AnyProblem, Problem, Purpose};
@@ -17,10 +14,10 @@ use crate::problem::{AnyProblem, Problem, Purpose};
 const SWING: f64 = 2.0;
 
 /// Adds the notes, each once.
-pub(crate) fn scene_notes(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
-    for (k, experiment) in search.experiments.iter().enumerate() {
-        let Ok(problem) = at_optimum(search, optimum, experiment) else { continue };
+    for (k, experiment) in fitted.search.experiments.iter().enumerate() {
+        let Ok(problem) = fitted.problem(experiment) else { continue };
         let rests = |m: &Measurement| match m {
             Measurement::RestShape(_) => true,
             Measurement::Gauge(gauge) => gauge.readings.iter().any(|r| r.time.is_none()),
@@ -36,7 +33,7 @@ pub(crate) fn scene_notes(search: &Search, optimum: &Optimum, warnings: &mut War
         let modulus = problem.scene().material.youngs_modulus;
         let strains = [
             at_rest.then(|| strain_at_rest(&problem)).flatten(),
-            experiment.moves().then(|| strain_in_motion(search, optimum, k, &problem)).flatten(),
+            experiment.moves().then(|| strain_in_motion(fitted, k, &problem)).flatten(),
         ];
         let largest = strains.into_iter().flatten().max_by(|a, b| a.strain.total_cmp(&b.strain));
         notes.extend(largest.and_then(|largest| largest.warning(modulus)));
@@ -55,16 +52,6 @@ pub(crate) fn scene_notes(search: &Search, optimum: &Optimum, warnings: &mut War
     }
 }
 
-/// The problem of an experiment with the fitted values.
-pub(crate) fn at_optimum(
-    search: &Search,
-    optimum: &Optimum,
-    experiment: &Experiment,
-) -> Result<Problem, Error> {
-    let own = search.unknowns.iter().zip(&optimum.x).filter(|(u, _)| u.is_of(experiment));
-    experiment.problem.varied(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))
-}
-
 fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
     let found = problem.equilibrium().ok()?;
     Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
@@ -72,8 +59,7 @@ fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
 
 /// The largest strain of a motion; none where it cannot be beyond what is allowed, or follows recorded ends.
 fn strain_in_motion(
-    search: &Search,
-    optimum: &Optimum,
+    Fitted { search, optimum }: Fitted,
     experiment: usize,
     problem: &Problem,
 ) -> Option<LargestStrain> {

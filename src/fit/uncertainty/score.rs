@@ -18,16 +18,16 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, full_work};
-use crate::fit::search::Search;
 use crate::fit::search::coarse::Coarse;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::adequacy::{Adequacy, VarianceAlong};
+use crate::fit::uncertainty::adequacy::VarianceAlong;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
-use crate::fit::uncertainty::inputs::{Change, Directions};
-use crate::fit::uncertainty::noise::{Noise, left};
+use crate::fit::uncertainty::inputs::{Change, Directions, LinearFit};
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::noise::weighted_residuals;
 use crate::fit::uncertainty::ranking::{Scored, ranked};
 use crate::fit::uncertainty::sources::{ScoreTest, UndetectedBias, looks_like};
 use crate::fit::uncertainty::undetected_bias::{
@@ -58,29 +58,30 @@ const SURE: f64 = 1e-3;
 /// What chance makes less often than this by a coarse model is looked at by the full one.
 const SUSPICIOUS: f64 = 0.2;
 
-/// What a coarse model says of numbers that the fit leaves alone.
+/// Model discrepancy: effects that the scene lacks, or may lack.
 #[derive(Default)]
-pub(crate) struct Unsaid {
+pub(crate) struct ModelDiscrepancy {
     /// Those of the first three places, the best first.
     pub score_tests: Vec<ScoreTest>,
     /// The largest effect over its standard error first.
     pub undetected_bias: Vec<UndetectedBias>,
 }
 
-/// An optimum, and how to have it with the residuals of finer numerics, where it has not and they can tell.
-pub(crate) type Found<'a> = (&'a Search<'a>, &'a Optimum, &'a (dyn Fn() -> Option<Optimum> + Sync));
-/// Statistics of an optimum that score tests rest on.
+/// An optimum with the residuals of a finer discretization, where it is needed and can be computed.
+pub(crate) type FinerOptimum<'a> = &'a (dyn Fn() -> Option<Optimum> + Sync);
+
+/// Statistics of an optimum that score tests use.
 #[derive(Clone, Copy)]
-pub(crate) struct Statistics<'a> {
+pub(crate) struct FitStatistics<'a> {
+    pub fitted: Fitted<'a>,
     pub estimates: &'a [Estimate],
-    pub noise: &'a Noise,
-    pub correlations: &'a Correlations,
-    pub adequacy: &'a Adequacy,
+    pub local: &'a LocalAnalysis,
 }
 
-impl Statistics<'_> {
+impl FitStatistics<'_> {
     fn variance_along(&self, direction: &DVector<f64>) -> VarianceAlong {
-        self.adequacy.variance_along(direction.as_slice(), self.noise, self.correlations)
+        let LocalAnalysis { noise, correlations, adequacy, .. } = self.local;
+        adequacy.variance_along(direction.as_slice(), noise, correlations)
     }
 
     /// What the residuals `left` determine of the size of an effect along `direction`.
@@ -88,6 +89,11 @@ impl Statistics<'_> {
         let square = direction.norm_squared();
         let deviation = self.variance_along(direction).variance.sqrt();
         Likelihood { estimate: -direction.dot(left) / square, std_error: deviation / square }
+    }
+
+    fn linear_fit(&self) -> LinearFit {
+        let identified = self.estimates.iter().map(|e| e.identifiable).collect();
+        LinearFit { identified, weights: self.local.noise.weights.clone() }
     }
 }
 
@@ -97,24 +103,21 @@ struct Term {
     words: String,
     /// Its plausible size.
     size: f64,
+    /// The change of the scenes by that size.
+    change: Change,
 }
-
-/// Terms, with what they change.
-type Terms = Vec<(Term, Change)>;
 
 /// The experiments with every term added that they can have, and the terms with their plausible sizes.
 fn extended(
-    search: &Search,
-    optimum: &Optimum,
-    (analysis, knowns): (&Analysis, &[Known]),
+    fitted: Fitted,
+    analysis: &Analysis,
+    knowns: &[Known],
     mut experiments: Vec<Experiment>,
-) -> Result<(Vec<Experiment>, Terms), Error> {
+) -> Result<(Vec<Experiment>, Vec<Term>), Error> {
+    let search = fitted.search;
     let mut found = Vec::new();
     let sizes = |experiment: &Experiment| {
-        let own = search.unknowns.iter().zip(&optimum.x).filter(|(u, _)| u.is_of(experiment));
-        let values = own.map(|(u, x)| (u.parameter, u.from_scale(*x)));
-        let problem = experiment.problem.varied(values)?;
-        Ok::<_, Error>(Sizes::of(experiment, &problem))
+        Ok::<_, Error>(Sizes::of(experiment, &fitted.problem(experiment)?))
     };
     let sizes: Vec<Sizes> = search.experiments.iter().map(sizes).collect::<Result<_, _>>()?;
     for extension in &EXTENSIONS {
@@ -139,23 +142,23 @@ fn extended(
             let words = scenes.filter_map(|scene| extension.words_in(scene)).next();
             let words = words.unwrap_or_else(|| extension.words.into());
             let number = Unknown { experiments: names, ..Unknown::new(parameter) };
-            found.push((Term { extension, words, size }, number));
+            found.push((extension, words, size, number));
         }
     }
-    let change = |(term, number): (Term, Unknown)| {
-        let place = term.extension.place;
-        let change = match term.extension.beside {
-            None => Change::by(&experiments, place, &number, term.size),
+    let term = |(extension, words, size, number): (&'static Extension, String, f64, Unknown)| {
+        let place = extension.place;
+        let change = match extension.beside {
+            None => Change::by(&experiments, place, &number, size),
             Some(beside) => {
                 let other = Unknown { parameter: Parameter::at(beside.place), ..number.clone() };
-                let own = Change::by(&experiments, place, &number, beside.own * term.size);
-                own.and(Change::by(&experiments, place, &other, beside.other * term.size))
+                let own = Change::by(&experiments, place, &number, beside.own * size);
+                own.and(Change::by(&experiments, place, &other, beside.other * size))
             }
         };
-        (term, change)
+        Term { extension, words, size, change }
     };
-    let found = found.into_iter().map(change).collect();
-    Ok((experiments, found))
+    let terms = found.into_iter().map(term).collect();
+    Ok((experiments, terms))
 }
 
 /// How often noise alone is as many standard deviations off.
@@ -167,30 +170,38 @@ fn chance(sigmas: f64, one_sided: bool, freedom: Option<f64>) -> f64 {
     if one_sided { above(sigmas) } else { 2.0 * above(sigmas.abs()) }
 }
 
-/// Looks for all of it, after a search that `spent` so many simulations.
-pub(crate) fn unsaid(
-    found: Found,
-    statistics: Statistics,
-    (asked, spent): ((&Analysis, &[Known]), f64),
-    warnings: &mut Warnings,
-) -> Unsaid {
-    let (analysis, _) = asked;
-    if found.0.is_stopped() || analysis.sensitivity_analysis == Some(false) {
-        return Unsaid::default();
+/// Score tests of omitted effects and undetected biases, after a search that `spent` so many simulations; a run that fails
+/// is a warning.
+pub(crate) fn assess_model_discrepancy(
+    statistics: FitStatistics,
+    finer: FinerOptimum,
+    analysis: &Analysis,
+    knowns: &[Known],
+    spent: f64,
+) -> (ModelDiscrepancy, Warnings) {
+    let mut warnings = Warnings::default();
+    let is_stopped = statistics.fitted.search.is_stopped();
+    if is_stopped
+        || analysis.sensitivity_analysis == Some(false)
+        || statistics.estimates.iter().all(|e| e.std_error.is_none())
+    {
+        return (ModelDiscrepancy::default(), warnings);
     }
-    looked_for(found, statistics, (asked, spent)).unwrap_or_else(|error| {
+    let inputs = TestInputs { statistics, finer, analysis, knowns };
+    let found = inputs.run_on_cheapest_model(spent).unwrap_or_else(|error| {
         let words = format!(
             "omitted effects were not tested: the run of a coarse model failed ({error}). A missing effect may \
              bias the estimates. Check the scene"
         );
         warnings.add(Weight::Note, Code::NoSensitivityAnalysis, words);
-        Unsaid::default()
-    })
+        ModelDiscrepancy::default()
+    });
+    (found, warnings)
 }
 
 /// Warns of effects that the score tests find missing. A right model with autocorrelated noise has none below
 /// [`SURE`] if that correlation is allowed for; what is significant for white noise only, or less sure, may be noise.
-pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
+pub(crate) fn warn_of_omitted_effects(tests: &[ScoreTest], warnings: &mut Warnings) {
     let blames_the_mesh = warnings.first(Weight::Mesh).is_some();
     let Some(best) = tests.first().filter(|best| best.is_significant() && !blames_the_mesh) else {
         return;
@@ -205,32 +216,114 @@ pub(crate) fn explained_by(tests: &[ScoreTest], warnings: &mut Warnings) {
     );
 }
 
-/// By a coarse model; where that finds that something may be missing, the full model decides.
-fn looked_for(
-    (search, optimum, finer): Found,
-    statistics: Statistics,
-    (asked, spent): ((&Analysis, &[Known]), f64),
-) -> Result<Unsaid, Error> {
-    let full = Model { experiments: search.experiments.to_vec(), is_coarse: false };
-    let is_asked = asked.0.sensitivity_analysis == Some(true);
-    // The derivatives of a coarse model have errors that hide small effects.
-    if BY_DERIVATIVES <= spent || is_asked {
-        return looked_for_by(full, (search, optimum, finer), statistics, asked);
-    }
-    let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
-    let coarse = coarse.task(search).experiments.to_vec();
-    // Rods between recorded ends keep their meshes.
-    let cost = BY_DERIVATIVES * full_work(&coarse)? / search.full_work;
-    if asked.0.sensitivity_analysis.is_none() && cost > CHEAP * spent {
-        return Ok(Unsaid::default());
-    }
-    let model = Model { experiments: coarse, is_coarse: true };
-    let found = looked_for_by(model, (search, optimum, &|| None), statistics, asked)?;
-    match found.score_tests.first() {
-        Some(best) if best.p_value < SUSPICIOUS => {
-            looked_for_by(full, (search, optimum, finer), statistics, asked)
+/// Inputs of all score tests of a fit.
+#[derive(Clone, Copy)]
+struct TestInputs<'a> {
+    statistics: FitStatistics<'a>,
+    finer: FinerOptimum<'a>,
+    analysis: &'a Analysis,
+    knowns: &'a [Known],
+}
+
+impl TestInputs<'_> {
+    /// Tests on a coarse model; where an effect may be missing, on the full model.
+    fn run_on_cheapest_model(self, spent: f64) -> Result<ModelDiscrepancy, Error> {
+        let search = self.statistics.fitted.search;
+        let full = Model { experiments: search.experiments.to_vec(), is_coarse: false };
+        // The derivatives of a coarse model have errors that hide small effects.
+        if BY_DERIVATIVES <= spent || self.analysis.sensitivity_analysis == Some(true) {
+            return self.run(full);
         }
-        _ => Ok(found),
+        let coarse = Coarse::new(search, &search.first_periods(1.0), COARSE_STEPS)?;
+        let coarse = coarse.task(search).experiments.to_vec();
+        // Rods between recorded ends keep their meshes.
+        let cost = BY_DERIVATIVES * full_work(&coarse)? / search.full_work;
+        if self.analysis.sensitivity_analysis.is_none() && cost > CHEAP * spent {
+            return Ok(ModelDiscrepancy::default());
+        }
+        let model = Model { experiments: coarse, is_coarse: true };
+        let found = Self { finer: &|| None, ..self }.run(model)?;
+        match found.score_tests.first() {
+            Some(best) if best.p_value < SUSPICIOUS => self.run(full),
+            _ => Ok(found),
+        }
+    }
+
+    /// Score tests and biases by the derivatives of a model.
+    fn run(self, Model { experiments, is_coarse }: Model) -> Result<ModelDiscrepancy, Error> {
+        let Self { statistics, finer, analysis, knowns } = self;
+        let FitStatistics { fitted, estimates, local: LocalAnalysis { noise, .. } } = statistics;
+        let search = fitted.search;
+        let (experiments, terms) = extended(fitted, analysis, knowns, experiments)?;
+        let changes: Vec<&Change> = terms.iter().map(|term| &term.change).collect();
+        let directions = Directions::of(fitted, &experiments, &statistics.linear_fit(), &changes)?;
+        search.report("omitted effects");
+        let answers = directions.answers();
+        let [whole, unfollowed] = directions.unfollowed();
+        // Effects that the parameters follow entirely leave rounding errors.
+        let direction = |k: usize| {
+            let along = unfollowed.column(k).into_owned();
+            let size = whole.column(k).norm();
+            let is_seen = size > NO_EFFECT * noise.variance.sqrt();
+            (is_seen && along.norm() > LEFT * size).then_some(along)
+        };
+        // Rounding errors are no noise.
+        let tested = !search.is_rounding(fitted.optimum);
+        let tests = |left: &DVector<f64>| {
+            let mut scored = Vec::new();
+            for (k, term) in terms.iter().enumerate().filter(|_| tested) {
+                if let Some(along) = direction(k) {
+                    scored.push(term.scored(along, left, statistics));
+                }
+            }
+            // Bonferroni over all tests of the report that can lower its grade.
+            let count = scored.len() as f64 + RESIDUAL_TESTS;
+            let corrected = |p: f64| (count * p).min(1.0);
+            for Scored { test, .. } in &mut scored {
+                test.p_value = corrected(test.p_value);
+                test.p_value_if_correlated = test.p_value_if_correlated.map(corrected);
+            }
+            ranked(scored, left, |along| statistics.variance_along(along).variance)
+        };
+        let mut residuals = weighted_residuals(fitted, noise);
+        let mut score_tests = tests(&residuals);
+        if score_tests.first().is_some_and(ScoreTest::is_significant)
+            && let Some(finer) = finer()
+        {
+            residuals = weighted_residuals(Fitted { search, optimum: &finer }, noise);
+            score_tests = tests(&residuals);
+        }
+        let mut weighed = Vec::new();
+        for (k, term) in terms.iter().enumerate() {
+            let likelihood = direction(k).map(|along| statistics.likelihood(&along, &residuals));
+            // Without noise there is no scale for what the data exclude.
+            if likelihood.is_some_and(|l| !l.std_error.is_normal()) {
+                continue;
+            }
+            let effect = term.effect();
+            let posterior = Posterior::new(likelihood, effect.is_one_sided);
+            let slope = answers[k].clone();
+            let answer = Answer { about: 0.0, moved: vec![Some(0.0); slope.len()], slope };
+            weighed.push(Weighed { term: k, effect, likelihood, posterior, answer });
+        }
+        // The largest of them again, where they are: on the full model only, whose residuals these are.
+        if !is_coarse {
+            let mut order: Vec<usize> =
+                (0..weighed.len()).filter(|k| weighed[*k].is_large()).collect();
+            order::sort_down_by(&mut order, |k| weighed[*k].largest_change());
+            for k in order.into_iter().take(MOST_RELINEARIZED) {
+                let change = changes[weighed[k].term];
+                let slope = weighed[k].answer.slope.clone();
+                let again =
+                    |mode: f64| relinearized(statistics, &experiments, change, &slope, mode);
+                // An effect of that size may not be possible to simulate: the first linearization stays.
+                if let Err(Error::Interrupted) = weighed[k].relinearized(again) {
+                    return Err(Error::Interrupted);
+                }
+            }
+        }
+        let undetected_bias = biases(&weighed, search.unknowns, estimates);
+        Ok(ModelDiscrepancy { score_tests, undetected_bias })
     }
 }
 
@@ -240,108 +333,26 @@ struct Model {
     is_coarse: bool,
 }
 
-/// Score tests and biases by the derivatives of a model.
-fn looked_for_by(
-    Model { experiments, is_coarse }: Model,
-    (search, optimum, finer): Found,
-    statistics: Statistics,
-    (analysis, knowns): (&Analysis, &[Known]),
-) -> Result<Unsaid, Error> {
-    let Statistics { estimates, noise, .. } = statistics;
-    let asked = (analysis, knowns);
-    let (experiments, extensions) = extended(search, optimum, asked, experiments)?;
-    let (terms, changes): (Vec<Term>, Vec<Change>) = extensions.into_iter().unzip();
-    let run = (search, optimum, &experiments[..]);
-    let identified: Vec<bool> = estimates.iter().map(|e| e.identifiable).collect();
-    let around = (&identified[..], &noise.weights[..]);
-    let directions = Directions::of(run, around, &changes.iter().collect::<Vec<_>>())?;
-    search.report("omitted effects");
-    let answers = directions.answers();
-    let [whole, unfollowed] = directions.unfollowed();
-    // Effects that the parameters follow entirely leave rounding errors.
-    let direction = |k: usize| {
-        let along = unfollowed.column(k).into_owned();
-        let size = whole.column(k).norm();
-        let is_seen = size > NO_EFFECT * noise.variance.sqrt();
-        (is_seen && along.norm() > LEFT * size).then_some(along)
-    };
-    // Rounding errors are no noise.
-    let tested = !search.is_rounding(optimum);
-    let tests = |optimum: &Optimum| {
-        let left = left(search, optimum, noise);
-        let mut scored = Vec::new();
-        for (k, term) in terms.iter().enumerate().filter(|_| tested) {
-            if let Some(along) = direction(k) {
-                scored.push(term.scored(along, &left, statistics));
-            }
-        }
-        // Bonferroni over all tests of the report that can lower its grade.
-        let count = scored.len() as f64 + RESIDUAL_TESTS;
-        let corrected = |p: f64| (count * p).min(1.0);
-        for Scored { test, .. } in &mut scored {
-            test.p_value = corrected(test.p_value);
-            test.p_value_if_correlated = test.p_value_if_correlated.map(corrected);
-        }
-        ranked(scored, &left, |along| statistics.variance_along(along).variance)
-    };
-    let mut score_tests = tests(optimum);
-    let mut residuals = left(search, optimum, noise);
-    if score_tests.first().is_some_and(ScoreTest::is_significant)
-        && let Some(finer) = finer()
-    {
-        score_tests = tests(&finer);
-        residuals = left(search, &finer, noise);
-    }
-    let mut weighed = Vec::new();
-    for (k, term) in terms.iter().enumerate() {
-        let likelihood = direction(k).map(|along| statistics.likelihood(&along, &residuals));
-        // Without noise there is no scale for what the data exclude.
-        if likelihood.is_some_and(|l| !l.std_error.is_normal()) {
-            continue;
-        }
-        let effect = term.effect();
-        let posterior = Posterior::new(likelihood, effect.is_one_sided);
-        let slope = answers[k].clone();
-        let answer = Answer { about: 0.0, moved: vec![Some(0.0); slope.len()], slope };
-        weighed.push(Weighed { term: k, effect, likelihood, posterior, answer });
-    }
-    // The largest of them again, where they are: on the full model only, whose residuals these are.
-    if !is_coarse {
-        let mut order: Vec<usize> = (0..weighed.len()).filter(|k| weighed[*k].is_large()).collect();
-        order::sort_down_by(&mut order, |k| weighed[*k].largest_change());
-        for k in order.into_iter().take(MOST_RELINEARIZED) {
-            let change = &changes[weighed[k].term];
-            let slope = weighed[k].answer.slope.clone();
-            let again = |mode: f64| relinearized(run, statistics, (change, &slope), mode);
-            // An effect of that size may not be possible to simulate: the first linearization stays.
-            if let Err(Error::Interrupted) = weighed[k].relinearized(again) {
-                return Err(Error::Interrupted);
-            }
-        }
-    }
-    let undetected_bias = biases(&weighed, search.unknowns, estimates);
-    Ok(Unsaid { score_tests, undetected_bias })
-}
-
 /// Likelihood of an effect, and the answer of the unknowns to it, linearized at `mode` plausible sizes.
 fn relinearized(
-    (search, optimum, experiments): (&Search, &Optimum, &[Experiment]),
-    statistics: Statistics,
-    (change, slope): (&Change, &[Option<f64>]),
+    statistics: FitStatistics,
+    experiments: &[Experiment],
+    change: &Change,
+    slope: &[Option<f64>],
     mode: f64,
 ) -> Result<(Likelihood, Answer), Error> {
-    let Statistics { estimates, noise, .. } = statistics;
-    let identified: Vec<bool> = estimates.iter().map(|e| e.identifiable).collect();
+    let Fitted { search, optimum } = statistics.fitted;
     let mut there = optimum.clone();
     for ((x, by), unknown) in there.x.iter_mut().zip(slope).zip(search.unknowns) {
         let [low, high] = unknown.scaled_bounds();
         *x = (*x + mode * by.unwrap_or(0.0)).clamp(low, high);
     }
-    let run = (search, &there, experiments);
-    let around = (&identified[..], &noise.weights[..]);
-    let directions = Directions::of(run, around, &[&change.about(mode)])?;
+    let shifted = Fitted { search, optimum: &there };
+    let fit = statistics.linear_fit();
+    let directions = Directions::of(shifted, experiments, &fit, &[&change.about(mode)])?;
     there.residuals = directions.residuals.clone();
-    let residuals = left(search, &there, noise);
+    let shifted = Fitted { search, optimum: &there };
+    let residuals = weighted_residuals(shifted, &statistics.local.noise);
     // One Gauss-Newton step from there, with the effect held.
     let steps = directions.answers_to(&DMatrix::from_column_slice(
         residuals.len(),
@@ -371,9 +382,14 @@ impl Term {
     }
 
     /// Its score test along what the unknowns cannot follow, by the residuals `left`.
-    fn scored(&self, along: DVector<f64>, left: &DVector<f64>, statistics: Statistics) -> Scored {
-        let Statistics { noise, correlations, .. } = statistics;
-        let Self { extension, words, size } = self;
+    fn scored(
+        &self,
+        along: DVector<f64>,
+        left: &DVector<f64>,
+        statistics: FitStatistics,
+    ) -> Scored {
+        let LocalAnalysis { noise, correlations, .. } = statistics.local;
+        let Self { extension, words, size, .. } = self;
         let (product, one_sided) = (-along.dot(left), extension.is_one_sided());
         let takes = if one_sided { product.max(0.0) } else { product.abs() } / along.norm();
         let VarianceAlong { variance, degrees_of_freedom } = statistics.variance_along(&along);

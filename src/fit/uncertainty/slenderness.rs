@@ -13,12 +13,11 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::Frequencies;
 use crate::fit::measurement::shape::RestShape;
 use crate::fit::misfit::camera::View;
-use crate::fit::search::Search;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::noise::Noise;
-use crate::fit::uncertainty::scene_notes::at_optimum;
 use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
@@ -86,15 +85,14 @@ struct Softening {
 
 /// Warns where the rod is too thick for the model, as the data resolve it.
 pub(crate) fn too_thick(
-    (search, optimum): (&Search, &Optimum),
-    covariance: &Covariance,
-    noise: &Noise,
+    fitted: Fitted,
+    LocalAnalysis { covariance, noise, .. }: &LocalAnalysis,
     estimates: &[Estimate],
     warnings: &mut Warnings,
 ) {
-    let softened = |pick: fn(&ShearFlexibility) -> Option<f64>| {
-        softening(search, optimum, pick).ok().flatten()
-    };
+    let Fitted { search, optimum } = fitted;
+    let softened =
+        |pick: fn(&ShearFlexibility) -> Option<f64>| softening(fitted, pick).ok().flatten();
     let Some(usual) = softened(|flexibility| Some(flexibility.isotropic)) else { return };
     if usual.largest < SMALLEST_SOFTENING {
         return;
@@ -236,16 +234,16 @@ fn by_modulus(estimate: &Estimate, unknown: &Unknown, part: f64) -> f64 {
 
 /// What the model leaves out of all experiments, at the ratio E/(kappa G) that `pick` takes; none where no scene has it.
 fn softening(
-    search: &Search,
-    optimum: &Optimum,
+    fitted: Fitted,
     pick: fn(&ShearFlexibility) -> Option<f64>,
 ) -> Result<Option<Softening>, Error> {
+    let Fitted { search, optimum } = fitted;
     let mut softening =
         Softening { change: vec![0.0; optimum.residuals.len()], largest: 0.0, without_row: 0.0 };
     let (mut first, mut any) = (0, false);
     let mut sigmas = search.sigmas.iter().zip(&optimum.counts);
     for experiment in search.experiments {
-        let problem = at_optimum(search, optimum, experiment)?;
+        let problem = fitted.problem(experiment)?;
         let flexibility = ShearFlexibility::of(problem.scene());
         let picked = pick(&flexibility);
         any |= picked.is_some();

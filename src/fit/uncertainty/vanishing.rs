@@ -5,14 +5,12 @@
 //! it has risen, from the least it takes for damping that is not negative, by what ends a one-sided
 //! 95 % interval.
 
-use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::damping::is_damping;
-use crate::fit::search::optimum::Optimum;
+use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::identifiability::SUSPICIOUS;
 use crate::fit::uncertainty::noise::Noise;
-use crate::fit::unknown::Unknown;
 use crate::numerics::half_square;
 use nalgebra::DMatrix;
 
@@ -51,11 +49,13 @@ impl Bound {
 
 /// Which of the unknowns may be zero. `rows` are those of the Jacobian in units of the noise.
 pub(crate) fn vanishing(
-    unknowns: &[Unknown],
-    (optimum, rows, losses): (&Optimum, &[Vec<f64>], &[Loss]),
-    (noise, correlations): (&Noise, &Correlations),
+    Fitted { search, optimum }: Fitted,
+    rows: &[Vec<f64>],
+    noise: &Noise,
+    correlations: &Correlations,
     residuals: &Residuals,
 ) -> Vec<Option<Bound>> {
+    let unknowns = search.unknowns;
     let n = unknowns.len();
     let mut found = vec![None; n];
     if !optimum.converged || !unknowns.iter().any(is_damping) {
@@ -73,12 +73,12 @@ pub(crate) fn vanishing(
     let inverse = factors.inverse();
     // The slopes of the misfit itself, which are zero along all others, over those of its parabola.
     let robust = noise.rise / noise.variance;
-    let made = losses.iter().zip(residuals.trust()).zip(&noise.weights);
+    let made = residuals.losses().into_iter().zip(residuals.leverage_weights()).zip(&noise.weights);
     let felt: Vec<f64> = optimum
         .residuals
         .iter()
         .zip(made)
-        .map(|(r, ((loss, trust), w))| trust * loss.influence(trust * r)[0] / (robust * w))
+        .map(|(r, ((loss, weight), w))| weight * loss.influence(weight * r)[0] / (robust * w))
         .collect();
     let gradient: Vec<f64> = (0..seen.len())
         .map(|a| rows.iter().zip(&felt).map(|(row, r)| column(row, a) * r).sum())

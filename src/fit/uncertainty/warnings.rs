@@ -11,12 +11,13 @@ use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::damping::is_damping;
 use crate::fit::search::explained::{is_noisy, residual_tests};
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::adequacy::{Adequacy, CoordinateNoise, WRONG_SIGMA};
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::local_analysis::Local;
+use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::outlying_experiments::UnexplainedParts;
 use crate::fit::uncertainty::verdict::{OUTLYING, Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
@@ -43,35 +44,33 @@ pub(crate) fn is_too_large(rms: f64, values: usize) -> bool {
 
 /// What of the measurements is left, if it is too much and no noise; `narrow` is what that makes of the intervals.
 pub(crate) fn unexplained(
-    search: &Search,
-    optimum: &Optimum,
-    Local { correlations, adequacy, .. }: &Local,
+    fitted: Fitted,
+    LocalAnalysis { correlations, adequacy, .. }: &LocalAnalysis,
     narrow: &str,
     warnings: &mut Warnings,
 ) {
+    let Fitted { search, optimum } = fitted;
     if search.is_rounding(optimum) {
         return;
     }
     let spreads = search.spreads(optimum);
     let mut parts = UnexplainedParts::default();
     let mut unexplained = Vec::with_capacity(spreads.len());
-    for (place, ((experiment, measurement, _, own), rms)) in
-        search.measured(optimum).zip(&spreads).enumerate()
-    {
-        let size = measurement.size(&experiment.problem);
-        let noise = 3.0 * measurement.sigma().unwrap_or(0.0);
-        let correlation = |axis: &str| correlations.correlation(place, axis);
+    for (own, rms) in fitted.measured().zip(&spreads) {
+        let size = own.size();
+        let noise = 3.0 * own.measurement.sigma().unwrap_or(0.0);
+        let correlation = |axis: &str| correlations.correlation(own.index, axis);
         let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
-            && !adequacy.is_explained(place)
-            && !is_noisy(experiment, measurement, (*rms, own), correlation, search.doubt());
+            && !adequacy.is_explained(own.index)
+            && !is_noisy(&own, *rms, correlation, search.doubt());
         let relative = rms / size.max(f64::MIN_POSITIVE);
-        parts.add(&experiment.name, relative, own.len(), is_unexplained);
+        parts.add(&own.experiment.name, relative, own.residuals.len(), is_unexplained);
         unexplained.push(is_unexplained);
     }
-    let measured = search.measured(optimum).zip(spreads).zip(unexplained);
-    for (((experiment, measurement, _, own), rms), is_unexplained) in measured {
+    for ((own, rms), is_unexplained) in fitted.measured().zip(spreads).zip(unexplained) {
+        let MeasuredResiduals { experiment, measurement, residuals, .. } = own;
         let label = experiment.label(measurement);
-        let size = measurement.size(&experiment.problem);
+        let size = own.size();
         let relative = rms / size.max(f64::MIN_POSITIVE);
         let unit = measurement.data_unit();
         let (shown_rms, shown_size, unit) = (rms / unit.size, size / unit.size, unit.name);
@@ -101,7 +100,7 @@ pub(crate) fn unexplained(
             let alike = ("with large residuals", &experiment.name[..]);
             warnings.add_alike(weight, Code::LargeResiduals, alike, words);
         }
-        let too_large = |sigma: &f64| is_too_large(rms / sigma, own.len());
+        let too_large = |sigma: &f64| is_too_large(rms / sigma, residuals.len());
         if let Some(sigma) = measurement.sigma().filter(too_large) {
             let words = format!(
                 "{label}: the residuals are {} the stated sigma{narrow}. Correct sigma, or add the missing effect \
@@ -131,7 +130,7 @@ pub(crate) fn times(factor: f64) -> String {
 }
 
 /// What keeps an optimum from being one, where the misfit jumps.
-pub(crate) fn jumps(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+pub(crate) fn jumps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     let open = !(optimum.converged && search.is_noise(optimum));
     let words = "the integrator halved some time steps, and which ones depends on the parameters. The misfit has \
                  jumps, and the optimum is inexact. Use a smaller time.step, or scheme = \"average-vector-field\"";
@@ -154,15 +153,16 @@ pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warning
 
 /// Whether what is left is noise; `narrow` is what it makes of the intervals if it is not.
 pub(crate) fn test_residuals(
-    (search, optimum): (&Search, &Optimum),
+    fitted: Fitted,
     correlations: &Correlations,
     narrow: &str,
     warnings: &mut Warnings,
 ) -> Vec<ResidualTests> {
-    let (mut all, doubt) = (Vec::new(), search.doubt());
-    for (place, (experiment, measurement, _, own)) in search.measured(optimum).enumerate() {
-        let correlation = |axis: &str| correlations.correlation(place, axis);
-        for tests in residual_tests(experiment, measurement, own, correlation, doubt) {
+    let (mut all, doubt) = (Vec::new(), fitted.search.doubt());
+    for own in fitted.measured() {
+        let correlation = |axis: &str| correlations.correlation(own.index, axis);
+        let experiment = own.experiment;
+        for tests in residual_tests(&own, correlation, doubt) {
             if !tests.is_noise() {
                 let words = format!(
                     "{}, {}: {}. The model lacks an effect, or the noise is correlated{narrow}. Read the likely \
@@ -185,16 +185,16 @@ pub(crate) fn test_residuals(
             all.push(tests);
         }
     }
-    remembering(&all, search.unknowns.len(), warnings);
+    remembering(&all, fitted.search.unknowns.len(), warnings);
     all
 }
 
 /// Whether what an optimum leaves of every measurement is noise, and no more of it than noise may be.
-pub(crate) fn is_noise(search: &Search, optimum: &Optimum, local: &Local) -> bool {
+pub(crate) fn is_noise(fitted: Fitted, local: &LocalAnalysis) -> bool {
     let mut warnings = Warnings::default();
-    unexplained(search, optimum, local, "", &mut warnings);
-    test_residuals((search, optimum), &local.correlations, "", &mut warnings);
-    against_noise_scale(search, &local.adequacy, &mut warnings);
+    unexplained(fitted, local, "", &mut warnings);
+    test_residuals(fitted, &local.correlations, "", &mut warnings);
+    against_noise_scale(fitted.search, &local.adequacy, &mut warnings);
     !warnings.has_misfit()
 }
 
@@ -327,7 +327,7 @@ pub(crate) fn faulty_recordings(experiments: &[Experiment], warnings: &mut Warni
 }
 
 /// Warns of sensitivities that grow exponentially.
-pub(crate) fn growing_sensitivities(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings: &mut Warnings) {
     if search.growth_weights().is_empty() {
         return;
     }
@@ -340,15 +340,14 @@ pub(crate) fn growing_sensitivities(search: &Search, optimum: &Optimum, warnings
 }
 
 /// Values whose derivatives run away.
-pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnings) {
+pub(crate) fn runaways(fitted: Fitted, warnings: &mut Warnings) {
+    let search = fitted.search;
     if !search.growth_weights().is_empty() {
         return;
     }
-    let (mut rest, mut counts) = (&search.trust[..], Vec::<(&str, usize)>::new());
-    for (experiment, _, _, own) in search.measured(optimum) {
-        let (mine, others) = rest.split_at(own.len().min(rest.len()));
-        rest = others;
-        let count = mine.iter().filter(|trust| **trust < 1.0).count();
+    let mut counts = Vec::<(&str, usize)>::new();
+    for MeasuredResiduals { experiment, rows, .. } in fitted.measured() {
+        let count = rows.filter(|row| search.leverage_weight(*row) < 1.0).count();
         match counts.last_mut() {
             Some((name, sum)) if *name == experiment.name => *sum += count,
             _ => counts.push((&experiment.name, count)),
@@ -365,7 +364,7 @@ pub(crate) fn runaways(search: &Search, optimum: &Optimum, warnings: &mut Warnin
         "{total} of {} values{places} have a high leverage: they change with the parameters more than 10 times as \
          much as is usual. They are down-weighted by that factor. Check them, as where a rod whips the model is \
          least accurate",
-        search.trust.len()
+        search.leverage_weights.len()
     );
     warnings.add(Weight::Note, Code::HighLeverage, words);
 }

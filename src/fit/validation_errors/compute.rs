@@ -3,7 +3,7 @@
 use crate::accuracy::Aim;
 use crate::code::Code;
 use crate::error::Error;
-use crate::fit::measurement::Measurement;
+
 use crate::fit::measurement::constant_axes::without_constant_axes;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::report::plot_data::PlotData;
@@ -11,6 +11,7 @@ use crate::fit::report::recorded::recorded;
 use crate::fit::report::replay::{add_motion, still};
 use crate::fit::report::resolutions;
 use crate::fit::search::Search;
+use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::TOLERANCE;
 use crate::fit::uncertainty::recordings::RecordingErrors;
@@ -80,7 +81,10 @@ pub(super) fn compared(
     Ok(ValidationReport {
         summary: summaries(&errors),
         errors,
-        recordings: RecordingErrors::of(&predicted, (&search, &nothing_fitted)),
+        recordings: RecordingErrors::of(
+            &predicted,
+            Fitted { search: &search, optimum: &nothing_fitted },
+        ),
         failed,
         resolution: resolutions(&predicted),
         warnings,
@@ -140,9 +144,9 @@ fn optimum(residuals: Vec<f64>, counts: Vec<usize>) -> Optimum {
 
 /// The given sigma of every measurement, or its root mean square difference.
 fn noise(search: &Search, found: &Optimum) -> Vec<f64> {
-    let rms = |(_, measurement, weight, residuals): (_, &Measurement, f64, &[f64])| {
+    let rms = |MeasuredResiduals { measurement, sigma, residuals, .. }| {
         let square: f64 = residuals.iter().map(|r| r * r).sum();
-        let rms = weight * (square / residuals.len().max(1) as f64).sqrt();
+        let rms = sigma * (square / residuals.len().max(1) as f64).sqrt();
         measurement.sigma().unwrap_or(rms.max(f64::MIN_POSITIVE))
     };
     search.measured(found).map(rms).collect()
@@ -161,10 +165,12 @@ struct Group {
 fn errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
     let mut groups: Vec<Group> = Vec::new();
     let mut name = String::new();
-    for (experiment, measurement, weight, residuals) in search.measured(found) {
+    for MeasuredResiduals { experiment, measurement, sigma, residuals, .. } in
+        search.measured(found)
+    {
         name.clone_from(&experiment.name);
         // Residuals are in units of the standard deviation of their value.
-        let sigmas = measurement.sigmas(weight);
+        let sigmas = measurement.sigmas(sigma);
         let unit = measurement.data_unit();
         let differences = residuals.iter().zip(sigmas).map(|(r, sigma)| r * sigma / unit.size);
         let observation = experiment.group(measurement);

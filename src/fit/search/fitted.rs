@@ -1,0 +1,77 @@
+//! A fitted optimum: the point where a search ended, with the search that found it.
+
+use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::experiment::{Experiment, all};
+use crate::fit::search::Search;
+use crate::fit::search::optimum::Optimum;
+use crate::problem::Problem;
+use std::ops::Range;
+
+/// An optimum with the search that found it: the input of all analyses.
+#[derive(Clone, Copy)]
+pub(crate) struct Fitted<'a> {
+    pub search: &'a Search<'a>,
+    pub optimum: &'a Optimum,
+}
+
+/// A measurement with its residuals at an optimum.
+pub(crate) struct MeasuredResiduals<'a> {
+    /// Index of the measurement among all.
+    pub index: usize,
+    pub experiment: &'a Experiment,
+    pub measurement: &'a Measurement,
+    /// Unit of the residuals, in the unit of the measurement.
+    pub sigma: f64,
+    pub residuals: &'a [f64],
+    /// Rows of the residuals among all.
+    pub rows: Range<usize>,
+}
+
+impl MeasuredResiduals<'_> {
+    /// Size of the observed motion, in the unit of the measurement.
+    pub fn size(&self) -> f64 {
+        self.measurement.size(&self.experiment.problem)
+    }
+}
+
+impl Search<'_> {
+    /// The leverage weight of a row of the residuals.
+    pub fn leverage_weight(&self, row: usize) -> f64 {
+        self.leverage_weights.get(row).copied().unwrap_or(1.0)
+    }
+
+    /// Every measurement with its residuals at an optimum.
+    pub fn measured<'b>(
+        &'b self,
+        optimum: &'b Optimum,
+    ) -> impl Iterator<Item = MeasuredResiduals<'b>> {
+        let mut first = 0;
+        let counts = self.sigmas.iter().zip(&optimum.counts);
+        all(self.experiments).zip(counts).enumerate().map(move |(index, (measured, (sigma, n)))| {
+            let rows = first..first + n;
+            first += n;
+            let (experiment, measurement) = measured;
+            let residuals = &optimum.residuals[rows.clone()];
+            MeasuredResiduals { index, experiment, measurement, sigma: *sigma, residuals, rows }
+        })
+    }
+
+    /// The problem of an experiment with the values of the unknowns at `x`.
+    pub fn problem_at(&self, x: &[f64], experiment: &Experiment) -> Result<Problem, Error> {
+        let own = self.unknowns.iter().zip(x).filter(|(u, _)| u.is_of(experiment));
+        experiment.problem.varied(own.map(|(u, x)| (u.parameter, u.from_scale(*x))))
+    }
+}
+
+impl<'a> Fitted<'a> {
+    /// Every measurement with its residuals.
+    pub fn measured(self) -> impl Iterator<Item = MeasuredResiduals<'a>> {
+        self.search.measured(self.optimum)
+    }
+
+    /// The problem of an experiment with the fitted values.
+    pub fn problem(self, experiment: &Experiment) -> Result<Problem, Error> {
+        self.search.problem_at(&self.optimum.x, experiment)
+    }
+}
