@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
-use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
+use crate::fit::search::{Search, Task};
 use crate::problem::Problem;
 use std::ops::Range;
 
@@ -55,6 +55,20 @@ impl Search<'_> {
             let residuals = &optimum.residuals[rows.clone()];
             MeasuredResiduals { index, experiment, measurement, sigma: *sigma, residuals, rows }
         })
+    }
+
+    /// The optimum with unknown `i` held at a value on its scale; the others start `from` there.
+    pub fn optimum_with_held(&self, i: usize, held: f64, from: &[f64]) -> Result<Optimum, Error> {
+        let mut unknowns = self.unknowns.to_vec();
+        let value = unknowns[i].from_scale(held);
+        unknowns[i] = unknowns[i].clone().bounds(value, value);
+        let search = Task { unknowns: &unknowns, ..self.task() }.search();
+        let mut start = from.to_vec();
+        start[i] = held;
+        // Without free unknowns this takes one run.
+        let optimum = search.polish(&start);
+        self.work.add(search.work.total());
+        optimum
     }
 
     /// The problem of an experiment with the values of the unknowns at `x`.

@@ -18,6 +18,12 @@ const PRACTICAL_LOG: f64 = 1.0;
 /// The same for unknowns that are not logarithms: a quarter of beta's or Poisson's range.
 const PRACTICAL_LINEAR: f64 = 0.25;
 
+/// The unknowns that the data determine, and the weights of the residuals.
+pub(crate) struct LinearFit {
+    pub identified: Vec<bool>,
+    pub weights: Vec<f64>,
+}
+
 /// The local analysis of a fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Covariance {

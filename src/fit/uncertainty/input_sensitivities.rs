@@ -15,8 +15,9 @@ use crate::fit::known::Known;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::analysis::Analysis;
+use crate::fit::uncertainty::covariance::LinearFit;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::inputs::{Change, Directions, LinearFit, per_cents, unstated_inputs};
+use crate::fit::uncertainty::inputs::{Change, Directions, per_cents, unstated_inputs};
 use nalgebra::DMatrix;
 
 /// Instructions of a derivative by one parameter over those of the run that it belongs to (measured on the shipped

@@ -10,6 +10,7 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::covariance::LinearFit;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::weighted;
 use crate::fit::uncertainty::sources::InputSensitivity;
@@ -163,12 +164,6 @@ pub(crate) fn unstated_inputs(search: &Search, knowns: &[Known]) -> Vec<Change> 
         }
     }
     changes
-}
-
-/// The unknowns that the data determine, and the weights of the residuals.
-pub(crate) struct LinearFit {
-    pub identified: Vec<bool>,
-    pub weights: Vec<f64>,
 }
 
 /// Derivatives of the weighted residuals: by the unknowns that are identified, and along changes of other

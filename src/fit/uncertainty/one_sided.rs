@@ -12,7 +12,6 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::correlation::Correlations;
 use crate::fit::uncertainty::covariance::Covariance;
 use crate::fit::uncertainty::noise::Noise;
-use crate::fit::uncertainty::profile::fitted_beside;
 use crate::fit::uncertainty::vanishing::Bound;
 use crate::numerics::order;
 use crate::scene::number::Candidates;
@@ -222,7 +221,7 @@ impl<'a> Profile<'a> {
     fn at(&self, held: f64, from: &[f64]) -> Result<Point, Error> {
         let mut x = from.to_vec();
         x[self.unknown] = held;
-        match fitted_beside(self.fitted.search, from, self.unknown, held) {
+        match self.fitted.search.optimum_with_held(self.unknown, held, from) {
             Ok(there) => {
                 let rise = 2.0 * (there.cost - self.fitted.optimum.cost) / self.variance;
                 Ok(Point { held, x: there.x, rise })
@@ -241,7 +240,7 @@ impl<'a> Profile<'a> {
     fn note_lower(&self, least: f64) -> Result<(), Error> {
         let lowest = self.points.iter().find(|p| p.rise == least && least < -OPEN_BELOW);
         if let Some(point) = lowest {
-            let there = fitted_beside(self.fitted.search, &point.x, self.unknown, point.held)?;
+            let there = self.fitted.search.optimum_with_held(self.unknown, point.held, &point.x)?;
             self.fitted.search.add_minimum(&there);
         }
         Ok(())

@@ -6,9 +6,9 @@
 
 use crate::code::Code;
 use crate::error::Error;
+use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::unknown::Unknown;
@@ -161,25 +161,6 @@ fn interval(
     Interval { ends, better, points }
 }
 
-/// Where all others end that start `from` there, with unknown `i` held.
-pub(crate) fn fitted_beside(
-    search: &Search,
-    from: &[f64],
-    i: usize,
-    held: f64,
-) -> Result<Optimum, Error> {
-    let mut unknowns = search.unknowns.to_vec();
-    let value = unknowns[i].from_scale(held);
-    unknowns[i] = unknowns[i].clone().bounds(value, value);
-    let held_search = Task { unknowns: &unknowns, ..search.task() }.search();
-    let mut start = from.to_vec();
-    start[i] = held;
-    // With nothing left to fit this takes one run.
-    let optimum = held_search.polish(&start);
-    search.work.add(held_search.work.total());
-    optimum
-}
-
 fn profile(
     search: &Search,
     from: &[f64],
@@ -188,7 +169,7 @@ fn profile(
     least: f64,
     noise: f64,
 ) -> Result<Point, Error> {
-    let optimum = fitted_beside(search, from, i, held)?;
+    let optimum = search.optimum_with_held(i, held, from)?;
     let Optimum { x, cost, residuals, jacobian, .. } = optimum;
     let all = search.all_residuals()?;
     let made = all.losses().into_iter().zip(all.leverage_weights());
@@ -231,6 +212,7 @@ mod tests {
     use super::*;
     use crate::fit::measurement::experiment::Experiment;
     use crate::fit::measurement::motion::Observation;
+    use crate::fit::search::Task;
     use crate::fit::uncertainty::analysis::TOLERANCE;
     use crate::scene::Parameter;
     use crate::scene::Point;
