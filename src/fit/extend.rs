@@ -4,9 +4,9 @@ use crate::code::Code;
 use crate::error::Error;
 use crate::fit::file::FitFile;
 use crate::fit::report::FitReport;
+use crate::fit::uncertainty::discrepancy::omitted_terms::{EXTENSIONS, Extension, Sizes};
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::extensions::{EXTENSIONS, Extension, Sizes};
-use crate::fit::uncertainty::verdict::Grade;
+use crate::fit::uncertainty::grade::Grade;
 use crate::fit::unknown::Unknown;
 
 /// Terms that are tried at most: three of them often resemble each other, as a tilted clamp, a tilted camera and a curved rest

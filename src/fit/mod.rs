@@ -42,7 +42,7 @@ pub use crate::input::track::format::Format;
 pub use crate::input::track::recording::{Recording, Vertical};
 pub use crate::input::track::sigma::{AxisColumnNames, SigmaColumns};
 pub use crate::numerics::levenberg_marquardt::LevenbergMarquardt;
-pub use design::told::{Advice, Choice, Contribution, Design, DesignVariable};
+pub use design::report::{Advice, Choice, Contribution, Design, DesignVariable};
 pub use extend::ExtendedFit;
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
@@ -61,31 +61,30 @@ pub use report::fit_summary::FitSummary;
 pub use report::plot_data::{
     Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };
-pub use report::recorded::{
+pub use report::recorded_motion::{
     MeanError, RecordedMotion, RecordedSnapshot, RecordingPlots, SpeedError, WindowError,
 };
 #[cfg(feature = "cli")]
 pub use report::renamed_keys::{RENAMED_KEYS, RenamedKey, with_current_names};
 pub use report::{DroppedRows, FitReport};
 pub use search::Progress;
-pub use search::basins::{LocalMinima, LocalMinimum, MinimumSource};
 pub use search::grid::Landscape;
 pub use search::journal::Iterate;
+pub use search::local_minima::{LocalMinima, LocalMinimum, MinimumSource};
 pub use uncertainty::analysis::{Analysis, Refinement};
-pub use uncertainty::bootstrap::Bootstrap;
-pub use uncertainty::determined_groups::DeterminedGroup;
+pub use uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo};
+pub use uncertainty::covariance::determined_groups::DeterminedGroup;
+pub use uncertainty::covariance::identifiability::{Finding, NonIdentifiability};
+pub use uncertainty::covariance::profile_likelihood::Profile;
+pub use uncertainty::discrepancy::findings::{ScoreTest, UndetectedBias};
+pub use uncertainty::discrepancy::free_run::{ErrorSummary, RecordingError, RecordingErrors};
+pub use uncertainty::discrepancy::prediction::Prediction;
 pub use uncertainty::discretization::DiscretizationError;
 pub use uncertainty::estimate::{ClusterJackknife, Estimate};
-pub use uncertainty::identifiability::{Finding, NonIdentifiability};
-pub use uncertainty::noise::LossEffect;
-pub use uncertainty::noise_scale::NoiseScale;
-pub use uncertainty::prediction::Prediction;
-pub use uncertainty::profile::Profile;
-pub use uncertainty::recordings::{ErrorSummary, RecordingError, RecordingErrors};
-pub use uncertainty::sources::{
-    BudgetLine, InputSensitivity, MonteCarlo, ScoreTest, UndetectedBias,
-};
-pub use uncertainty::verdict::Grade;
+pub use uncertainty::grade::Grade;
+pub use uncertainty::noise::noise_scale::NoiseScale;
+pub use uncertainty::noise::residual_noise::LossEffect;
+pub use uncertainty::resampling::bootstrap::Bootstrap;
 pub use unknown::{Prior, Unknown};
 pub use validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
@@ -98,17 +97,17 @@ use crate::fit::duplicates::check_duplicates;
 use crate::fit::measurement::constant_axes::{all_constant_axes, without_constant_axes};
 use crate::fit::measurement::experiment::{fitted as measured, full_work};
 use crate::fit::measurement::repeated_frames::all_repeated_frames;
-use crate::fit::misfit::noise::first_sigmas;
-use crate::fit::report::ending::Ending;
+use crate::fit::misfit::initial_sigmas::first_sigmas;
+use crate::fit::report::outcome::FitOutcome;
 use crate::fit::resolution::{RefinedStart, begun, refined, smooth};
 use crate::fit::search::Search;
-use crate::fit::search::basins::{SAME, distance};
-use crate::fit::search::first_look::FirstLook;
+use crate::fit::search::data_precheck::DataPrecheck;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::search::rivals::{Comparison, better_elsewhere};
+use crate::fit::search::local_minima::{SAME, distance};
+use crate::fit::search::minimum_comparison::{MinimumComparison, better_elsewhere};
 use crate::fit::uncertainty::assessment::{AssessmentInputs, assess, shifts_of};
-use crate::fit::uncertainty::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::verdict::{Warnings, Weight};
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::uncertainty::warnings::{constant_axes, repeated_frames};
 use crate::fit::unknown::laid_out;
 use crate::fit::validate::{check, recorded};
@@ -166,7 +165,7 @@ struct FirstFit<'a> {
 /// State of a fit between the first optimum and the report.
 #[derive(Clone, Copy)]
 struct Refinements<'a> {
-    look: &'a FirstLook,
+    precheck: &'a DataPrecheck,
     since: Instant,
     /// The search, if it stopped at the first optimum that explains the motion.
     first_fit: Option<&'a FirstFit<'a>>,
@@ -287,21 +286,21 @@ impl Fit {
         self.check()?;
         let experiments = begun(self.laid_out()?)?;
         let measured = measured(&experiments);
-        let mut look = FirstLook::at(&measured, &self.unknowns)?;
-        look.constant_axes = all_constant_axes(&self.experiments);
-        look.repeated_frames = all_repeated_frames(&measured);
+        let mut precheck = DataPrecheck::at(&measured, &self.unknowns)?;
+        precheck.constant_axes = all_constant_axes(&self.experiments);
+        precheck.repeated_frames = all_repeated_frames(&measured);
         let (progress, tolerance) = (self.progress.clone(), self.analysis.tolerance);
         let mut search = Search::new(&measured, &self.unknowns, progress, tolerance)?;
-        search.suspicious = !look.suspicions.is_empty();
-        let ending = match &look.hopeless {
-            Some(words) => Ending::unsearched(&search, words, self.keep_plot_data),
-            None => match self.search(&mut search, &experiments, &look, since) {
-                Err(Error::Interrupted) => Ending::unfinished(&search, self.keep_plot_data)?,
-                Err(error @ Error::Fit(_)) => return Err(look.beside(error)),
+        search.suspicious = !precheck.suspicions.is_empty();
+        let outcome = match &precheck.fatal {
+            Some(words) => FitOutcome::unsearched(&search, words, self.keep_plot_data),
+            None => match self.search(&mut search, &experiments, &precheck, since) {
+                Err(Error::Interrupted) => FitOutcome::unfinished(&search, self.keep_plot_data)?,
+                Err(error @ Error::Fit(_)) => return Err(precheck.beside(error)),
                 report => return report,
             },
         };
-        Ok(FitReport::new(ending, &search, &experiments, since))
+        Ok(FitReport::new(outcome, &search, &experiments, since))
     }
 
     /// Searches from all starts, and assesses the best optimum.
@@ -309,15 +308,15 @@ impl Fit {
         &self,
         search: &mut Search,
         experiments: &[Experiment],
-        look: &FirstLook,
+        precheck: &DataPrecheck,
         since: Instant,
     ) -> Result<FitReport, Error> {
         let open = experiments.iter().any(|e| e.problem.scene().chosen().any());
-        search.stops_at_first_fit = open && !search.is_led();
+        search.stops_at_first_fit = open && !search.is_displacement_driven();
         let optimum = search.best()?;
         let first = FirstFit { search, experiments, x: optimum.x.clone() };
         let first_fit = (search.stops_at_first_fit && !search.is_noise(&optimum)).then_some(&first);
-        let state = Refinements { look, since, first_fit, is_compared: false, round: 0 };
+        let state = Refinements { precheck, since, first_fit, is_compared: false, round: 0 };
         self.refine(Fitted { search, optimum: &optimum }, experiments, state)
     }
 
@@ -375,7 +374,7 @@ impl Fit {
         }
         if !state.is_compared {
             let compared = search.compare_minima(optimum, local.noise.rise)?;
-            let Comparison { search: follower, lower, mut unreached } = compared;
+            let MinimumComparison { search: follower, lower, mut unreached } = compared;
             if let Some(lower) = lower {
                 let state = Refinements { first_fit: None, is_compared: true, ..state };
                 let fitted = Fitted { search: &follower, optimum: &lower };
@@ -387,16 +386,16 @@ impl Fit {
             }
             if let Some(x) = unreached {
                 let words = better_elsewhere(search.unknowns, &x);
-                warnings.add(Weight::Worthless, Code::BetterMinimum, words);
+                warnings.add(Severity::Worthless, Code::BetterMinimum, words);
             }
         }
-        repeated_frames(&state.look.repeated_frames, &mut warnings);
-        let suspicions = &state.look.suspicions;
+        repeated_frames(&state.precheck.repeated_frames, &mut warnings);
+        let suspicions = &state.precheck.suspicions;
         let inputs = AssessmentInputs { local, shifts, warnings, suspicions, experiments };
         let mut assessment = assess(fitted, inputs, &self.analysis, &self.knowns)?;
-        constant_axes(&state.look.constant_axes, &mut assessment.warnings);
-        let ending = Ending::assessed(fitted, assessment, experiments, self.keep_plot_data);
-        Ok(FitReport::new(ending, search, experiments, state.since))
+        constant_axes(&state.precheck.constant_axes, &mut assessment.warnings);
+        let outcome = FitOutcome::assessed(fitted, assessment, experiments, self.keep_plot_data);
+        Ok(FitReport::new(outcome, search, experiments, state.since))
     }
 
     /// The experiments, laid out for generic values of all that they are differentiated by.

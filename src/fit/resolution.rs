@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::uncertainty::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::shifts::{OPEN, Shifts};
 use crate::fit::unknown::Unknown;
 use crate::scene::Tolerance;

@@ -6,7 +6,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
 use crate::fit::measurement::motion::Sample;
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::extensions::EXTENSIONS;
+use crate::fit::uncertainty::discrepancy::omitted_terms::EXTENSIONS;
 use crate::fit::unknown::{Prior, Unknown};
 use crate::numerics::order;
 use crate::scene::Support;

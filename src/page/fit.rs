@@ -70,7 +70,7 @@ fn first_card(report: &FitReport) -> String {
     content += &note(&largest_bias(&report.undetected_bias));
     let findings = report.not_identifiable.iter();
     let findings = findings.map(|found| found.kind.code().behind(&found.description)).collect();
-    let likely = report.looks_like().into_iter();
+    let likely = report.likely_omitted_effects().into_iter();
     let likely = likely.map(|text| Code::OmittedEffect.behind(capitalized(&text))).collect();
     card(
         tone(report.grade),

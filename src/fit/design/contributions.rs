@@ -1,8 +1,8 @@
 //! Contribution of each planned measurement: the standard errors by it alone, and by all others.
 
 use crate::error::Error;
-use crate::fit::design::choices::{Choices, standard_errors};
-use crate::fit::design::told::Contribution;
+use crate::fit::design::candidate_designs::{CandidateDesigns, standard_errors};
+use crate::fit::design::report::Contribution;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::unknown::Unknown;
@@ -20,7 +20,7 @@ struct Group {
 /// The contributions of all measurements of a plan; empty where there is only one group of values. `rows` are those of
 /// all choices, the priors at the end.
 pub(crate) fn contributions(
-    choices: &Choices,
+    choices: &CandidateDesigns,
     planned: &[Experiment],
     (unknowns, x): (&[Unknown], &[f64]),
     rows: &[Vec<f64>],
@@ -50,7 +50,7 @@ pub(crate) fn contributions(
 }
 
 /// The measurements of a plan, or the coordinates of its only one.
-fn groups(choices: &Choices, planned: &[Experiment]) -> Vec<Group> {
+fn groups(choices: &CandidateDesigns, planned: &[Experiment]) -> Vec<Group> {
     let own: Vec<_> = choices.planned_blocks().collect();
     if let [block] = &own[..]
         && let Measurement::Motion(observation) = &block.measurement

@@ -5,9 +5,9 @@
 //! and assessed as an optimum is. The same simulation, with its derivatives, has the rows of the Jacobian of the
 //! choices: other markers, lengths and rates of a recording are other rows.
 
-pub(crate) mod choices;
+pub(crate) mod candidate_designs;
 pub(crate) mod contributions;
+mod display;
 pub(crate) mod plan;
-pub(crate) mod told;
+pub(crate) mod report;
 mod usable_rows;
-mod words;

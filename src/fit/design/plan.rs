@@ -2,13 +2,13 @@
 
 use crate::accuracy::Aim;
 use crate::error::Error;
-use crate::fit::design::choices::Choices;
+use crate::fit::design::candidate_designs::CandidateDesigns;
 use crate::fit::design::contributions::contributions;
-use crate::fit::design::told::Design;
+use crate::fit::design::report::Design;
 use crate::fit::design::usable_rows::UsableRows;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, all, fitted, full_work};
-use crate::fit::misfit::noise::first_sigmas;
+use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
@@ -38,7 +38,7 @@ impl Plan<'_> {
         for experiment in &mut planned {
             ready(experiment, (unknowns, &x))?;
         }
-        let choices = Choices::of(&planned)?;
+        let choices = CandidateDesigns::of(&planned)?;
         let widened = choices.experiments(&planned);
         let (sigmas, work) = (first_sigmas(&widened), full_work(&planned)?);
         let horizons = vec![f64::MAX; widened.len()];

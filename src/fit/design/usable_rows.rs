@@ -1,11 +1,11 @@
 //! Rows of a plan whose linear error is usable: those before sensitivities grow exponentially.
 
 use crate::code::Code;
-use crate::fit::design::choices::Choices;
-use crate::fit::design::told::{Advice, DesignVariable};
+use crate::fit::design::candidate_designs::CandidateDesigns;
+use crate::fit::design::report::{Advice, DesignVariable};
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::sensitivity_growth::{SensitivityGrowth, growths, leverage_weights};
-use crate::fit::uncertainty::verdict::{Warnings, Weight};
+use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::unknown::Unknown;
 
 /// The growth of the sensitivities in a plan, and the rows that it spoils.
@@ -50,7 +50,7 @@ impl UsableRows {
     }
 
     /// The weights of the planned rows; empty where all are 1.
-    pub fn weights(&self, choices: &Choices) -> Vec<f64> {
+    pub fn weights(&self, choices: &CandidateDesigns) -> Vec<f64> {
         if self.weights.is_empty() { Vec::new() } else { choices.planned(&self.weights) }
     }
 
@@ -60,7 +60,7 @@ impl UsableRows {
             let words = growth.describe(
                 "later values are left out, and no choice with them is marked as the best",
             );
-            warnings.add(Weight::Numerics, Code::GrowingSensitivity, words);
+            warnings.add(Severity::Numerics, Code::GrowingSensitivity, words);
         }
     }
 

@@ -8,7 +8,7 @@ use crate::fit::field::space::Space;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::motion::Observation;
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::seen::Seen;
+use crate::fit::misfit::observation_row::ObservationRow;
 use crate::fit::report::plot_data::Series;
 use crate::fit::report::replay::compared;
 use crate::numerics::half_square;
@@ -65,13 +65,13 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// All coordinates that were measured.
-    fn seen(&self, problem: &Problem) -> Vec<Seen> {
+    fn seen(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
             let measurement = Measurement::Motion(observation.clone());
             let sigmas = measurement.sigmas(observation.sigma.unwrap_or(1.0));
             let weights = sigmas.into_iter().map(f64::recip);
-            Seen::of(&view, (observation.point, &observation.samples), weights)
+            ObservationRow::of(&view, (observation.point, &observation.samples), weights)
         });
         all.collect()
     }

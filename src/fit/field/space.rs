@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::field::prior::Smooth;
-use crate::fit::misfit::seen::moves_the_picture;
+use crate::fit::misfit::observation_row::affects_observation_operator;
 use crate::fit::unknown::Unknown;
 use crate::problem::Problem;
 use crate::scene::Parameter;
@@ -92,7 +92,7 @@ impl Space {
                 return Err(Error::invalid(key("prior"), "none", allowed));
             };
             positive(&key("prior.sigma"), prior.sigma)?;
-            if moves_the_picture(parameter) || parameters.contains(&parameter) {
+            if affects_observation_operator(parameter) || parameters.contains(&parameter) {
                 let allowed =
                     "beside [[field]] numbers of material, section, loads and start, each once";
                 return Err(Error::invalid(key("name"), parameter, allowed));

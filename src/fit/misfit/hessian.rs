@@ -9,7 +9,7 @@ use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::comparison::{Comparison, Run, Simulated};
+use crate::fit::misfit::observed_experiment::{ObservedExperiment, Run, Simulated};
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
@@ -58,7 +58,7 @@ impl Residuals {
     fn second(
         &self,
         x: &[f64],
-        (comparison, run): (&Comparison, &Run),
+        (comparison, run): (&ObservedExperiment, &Run),
         weights: &[f64],
         [i, j]: [usize; 2],
     ) -> Result<f64, Error> {

@@ -1,13 +1,13 @@
 //! The misfit between what was measured and what a scene does, and its derivatives.
 
-mod backward;
+mod adjoint_gradient;
+pub(crate) mod ar1;
 pub(crate) mod camera;
-pub(crate) mod comparison;
 pub(crate) mod foot_point;
 pub(crate) mod hessian;
-pub(crate) mod memory;
-pub(crate) mod noise;
+pub(crate) mod initial_sigmas;
+pub(crate) mod observation_row;
+pub(crate) mod observed_experiment;
 pub(crate) mod residual_tests;
 pub(crate) mod residuals;
-pub(crate) mod seen;
 pub(crate) mod work;

@@ -5,7 +5,7 @@
 //! with time.
 
 use crate::fit::measurement::loss::Loss;
-use crate::fit::misfit::memory::{Memory, usual_spacing};
+use crate::fit::misfit::ar1::{Ar1Correlation, usual_spacing};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use statrs::stats_tests::anderson_darling::anderson_darling;
@@ -64,7 +64,7 @@ pub struct ResidualTests {
 }
 
 /// What is no chance in one of so many coordinates.
-pub(crate) fn doubt(coordinates: usize) -> f64 {
+pub(crate) fn significance_level(coordinates: usize) -> f64 {
     DOUBT.min(DOUBT_OF_ALL / coordinates.max(1) as f64)
 }
 
@@ -74,13 +74,13 @@ fn usual_doubt() -> f64 {
 
 impl ResidualTests {
     /// Tests residuals, in units of the noise, in the order of their times, whose neighbours correlate as
-    /// said; none for too few. What is less probable than `doubt` is no chance.
+    /// said; none for too few. What is less probable than `significance` is no chance.
     pub(crate) fn new(
         (observation, axis): (String, &str),
         (times, residuals): (&[f64], &[f64]),
         loss: Loss,
         correlation: f64,
-        doubt: f64,
+        significance: f64,
     ) -> Option<Self> {
         if residuals.len() < FEWEST {
             return None;
@@ -90,35 +90,35 @@ impl ResidualTests {
         let whiteness = whiteness(&felt);
         let spacing = usual_spacing(times);
         let correlation = if spacing.is_some() { correlation } else { 0.0 };
-        let memory = |correlation| Memory::new(times, spacing.unwrap_or(1.0), correlation);
+        let memory = |correlation| Ar1Correlation::new(times, spacing.unwrap_or(1.0), correlation);
         let noise = memory(correlation);
-        let effective_samples = noise.effective();
-        let new = noise.news(&felt);
+        let effective_samples = noise.effective_sample_size();
+        let new = noise.whiten(&felt);
         let innovation_whiteness = match correlation > 0.0 {
             true => newness(&new),
             false => whiteness,
         };
-        let normality = normality(&noise.news(residuals));
+        let normality = normality(&noise.whiten(residuals));
         let sizes: Vec<f64> = felt.iter().map(|r| r.abs()).collect();
         // The squares of what resembles each other do so less.
-        let alike = memory(correlation * correlation).effective();
+        let alike = memory(correlation * correlation).effective_sample_size();
         // Two chances to find one.
         let values = trend(times, &felt, effective_samples);
         let trend = (2.0 * values.min(trend(times, &sizes, alike))).min(1.0);
         let remembers = correlation > 0.0 && innovation_whiteness >= NEW;
         let mut wrong = Vec::new();
-        if whiteness < doubt && !remembers {
+        if whiteness < significance && !remembers {
             wrong.push(format!("the residuals are autocorrelated (p = {whiteness:.0e})"));
         }
-        if normality < doubt {
+        if normality < significance {
             wrong.push(format!("the residuals are not normal (p = {normality:.0e})"));
         }
-        if trend < doubt {
+        if trend < significance {
             wrong.push(format!("the residuals have a trend in time (p = {trend:.0e})"));
         }
         let passed = wrong.is_empty();
         let verdict = match passed {
-            true if whiteness < doubt => {
+            true if whiteness < significance => {
                 let words = "consistent with autocorrelated noise, lag-1 correlation";
                 format!("{words} {correlation:.2}, {effective_samples:.0} effective samples")
             }
@@ -135,7 +135,7 @@ impl ResidualTests {
             innovation_whiteness,
             normality,
             trend,
-            significance_level: doubt,
+            significance_level: significance,
             verdict,
             passed,
         })
@@ -279,8 +279,8 @@ mod tests {
     /// Beside many coordinates one of them may look odd.
     #[test]
     fn doubt_is_shared() {
-        assert_eq!(doubt(2), DOUBT);
-        assert_eq!(doubt(200), 1e-4);
+        assert_eq!(significance_level(2), DOUBT);
+        assert_eq!(significance_level(200), 1e-4);
     }
 
     /// For noise every p-value is uniform: a tenth of them below a tenth.

@@ -4,7 +4,7 @@ use crate::dynamics::Snapshot;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::misfit::comparison::{Comparison, Run, in_halves};
+use crate::fit::misfit::observed_experiment::{ObservedExperiment, Run, in_halves};
 use crate::fit::misfit::work::Work;
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_square;
@@ -27,7 +27,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 #[derive(Debug)]
 pub struct Residuals {
     unknowns: Vec<Unknown>,
-    comparisons: Vec<Comparison>,
+    comparisons: Vec<ObservedExperiment>,
     /// Factors on the residuals, where any is not 1.
     leverage_weights: Vec<f64>,
     full_work: f64,
@@ -59,7 +59,7 @@ impl Residuals {
         let mut sigmas = sigmas.iter();
         let pairs = experiments.iter().zip(horizons);
         let compared =
-            pairs.map(|(e, horizon)| Comparison::new(e, unknowns, &mut sigmas, *horizon));
+            pairs.map(|(e, horizon)| ObservedExperiment::new(e, unknowns, &mut sigmas, *horizon));
         let comparisons = compared.collect::<Result<_, Error>>()?;
         Ok(Self {
             unknowns: unknowns.to_vec(),
@@ -122,7 +122,7 @@ impl Residuals {
 
     /// Number of residuals of each measurement; those of the priors come after them.
     pub(crate) fn counts(&self) -> Vec<usize> {
-        self.comparisons.iter().flat_map(Comparison::counts).collect()
+        self.comparisons.iter().flat_map(ObservedExperiment::counts).collect()
     }
 
     fn priors(&self) -> usize {
@@ -131,7 +131,8 @@ impl Residuals {
 
     /// The loss of every residual.
     pub(crate) fn losses(&self) -> Vec<Loss> {
-        let mut losses: Vec<Loss> = self.comparisons.iter().flat_map(Comparison::losses).collect();
+        let mut losses: Vec<Loss> =
+            self.comparisons.iter().flat_map(ObservedExperiment::losses).collect();
         losses.resize(self.len(), Loss::Squares);
         losses
     }
@@ -224,7 +225,7 @@ impl Residuals {
     }
 
     /// The experiments.
-    pub(crate) fn comparisons(&self) -> &[Comparison] {
+    pub(crate) fn comparisons(&self) -> &[ObservedExperiment] {
         &self.comparisons
     }
 
@@ -247,7 +248,7 @@ impl Residuals {
     /// experiment that has one, however many threads there are.
     fn each<T: Send>(
         &self,
-        of: impl Fn(usize, &Comparison) -> Result<T, Error> + Sync,
+        of: impl Fn(usize, &ObservedExperiment) -> Result<T, Error> + Sync,
     ) -> Result<Vec<T>, Error> {
         match &self.comparisons[..] {
             [alone] => Ok(vec![of(0, alone)?]),
@@ -260,7 +261,7 @@ impl Residuals {
 
     fn run(
         &self,
-        comparison: &Comparison,
+        comparison: &ObservedExperiment,
         x: &[f64],
         derived: bool,
         after: &mut dyn FnMut(&Problem, &dyn Snapshot),
@@ -304,7 +305,7 @@ impl Residuals {
     fn gradient_back(&self, x: &[f64]) -> Result<Option<Vec<f64>>, Error> {
         self.check_length(x)?;
         let is_known = |e: &Evaluation| e.x == x && e.jacobian.is_some();
-        if !self.comparisons.iter().all(Comparison::goes_back)
+        if !self.comparisons.iter().all(ObservedExperiment::goes_back)
             || self.last().as_ref().is_some_and(is_known)
         {
             return Ok(None);
@@ -314,7 +315,7 @@ impl Residuals {
         let parts = self.each(|k, comparison| {
             let first: usize = counts[..k].iter().sum();
             let weights = &weights[first..first + counts[k]];
-            comparison.go_back((&self.unknowns, x), weights, |work| self.work.add(work))
+            comparison.reverse_gradient((&self.unknowns, x), weights, |work| self.work.add(work))
         })?;
         let (mut residuals, mut gradient) = (Vec::new(), vec![0.0; x.len()]);
         let mut halved = false;

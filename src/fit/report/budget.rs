@@ -2,8 +2,8 @@
 
 use crate::fit::report::digits;
 use crate::fit::report::estimate_table::has_known_inputs;
+use crate::fit::uncertainty::budget::entries::InputSensitivity;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::sources::InputSensitivity;
 use crate::summary::quantity::quantity;
 use crate::summary::{Summary, SummaryTable, TextColumn};
 

@@ -2,7 +2,7 @@
 
 use crate::fit::report::estimate_table::{estimate_table, interval_content};
 use crate::fit::report::{FitReport, effects, uncertainty, validation};
-use crate::fit::uncertainty::verdict::Grade;
+use crate::fit::uncertainty::grade::Grade;
 use crate::summary::quantity::{duration, number, quantity};
 use crate::summary::{Summary, Tone};
 use std::fmt::{self, Formatter};

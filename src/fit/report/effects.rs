@@ -2,18 +2,18 @@
 
 use crate::code::Code;
 use crate::fit::report::FitReport;
-use crate::fit::uncertainty::sources::{UndetectedBias, looks_like};
+use crate::fit::uncertainty::discrepancy::findings::{
+    UndetectedBias, largest_biases, likely_omitted_effects,
+};
 use crate::summary::quantity::{number, quantity};
 use crate::summary::{Summary, SummaryTable, TextColumn};
 
-/// Effects that are named with their biases.
-const NAMED: usize = 3;
 /// Significant digits of sizes.
 const DIGITS: usize = 2;
 
 /// Adds both to the details of a fit.
 pub(super) fn add(summary: Summary, report: &FitReport) -> Summary {
-    let likely = looks_like(&report.score_tests).into_iter();
+    let likely = likely_omitted_effects(&report.score_tests).into_iter();
     let summary = summary
         .facts("Likely omitted effects", likely.map(|words| Code::OmittedEffect.behind(words)));
     add_undetected_bias(summary, &report.undetected_bias)
@@ -28,14 +28,7 @@ pub(crate) fn add_undetected_bias(summary: Summary, all: &[UndetectedBias]) -> S
         TextColumn::right("bias"),
         TextColumn::wrapped("test"),
     ]);
-    let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
-    for bias in all.iter().filter(|bias| bias.std_errors > 1.0) {
-        match effects.iter_mut().find(|own| own[0].source == bias.source) {
-            Some(own) => own.push(bias),
-            None => effects.push(vec![bias]),
-        }
-    }
-    for own in effects.iter().take(NAMED) {
+    for own in largest_biases(all) {
         for (k, bias) in own.iter().enumerate() {
             let effect = format!("{}, {}", bias.effect, signed(bias.size, &bias.unit, bias));
             let (effect, test) = match k {

@@ -2,7 +2,7 @@
 
 use crate::fit::report::{FitReport, digits};
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::verdict::percent;
+use crate::fit::uncertainty::grade::percent;
 use crate::summary::quantity::number;
 use crate::summary::{SummaryTable, TextColumn};
 

@@ -2,7 +2,7 @@
 
 use crate::fit::report::FitReport;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::verdict::Grade;
+use crate::fit::uncertainty::grade::Grade;
 
 /// A fit in short, for a comparison with others.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,11 +3,11 @@
 pub(crate) mod budget;
 mod display;
 pub(crate) mod effects;
-pub(crate) mod ending;
 pub(crate) mod estimate_table;
 pub(crate) mod fit_summary;
+pub(crate) mod outcome;
 pub(crate) mod plot_data;
-pub(crate) mod recorded;
+pub(crate) mod recorded_motion;
 #[cfg(feature = "cli")]
 pub(crate) mod renamed_keys;
 pub(crate) mod replay;
@@ -19,27 +19,27 @@ use crate::fit::measurement::DataUnit;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::measurement::motion::Dropped;
 use crate::fit::misfit::residual_tests::ResidualTests;
-use crate::fit::report::ending::Ending;
+use crate::fit::report::outcome::FitOutcome;
 use crate::fit::report::plot_data::PlotData;
 use crate::fit::search::Search;
-use crate::fit::search::basins::LocalMinima;
-use crate::fit::uncertainty::determined_groups::DeterminedGroup;
+use crate::fit::search::local_minima::LocalMinima;
+use crate::fit::uncertainty::budget::entries::BudgetLine;
+use crate::fit::uncertainty::covariance::determined_groups::DeterminedGroup;
+use crate::fit::uncertainty::covariance::identifiability::Finding;
+use crate::fit::uncertainty::discrepancy::findings::{
+    ScoreTest, UndetectedBias, largest_biases, likely_omitted_effects,
+};
+use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
+use crate::fit::uncertainty::discrepancy::prediction::Prediction;
 use crate::fit::uncertainty::discretization::DiscretizationError;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::identifiability::Finding;
-use crate::fit::uncertainty::noise::LossEffect;
-use crate::fit::uncertainty::noise_scale::NoiseScale;
-use crate::fit::uncertainty::prediction::Prediction;
-use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::uncertainty::sources::{BudgetLine, ScoreTest, UndetectedBias, looks_like};
-use crate::fit::uncertainty::verdict::Grade;
+use crate::fit::uncertainty::grade::Grade;
+use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
+use crate::fit::uncertainty::noise::residual_noise::LossEffect;
 use crate::numerics::abreast::level;
 use crate::scene::{Parameter, Resolution};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
-
-/// Omitted effects that are named with their biases.
-const HIDDEN: usize = 3;
 
 /// Rows of a file that the fit does not use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -144,13 +144,13 @@ pub struct FitReport {
 impl FitReport {
     /// The report of a fit to `experiments`, what they hold out included, that began at `since`.
     pub(crate) fn new(
-        ending: Ending,
+        outcome: FitOutcome,
         search: &Search,
         experiments: &[Experiment],
         since: Instant,
     ) -> Self {
-        let Ending { converged, interrupted, assessment, conclusion, local_minima, plot_data } =
-            ending;
+        let FitOutcome { converged, interrupted, assessment, conclusion, local_minima, plot_data } =
+            outcome;
         let n = search.unknowns.len();
         let (correlation, singular_values, findings) = match assessment.covariance {
             Some(c) => (c.correlation, c.singular_values, c.findings),
@@ -218,14 +218,26 @@ impl FitReport {
         own.filter_map(|e| Some((e.name, e.value?))).collect()
     }
 
-    /// In words, place by place, what explains what is left of the data, where noise hardly does.
-    pub fn looks_like(&self) -> Vec<String> {
-        looks_like(&self.score_tests)
+    /// Descriptions of the likely omitted effects, by score tests of the residuals.
+    pub fn likely_omitted_effects(&self) -> Vec<String> {
+        likely_omitted_effects(&self.score_tests)
     }
 
     /// Descriptions of the omitted effects with the largest biases above a standard error.
+    pub fn undetected_bias_texts(&self) -> Vec<String> {
+        largest_biases(&self.undetected_bias).iter().map(|all| all[0].with(all)).collect()
+    }
+
+    /// Old name of [`likely_omitted_effects`](Self::likely_omitted_effects).
+    #[deprecated(since = "0.2.0", note = "renamed to `likely_omitted_effects`")]
+    pub fn looks_like(&self) -> Vec<String> {
+        self.likely_omitted_effects()
+    }
+
+    /// Old name of [`undetected_bias_texts`](Self::undetected_bias_texts).
+    #[deprecated(since = "0.2.0", note = "renamed to `undetected_bias_texts`")]
     pub fn hidden(&self) -> Vec<String> {
-        hidden(&self.undetected_bias)
+        self.undetected_bias_texts()
     }
 
     /// In words what was chosen of mesh, step and scheme, and by how many experiments.
@@ -271,19 +283,6 @@ impl FitReport {
     pub fn is_success(&self) -> bool {
         self.grade.is_usable()
     }
-}
-
-/// Descriptions of the effects with the largest biases above a standard error, one for each effect.
-pub(crate) fn hidden(all: &[UndetectedBias]) -> Vec<String> {
-    let large = all.iter().filter(|h| h.std_errors > 1.0);
-    let mut named: Vec<Vec<&UndetectedBias>> = Vec::new();
-    for hidden in large {
-        match named.iter_mut().find(|all| all[0].source == hidden.source) {
-            Some(all) => all.push(hidden),
-            None => named.push(vec![hidden]),
-        }
-    }
-    named.iter().take(HIDDEN).map(|all| all[0].with(all)).collect()
 }
 
 /// What was chosen, if anything was.

@@ -3,10 +3,10 @@
 //! [`Fit::keep_plot_data`](super::Fit::keep_plot_data) asks for it; it costs one simulation and is
 //! what `rodfit fit --report` draws.
 
-use crate::fit::report::recorded::RecordingPlots;
+use crate::fit::report::recorded_motion::RecordingPlots;
 use crate::fit::search::grid::Landscape;
 use crate::fit::search::journal::Iterate;
-use crate::fit::uncertainty::profile::Profile;
+use crate::fit::uncertainty::covariance::profile_likelihood::Profile;
 use crate::input::track::recording::Recording;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};

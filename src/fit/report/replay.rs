@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::{Coordinate, Measurement};
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::comparison::Run;
+use crate::fit::misfit::observed_experiment::Run;
 use crate::fit::report::plot_data::{
     Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };

@@ -1,9 +1,9 @@
 //! Errors of the estimates beside the statistical ones, by topic.
 
 use crate::fit::report::{FitReport, budget, digits};
-use crate::fit::uncertainty::bootstrap::Bootstrap;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::verdict::percent;
+use crate::fit::uncertainty::grade::percent;
+use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
 use crate::summary::Summary;
 
 /// Pairs of parameters whose correlation is listed, the strongest first.

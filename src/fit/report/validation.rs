@@ -1,8 +1,8 @@
 //! The validation error of a fit, which belongs to its result.
 
 use crate::fit::report::FitReport;
-use crate::fit::uncertainty::prediction::Prediction;
-use crate::fit::uncertainty::recordings::counted;
+use crate::fit::uncertainty::discrepancy::free_run::counted;
+use crate::fit::uncertainty::discrepancy::prediction::Prediction;
 use crate::numerics::order;
 use crate::summary::Summary;
 use crate::summary::quantity::quantity;

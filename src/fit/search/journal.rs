@@ -1,7 +1,7 @@
 //! What a search came across on its way to the optimum.
 
-use crate::fit::search::basins::{LocalMinima, SAME, distance, local_minima, values};
 use crate::fit::search::grid::{Grid, Landscape};
+use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima, values};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::unknown::Unknown;
 use crate::numerics::order;
@@ -68,7 +68,7 @@ pub(crate) struct Visit {
 
 /// A visit as the history keeps it: without its residuals, in no weighting.
 #[derive(Debug)]
-struct Noted {
+struct JournalEntry {
     stage: Stage,
     x: Vec<f64>,
     /// Work so far, steps times segments.
@@ -83,7 +83,7 @@ pub(crate) struct Journal(Mutex<Records>);
 
 #[derive(Debug, Default)]
 struct Records {
-    history: Vec<Noted>,
+    history: Vec<JournalEntry>,
     /// Sigmas of the measurements that residuals are in units of now.
     sigmas: Vec<f64>,
     best: Option<Visit>,
@@ -103,7 +103,7 @@ impl Journal {
     pub fn visit(&self, visit: Visit, work: f64) {
         let mut records = self.records();
         let Visit { stage, x, cost, residuals, counts } = &visit;
-        let noted = Noted {
+        let noted = JournalEntry {
             stage: *stage,
             x: x.clone(),
             work,
@@ -178,7 +178,7 @@ impl Journal {
     /// The iterates in the order of their work, in the parameters' units, all of them in the weighting of these `sigmas`.
     /// `full_work` is the work of one full simulation: that of another mesh would make the work go back.
     pub fn history(&self, unknowns: &[Unknown], sigmas: &[f64], full_work: f64) -> Vec<Iterate> {
-        let iterate = |noted: &Noted| Iterate {
+        let iterate = |noted: &JournalEntry| Iterate {
             stage: noted.stage.name().into(),
             simulations: noted.work / full_work,
             misfit: noted.squares.misfit(sigmas),

@@ -1,28 +1,28 @@
 //! What every stage of a search works with: the problem with its weights, and the counters and
 //! listeners that all stages share.
 
-pub(crate) mod basins;
 pub(crate) mod coarse;
 pub(crate) mod damping;
-pub(crate) mod explained;
-pub(crate) mod first_look;
+pub(crate) mod data_precheck;
+pub(crate) mod displacement_driven;
 pub(crate) mod fitted;
 pub(crate) mod grid;
 pub(crate) mod journal;
-pub(crate) mod led;
+pub(crate) mod local_minima;
 pub(crate) mod minimum;
+pub(crate) mod minimum_comparison;
 pub(crate) mod neighbors;
 pub(crate) mod optimum;
-pub(crate) mod rivals;
+pub(crate) mod residual_acceptance;
 pub(crate) mod scan;
 pub(crate) mod sensitivity_growth;
 pub(crate) mod starts;
-pub(crate) mod weights;
+pub(crate) mod weighted_search;
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::measurement::motion::Observation;
-use crate::fit::misfit::noise::first_sigmas;
+use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
 use crate::fit::search::journal::{Journal, Visit};

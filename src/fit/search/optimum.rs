@@ -4,8 +4,8 @@ use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
-use crate::fit::search::basins::LocalMinima;
 use crate::fit::search::journal::{Journal, Stage, Visit};
+use crate::fit::search::local_minima::LocalMinima;
 use crate::fit::search::{Progress, Search};
 use crate::fit::uncertainty::analysis::TOLERANCE;
 use crate::fit::unknown::Unknown;
@@ -99,7 +99,11 @@ impl Search<'_> {
             .step_tolerance(step_tolerance)
             .noise_tolerance(noise_tolerance)
             .last_step(LAST_STEP * (self.tolerance / TOLERANCE).min(1.0))
-            .patience(if self.is_led() || self.ends_crawling { PATIENCE } else { usize::MAX });
+            .patience(if self.is_displacement_driven() || self.ends_crawling {
+                PATIENCE
+            } else {
+                usize::MAX
+            });
         let observer = Observer {
             progress: self.progress.clone(),
             work: self.work.clone(),

@@ -184,7 +184,7 @@ impl Search<'_> {
 
     /// Values of an unknown worth trying, as the first experiment that has it suggests.
     fn candidates(&self, unknown: &Unknown, first: &[f64]) -> Vec<f64> {
-        if self.is_led() && !unknown.is_stiffness() {
+        if self.is_displacement_driven() && !unknown.is_stiffness() {
             return self
                 .led_start(unknown)
                 .map_or_else(|| self.middle(unknown, first), |start| vec![start]);

@@ -254,7 +254,7 @@ pub(crate) fn leverage_weights(
 impl Search<'_> {
     /// The leverage weights where they are those of growing sensitivities; else none.
     pub fn growth_weights(&self) -> &[f64] {
-        if self.is_led() { &[] } else { &self.leverage_weights }
+        if self.is_displacement_driven() { &[] } else { &self.leverage_weights }
     }
 
     /// The weight of residual `k` in sums over what growing sensitivities do not distort.
@@ -271,7 +271,7 @@ impl Search<'_> {
     /// optimum where they do not.
     pub fn with_leverage_weights(&mut self, mut optimum: Optimum) -> Result<Optimum, Error> {
         // Motions between recorded ends have leverage weights by the size of their derivatives.
-        if self.is_led() {
+        if self.is_displacement_driven() {
             return Ok(optimum);
         }
         for _ in 0..MOST_WEIGHTINGS {

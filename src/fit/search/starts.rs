@@ -9,9 +9,9 @@
 
 use crate::error::Error;
 use crate::fit::search::Search;
-use crate::fit::search::basins::{SAME, distance};
 use crate::fit::search::coarse::Coarse;
 use crate::fit::search::journal::{Stage, Visit};
+use crate::fit::search::local_minima::{SAME, distance};
 use crate::fit::search::neighbors;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
@@ -40,7 +40,7 @@ const MOST_NEIGHBORHOODS: usize = 4;
 const MOST_WORK: f64 = 1000.0;
 
 /// How much a search does before it believes its start.
-struct Effort {
+struct ScanLevel {
     /// Factor on the first period.
     stretch: f64,
     /// Factor on the number of candidates.
@@ -54,21 +54,22 @@ struct Effort {
 /// In order, until the motion is explained. The coarse model identifies the modulus of a
 /// moderately robust rod to a few per cent, which is inside the basin of a record of 16 periods. A
 /// rod so soft that it whips about needs the full model from the first period on.
-const EFFORTS: [Effort; 4] = [
-    Effort { stretch: 1.0, grid: 1, trusted_periods: 16.0, growth: 4.0 },
-    Effort { stretch: 1.0, grid: 1, trusted_periods: 1.0, growth: 1.5 },
-    Effort { stretch: 0.5, grid: 2, trusted_periods: 1.0, growth: 1.5 },
-    Effort { stretch: 2.0, grid: 2, trusted_periods: 1.0, growth: 1.5 },
+const EFFORTS: [ScanLevel; 4] = [
+    ScanLevel { stretch: 1.0, grid: 1, trusted_periods: 16.0, growth: 4.0 },
+    ScanLevel { stretch: 1.0, grid: 1, trusted_periods: 1.0, growth: 1.5 },
+    ScanLevel { stretch: 0.5, grid: 2, trusted_periods: 1.0, growth: 1.5 },
+    ScanLevel { stretch: 2.0, grid: 2, trusted_periods: 1.0, growth: 1.5 },
 ];
 
 /// Of a start that is nearly right: the whole record from there.
-const AT_ONCE: Effort = Effort { stretch: 1.0, grid: 1, trusted_periods: f64::MAX, growth: 4.0 };
+const AT_ONCE: ScanLevel =
+    ScanLevel { stretch: 1.0, grid: 1, trusted_periods: f64::MAX, growth: 4.0 };
 
 /// Of a start near a minimum over a few first periods.
-const NEIGHBOR: Effort =
-    Effort { stretch: 1.0, grid: 1, trusted_periods: neighbors::PERIODS, growth: 2.0 };
+const NEIGHBOR: ScanLevel =
+    ScanLevel { stretch: 1.0, grid: 1, trusted_periods: neighbors::PERIODS, growth: 2.0 };
 
-impl Effort {
+impl ScanLevel {
     /// Whether its coarse models are another's.
     fn scans_as(&self, other: &Self) -> bool {
         (self.stretch, self.grid) == (other.stretch, other.grid)
@@ -109,9 +110,9 @@ impl Search<'_> {
         let mut best: Option<Optimum> = None;
         let mut failure = None;
         let mut untried = !self.stops_at_first_fit;
-        let mut scanned: Option<(&Effort, Field)> = None;
+        let mut scanned: Option<(&ScanLevel, Field)> = None;
         'efforts: for effort in &EFFORTS {
-            let same = |(other, _): &(&Effort, Field)| effort.scans_as(other);
+            let same = |(other, _): &(&ScanLevel, Field)| effort.scans_as(other);
             let mut field = match scanned.take().filter(same) {
                 Some((_, field)) => field,
                 None => self.field(effort)?,
@@ -175,7 +176,7 @@ impl Search<'_> {
     fn try_start(
         &self,
         start: &[f64],
-        effort: &Effort,
+        effort: &ScanLevel,
         (best, failure): (&mut Option<Optimum>, &mut Option<Error>),
     ) -> Result<(), Error> {
         match self.refine(start, effort) {
@@ -211,7 +212,7 @@ impl Search<'_> {
     }
 
     /// Scans a coarse model.
-    fn field(&self, effort: &Effort) -> Result<Field, Error> {
+    fn field(&self, effort: &ScanLevel) -> Result<Field, Error> {
         let first = self.first_periods(effort.stretch);
         let scanned = Coarse::new(self, &first, SCAN_STEPS)?;
         let found = match self.scan(&scanned, &first, effort.grid) {
@@ -228,7 +229,7 @@ impl Search<'_> {
     fn starts(
         &self,
         field: &mut Field,
-        effort: &Effort,
+        effort: &ScanLevel,
         descents: Descents,
     ) -> Result<Vec<Vec<f64>>, Error> {
         let Field { coarse, first, descended, others } = field;
@@ -307,7 +308,7 @@ impl Search<'_> {
     }
 
     /// Fits the full model from `start`, over growing horizons where the record is long.
-    fn refine(&self, start: &[f64], effort: &Effort) -> Result<Optimum, Error> {
+    fn refine(&self, start: &[f64], effort: &ScanLevel) -> Result<Optimum, Error> {
         let durations = self.durations();
         let first = self.first_periods(effort.stretch);
         let mut horizons: Vec<f64> = first.iter().map(|t| effort.trusted_periods * t).collect();
@@ -326,7 +327,7 @@ impl Search<'_> {
 }
 
 /// The best of the points scanned that are not near a better one.
-fn apart(mut scanned: Vec<Candidate>, effort: &Effort) -> Vec<Candidate> {
+fn apart(mut scanned: Vec<Candidate>, effort: &ScanLevel) -> Vec<Candidate> {
     order::sort_by(&mut scanned, |x| x.cost);
     let mut candidates: Vec<Candidate> = Vec::new();
     for candidate in scanned {

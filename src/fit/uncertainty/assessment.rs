@@ -7,35 +7,39 @@ use crate::fit::measurement::experiment::Experiment;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::across::{are_across, cluster_jackknife};
 use crate::fit::uncertainty::analysis::Analysis;
-use crate::fit::uncertainty::bootstrap::{self, Draws, Replicates};
-use crate::fit::uncertainty::budget::{Given, budgeted};
-use crate::fit::uncertainty::covariance::{Covariance, LinearFit};
-use crate::fit::uncertainty::determined_groups::{DeterminedGroup, determined_groups};
+use crate::fit::uncertainty::budget::combined::{BudgetInputs, budgeted};
+use crate::fit::uncertainty::budget::input_errors::InputErrors;
+use crate::fit::uncertainty::budget::input_sensitivities::{
+    InputSensitivities, are_unstated_wanted,
+};
+use crate::fit::uncertainty::covariance::determined_groups::{DeterminedGroup, determined_groups};
+use crate::fit::uncertainty::covariance::gauss_newton::{Covariance, LinearFit};
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::covariance::observed_information;
+use crate::fit::uncertainty::covariance::profile_likelihood::{self, Profile};
+use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
+use crate::fit::uncertainty::discrepancy::mode_numbers::check_mode_numbers;
+use crate::fit::uncertainty::discrepancy::prediction::{Prediction, predictions};
+use crate::fit::uncertainty::discrepancy::scene_notes::scene_notes;
+use crate::fit::uncertainty::discrepancy::score_tests::{
+    FitStatistics, ModelDiscrepancy, assess_model_discrepancy, warn_of_omitted_effects,
+};
+use crate::fit::uncertainty::discrepancy::slenderness::check_slenderness;
 use crate::fit::uncertainty::discretization::{DiscretizationError, errors_of, shifts};
 use crate::fit::uncertainty::estimate::{Estimate, estimates};
 use crate::fit::uncertainty::finer::Finer;
-use crate::fit::uncertainty::input_sensitivities::{InputSensitivities, are_unstated_wanted};
-use crate::fit::uncertainty::known_errors::KnownErrors;
-use crate::fit::uncertainty::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::mode_numbers::other_numberings;
-use crate::fit::uncertainty::noise::{LossEffect, Noise, losses, residual_rms};
-use crate::fit::uncertainty::noise_scale::NoiseScale;
-use crate::fit::uncertainty::observed;
-use crate::fit::uncertainty::prediction::{Prediction, predictions};
-use crate::fit::uncertainty::profile::{self, Profile};
-use crate::fit::uncertainty::recordings::RecordingErrors;
-use crate::fit::uncertainty::scene_notes::scene_notes;
-use crate::fit::uncertainty::score::{
-    FitStatistics, ModelDiscrepancy, assess_model_discrepancy, warn_of_omitted_effects,
+use crate::fit::uncertainty::grade::{Severity, Warnings};
+use crate::fit::uncertainty::noise::noise_scale::NoiseScale;
+use crate::fit::uncertainty::noise::residual_noise::{LossEffect, Noise, losses, residual_rms};
+use crate::fit::uncertainty::resampling::bootstrap::{self, Draws, Replicates};
+use crate::fit::uncertainty::resampling::cluster_jackknife::{
+    cluster_jackknife, uses_cluster_jackknife,
 };
 use crate::fit::uncertainty::shifts::Shifts;
-use crate::fit::uncertainty::slenderness::too_thick;
-use crate::fit::uncertainty::verdict::{Warnings, Weight};
 use crate::fit::uncertainty::warnings::{
     against_noise_scale, against_priors, bounded_from_one_side, bounds_reached, faulty_recordings,
-    growing_sensitivities, is_noise, jumps, runaways, stated_sigmas, steps_too_large,
+    growing_sensitivities, high_leverage, is_noise, jumps, stated_sigmas, steps_too_large,
     test_residuals, unexplained,
 };
 
@@ -82,7 +86,7 @@ pub(crate) fn shifts_of(
                 "the discretization error is unknown: a run on another mesh failed ({error}). The \
                          intervals do not include it. Leave rod.segments and time.step out of the scene"
             );
-            warnings.add(Weight::Numerics, Code::NumericsUnknown, words);
+            warnings.add(Severity::Numerics, Code::NumericsUnknown, words);
             Ok(None)
         }
         shifts => shifts,
@@ -123,9 +127,9 @@ pub(crate) fn assess(
     let known = match &early {
         Some((found, found_warnings)) => {
             warnings.append(found_warnings.clone());
-            found.as_ref().and_then(|found| KnownErrors::of(knowns, found).ok())
+            found.as_ref().and_then(|found| InputErrors::of(knowns, found).ok())
         }
-        None => linear_fit.identified.contains(&true).then(KnownErrors::none),
+        None => linear_fit.identified.contains(&true).then(InputErrors::none),
     };
     let finer = Finer::new(fitted, &local, &corrected);
     let apart_from_known = |optimum: &Optimum, warnings: &mut Warnings| {
@@ -164,7 +168,7 @@ pub(crate) fn assess(
     let estimates = estimates(explained, &local, &corrected);
     let estimates = cluster_jackknife(estimates, fitted, &corrected);
     let sigma = search.estimated_sigmas(optimum);
-    let (sigma_narrow, test_narrow) = match are_across(&estimates) {
+    let (sigma_narrow, test_narrow) = match uses_cluster_jackknife(&estimates) {
         true => ("", ""),
         false => (". The intervals are too narrow", ". The intervals are too narrow"),
     };
@@ -173,12 +177,12 @@ pub(crate) fn assess(
     bounds_reached(unknowns, optimum, covariance, &mut warnings);
     unexplained(explained, &local, sigma_narrow, &mut warnings);
     growing_sensitivities(explained, &mut warnings);
-    runaways(explained, &mut warnings);
+    high_leverage(explained, &mut warnings);
     faulty_recordings(experiments, &mut warnings);
     against_priors(unknowns, optimum, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     if !search.explained(optimum) {
-        suspicions.iter().for_each(|(code, words)| warnings.add(Weight::Suspicion, *code, words));
+        suspicions.iter().for_each(|(code, words)| warnings.add(Severity::Suspicion, *code, words));
     }
     let (mut residual_tests, mut discretization) = (Vec::new(), Vec::new());
     // Rounding errors are neither noise nor made by another mesh; as few values as unknowns leave
@@ -210,7 +214,7 @@ pub(crate) fn assess(
         if let Some(shifts) = &shifts {
             discretization = errors_of(&estimates, explained, shifts, noise, &mut warnings);
             if shifts.are_to_blame() {
-                warnings.excuse_misfit(
+                warnings.downgrade_misfit(
                     Code::NumericsBelowData,
                     "most of the residuals are discretization errors: the data are more accurate than the 1e-4 of \
                      a value for which mesh and step are chosen. The noise tests are not valid. Give a finer \
@@ -229,7 +233,7 @@ pub(crate) fn assess(
         ),
         false => (estimates, Vec::new()),
     };
-    let given = Given {
+    let given = BudgetInputs {
         known: known.as_ref(),
         analysis,
         discretization: &discretization,
@@ -245,12 +249,12 @@ pub(crate) fn assess(
     }
     late.into_iter().for_each(|(_, found_warnings)| warnings.append(found_warnings));
     scene_notes(fitted, &mut warnings);
-    other_numberings(explained, &estimates, &mut warnings);
-    too_thick(explained, &local, &estimates, &mut warnings);
+    check_mode_numbers(explained, &estimates, &mut warnings);
+    check_slenderness(explained, &local, &estimates, &mut warnings);
     warnings.append(not_tested);
     warn_of_omitted_effects(&discrepancy.score_tests, &mut warnings);
     if is_tested && shifts.as_ref().is_some_and(Shifts::leave_traces) {
-        warnings.excuse_ambiguity(
+        warnings.downgrade_ambiguity(
             Code::NumericsBelowData,
             "a part of the residuals is discretization error: the data are more accurate than the 1e-4 of a value \
              for which mesh and step are chosen. A small missing effect cannot be separated from it. Give a finer \
@@ -298,7 +302,7 @@ fn sensitivities(
             "the sensitivities to inputs are unknown: the run with their derivatives failed ({error}). Estimates \
              and intervals are not affected"
         );
-        warnings.add(Weight::Note, Code::NoSensitivityAnalysis, words);
+        warnings.add(Severity::Note, Code::NoSensitivityAnalysis, words);
         found = sensitivities_to(false);
     }
     if let Err(error) = &found {
@@ -306,7 +310,7 @@ fn sensitivities(
             "the uncertainty budget is missing: its simulation failed ({error}). The interval is \
                              statistical only. Check the stated inputs"
         );
-        warnings.add(Weight::Note, Code::NoBudget, words);
+        warnings.add(Severity::Note, Code::NoBudget, words);
     }
     (found.ok(), warnings)
 }
@@ -323,13 +327,13 @@ pub(crate) fn expected(
     let with_unstated = analysis.sensitivity_analysis != Some(false);
     let (inputs, not_found) = sensitivities(fitted, &local.linear_fit(), knowns, with_unstated);
     warnings.append(not_found);
-    let known = inputs.as_ref().and_then(|found| KnownErrors::of(knowns, found).ok());
+    let known = inputs.as_ref().and_then(|found| InputErrors::of(knowns, found).ok());
     let estimates = estimates(fitted, &local, &Shifts::default());
     bounded_from_one_side(search.unknowns, &estimates, &mut warnings);
     steps_too_large(search.experiments, &mut warnings);
     let sensitivity_analysis = Some(with_unstated);
     let analysis = &Analysis { monte_carlo: 0, sensitivity_analysis, ..analysis.clone() };
-    let given = Given {
+    let given = BudgetInputs {
         known: known.as_ref(),
         analysis,
         discretization: &[],
@@ -358,12 +362,13 @@ fn with_requested_intervals(
 ) -> (Vec<Estimate>, Vec<Profile>) {
     let (unknowns, correlations) = (fitted.search.unknowns, &local.correlations);
     if analysis.observed_information {
-        let found = observed::std_errors(fitted, local, &estimates, warnings);
+        let found = observed_information::std_errors(fitted, local, &estimates, warnings);
         estimates.iter_mut().zip(found).for_each(|(e, error)| e.observed_std_error = error);
     }
     let mut profiles = Vec::new();
     if analysis.profile {
-        let intervals = profile::intervals(fitted, local, warnings).into_iter().zip(unknowns);
+        let intervals =
+            profile_likelihood::intervals(fitted, local, warnings).into_iter().zip(unknowns);
         for (i, (interval, unknown)) in intervals.enumerate() {
             let Some(interval) = interval else { continue };
             profiles.push(interval.profile(unknown, correlations.reach[i]));

@@ -19,11 +19,11 @@ use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::{Search, Task};
 use crate::fit::uncertainty::analysis::Refinement;
-use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::noise::Noise;
+use crate::fit::uncertainty::grade::{Severity, Warnings, percent};
+use crate::fit::uncertainty::noise::residual_noise::Noise;
 use crate::fit::uncertainty::shifts::{MESH_TO_BLAME, OPEN, Shifts};
-use crate::fit::uncertainty::verdict::{Warnings, Weight, percent};
 use crate::fit::unknown::Unknown;
 use crate::scene::{Clamp, Parameter, Scene, Shape, Support};
 use serde::{Deserialize, Serialize};
@@ -224,16 +224,16 @@ pub(crate) fn errors_of(
     let search = fitted.search;
     let errors = errors(fitted, shifts);
     let remedy = remedy(search.experiments);
-    let mut weight = Weight::Numerics;
+    let mut weight = Severity::Numerics;
     let given = search.experiments.iter().any(|e| {
         let chosen = e.problem.scene().chosen();
         !chosen.segments || e.moves() && !chosen.step
     });
     if given && shifts.left > MESH_TO_BLAME && warnings.has_misfit() {
-        weight = Weight::Mesh;
+        weight = Severity::Mesh;
         let words = "a finer mesh or step changes the motion by as much as the residuals. The residuals may be \
                      discretization error. Refine the numerics before searching for a missing effect";
-        warnings.add(Weight::Mesh, Code::NumericsNotModel, format!("{words} ({remedy})"));
+        warnings.add(Severity::Mesh, Code::NumericsNotModel, format!("{words} ({remedy})"));
     }
     for ((i, estimate), error) in estimates.iter().enumerate().zip(&errors) {
         // What was chosen is corrected, and in the interval.

@@ -2,10 +2,10 @@
 
 use crate::fit::measurement::experiment::named;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::uncertainty::bootstrap::Bootstrap;
-use crate::fit::uncertainty::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::budget::entries::{BudgetLine, InputSensitivity, MonteCarlo};
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::resampling::bootstrap::Bootstrap;
 use crate::fit::uncertainty::shifts::Shifts;
-use crate::fit::uncertainty::sources::{BudgetLine, InputSensitivity, MonteCarlo};
 use crate::fit::unknown::{Prior, Unknown};
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};

@@ -9,8 +9,8 @@ use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Task;
 use crate::fit::search::fitted::Fitted;
-use crate::fit::uncertainty::covariance::Covariance;
-use crate::fit::uncertainty::local_analysis::LocalAnalysis;
+use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::shifts::Shifts;
 use std::sync::OnceLock;
 

@@ -1,40 +1,15 @@
-//! What an optimum is worth: its errors, what the data cannot tell, and what speaks against it.
+//! Uncertainty of an optimum: covariance, noise, budget, model discrepancy, discretization error, warnings and the grade.
 
-pub(crate) mod across;
-pub(crate) mod adequacy;
 pub(crate) mod analysis;
 pub(crate) mod assessment;
-pub(crate) mod bootstrap;
 pub(crate) mod budget;
-pub(crate) mod correlation;
 pub(crate) mod covariance;
-pub(crate) mod determined_groups;
+pub(crate) mod discrepancy;
 pub(crate) mod discretization;
 pub(crate) mod estimate;
-pub(crate) mod extensions;
 pub(crate) mod finer;
-pub(crate) mod identifiability;
-pub(crate) mod input_sensitivities;
-pub(crate) mod inputs;
-pub(crate) mod known_errors;
-pub(crate) mod local_analysis;
-pub(crate) mod mode_numbers;
+pub(crate) mod grade;
 pub(crate) mod noise;
-pub(crate) mod noise_scale;
-pub(crate) mod observed;
-pub(crate) mod one_sided;
-pub(crate) mod outlying_experiments;
-pub(crate) mod prediction;
-pub(crate) mod profile;
-pub(crate) mod quantile;
-pub(crate) mod ranking;
-pub(crate) mod recordings;
-pub(crate) mod scene_notes;
-pub(crate) mod score;
+pub(crate) mod resampling;
 pub(crate) mod shifts;
-pub(crate) mod slenderness;
-pub(crate) mod sources;
-pub(crate) mod undetected_bias;
-pub(crate) mod vanishing;
-pub(crate) mod verdict;
 pub(crate) mod warnings;

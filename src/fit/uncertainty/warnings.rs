@@ -6,20 +6,20 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::constant_axes::ConstantAxis;
 use crate::fit::measurement::experiment::{Experiment, all as all_measurements_of};
 use crate::fit::measurement::repeated_frames::RepeatedFrames;
-use crate::fit::misfit::noise::UNEXPLAINED;
+use crate::fit::misfit::initial_sigmas::UNEXPLAINED;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::search::Search;
 use crate::fit::search::damping::is_damping;
-use crate::fit::search::explained::{is_noisy, residual_tests};
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::search::optimum::Optimum;
-use crate::fit::uncertainty::adequacy::{Adequacy, CoordinateNoise, WRONG_SIGMA};
-use crate::fit::uncertainty::correlation::Correlations;
-use crate::fit::uncertainty::covariance::Covariance;
+use crate::fit::search::residual_acceptance::{is_noisy, residual_tests};
+use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
+use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
 use crate::fit::uncertainty::estimate::Estimate;
-use crate::fit::uncertainty::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::outlying_experiments::UnexplainedParts;
-use crate::fit::uncertainty::verdict::{OUTLYING, Warnings, Weight, percent};
+use crate::fit::uncertainty::grade::{OUTLYING, Severity, Warnings, percent};
+use crate::fit::uncertainty::noise::adequacy::{Adequacy, CoordinateNoise, WRONG_SIGMA};
+use crate::fit::uncertainty::noise::autocorrelation::Correlations;
+use crate::fit::uncertainty::noise::outlying_experiments::UnexplainedParts;
 use crate::fit::unknown::Unknown;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -62,7 +62,7 @@ pub(crate) fn unexplained(
         let correlation = |axis: &str| correlations.correlation(own.index, axis);
         let is_unexplained = *rms > (UNEXPLAINED * size).max(noise)
             && !adequacy.is_explained(own.index)
-            && !is_noisy(&own, *rms, correlation, search.doubt());
+            && !is_noisy(&own, *rms, correlation, search.significance_level());
         let relative = rms / size.max(f64::MIN_POSITIVE);
         parts.add(&own.experiment.name, relative, own.residuals.len(), is_unexplained);
         unexplained.push(is_unexplained);
@@ -87,10 +87,10 @@ pub(crate) fn unexplained(
                 percent(parts.median())
             );
             let alike = (OUTLYING, &experiment.name[..]);
-            warnings.add_alike(Weight::Misfit, Code::OutlyingExperiment, alike, words);
+            warnings.add_alike(Severity::Misfit, Code::OutlyingExperiment, alike, words);
         } else if is_unexplained {
             // Standing still at the mean of what was observed leaves no more.
-            let weight = if relative >= 1.0 { Weight::Worthless } else { Weight::Unexplained };
+            let weight = if relative >= 1.0 { Severity::Worthless } else { Severity::Unexplained };
             let words = format!(
                 "{label}: the residuals are {} of the observed motion ({shown_rms:.3e} {unit} of {shown_size:.3e} \
                  {unit}). The estimates may be wrong. Check the set-up: release time, scale, origin, tracked \
@@ -109,7 +109,7 @@ pub(crate) fn unexplained(
             );
             let kind = "with residuals beyond the stated sigma";
             let alike = (kind, &experiment.name[..]);
-            warnings.add_alike(Weight::Misfit, Code::BeyondSigma, alike, words);
+            warnings.add_alike(Severity::Misfit, Code::BeyondSigma, alike, words);
         }
     }
 }
@@ -135,7 +135,7 @@ pub(crate) fn jumps(Fitted { search, optimum }: Fitted, warnings: &mut Warnings)
     let words = "the integrator halved some time steps, and which ones depends on the parameters. The misfit has \
                  jumps, and the optimum is inexact. Use a smaller time.step, or scheme = \"average-vector-field\"";
     if optimum.halved && open {
-        warnings.add(Weight::Numerics, Code::HalvedSteps, words);
+        warnings.add(Severity::Numerics, Code::HalvedSteps, words);
     }
 }
 
@@ -146,7 +146,7 @@ pub(crate) fn steps_too_large(experiments: &[Experiment], warnings: &mut Warning
             let kind = "warnings of simulations";
             let words = experiment.key(&words);
             let alike = (kind, &experiment.name[..]);
-            warnings.add_alike(Weight::Numerics, code, alike, words);
+            warnings.add_alike(Severity::Numerics, code, alike, words);
         }
     }
 }
@@ -158,11 +158,11 @@ pub(crate) fn test_residuals(
     narrow: &str,
     warnings: &mut Warnings,
 ) -> Vec<ResidualTests> {
-    let (mut all, doubt) = (Vec::new(), fitted.search.doubt());
+    let (mut all, significance) = (Vec::new(), fitted.search.significance_level());
     for own in fitted.measured() {
         let correlation = |axis: &str| correlations.correlation(own.index, axis);
         let experiment = own.experiment;
-        for tests in residual_tests(&own, correlation, doubt) {
+        for tests in residual_tests(&own, correlation, significance) {
             if !tests.is_noise() {
                 let words = format!(
                     "{}, {}: {}. The model lacks an effect, or the noise is correlated{narrow}. Read the likely \
@@ -171,7 +171,7 @@ pub(crate) fn test_residuals(
                 );
                 let kind = "coordinates whose residuals are not white noise";
                 let alike = (kind, &experiment.name[..]);
-                warnings.add_alike(Weight::Misfit, Code::ResidualsNotWhite, alike, words);
+                warnings.add_alike(Severity::Misfit, Code::ResidualsNotWhite, alike, words);
             } else if !tests.passed {
                 let words = format!(
                     "{}, {}: {}. Outliers may bias the estimates. Use a robust loss (huber, cauchy), which \
@@ -180,12 +180,12 @@ pub(crate) fn test_residuals(
                 );
                 let kind = "coordinates with possible outliers";
                 let alike = (kind, &experiment.name[..]);
-                warnings.add_alike(Weight::Note, Code::Outliers, alike, words);
+                warnings.add_alike(Severity::Note, Code::Outliers, alike, words);
             }
             all.push(tests);
         }
     }
-    remembering(&all, fitted.search.unknowns.len(), warnings);
+    warn_of_autocorrelation(&all, fitted.search.unknowns.len(), warnings);
     all
 }
 
@@ -214,7 +214,7 @@ pub(crate) fn against_noise_scale(search: &Search, adequacy: &Adequacy, warnings
                  are outliers, which bias the estimates. Use a robust loss (huber, cauchy)"
             );
             let alike = ("coordinates with outliers", experiment);
-            warnings.add_alike(Weight::Ambiguous, Code::Outliers, alike, words);
+            warnings.add_alike(Severity::Ambiguous, Code::Outliers, alike, words);
         } else if let (Some(p), Some(value), None) = (exceeded, scale.value, stated_sigma) {
             let words = format!(
                 "{observation}, {axis}: the residuals (RMS {rms:.2e} m) exceed the noise scale of the \
@@ -222,7 +222,7 @@ pub(crate) fn against_noise_scale(search: &Search, adequacy: &Adequacy, warnings
                  Record the rod at rest and state its scatter as sigma"
             );
             let alike = ("coordinates with residuals beyond their noise scale", experiment);
-            warnings.add_alike(Weight::Ambiguous, Code::ExceedsNoiseScale, alike, words);
+            warnings.add_alike(Severity::Ambiguous, Code::ExceedsNoiseScale, alike, words);
         } else if *is_at_cap
             || *correlation > STRONG_CORRELATION && scale.value.is_none() && stated_sigma.is_none()
         {
@@ -233,7 +233,7 @@ pub(crate) fn against_noise_scale(search: &Search, adequacy: &Adequacy, warnings
                  State sigma"
             );
             let alike = ("coordinates with unresolved correlation", experiment);
-            warnings.add_alike(Weight::Ambiguous, Code::UnresolvedCorrelation, alike, words);
+            warnings.add_alike(Severity::Ambiguous, Code::UnresolvedCorrelation, alike, words);
         }
     }
 }
@@ -246,7 +246,7 @@ pub(crate) fn constant_axes(axes: &[ConstantAxis], warnings: &mut Warnings) {
              of the noise estimate. Leave the column out of the file"
         );
         let kind = ("coordinates with one value only", "");
-        warnings.add_alike(Weight::Note, Code::ConstantAxis, kind, words);
+        warnings.add_alike(Severity::Note, Code::ConstantAxis, kind, words);
     }
 }
 
@@ -258,7 +258,7 @@ pub(crate) fn repeated_frames(found: &[RepeatedFrames], warnings: &mut Warnings)
              frame rate. Repeated positions belong to earlier times and bias the estimates. Keep one frame of each"
         );
         let kind = ("observations with repeated frames", "");
-        warnings.add_alike(Weight::Misfit, Code::RepeatedFrames, kind, words);
+        warnings.add_alike(Severity::Misfit, Code::RepeatedFrames, kind, words);
     }
 }
 
@@ -286,13 +286,13 @@ pub(crate) fn stated_sigmas(search: &Search, adequacy: &Adequacy, warnings: &mut
                  ({scatter:.1e} m). {consequence}. Check its unit, or leave sigma out to have it estimated"
             );
             let alike = ("observations with a doubtful sigma", &experiment.name[..]);
-            warnings.add_alike(Weight::Note, Code::SigmaDoubtful, alike, words);
+            warnings.add_alike(Severity::Note, Code::SigmaDoubtful, alike, words);
         }
     }
 }
 
 /// Says how few independent values there are, where neighbours resemble each other.
-fn remembering(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
+fn warn_of_autocorrelation(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings) {
     let values: f64 = tests.iter().map(|t| t.values as f64).sum();
     let effective: f64 = tests.iter().map(|t| t.effective_samples).sum();
     let strongest = tests.iter().max_by(|a, b| a.autocorrelation.total_cmp(&b.autocorrelation));
@@ -305,7 +305,7 @@ fn remembering(tests: &[ResidualTests], unknowns: usize, warnings: &mut Warnings
     if effective < ENOUGH_EACH * unknowns as f64 {
         words += ", but are uncertain themselves. Record longer; more frames a second do not help";
     }
-    warnings.add(Weight::Note, Code::CorrelatedNoise, words);
+    warnings.add(Severity::Note, Code::CorrelatedNoise, words);
 }
 
 /// What is wrong in the recordings that lead ends.
@@ -317,11 +317,11 @@ pub(crate) fn faulty_recordings(experiments: &[Experiment], warnings: &mut Warni
                 Code::Glitches => "markers that jump",
                 Code::SwappedLabels => "exchanges of labels",
                 _ => {
-                    warnings.add(Weight::Note, code, words);
+                    warnings.add(Severity::Note, code, words);
                     continue;
                 }
             };
-            warnings.add_alike(Weight::Note, code, (kind, &experiment.name), words);
+            warnings.add_alike(Severity::Note, code, (kind, &experiment.name), words);
         }
     }
 }
@@ -335,12 +335,12 @@ pub(crate) fn growing_sensitivities(Fitted { search, optimum }: Fitted, warnings
         let (later, values) = (growth.later, growth.values);
         let consequence = format!("the {later} of {values} later positions are down-weighted");
         let words = growth.describe(&consequence);
-        warnings.add(Weight::Note, Code::GrowingSensitivity, words);
+        warnings.add(Severity::Note, Code::GrowingSensitivity, words);
     }
 }
 
 /// Values whose derivatives run away.
-pub(crate) fn runaways(fitted: Fitted, warnings: &mut Warnings) {
+pub(crate) fn high_leverage(fitted: Fitted, warnings: &mut Warnings) {
     let search = fitted.search;
     if !search.growth_weights().is_empty() {
         return;
@@ -366,7 +366,7 @@ pub(crate) fn runaways(fitted: Fitted, warnings: &mut Warnings) {
          least accurate",
         search.leverage_weights.len()
     );
-    warnings.add(Weight::Note, Code::HighLeverage, words);
+    warnings.add(Severity::Note, Code::HighLeverage, words);
 }
 
 /// Parameters that the data bound from one side only.
@@ -383,7 +383,7 @@ pub(crate) fn bounded_from_one_side(
                     "{label} is not distinguishable from zero: at most {upper:.3e} {unit} (one-sided 95 %). The \
                      upper bound is the result. Record a longer motion to determine it"
                 );
-                warnings.add(Weight::Note, Code::MayBeZero, words);
+                warnings.add(Severity::Note, Code::MayBeZero, words);
             }
             (Some(bound), _) | (_, Some(bound)) => {
                 let [side, open] = match estimate.lower95 {
@@ -394,7 +394,7 @@ pub(crate) fn bounded_from_one_side(
                     "{label} is bounded from one side only: {side} {bound:.3e} {unit} (one-sided 95 %). The data fit \
                      any {open} value as well. Record a motion that depends on it, or keep it fixed"
                 );
-                warnings.add(Weight::Note, Code::OneSided, words);
+                warnings.add(Severity::Note, Code::OneSided, words);
             }
             _ => {}
         }
@@ -416,7 +416,7 @@ pub(crate) fn bounds_reached(
                 "{unknown} is at its bound {bound}. The interval does not account for the bound. Widen the bound, \
                  or check the model"
             );
-            warnings.add(Weight::Contradiction, Code::AtBound, words);
+            warnings.add(Severity::Contradiction, Code::AtBound, words);
         }
     }
 }
@@ -430,7 +430,7 @@ pub(crate) fn against_priors(unknowns: &[Unknown], optimum: &Optimum, warnings: 
                  the prior and the set-up",
                 off.abs()
             );
-            warnings.add(Weight::Contradiction, Code::PriorConflict, words);
+            warnings.add(Severity::Contradiction, Code::PriorConflict, words);
         }
     }
 }

@@ -7,14 +7,14 @@ use crate::error::Error;
 use crate::fit::measurement::constant_axes::without_constant_axes;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::report::plot_data::PlotData;
-use crate::fit::report::recorded::recorded;
+use crate::fit::report::recorded_motion::recorded;
 use crate::fit::report::replay::{add_motion, still};
 use crate::fit::report::resolutions;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::search::optimum::Optimum;
 use crate::fit::uncertainty::analysis::TOLERANCE;
-use crate::fit::uncertainty::recordings::RecordingErrors;
+use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
 use crate::fit::validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };

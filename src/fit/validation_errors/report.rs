@@ -2,7 +2,7 @@
 
 use crate::code::Code;
 use crate::fit::report::plot_data::PlotData;
-use crate::fit::uncertainty::recordings::RecordingErrors;
+use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
 use crate::scene::Resolution;
 use serde::{Deserialize, Serialize};
 

@@ -1,0 +1,95 @@
+//! The summary of a design.
+
+use crate::code::Code;
+use crate::fit::design::report::{Advice, Choice, Design, DesignVariable};
+use crate::fit::report::budget;
+use crate::fit::report::effects::add_undetected_bias;
+use crate::fit::report::estimate_table::{estimate_table, relative_error};
+use crate::fit::uncertainty::estimate::Estimate;
+use crate::summary::quantity::{duration, number};
+use crate::summary::{Summary, SummaryTable, TextColumn, Tone};
+use std::fmt;
+
+impl fmt::Display for Design {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.summary().fmt(f)
+    }
+}
+
+impl Design {
+    /// The result as text for a terminal.
+    pub fn summary(&self) -> Summary {
+        let unknown = self.parameters.iter().filter(|e| !e.identifiable).count();
+        let mut summary = match (unknown, self.parameters.len()) {
+            (0, _) => Summary::new(
+                "expected uncertainty of the plan, if the parameters have these values",
+                Tone::Good,
+            ),
+            (n, all) => Summary::new(
+                format!("the plan does not determine {n} of {all} parameters"),
+                Tone::Bad,
+            )
+            .coded(Some(Code::NotIdentifiable)),
+        };
+        summary = summary.table("", estimate_table(&self.parameters, "value"));
+        for finding in &self.not_identifiable {
+            summary = summary.note(format!("not identifiable: {}", finding.description));
+        }
+        for label in &self.never_identifiable {
+            let text = format!(
+                "{label}: not identifiable with any other marker, duration or frame rate either"
+            );
+            summary = summary.note(text);
+        }
+        summary = summary.warnings(&self.warnings);
+        for e in &self.parameters {
+            summary = budget::add(summary, e);
+        }
+        summary = add_undetected_bias(summary, &self.undetected_bias);
+        let determines = |choice: &Choice| choice.std_error.iter().any(Option::is_some);
+        for advice in self.advice.iter().filter(|advice| advice.choices.iter().any(determines)) {
+            summary = summary.table(advice.title(), advice.table(&self.parameters));
+        }
+        let cost =
+            format!("{} simulations, {}", number(self.simulations, 2), duration(self.wall_seconds));
+        summary.fact("Cost", cost)
+    }
+}
+
+impl Advice {
+    fn title(&self) -> String {
+        let question = match self.variable {
+            DesignVariable::MarkerPosition => "Expected standard error by marker position",
+            DesignVariable::Duration => "Expected standard error by duration",
+            DesignVariable::FrameRate => "Expected standard error by frame rate",
+        };
+        match self.observation.is_empty() {
+            true => question.into(),
+            false => format!("{question} ({})", self.observation),
+        }
+    }
+
+    /// A column for each parameter.
+    fn table(&self, parameters: &[Estimate]) -> SummaryTable {
+        let heading = match self.variable {
+            DesignVariable::MarkerPosition => "m from the clamp",
+            DesignVariable::Duration => "s",
+            DesignVariable::FrameRate => "frames/s",
+        };
+        let mut columns = vec![TextColumn::right(heading)];
+        columns.extend(parameters.iter().map(|e| TextColumn::right(e.label())));
+        columns.push(TextColumn::left("choice"));
+        let mut table = SummaryTable::new(columns);
+        for Choice { value, std_error, planned, best } in &self.choices {
+            let mut row = vec![number(*value, 3)];
+            for (e, error) in parameters.iter().zip(std_error) {
+                row.push(error.map_or("-".into(), |error| relative_error(e, error)));
+            }
+            let marks = [(*planned, "planned"), (*best, "best")];
+            let marks: Vec<&str> = marks.iter().filter(|(is, _)| *is).map(|(_, m)| *m).collect();
+            row.push(marks.join(", "));
+            table.row(row);
+        }
+        table
+    }
+}

@@ -1,0 +1,63 @@
+//! Entries of the uncertainty budget of a report.
+
+use crate::scene::Parameter;
+use serde::{Deserialize, Serialize};
+
+/// One source of the uncertainty budget of a parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct BudgetLine {
+    /// Source of the uncertainty: name of an input, `noise`, `mesh`, `step` or `experiments`.
+    pub source: String,
+    /// Name of the parameter.
+    pub parameter: Parameter,
+    /// Standard uncertainty of an input, in its unit; null for other sources.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub std: Option<f64>,
+    /// Unit of the source.
+    #[serde(skip_serializing_if = "String::is_empty", default)]
+    pub unit: String,
+    /// Change of the parameter per change of the source, both in their units.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensitivity: Option<f64>,
+    /// Relative change of the parameter per relative change of the source.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_sensitivity: Option<f64>,
+    /// Standard uncertainty of the parameter by this source alone, in the parameter's unit.
+    pub contribution: f64,
+    /// Fraction of the combined variance; negative where a correlation compensates others.
+    pub share: f64,
+    /// Degrees of freedom of the source; null if there are many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub degrees_of_freedom: Option<f64>,
+}
+
+/// Spread of the estimates over fits with random inputs and noise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct MonteCarlo {
+    /// Number of fits.
+    pub fits: usize,
+    /// Standard deviation of the estimates, in the parameter's unit.
+    pub std: f64,
+    /// 2.5 and 97.5 percentiles of the estimates, in the parameter's unit.
+    pub interval95: [f64; 2],
+    /// Standard deviation that the uncertainty budget predicts, in the parameter's unit.
+    pub linear_std: f64,
+}
+
+/// Sensitivity of a parameter to +1 % of an input.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct InputSensitivity {
+    /// Name of the input; a vector by the name of its components.
+    pub source: String,
+    /// Change of the estimate, in its unit.
+    pub change: f64,
+    /// Relative change of the estimate, as a fraction, where the estimate is positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative: Option<f64>,
+}

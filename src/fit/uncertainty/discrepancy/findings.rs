@@ -1,0 +1,148 @@
+//! Findings on omitted effects in a report: score tests, and biases that the data do not reveal.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Effects of one rank that are named beside the best one.
+const NAMED: usize = 3;
+/// Omitted effects whose bias is described.
+const DESCRIBED: usize = 3;
+
+/// Score test of an omitted effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct ScoreTest {
+    /// Name of the number in the scene with the effect.
+    pub source: String,
+    /// Name of the effect, as text.
+    pub effect: String,
+    /// Rank of the effect among all tested ones, from 1; effects that the data cannot separate
+    /// share a rank.
+    #[serde(default)]
+    pub rank: usize,
+    /// Estimated size of the effect beyond the scene, by the linear model, in `unit`.
+    pub estimate: f64,
+    /// Unit of the estimate.
+    pub unit: String,
+    /// Estimate divided by its standard error.
+    pub z_score: f64,
+    /// Probability that noise alone makes any of the tested effects as significant.
+    pub p_value: f64,
+    /// The p-value if the autocorrelation of the residuals is that of the noise; null without
+    /// autocorrelation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub p_value_if_correlated: Option<f64>,
+}
+
+impl ScoreTest {
+    /// Whether noise alone hardly explains it: 5 % of right models have any such.
+    pub fn is_significant(&self) -> bool {
+        self.p_value < 0.05
+    }
+}
+
+impl fmt::Display for ScoreTest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { source, effect, estimate, unit, z_score, p_value, .. } = self;
+        let size = format!("{source}: {estimate:+.1e} {unit}");
+        write!(f, "{effect} ({}, {:.1} sigma, p = {p_value:.0e})", size.trim_end(), z_score.abs())
+    }
+}
+
+/// Descriptions of the significant effects, one for each rank: the best one, and others that the data do not separate.
+pub(crate) fn likely_omitted_effects(tests: &[ScoreTest]) -> Vec<String> {
+    let ranks = tests.chunk_by(|a, b| a.rank == b.rank);
+    let found = ranks.filter(|rank| rank[0].is_significant());
+    let words = |rank: &[ScoreTest]| {
+        let others = rank[1..].iter().take(NAMED).map(|test| format!(", or {}", test.effect));
+        let more = rank.len().saturating_sub(1 + NAMED);
+        let more = match more {
+            0 => String::new(),
+            1 => format!(", or {}", rank[1 + NAMED].effect),
+            more => format!(", or {more} other effects"),
+        };
+        format!("{}{}{more}", rank[0], others.collect::<String>())
+    };
+    found.map(words).collect()
+}
+
+/// Undetected bias: bias of a parameter by an omitted effect that the data do not exclude.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct UndetectedBias {
+    /// Name of the number in the scene with the effect.
+    pub source: String,
+    /// Name of the effect, as text.
+    pub effect: String,
+    /// Size of the effect, in `unit`, that plausibility and data together exceed with a probability
+    /// of 5 %.
+    pub size: f64,
+    /// Plausible size before the data, in `unit`: scale of a Student t prior with four degrees of
+    /// freedom.
+    #[serde(default)]
+    pub plausible_size: f64,
+    /// Size of the effect by the score test alone, in `unit`; null where the effect is collinear
+    /// with the parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate: Option<f64>,
+    /// Standard error of `estimate`, in `unit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimate_std_error: Option<f64>,
+    /// Unit of the sizes.
+    pub unit: String,
+    /// Name of the parameter, with its experiments if it does not belong to all.
+    pub parameter: String,
+    /// Bias of the estimate, in its unit.
+    pub change: f64,
+    /// Bias as a fraction of the true value, where that is positive.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative: Option<f64>,
+    /// Bias in standard errors of the estimate.
+    pub std_errors: f64,
+    /// Effect on the residuals, in standard deviations of the noise.
+    pub residual_effect: f64,
+    /// Experiment that would reveal the effect.
+    pub test: String,
+}
+
+impl UndetectedBias {
+    /// The bias of the parameter; either way, where the data do not determine the sign of the effect.
+    fn signed_bias(&self) -> String {
+        let sign = |number: String| match self.estimate {
+            Some(_) => number,
+            None => format!("+-{}", number.trim_start_matches(['+', '-'])),
+        };
+        match self.relative {
+            Some(relative) => {
+                format!("{} {}", self.parameter, sign(format!("{:+.1} %", 100.0 * relative)))
+            }
+            None => format!("{} {}", self.parameter, sign(format!("{:+.1e}", self.change))),
+        }
+    }
+
+    /// In a sentence, with what else the same number does to `others`.
+    pub(crate) fn with(&self, others: &[&Self]) -> String {
+        let Self { effect, size, unit, test, .. } = self;
+        let size = match self.estimate {
+            Some(_) => format!("{size:.1e} {unit}"),
+            None => format!("+-{:.1e} {unit}", size.abs()),
+        };
+        let effects: Vec<String> = others.iter().map(|bias| bias.signed_bias()).collect();
+        format!("{effect}, {}: {}; test: {test}", size.trim_end(), effects.join(", "))
+    }
+}
+
+/// The effects with the largest biases above a standard error, each with its biases of all parameters.
+pub(crate) fn largest_biases(all: &[UndetectedBias]) -> Vec<Vec<&UndetectedBias>> {
+    let mut effects: Vec<Vec<&UndetectedBias>> = Vec::new();
+    for bias in all.iter().filter(|bias| bias.std_errors > 1.0) {
+        match effects.iter_mut().find(|own| own[0].source == bias.source) {
+            Some(own) => own.push(bias),
+            None => effects.push(vec![bias]),
+        }
+    }
+    effects.truncate(DESCRIBED);
+    effects
+}

@@ -1,0 +1,128 @@
+//! Notes on the fitted scenes: numbers in other units than SI, no gravity, and strains beyond a linear material.
+//!
+//! Strains at rest follow from the equilibrium. Those of a motion take another run of it, which is made only where an
+//! upper bound by beam theory and twice the strains at equilibrium exceed what is allowed.
+
+use crate::code::Code;
+use crate::fit::measurement::Measurement;
+use crate::fit::search::fitted::Fitted;
+use crate::fit::uncertainty::grade::{Severity, Warnings};
+use crate::problem::strain::{LARGEST_STRAIN, LargestStrain, StrainGauge};
+use crate::problem::{AnyProblem, Problem, Purpose};
+
+/// A rod that is let go swings up to twice as far as it comes to rest.
+const SWING: f64 = 2.0;
+
+/// Adds the notes, each once.
+pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
+    let mut added: Vec<String> = Vec::new();
+    for (k, experiment) in fitted.search.experiments.iter().enumerate() {
+        let Ok(problem) = fitted.problem(experiment) else { continue };
+        let rests = |m: &Measurement| match m {
+            Measurement::RestShape(_) => true,
+            Measurement::Gauge(gauge) => gauge.readings.iter().any(|r| r.time.is_none()),
+            _ => false,
+        };
+        let at_rest = experiment.measurements.iter().any(rests);
+        let purpose = match (experiment.moves(), at_rest) {
+            (true, _) => Purpose::Motion,
+            (false, true) => Purpose::Rest,
+            (false, false) => Purpose::Modes,
+        };
+        let mut notes = problem.plausibility_notes(purpose);
+        let modulus = problem.scene().material.youngs_modulus;
+        let strains = [
+            at_rest.then(|| strain_at_rest(&problem)).flatten(),
+            experiment.moves().then(|| strain_in_motion(fitted, k, &problem)).flatten(),
+        ];
+        let largest = strains.into_iter().flatten().max_by(|a, b| a.strain.total_cmp(&b.strain));
+        notes.extend(largest.and_then(|largest| largest.warning(modulus)));
+        for (code, words) in notes {
+            // Strains differ from one experiment to the next, and one note on them is enough.
+            let same = if code == Code::LargeStrain { code.name().into() } else { words.clone() };
+            if !added.contains(&same) {
+                added.push(same);
+                let words = match experiment.name.is_empty() {
+                    true => words,
+                    false => format!("{}: {words}", experiment.name),
+                };
+                warnings.add(Severity::Note, code, words);
+            }
+        }
+    }
+}
+
+fn strain_at_rest(problem: &Problem) -> Option<LargestStrain> {
+    let found = problem.equilibrium().ok()?;
+    Some(StrainGauge::new(problem)?.largest(|i| found.nodes[i], None))
+}
+
+/// The largest strain of a motion; none where it cannot be beyond what is allowed, or follows recorded ends.
+fn strain_in_motion(
+    Fitted { search, optimum }: Fitted,
+    experiment: usize,
+    problem: &Problem,
+) -> Option<LargestStrain> {
+    let gauge = StrainGauge::new(problem)?;
+    let start = start_strain(problem, &gauge);
+    let is_allowed = |strain: f64| SWING * strain <= LARGEST_STRAIN;
+    if is_allowed(start.strain.max(bound(problem))) {
+        return Some(start);
+    }
+    let at_rest = || strain_at_rest(problem).map_or(f64::INFINITY, |largest| largest.strain);
+    if !problem.scene().initial.moves() && is_allowed(start.strain.max(at_rest())) {
+        return Some(start);
+    }
+    let mut largest = start;
+    let mut after = |_: &Problem, simulation: &dyn crate::dynamics::Snapshot| {
+        let now = gauge.largest(|i| simulation.position(i), Some(simulation.time()));
+        if now.strain > largest.strain {
+            largest = now;
+        }
+    };
+    search.all_residuals().ok()?.run_seen(experiment, &optimum.x, &mut after).ok()?;
+    Some(largest)
+}
+
+/// The strain of the shape that the rod begins in.
+fn start_strain(problem: &Problem, gauge: &StrainGauge) -> LargestStrain {
+    let nodes = match problem.discretized() {
+        AnyProblem::Planar(discretized) => discretized.start_positions(),
+        AnyProblem::Spatial(discretized) => discretized.start_positions(),
+    };
+    gauge.largest(|i| nodes[i], Some(0.0))
+}
+
+/// An upper bound of the strains of a rod at rest under its loads, or of one that its velocity deforms.
+fn bound(problem: &Problem) -> f64 {
+    let scene = problem.scene();
+    let size = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let length = problem.length();
+    // Where a tapered rod is softest.
+    let softest = [0.0, 0.5, 1.0].map(|place| {
+        let (section, material) = scene.at(place);
+        let moments = section.moments();
+        let [i1, i2] = moments.second_moments;
+        let radius = (i1.min(i2) / moments.area).sqrt();
+        (material.youngs_modulus, material.density, moments.area, radius)
+    });
+    let points = scene.loads.point.iter().chain(&scene.initial.point);
+    let [force, moment] = points.fold([0.0; 2], |[force, moment], point| {
+        [force + size(&point.force), moment + size(&point.moment)]
+    });
+    let gravity = size(&scene.loads.gravity);
+    let bobs = scene.rod.mass.iter().map(|bob| bob.mass * gravity).sum::<f64>();
+    let speed = size(&scene.initial.velocity) + size(&scene.initial.angular_velocity) * length;
+    let strain = |(modulus, density, area, radius): (f64, f64, f64, f64)| {
+        let all = density * area * length * gravity + bobs + force;
+        let bending = modulus * area * radius * radius;
+        // Half of the weight's lever; an elastica under a force F bends by no more than 2 sqrt(F/(E I)).
+        let curvature =
+            (all * length / bending).min(2.0 * (all / bending).sqrt()) + moment / bending;
+        // The surface is up to twice the radius of gyration away. A jump of the velocity v makes a curvature of
+        // v sqrt(rho A/(E I)), and a strain along the rod of v sqrt(rho/E).
+        let wave = (density / modulus).sqrt();
+        2.0 * radius * curvature + all / (modulus * area) + 2.0 * speed * wave
+    };
+    softest.map(strain).into_iter().fold(0.0, f64::max)
+}
