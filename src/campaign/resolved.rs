@@ -6,7 +6,6 @@ use crate::error::Error;
 use crate::fit::FitFile;
 use crate::input::file::{at, data, text};
 use crate::input::missing_keys::parse;
-use crate::numerics::order;
 use crate::scene::Scene;
 use serde_json::{Value as Json, json};
 use std::collections::HashMap;
@@ -131,7 +130,7 @@ impl Resolved {
         each_file(&mut self.table.clone(), "", &mut |place, path| {
             names.push((path.clone(), place.into()))
         });
-        order::sort_by_key(&mut names, |(path, _)| std::cmp::Reverse(path.len()));
+        names.sort_by_key(|(path, _)| std::cmp::Reverse(path.len()));
         names
     }
 }

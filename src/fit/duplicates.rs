@@ -12,7 +12,6 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::frequencies::{Frequencies, Frequency};
 use crate::fit::validate::key;
-use crate::numerics::order;
 use crate::problem::Problem;
 
 /// Relative difference of numbers that are one number in two units.
@@ -97,7 +96,7 @@ fn is_alike(one: &Measurement, other: &Measurement) -> bool {
 fn records(measurement: &Measurement, problem: &Problem) -> Vec<Record> {
     let mut records: Vec<Record> = Vec::new();
     let mut add = |axis: &'static str, mut pairs: Vec<[f64; 2]>| {
-        order::sort_by(&mut pairs, |pair| pair[0]);
+        pairs.sort_by(|a, b| a[0].total_cmp(&b[0]));
         if pairs.is_empty() {
             return;
         }
@@ -182,7 +181,7 @@ impl Record {
     fn compared(&self, other: &Self) -> Match {
         let interval = |record: &Self| {
             let mut gaps: Vec<f64> = record.at.windows(2).map(|w| w[1] - w[0]).collect();
-            order::sort(&mut gaps);
+            gaps.sort_by(f64::total_cmp);
             gaps.get(gaps.len() / 2).copied().unwrap_or(0.0)
         };
         let apart = SAME_TIME * interval(self).min(interval(other));
@@ -207,7 +206,7 @@ impl Record {
             }
         }
         let equal = same.len();
-        order::sort(&mut same);
+        same.sort_by(f64::total_cmp);
         same.dedup_by(|a, b| (*a - *b).abs() <= within);
         Match { met, equal, distinct: same.len() }
     }

@@ -8,7 +8,6 @@ use crate::fit::measurement::motion::Sample;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::discrepancy::omitted_terms::EXTENSIONS;
 use crate::fit::unknown::{Prior, Unknown};
-use crate::numerics::order;
 use crate::scene::Support;
 use crate::scene::validate::positive;
 use crate::scene::{Parameter, Point};
@@ -318,7 +317,7 @@ impl Measurement {
             parts.fold(0.0, f64::max)
         };
         let mut distances: Vec<f64> = self.positions(problem).iter().map(distance).collect();
-        order::sort(&mut distances);
+        distances.sort_by(f64::total_cmp);
         // Single outliers are another matter.
         let Some(typical) = distances.get(distances.len() / 2) else { return Ok(()) };
         if *typical <= FARTHEST * problem.length() {

@@ -5,7 +5,6 @@
 //! (`p = 3, 4`). Least squares over `t0` and `p` is a change-point estimate (Hinkley 1970). It is accepted where a cubic
 //! without rest, which has as many coefficients, fits significantly worse.
 
-use crate::numerics::order;
 use std::collections::VecDeque;
 
 /// Samples below which no onset is looked for.
@@ -129,7 +128,7 @@ impl Samples {
             norm([0, 1, 2].map(|c| w[0][c] - 2.0 * w[1][c] + w[2][c])) / 6.0_f64.sqrt()
         };
         let mut all: Vec<f64> = self.places.windows(3).map(second).collect();
-        order::sort(&mut all);
+        all.sort_by(f64::total_cmp);
         all.get(all.len() / 2).copied().unwrap_or(0.0)
     }
 

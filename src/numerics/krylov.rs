@@ -1,7 +1,6 @@
 //! Symmetric matrices that are known by what they make of vectors, after Lanczos (1950): the matrix in the few directions
 //! in which it is large, one product each.
 
-use crate::numerics::order::ascending;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Part of a vector below which what is left of it has no digits.
@@ -104,7 +103,9 @@ impl Lanczos {
     /// What is known of the matrix.
     pub fn ritz(&self) -> Ritz {
         let eigen = SymmetricEigen::new(self.matrix());
-        let mut order = ascending(eigen.eigenvalues.as_slice());
+        let values = &eigen.eigenvalues;
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
         order.reverse();
         let last = self.count().saturating_sub(1);
         let value =

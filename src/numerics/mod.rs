@@ -12,7 +12,6 @@ pub mod led;
 pub mod levenberg_marquardt;
 mod linearized;
 pub(crate) mod noise_scale;
-pub mod order;
 pub mod scalar;
 pub(crate) mod spectrum;
 pub mod terms;

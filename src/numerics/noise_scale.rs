@@ -17,7 +17,6 @@ mod samples;
 mod tests;
 
 use crate::numerics::noise_scale::samples::Samples;
-use crate::numerics::order;
 
 /// Orders that are tried. A second difference is the first that a moving signal leaks little into; weights of orders
 /// above six are nearly those of a wave at the Nyquist frequency, which is no average over the spectrum.
@@ -140,7 +139,7 @@ impl Series<'_> {
 /// The step of the lattice that all values are on; none where they are on none that shows.
 pub fn quantum(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
-    order::sort(&mut sorted);
+    sorted.sort_by(f64::total_cmp);
     let range = sorted.last()? - sorted.first()?;
     // Rounding of a unit conversion is no step.
     let steps: Vec<f64> =

@@ -1,7 +1,6 @@
 //! Observations and model, residuals and their autocorrelation, coordinate by coordinate.
 
 use crate::fit::{Abscissa, FitReport, ResidualTests, Series};
-use crate::numerics::order;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{MODEL, OBSERVED, figure};
 use crate::page::html::{escaped, folded, note};
@@ -104,9 +103,9 @@ fn worst(series: &[Series]) -> Vec<&Series> {
     };
     let mut ranked: Vec<(usize, f64)> = series.iter().map(variance).enumerate().collect();
     if ranked.len() > MAX_SERIES {
-        order::sort_down_by(&mut ranked, |x| x.1);
+        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
         ranked.truncate(WORST_SERIES);
-        order::sort_by_key(&mut ranked, |(i, _)| *i);
+        ranked.sort_by_key(|(i, _)| *i);
     }
     ranked.into_iter().map(|(i, _)| &series[i]).collect()
 }

@@ -1,7 +1,6 @@
 //! The rod at a dozen times, with the observed points, in one plane or two.
 
 use crate::fit::{PlotData, RodShape, Series};
-use crate::numerics::order;
 use crate::page::chart::{Chart, labeled};
 use crate::page::figure::{OBSERVED, figure, row};
 use crate::page::html::escaped;
@@ -29,8 +28,8 @@ pub(super) fn planes<'a, I: Iterator<Item = &'a [f64; 3]>>(
     planes.retain(|plane| plane.iter().all(|c| extents[*c] > FLAT * largest));
     let smaller = |plane: &[usize; 2]| extents[plane[0]].min(extents[plane[1]]);
     let larger = |plane: &[usize; 2]| extents[plane[0]].max(extents[plane[1]]);
-    order::sort_down_by(&mut planes, smaller);
-    order::sort_down_by(&mut planes, larger);
+    planes.sort_by(|a, b| smaller(b).total_cmp(&smaller(a)));
+    planes.sort_by(|a, b| larger(b).total_cmp(&larger(a)));
     planes.truncate(2);
     // A rod that stays straight along an axis.
     if planes.is_empty() { vec![[0, 1]] } else { planes }

@@ -1,7 +1,6 @@
 //! What goes wrong in recordings of markers: frames that are lost, labels that change places, and markers
 //! that jump for a frame. All of it is found and told, and mended only where that is asked for.
 
-use crate::numerics::order;
 use crate::numerics::vector::{Vector, components, dot, sub};
 use crate::scene::fault::{Fault, JUMP};
 use crate::scene::track::{Marker, Track};
@@ -124,7 +123,7 @@ impl Track {
     fn distance(&self, a: usize, b: usize) -> Option<f64> {
         let pairs = self.markers()[a].seen.iter().zip(&self.markers()[b].seen);
         let mut all: Vec<f64> = pairs.filter_map(|(a, b)| Some(norm(sub((*a)?, (*b)?)))).collect();
-        order::sort(&mut all);
+        all.sort_by(f64::total_cmp);
         all.get(all.len() / 2).copied()
     }
 

@@ -1,7 +1,5 @@
 //! What somebody may have meant who wrote a name that is none.
 
-use crate::numerics::order;
-
 /// What books write for some of them.
 const SYMBOLS: [(&str, &str); 6] = [
     ("E", "youngs_modulus"),
@@ -28,7 +26,7 @@ pub fn nearest(name: &str, names: &[&str]) -> String {
         return meant.to_string();
     }
     let mut names: Vec<(f64, &str)> = names.iter().map(|n| (likeness(n), *n)).collect();
-    order::sort_down_by(&mut names, |x| x.0);
+    names.sort_by(|a, b| b.0.total_cmp(&a.0));
     let names: Vec<&str> = names.into_iter().take(3).map(|(_, name)| name).collect();
     names.join(", ")
 }

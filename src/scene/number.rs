@@ -98,39 +98,47 @@ impl Quantity {
     }
 }
 
-/// A key of a table, or a place in a list.
-pub trait Key {
-    /// Appends it to a path.
-    fn add_to(self, path: &mut String);
-}
+/// The path of a number in its file, `loads.point.0.force.y`. It is no part of [`Numbers`], so that it is compiled once for all
+/// types of numbers and tables.
+#[derive(Default)]
+struct NumberPath(String);
 
-impl Key for &str {
-    fn add_to(self, path: &mut String) {
-        path.push_str(self);
+impl NumberPath {
+    /// Appends a key, and returns the length before it.
+    #[inline(never)]
+    fn push(&mut self, key: &str) -> usize {
+        let outside = self.0.len();
+        if outside > 0 {
+            self.0.push('.');
+        }
+        self.0.push_str(key);
+        outside
     }
-}
 
-impl Key for usize {
-    fn add_to(self, path: &mut String) {
-        path.push_str(&self.to_string());
+    #[inline(never)]
+    fn truncate(&mut self, length: usize) {
+        self.0.truncate(length);
     }
 }
 
 /// A walk through the numbers of a scene, which makes a `D` of each.
 pub struct Numbers<'a, D> {
-    path: String,
+    path: NumberPath,
     make: &'a mut dyn FnMut(&str, f64, Quantity) -> D,
 }
 
 impl<'a, D> Numbers<'a, D> {
     /// A walk that makes numbers of their names, values and quantities.
     pub fn new(make: &'a mut dyn FnMut(&str, f64, Quantity) -> D) -> Self {
-        Self { path: String::new(), make }
+        Self { path: NumberPath::default(), make }
     }
 
     /// The number under a key.
     pub fn number(&mut self, key: &str, value: f64, quantity: Quantity) -> D {
-        self.table(key, |n| (n.make)(&n.path, value, quantity))
+        let outside = self.path.push(key);
+        let number = (self.make)(&self.path.0, value, quantity);
+        self.path.truncate(outside);
+        number
     }
 
     /// The number under a key, if it is there.
@@ -145,13 +153,9 @@ impl<'a, D> Numbers<'a, D> {
         })
     }
 
-    /// What stands in a table, or in a place of a list.
-    pub fn table<T>(&mut self, key: impl Key, inside: impl FnOnce(&mut Self) -> T) -> T {
-        let outside = self.path.len();
-        if outside > 0 {
-            self.path.push('.');
-        }
-        key.add_to(&mut self.path);
+    /// The numbers of a table.
+    pub fn table<T>(&mut self, key: &str, inside: impl FnOnce(&mut Self) -> T) -> T {
+        let outside = self.path.push(key);
         let found = inside(self);
         self.path.truncate(outside);
         found
@@ -165,7 +169,7 @@ impl<'a, D> Numbers<'a, D> {
         mut entry: impl FnMut(&T, &mut Self) -> U,
     ) -> Vec<U> {
         self.table(key, |n| {
-            let each = |(i, e)| n.table(i, |n| entry(e, n));
+            let each = |(i, e): (usize, &T)| n.table(&i.to_string(), |n| entry(e, n));
             entries.iter().enumerate().map(each).collect()
         })
     }

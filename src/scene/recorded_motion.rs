@@ -1,7 +1,6 @@
 //! Defects of a recorded motion that drives a support: missing frames, jumps, and motion faster than time steps resolve.
 
 use crate::numerics::noise_scale::{NoEstimate, Series, quantum};
-use crate::numerics::order;
 use crate::numerics::spectrum::{harmonic_variances, intervals};
 use crate::scene::fault::Fault;
 use crate::scene::track::{Marker, Track, way};
@@ -205,7 +204,7 @@ fn jumps(times: &[f64], marker: &Marker, step: f64, least: f64) -> Option<Fault>
         Some(distance([0, 1, 2].map(|i| a[i] - 2.0 * b[i] + c[i]), [0.0; 3]) / 6.0_f64.sqrt())
     };
     let mut seconds: Vec<f64> = marker.seen.windows(3).filter_map(second).collect();
-    order::sort(&mut seconds);
+    seconds.sort_by(f64::total_cmp);
     let noise = seconds.get(seconds.len() / 2).copied().unwrap_or(0.0);
     let resolution = [0, 1, 2].map(|c| {
         let values: Vec<f64> = marker.seen.iter().flatten().map(|place| place[c]).collect();

@@ -1,7 +1,6 @@
 //! Sections and materials that change along the rod.
 
 use crate::error::Error;
-use crate::numerics::order;
 use crate::numerics::scalar::Scalar;
 use crate::scene::along::Along;
 use crate::scene::material::Material;
@@ -97,7 +96,7 @@ impl<D> Taper<D> {
     pub(crate) fn breaks(&self) -> Vec<f64> {
         let mut breaks = vec![0.0, 1.0];
         breaks.extend(self.each().flat_map(|(_, factor)| factor.breaks()));
-        order::sort(&mut breaks);
+        breaks.sort_by(f64::total_cmp);
         breaks.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
         breaks
     }

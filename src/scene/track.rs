@@ -6,7 +6,6 @@ use crate::input::track;
 use crate::input::track::recording::Recording;
 use crate::input::track::sheet::Sighted;
 use crate::numerics::hermite::Hermite;
-use crate::numerics::order;
 use crate::numerics::scalar::Scalar;
 use crate::numerics::vector::Vector;
 use crate::scene::fault::Fault;
@@ -196,7 +195,7 @@ impl Track {
     /// The usual time between two frames, s.
     pub(super) fn usual_step(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|t| t[1] - t[0]).collect();
-        order::sort(&mut steps);
+        steps.sort_by(f64::total_cmp);
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 

@@ -11,7 +11,6 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::numerics::order;
 use crate::numerics::vector::{dot, sub, unit};
 use crate::problem::Model;
 use crate::problem::{
@@ -162,7 +161,7 @@ impl Problem {
                 all += Vibrating::of(&discretized, &q, &frames)?.add(count, &mut modes)?;
             }
         }
-        order::sort_by(&mut modes, |x| x.frequency_rad_s);
+        modes.sort_by(|a, b| a.frequency_rad_s.total_cmp(&b.frequency_rad_s));
         let growing = modes.iter().filter(|mode| mode.frequency_rad_s < 0.0).count();
         modes.truncate(count.max(growing));
         let frequencies_rad_s = modes.iter().map(|mode| mode.frequency_rad_s).collect();

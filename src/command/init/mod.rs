@@ -9,7 +9,6 @@ use crate::command::output::{Output, Outputs};
 use crate::command::{Manner, conclude};
 use clap::ValueEnum;
 use rodfit::fit::{Inspection, Recording, RestShape, placeholders};
-use rodfit::numerics::order;
 use rodfit::scene::Track;
 use rodfit::summary::{Summary, Tone};
 use rodfit::{Error, Observation, Scene};
@@ -208,7 +207,7 @@ fn cable(scene: &str, track: &Track, file: &str, keys: &str) -> String {
                 Some((0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt())
             };
             let mut all: Vec<f64> = both.filter_map(distance).collect();
-            order::sort(&mut all);
+            all.sort_by(f64::total_cmp);
             all.get(all.len() / 2).map_or(0.0, |length| (length * 1e5).round() / 1e5)
         })
         .collect();
@@ -221,7 +220,7 @@ fn cable(scene: &str, track: &Track, file: &str, keys: &str) -> String {
     let flat = markers.iter().flat_map(|m| m.seen.iter().flatten()).all(|x| x[2] == 0.0);
     let gravity = if flat { "[0, -9.81, 0]" } else { "[0, 0, -9.81]" };
     let mut steps: Vec<f64> = track.times().windows(2).map(|t| t[1] - t[0]).collect();
-    order::sort(&mut steps);
+    steps.sort_by(f64::total_cmp);
     let step = steps.get(steps.len() / 2).copied().unwrap_or(0.01);
     [
         ("{segments}", (markers.len() - 1).to_string()),

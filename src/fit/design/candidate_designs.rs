@@ -8,7 +8,6 @@ use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::misfit::ar1::usual_spacing;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use crate::scene::Point;
 use std::ops::Range;
 
@@ -161,7 +160,7 @@ impl CandidateDesigns {
                 continue;
             }
             places.push((experiment.problem.arc_length(observation.point)?, Kind::Own));
-            order::sort_by(&mut places, |x| x.0);
+            places.sort_by(|a, b| a.0.total_cmp(&b.0));
             let choice = |(s, kind): (f64, Kind)| {
                 let keep =
                     |b: &Block, _, _| if mine(b) { b.kind == kind } else { b.kind == Kind::Own };

@@ -9,7 +9,6 @@ use crate::input::track::format::Format;
 use crate::input::track::recording::{Recording, Vertical};
 use crate::input::track::sheet::{Clock, Lengths, Sheet, Sighted};
 use crate::numerics::noise_scale::Series;
-use crate::numerics::order;
 use crate::scene::{LostFrames, SwappedLabels, Track};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -260,7 +259,7 @@ fn quoted(text: &str) -> String {
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {
-    order::sort(&mut values);
+    values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
 }
 

@@ -71,7 +71,7 @@ pub(crate) fn ar1_factor(correlation: f64, spacings: f64) -> f64 {
 /// The median distance of neighbours; none where there are not two places.
 pub(crate) fn usual_spacing(times: &[f64]) -> Option<f64> {
     let mut distances: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    crate::numerics::order::sort(&mut distances);
+    distances.sort_by(f64::total_cmp);
     distances.get(distances.len() / 2).copied().filter(|spacing| *spacing > 0.0)
 }
 

@@ -6,7 +6,6 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::uncertainty::discrepancy::free_run::{Followed, STARTING, led};
-use crate::numerics::order;
 use crate::problem::Problem;
 use crate::scene::{Point, Track};
 use rayon::prelude::*;
@@ -255,7 +254,7 @@ fn windows(all: &[One]) -> Vec<WindowError> {
 
 fn speeds(all: &[One]) -> Vec<SpeedError> {
     let mut sorted: Vec<f64> = all.iter().flat_map(|one| &one.speeds).map(|(v, _)| *v).collect();
-    order::sort(&mut sorted);
+    sorted.sort_by(f64::total_cmp);
     let Some(fastest) = sorted.last().copied().filter(|v| *v > 0.0) else { return Vec::new() };
     let fast = sorted[((sorted.len() - 1) as f64 * SLOWER) as usize];
     let step = round_step(if fast > 0.0 { fast } else { fastest } / SPEEDS);

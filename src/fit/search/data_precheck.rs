@@ -18,7 +18,6 @@ use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::{ResidualTests, significance_level};
 use crate::fit::unknown::Unknown;
 use crate::input::onset::onset_of_motion;
-use crate::numerics::order;
 use crate::numerics::vector::{Vector, dot, scale, sub};
 use crate::scene::Parameter;
 use crate::scene::Point;
@@ -163,7 +162,7 @@ impl Observation {
             })
         });
         let mut off: Vec<f64> = off.collect();
-        order::sort(&mut off);
+        off.sort_by(f64::total_cmp);
         self.sigma.unwrap_or_else(|| off.get(off.len() / 2).map_or(0.0, |median| 1.5 * median))
     }
 }

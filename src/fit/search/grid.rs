@@ -1,7 +1,6 @@
 //! The misfit over a grid of starts: its minima are where fits may end.
 
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -129,7 +128,7 @@ impl Grid {
             .filter(|index| self.points[*index].1.is_finite() && is_minimum(*index))
             .map(|index| (self.points[index].0.clone(), self.points[index].1, spacing(index)))
             .collect();
-        order::sort_by(&mut minima, |x| x.1);
+        minima.sort_by(|a, b| a.1.total_cmp(&b.1));
         minima
     }
 }

@@ -4,7 +4,6 @@ use crate::fit::search::grid::{Grid, Landscape};
 use crate::fit::search::local_minima::{LocalMinima, SAME, distance, local_minima, values};
 use crate::fit::search::minimum::{Minimum, Squares};
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -187,7 +186,7 @@ impl Journal {
         };
         let mut history: Vec<Iterate> = self.records().history.iter().map(iterate).collect();
         // Threads share the counter.
-        order::sort_by(&mut history, |iterate| iterate.simulations);
+        history.sort_by(|a, b| a.simulations.total_cmp(&b.simulations));
         history
     }
 

@@ -4,7 +4,6 @@
 use crate::fit::search::grid::Grid;
 use crate::fit::search::minimum::Minimum;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 
 /// Minima of the scan that are listed; all are counted.
@@ -67,7 +66,7 @@ pub(crate) fn local_minima(
 ) -> LocalMinima {
     let misfit = |minimum: &Minimum| minimum.squares.misfit(sigmas);
     let mut minima: Vec<&Minimum> = minima.iter().collect();
-    order::sort_by(&mut minima, |minimum| misfit(minimum));
+    minima.sort_by(|a, b| misfit(a).total_cmp(&misfit(b)));
     // New weights and other meshes move the chosen one a little.
     let mut reached: Vec<&Minimum> = chosen.into_iter().collect();
     for minimum in minima {

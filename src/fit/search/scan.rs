@@ -13,7 +13,6 @@ use crate::fit::search::journal::{Stage, Visit};
 use crate::fit::search::{Search, Task};
 use crate::fit::unknown::Unknown;
 use crate::numerics::half_square;
-use crate::numerics::order;
 use crate::problem::Problem;
 use crate::scene::Parameter;
 use crate::scene::number::Candidates;
@@ -155,7 +154,7 @@ impl Search<'_> {
                 };
                 let middles: Vec<f64> = values.windows(2).map(middle).collect();
                 values.extend(middles);
-                order::sort(&mut values);
+                values.sort_by(f64::total_cmp);
             }
             values
         };

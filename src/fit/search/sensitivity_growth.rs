@@ -23,7 +23,6 @@ use crate::fit::measurement::motion::{Observation, Sample};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use statrs::statistics::{Data, Median};
 
 /// Largest `|dx/d ln p|` over `L + v t` that is no exponential growth. A phase that goes with `p^k` has `k`, at most 2 for
@@ -172,7 +171,7 @@ fn samples(
         }
         own.for_each(drop);
     }
-    order::sort_by(&mut samples, |s| s.time);
+    samples.sort_by(|a, b| a.time.total_cmp(&b.time));
     samples
 }
 

@@ -16,7 +16,7 @@ use crate::fit::search::neighbors;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::search::scan::Candidate;
 use crate::fit::unknown::Unknown;
-use crate::numerics::{half_square, order};
+use crate::numerics::half_square;
 use rayon::prelude::*;
 
 /// Candidates of the scan that are refined.
@@ -255,7 +255,7 @@ impl Search<'_> {
         let durations = self.durations();
         let mut horizons = first.clone();
         loop {
-            order::sort_by(&mut candidates, |x| x.cost);
+            candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
             let best = candidates[0].cost;
             candidates.retain(|c| c.cost <= 4.0 * best);
             candidates.dedup_by(|a, b| is_near(&a.x, &b.x));
@@ -328,7 +328,7 @@ impl Search<'_> {
 
 /// The best of the points scanned that are not near a better one.
 fn apart(mut scanned: Vec<Candidate>, effort: &ScanLevel) -> Vec<Candidate> {
-    order::sort_by(&mut scanned, |x| x.cost);
+    scanned.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut candidates: Vec<Candidate> = Vec::new();
     for candidate in scanned {
         let far = |other: &Candidate| distance(&candidate.x, &other.x) > 0.9;

@@ -2,7 +2,6 @@
 
 use crate::code::Code;
 use crate::fit::uncertainty::covariance::identifiability::{Finding, in_one_sentence};
-use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::fmt;
@@ -189,7 +188,7 @@ impl Warnings {
 
     /// The texts with their codes, the most severe first; of many alike some, and of which experiments the others are.
     pub fn into_words(mut self) -> (Vec<String>, Vec<Code>) {
-        order::sort_by_key(&mut self.0, |w| w.severity);
+        self.0.sort_by_key(|w| w.severity);
         let kind = |w: &Warning| Some((w.severity, w.alike.as_ref()?.0));
         let (mut words, mut codes) = (Vec::new(), Vec::new());
         let mut say = |code: Code, said: &dyn fmt::Display| {
@@ -225,7 +224,7 @@ fn likewise(kind: &str, others: &[&Warning]) -> String {
         }
     }
     experiments.retain(|(name, _)| !name.is_empty());
-    order::sort_by_key(&mut experiments, |(_, count)| Reverse(*count));
+    experiments.sort_by_key(|(_, count)| Reverse(*count));
     let further = experiments.len().saturating_sub(NAMED);
     let named = experiments.iter().take(NAMED);
     let named: Vec<String> = named.map(|(name, count)| format!("{count} in {name}")).collect();

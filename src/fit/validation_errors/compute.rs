@@ -18,7 +18,6 @@ use crate::fit::uncertainty::discrepancy::free_run::RecordingErrors;
 use crate::fit::validation_errors::report::{
     FailedPrediction, MeasurementError, ValidationReport, ValidationSummary,
 };
-use crate::numerics::order;
 use rayon::prelude::*;
 
 /// Errors of one experiment, with its plots.
@@ -198,7 +197,7 @@ fn errors(search: &Search, found: &Optimum) -> Vec<MeasurementError> {
 impl Group {
     fn error(self, experiment: String) -> MeasurementError {
         let mut absolute: Vec<f64> = self.differences.iter().map(|d| d.abs()).collect();
-        order::sort(&mut absolute);
+        absolute.sort_by(f64::total_cmp);
         let n = absolute.len().max(1) as f64;
         let rms = (absolute.iter().map(|d| d * d).sum::<f64>() / n).sqrt();
         let size = (self.size / n).sqrt();
@@ -234,7 +233,7 @@ fn summaries(errors: &[MeasurementError]) -> Vec<ValidationSummary> {
     }
     let summary = |unit: &&str| {
         let mut own: Vec<&MeasurementError> = errors.iter().filter(|e| e.unit == *unit).collect();
-        order::sort_by(&mut own, |error| error.mean);
+        own.sort_by(|a, b| a.mean.total_cmp(&b.mean));
         let means: Vec<f64> = own.iter().map(|error| error.mean).collect();
         let worst = own.last()?;
         Some(ValidationSummary {

@@ -2,7 +2,6 @@
 
 use crate::error::Error;
 use crate::input::track::sheet::{Lines, Row, Sighted};
-use crate::numerics::order;
 use std::collections::HashMap;
 
 /// Most places of all markers in all frames: a line for each of a million markers would make a million rows of a million.
@@ -41,7 +40,7 @@ impl Sightings {
         axes: [bool; 3],
         sure: bool,
     ) -> Result<(Vec<Row>, Vec<Sighted>), Error> {
-        order::sort_by(&mut self.all, |x| x.row.clock);
+        self.all.sort_by(|a, b| a.row.clock.total_cmp(&b.row.clock));
         let mut rows: Vec<Row> = Vec::new();
         for sighting in &self.all {
             // Zero and minus zero are one time.

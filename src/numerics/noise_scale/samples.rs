@@ -1,7 +1,6 @@
 //! Samples whose differences show noise, without repeated frames, and those differences.
 
 use crate::numerics::noise_scale::{HIGHEST_ORDER, Series};
-use crate::numerics::order;
 
 /// A step of the clock this many times the median one is a gap: a difference across it sees too much of the signal.
 const GAP: f64 = 2.5;
@@ -30,7 +29,7 @@ impl Samples {
         let total = series.values.len();
         let is_excluded = |k: usize| series.excluded.get(k).copied().unwrap_or(false);
         let mut distinct = series.values.to_vec();
-        order::sort(&mut distinct);
+        distinct.sort_by(f64::total_cmp);
         distinct.dedup();
         let is_coarse = (distinct.len() as f64) < DISTINCT * total as f64;
         let mut samples = Self {
@@ -51,7 +50,7 @@ impl Samples {
         }
         samples.is_outlier = vec![false; samples.values.len()];
         let mut steps: Vec<f64> = samples.times.windows(2).map(|w| w[1] - w[0]).collect();
-        order::sort(&mut steps);
+        steps.sort_by(f64::total_cmp);
         samples.longest_step = steps.get(steps.len() / 2).map_or(f64::INFINITY, |step| GAP * step);
         samples
     }
@@ -64,7 +63,7 @@ impl Samples {
             let last = self.values.len().saturating_sub(2);
             let found: Vec<(usize, f64)> = (0..last).filter_map(normalized).collect();
             let mut sizes: Vec<f64> = found.iter().map(|(_, d)| d.abs()).collect();
-            order::sort(&mut sizes);
+            sizes.sort_by(f64::total_cmp);
             let Some(median) = sizes.get(sizes.len() / 2).filter(|median| **median > 0.0) else {
                 break;
             };

@@ -15,7 +15,6 @@ use crate::fit::uncertainty::covariance::gauss_newton::LinearFit;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::noise::residual_noise::weighted;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use crate::scene::Parameter;
 use nalgebra::{DMatrix, Dyn, QR};
 use std::borrow::Borrow;
@@ -257,7 +256,7 @@ pub(crate) fn per_cents(
             };
             all.push(InputSensitivity { source: change.source.clone(), change: by, relative });
         }
-        order::sort_down_by(&mut all, |x| x.change.abs());
+        all.sort_by(|a, b| b.change.abs().total_cmp(&a.change.abs()));
         all
     };
     estimates.iter().enumerate().map(of).collect()

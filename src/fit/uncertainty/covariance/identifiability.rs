@@ -7,7 +7,6 @@
 use crate::code::Code;
 use crate::fit::search::damping::is_damping;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use crate::scene::Parameter;
 use serde::{Deserialize, Serialize};
 
@@ -207,7 +206,7 @@ fn sum(combination: &[(&Unknown, f64)]) -> String {
 fn said(combination: &[(&Unknown, f64)]) -> Vec<usize> {
     let mut all: Vec<usize> = (0..combination.len()).collect();
     if all.len() > MANY[0] {
-        order::sort_by(&mut all, |k| -combination[*k].1.abs());
+        all.sort_by(|a, b| combination[*b].1.abs().total_cmp(&combination[*a].1.abs()));
         all.truncate(MANY[1]);
     }
     all

@@ -38,7 +38,6 @@ use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::uncertainty::noise::adequacy::VarianceAlong;
 use crate::fit::uncertainty::noise::residual_noise::weighted_residuals;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use crate::scene::Parameter;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
@@ -314,7 +313,9 @@ impl TestInputs<'_> {
         if !is_coarse {
             let mut order: Vec<usize> =
                 (0..weighed.len()).filter(|k| weighed[*k].is_large()).collect();
-            order::sort_down_by(&mut order, |k| weighed[*k].largest_change());
+            order.sort_by(|a, b| {
+                weighed[*b].largest_change().total_cmp(&weighed[*a].largest_change())
+            });
             for k in order.into_iter().take(MOST_RELINEARIZED) {
                 let change = changes[weighed[k].term];
                 let slope = weighed[k].answer.slope.clone();

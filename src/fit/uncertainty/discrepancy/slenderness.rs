@@ -20,7 +20,6 @@ use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::{Severity, Warnings, percent};
 use crate::fit::uncertainty::noise::residual_noise::Noise;
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use crate::numerics::vector::{add, dot, scale, sub};
 use crate::problem::Problem;
 use crate::scene::{Parameter, Scene};
@@ -125,7 +124,7 @@ pub(crate) fn check_slenderness(
         })
         .filter(|(bias, _)| bias.std_errors.abs() > WORTH_A_NOTE)
         .collect();
-    order::sort_down_by(&mut named, |(bias, _)| bias.std_errors.abs());
+    named.sort_by(|a, b| b.0.std_errors.abs().total_cmp(&a.0.std_errors.abs()));
     let soft = percent(usual.largest);
     let Some((worst, _)) = named.first() else {
         // Not even the size is known where no parameter has an answer to it.

@@ -6,7 +6,6 @@ use crate::fit::search::fitted::MeasuredResiduals;
 use crate::numerics::noise_scale::{
     FEWEST_DIFFERENCES, NoEstimate, NoiseEstimate, Series, quantum,
 };
-use crate::numerics::order;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -75,7 +74,7 @@ impl CoordinateSamples {
         let factors: Vec<f64> = measurement.sigmas(*sigma).iter().map(|own| own / sigma).collect();
         let mut places: Vec<(usize, f64)> =
             coordinate.places.iter().filter(|(k, _)| *k < residuals.len()).copied().collect();
-        order::sort_by(&mut places, |x| x.1);
+        places.sort_by(|a, b| a.1.total_cmp(&b.1));
         let pick = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
             places.iter().map(|(k, _)| of(*k)).collect()
         };
@@ -116,7 +115,7 @@ impl CoordinateSamples {
     /// Residuals that are outliers: normal noise has one in 150,000.
     pub fn outliers(&self) -> Vec<bool> {
         let mut sizes: Vec<f64> = self.residuals.iter().map(|r| r.abs()).collect();
-        order::sort(&mut sizes);
+        sizes.sort_by(f64::total_cmp);
         let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
         let most = OUTLYING * median / MEDIAN_DEVIATION;
         self.residuals.iter().map(|r| median > 0.0 && r.abs() > most).collect()

@@ -3,8 +3,6 @@
 //! One bad recording of many does not speak against the set-up that all of them share: scale, clock, origin, followed point. So
 //! the unexplained part of the motion is compared with its median over the experiments.
 
-use crate::numerics::order;
-
 /// Fewest experiments of which one can stand out.
 const FEWEST: usize = 3;
 
@@ -49,7 +47,7 @@ impl UnexplainedParts {
     /// Median of the unexplained parts.
     pub fn median(&self) -> f64 {
         let mut parts: Vec<f64> = self.0.iter().map(UnexplainedPart::relative).collect();
-        order::sort_by(&mut parts, |part| *part);
+        parts.sort_by(|a, b| a.total_cmp(b));
         match parts.len() {
             0 => 0.0,
             n => 0.5 * (parts[(n - 1) / 2] + parts[n / 2]),

@@ -12,7 +12,6 @@ use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::fit::uncertainty::noise::autocorrelation::{Correlations, Series};
 use crate::fit::unknown::Unknown;
-use crate::numerics::order;
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -249,7 +248,7 @@ fn spread_of(unknown: &Unknown, value: f64, mut x: Vec<f64>) -> Option<Bootstrap
     if x.len() < 2 {
         return None;
     }
-    order::sort(&mut x);
+    x.sort_by(f64::total_cmp);
     let n = x.len() as f64;
     let mean = x.iter().sum::<f64>() / n;
     let sd = (x.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
