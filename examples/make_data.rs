@@ -105,7 +105,7 @@ fn droop(
 fn spoil(from: &str, seed: u64, file: &str) -> Result<(), Box<dyn std::error::Error>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut text = String::from("t[s],x[m],y[m]\n");
-    for sample in Observation::read(from)?.samples {
+    for sample in Observation::read(from)?.data.samples {
         let time = sample.time - 0.03;
         if time < -1e-9 || random.random_bool(0.2) {
             continue;

@@ -117,7 +117,7 @@ fn found(scene: &Scene, joints: usize) -> Result<(), Error> {
         };
         let samples = run.times().iter().enumerate().map(seen).collect();
         let point = Point::Node(node);
-        fit = fit.observe(Observation { point, sigma: Some(NOISE), ..Observation::new(samples) });
+        fit = fit.observe(Observation::new(samples).at(point).sigma(NOISE));
     }
     let name = "natural_curvature".into();
     let report = fit.along(Field { name, sigma: 0.4, length: 0.05 }).solve()?;

@@ -165,9 +165,8 @@ fn with_noise(mut experiments: Vec<Experiment>, seed: u64) -> Vec<Experiment> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     for measurement in experiments.iter_mut().flat_map(|e| &mut e.measurements) {
-        let rodfit::fit::Measurement::Motion(motion) = measurement else { continue };
-        for x in motion.samples.iter_mut().flat_map(|s| &mut s.position).flatten() {
-            *x += SIGMA * normal();
+        if measurement.motion().is_some() {
+            measurement.data.values_mut().into_iter().for_each(|x| *x += SIGMA * normal());
         }
     }
     experiments

@@ -103,12 +103,13 @@ impl Fit {
         let seen = samples.enumerate().filter(|(_, s)| s.position.iter().any(Option::is_some));
         let (sigmas, seen): (Vec<Option<f64>>, Vec<Sample>) = seen.map(|(k, s)| (of(k), s)).unzip();
         let sigmas: Vec<f64> = sigmas.into_iter().flatten().collect();
-        let observation = Observation::new(seen)
+        let mut observation = Observation::new(seen)
             .sigmas(&sigmas)
             .at(said(py, "at", point)?)
             .loss(said(py, "loss", loss)?);
         let mut fit = self.lock();
-        *fit = fit.clone().observe(Observation { held_out, ..observation });
+        observation.header.held_out = held_out;
+        *fit = fit.clone().observe(observation);
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use crate::command::output::Outputs;
 use crate::command::{Json, Manner, conclude, fit, limits, terminal};
-use rodfit::fit::{FitFile, Measurement};
+use rodfit::fit::FitFile;
 use rodfit::{Error, page};
 use std::path::PathBuf;
 
@@ -73,11 +73,7 @@ fn set_sigma(file: &mut FitFile, sigma: f64) -> Result<(), Error> {
         return Err(Error::Invalid { file: None, key: "--sigma".into(), found, allowed });
     }
     for measurement in file.experiments.iter_mut().flat_map(|e| &mut e.measurements) {
-        match measurement {
-            Measurement::Motion(o) => o.sigma = o.sigma.or(Some(sigma)),
-            Measurement::RestShape(s) => s.sigma = s.sigma.or(Some(sigma)),
-            _ => {}
-        }
+        measurement.header.sigma.get_or_insert(sigma);
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 //! today, measured to within a factor of two or so: they tell a coffee from a night and a night from a year.
 
 use crate::command::{Manner, terminal};
-use rodfit::fit::{Experiment, FitFile, Measurement};
+use rodfit::fit::{Experiment, FitFile, Measurement, PointMotion};
 use rodfit::scene::{Dimension, Shape};
 use rodfit::{Code, Error, Problem, Scene};
 use std::path::PathBuf;
@@ -197,7 +197,7 @@ fn of_runs(file: &FitFile, path: PathBuf, runs: f64) -> Estimate {
 /// Steps until the last of what was recorded, and the number of points.
 fn recorded(experiment: &Experiment) -> (f64, f64) {
     let motions = || experiment.measurements.iter().filter_map(Measurement::motion);
-    let last = |o: &rodfit::Observation| o.samples.last().map_or(0.0, |sample| sample.time);
+    let last = |o: &PointMotion| o.samples.last().map_or(0.0, |sample| sample.time);
     let end = motions().map(last).fold(0.0, f64::max);
     let time = experiment.problem.scene().time.as_ref();
     let steps = time.map_or(0.0, |time| (end.min(time.end) / time.step_size()).ceil());

@@ -9,8 +9,9 @@
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::frequencies::{Frequencies, Frequency};
+use crate::fit::measurement::frequencies::{Frequency, ModeFrequencies};
 use crate::fit::validate::key;
 use crate::problem::Problem;
 
@@ -57,11 +58,9 @@ pub(crate) fn check_duplicates(experiments: &[Experiment]) -> Result<(), Error> 
         for (a, (earlier, i)) in listed[..b].iter().enumerate() {
             let pair = (&earlier.measurements[*i], &later.measurements[*j]);
             let same_rod = earlier.name == later.name;
-            let shared = match pair {
-                (Measurement::Frequencies(one), Measurement::Frequencies(other)) => {
-                    same_frequencies(one, other, same_rod)
-                }
-                (one, other) if is_alike(one, other) => common(&records[a], &records[b]),
+            let shared = match (pair.0.frequencies(), pair.1.frequencies()) {
+                (Some(one), Some(other)) => same_frequencies(one, other, same_rod),
+                _ if is_alike(pair.0, pair.1) => common(&records[a], &records[b]),
                 _ => None,
             };
             if let Some(count) = shared {
@@ -84,44 +83,23 @@ fn twice(earlier: (&Experiment, usize), later: (&Experiment, usize), count: usiz
 
 /// Whether two measurements are of one quantity.
 fn is_alike(one: &Measurement, other: &Measurement) -> bool {
-    match (one, other) {
-        (Measurement::Motion(_), Measurement::Motion(_))
-        | (Measurement::RestShape(_), Measurement::RestShape(_)) => true,
-        (Measurement::Gauge(one), Measurement::Gauge(other)) => one.unit == other.unit,
-        _ => false,
-    }
+    one.table() == other.table() && one.unit() == other.unit()
 }
 
 /// The coordinates of a measurement, in order of time or place.
 fn records(measurement: &Measurement, problem: &Problem) -> Vec<Record> {
-    let mut records: Vec<Record> = Vec::new();
-    let mut add = |axis: &'static str, mut pairs: Vec<[f64; 2]>| {
+    let all = measurement.values_in_order();
+    let record = |Coordinate { axis, places }: Coordinate| {
+        let mut pairs: Vec<[f64; 2]> = places.into_iter().map(|(k, at)| [at, all[k]]).collect();
         pairs.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        if pairs.is_empty() {
-            return;
-        }
-        let values: Vec<f64> = pairs.iter().map(|pair| pair[1]).collect();
-        let at = pairs.iter().map(|pair| pair[0]).collect();
-        records.push(Record { axis, at, rounding: rounding(&values), values });
+        let (at, values): (Vec<f64>, Vec<f64>) = pairs.into_iter().map(|[at, x]| (at, x)).unzip();
+        Record { axis, at, rounding: rounding(&values), values }
     };
-    match measurement {
-        Measurement::Motion(_) | Measurement::RestShape(_) => {
-            let positions = measurement.positions(problem);
-            for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-                let seen = positions.iter().filter_map(|(at, x)| Some([*at, x[c]?]));
-                add(axis, seen.collect());
-            }
-        }
-        Measurement::Gauge(gauge) => {
-            let readings = gauge.readings.iter().enumerate();
-            let at = readings.map(|(k, r)| [r.time.unwrap_or(k as f64), r.value]);
-            add("reading", at.collect());
-        }
-        Measurement::Frequencies(_) => {}
-    }
+    let mut records: Vec<Record> =
+        measurement.coordinates(problem).into_iter().map(record).collect();
     // The coordinate that moves most shows how fine the digits are; one that hardly moves is compared with them too.
     let range = records.iter().map(Record::range).fold(0.0, f64::max);
-    let fine = if matches!(measurement, Measurement::Motion(_)) { FINE } else { FINE_OF_A_LIST };
+    let fine = if measurement.motion().is_some() { FINE } else { FINE_OF_A_LIST };
     for record in records.iter_mut().filter(|record| 2.0 * record.rounding > fine * range) {
         record.rounding = 0.0;
     }
@@ -213,7 +191,11 @@ impl Record {
 }
 
 /// How many frequencies two lists have in common, where one is a part of the other: two rods may agree in a few.
-fn same_frequencies(one: &Frequencies, other: &Frequencies, same_rod: bool) -> Option<usize> {
+fn same_frequencies(
+    one: &ModeFrequencies,
+    other: &ModeFrequencies,
+    same_rod: bool,
+) -> Option<usize> {
     if one.among != other.among {
         return None;
     }

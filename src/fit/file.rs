@@ -6,7 +6,6 @@ use crate::fit::Fit;
 use crate::fit::field::Field;
 use crate::fit::frequencies_form::FrequenciesForm;
 use crate::fit::known::{self, Known};
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::observation_form::ObservationForm;
 use crate::fit::parameter_form::{KnownForm, ParameterForm};
@@ -400,7 +399,7 @@ impl FitFile {
     /// The files of its scenes and data.
     pub fn files(&self) -> Vec<PathBuf> {
         let of = |e: &Experiment| {
-            let data = e.measurements.iter().filter_map(Measurement::source).cloned();
+            let data = e.measurements.iter().filter_map(|m| m.header.source.clone());
             e.problem.scene().files().into_iter().chain(data).collect::<Vec<_>>()
         };
         self.experiments.iter().flat_map(of).collect()

@@ -59,7 +59,7 @@ impl FrequenciesForm {
             frequencies = frequencies.of_modes(&modes)?;
         }
         let Self { plane, kind, direction, loss, held_out, .. } = self;
-        let among = Among { plane, kind, direction };
-        Ok(Measurement::Frequencies(Frequencies { among, loss, held_out, ..frequencies }))
+        frequencies.among = Among { plane, kind, direction };
+        Ok(frequencies.stated(None, loss, held_out).into())
     }
 }

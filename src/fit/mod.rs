@@ -47,19 +47,21 @@ pub use extend::ExtendedFit;
 pub use field::{Field, FieldEstimate, FieldFit, FieldReport, SingleEstimate};
 pub use file::FitFile;
 pub use known::{Correlation, Known};
-pub use measurement::Measurement;
+pub use measurement::dataset::{Abscissa, Dataset, Dropped, Header};
 pub use measurement::experiment::Experiment;
-pub use measurement::frequencies::{Frequencies, Frequency};
-pub use measurement::gauge::{Gauge, Moving, Quantity, Reading, Sight};
+pub use measurement::frequencies::{Frequencies, Frequency, ModeFrequencies};
+pub use measurement::gauge::{Gauge, GaugeReadings, Reading};
 pub use measurement::inspection::{InspectedMarker, Inspection};
 pub use measurement::loss::Loss;
-pub use measurement::motion::{Dropped, Glitches, Observation, Sample};
-pub use measurement::shape::{RestShape, Sighting};
+pub use measurement::motion::{Glitches, Observation, PointMotion, Sample};
+pub use measurement::quantity::{Moving, Quantity, Sight};
+pub use measurement::shape::{EquilibriumShape, RestShape, Sighting};
+pub use measurement::{MeasuredData, Measurement};
 pub use misfit::residual_tests::ResidualTests;
 pub use misfit::residuals::Residuals;
 pub use report::fit_summary::FitSummary;
 pub use report::plot_data::{
-    Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
+    Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };
 pub use report::recorded_motion::{
     MeanError, RecordedMotion, RecordedSnapshot, RecordingPlots, SpeedError, WindowError,

@@ -144,10 +144,7 @@ impl ObservationForm {
         let ObservationKeys { fps, scale, origin, y, time_zero, point, .. } = form;
         let ObservationKeys { offset, sigma, loss, held_out, .. } = form;
         let (sigma, columns) = sigma.map_or((None, None), Sigma::parts);
-        let said = |o: Observation| {
-            let sigma = sigma.or(o.sigma);
-            Measurement::Motion(Observation { offset, sigma, loss, held_out, ..o })
-        };
+        let said = |o: Observation| o.offset(offset).stated(sigma, loss, held_out).into();
         let recording = Recording {
             format,
             marker,

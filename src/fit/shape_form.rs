@@ -58,7 +58,6 @@ impl ShapeForm {
                 return Err(Error::invalid(format!("{key}.at"), found, allowed));
             }
         };
-        let sigma = sigma.or(read.sigma);
-        Ok(Measurement::RestShape(RestShape { sigma, loss, held_out, ..read }))
+        Ok(read.stated(sigma, loss, held_out).into())
     }
 }

@@ -3,8 +3,10 @@
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
+use crate::fit::measurement::dataset::Subject;
 use crate::fit::measurement::experiment::{Experiment, all, fitted};
-use crate::fit::measurement::motion::Sample;
+use crate::fit::measurement::motion::PointMotion;
+use crate::fit::measurement::shape::EquilibriumShape;
 use crate::fit::uncertainty::analysis::Analysis;
 use crate::fit::uncertainty::discrepancy::omitted_terms::EXTENSIONS;
 use crate::fit::unknown::{Prior, Unknown};
@@ -98,7 +100,7 @@ pub(crate) fn check_predicted(experiments: &[Experiment]) -> Result<(), Error> {
 /// Refuses what is only planned.
 pub(crate) fn recorded(experiments: &[Experiment]) -> Result<(), Error> {
     for experiment in experiments {
-        if let Some(i) = experiment.measurements.iter().position(Measurement::planned) {
+        if let Some(i) = experiment.measurements.iter().position(|m| m.planned()) {
             let key = format!("{}.file", key(experiment, i));
             let allowed = "a file; use `rodfit design` for a plan";
             return Err(Error::invalid(key, "none, as it is only planned", allowed));
@@ -182,8 +184,8 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
         // What else is wrong with a rod of this start is said where it is simulated.
         let Ok(there) = experiment.problem.varied([(unknown.parameter, start)]) else { continue };
         for (k, measurement) in experiment.measurements.iter().enumerate() {
-            let Measurement::Motion(observation) = measurement else { continue };
-            if let Err(error) = there.stencil(observation.point) {
+            let Some(motion) = measurement.motion() else { continue };
+            if let Err(error) = there.stencil(motion.point) {
                 let found = format!(
                     "{start}, with which {}.point is not on the rod: {error}",
                     key(experiment, k)
@@ -199,26 +201,15 @@ fn check_starts(experiment: &Experiment, unknowns: &[Unknown]) -> Result<(), Err
 /// Whether a point is named by the index of a node; markers of a recording have their nodes.
 fn names_nodes(measurement: &Measurement) -> bool {
     let is_node = |point: Point| matches!(point, Point::Node(_));
-    match measurement {
-        Measurement::Motion(observation) => {
-            observation.marker.is_none() && is_node(observation.point)
-        }
-        Measurement::RestShape(shape) => shape.sightings.iter().any(|s| is_node(s.point)),
-        Measurement::Frequencies(_) | Measurement::Gauge(_) => false,
-    }
+    let of_motion = |m: &PointMotion| m.marker.is_none() && is_node(m.point);
+    let of_shape = |s: &EquilibriumShape| s.sightings.iter().any(|s| is_node(s.point));
+    measurement.motion().is_some_and(of_motion) || measurement.shape().is_some_and(of_shape)
 }
 
 /// Where measurement `i` of an experiment stands in the fit file.
 pub(crate) fn key(experiment: &Experiment, i: usize) -> String {
-    let kind = std::mem::discriminant::<Measurement>;
-    let own = &experiment.measurements[i];
-    let before = experiment.measurements[..i].iter().filter(|m| kind(m) == kind(own)).count();
-    let table = match own {
-        Measurement::Motion(_) => "observation",
-        Measurement::RestShape(_) => "shape",
-        Measurement::Frequencies(_) => "frequencies",
-        Measurement::Gauge(_) => "gauge",
-    };
+    let table = experiment.measurements[i].table();
+    let before = experiment.measurements[..i].iter().filter(|m| m.table() == table).count();
     experiment.key(&format!("{table}[{before}]"))
 }
 
@@ -312,11 +303,11 @@ impl Measurement {
             return Ok(());
         }
         let wall = problem.wall();
-        let distance = |(_, position): &(f64, [Option<f64>; 3])| {
+        let distance = |position: &[Option<f64>; 3]| {
             let parts = (0..3).filter_map(|c| Some((position[c]? - wall[c]).abs()));
             parts.fold(0.0, f64::max)
         };
-        let mut distances: Vec<f64> = self.positions(problem).iter().map(distance).collect();
+        let mut distances: Vec<f64> = self.positions().iter().map(distance).collect();
         distances.sort_by(f64::total_cmp);
         // Single outliers are another matter.
         let Some(typical) = distances.get(distances.len() / 2) else { return Ok(()) };
@@ -340,11 +331,7 @@ impl Measurement {
         if let Some(sigma) = self.sigma() {
             positive(&format!("{key}.sigma"), sigma)?;
         }
-        let (factors, points) = match self {
-            Self::Motion(o) => (&o.sigma_factors[..], o.samples.len()),
-            Self::RestShape(s) => (&s.sigma_factors[..], s.sightings.len()),
-            Self::Frequencies(_) | Self::Gauge(_) => (&[][..], 0),
-        };
+        let (factors, points) = (&self.header.sigma_factors, self.points());
         factors.iter().try_for_each(|f| positive(&format!("{key}.sigma_factors"), *f))?;
         if !factors.is_empty()
             && (![points, self.values()].contains(&factors.len()) || self.sigma().is_none())
@@ -357,93 +344,6 @@ impl Measurement {
                 "one each, and a sigma",
             ));
         }
-        let finite = |position: &[Option<f64>; 3]| position.iter().flatten().all(|x| x.is_finite());
-        match self {
-            Self::Motion(o) => {
-                problem.stencil(o.point).map_err(|error| {
-                    Error::invalid(format!("{key}.point"), error, "a point of the rod")
-                })?;
-                let size = o.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
-                if !size.is_finite() || size > problem.length() {
-                    let found = format!("{:?}", o.offset);
-                    let allowed = format!("up to the rod's length, {} m", problem.length());
-                    return Err(Error::invalid(format!("{key}.offset"), found, allowed));
-                }
-                let end = problem.time()?.end;
-                let late = o.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
-                if let Some(late) = late.filter(|_| !other_clock) {
-                    let found = format!("t = {} s", late.time);
-                    let allowed = format!("up to the scene's time.end = {end} s");
-                    return Err(match o.planned {
-                        true => Error::invalid(format!("{key}.duration"), found, allowed),
-                        false => {
-                            let missing = "check the unit in the header, as in t[ms], time_zero (the start of the \
-                                           motion on the file's clock), and time.end";
-                            Error::invalid(label, found, format!("{allowed}; {missing}"))
-                        }
-                    });
-                }
-                let strange = |s: &Sample| match s.time.is_finite() && s.time >= 0.0 {
-                    false => Some(format!("t = {} s", s.time)),
-                    true if finite(&s.position) => None,
-                    true => Some(format!("an infinite position at t = {} s", s.time)),
-                };
-                let strange = o.samples.iter().find_map(strange);
-                let descends = |w: &&[Sample]| w[0].time >= w[1].time;
-                let descent = || o.samples.windows(2).find(descends);
-                let after = |w: &[Sample]| format!("{} s after {} s", w[1].time, w[0].time);
-                if let Some(found) = strange.or_else(|| descent().map(after)) {
-                    let allowed = "finite positions at increasing times from 0 on";
-                    return Err(Error::invalid(label, found, allowed));
-                }
-            }
-            Self::RestShape(shape) => {
-                let given = shape.sightings.iter().filter(|_| !shape.arc_lengths_fitted);
-                for (k, sighting) in given.enumerate() {
-                    problem.stencil(sighting.point).map_err(|error| {
-                        let allowed =
-                            "points of the rod. Check the unit in the header, as in s[mm]";
-                        Error::invalid(format!("{label}: point {}", k + 1), error, allowed)
-                    })?;
-                }
-                if !shape.sightings.iter().all(|s| finite(&s.position)) {
-                    return Err(Error::invalid(label, "other positions", "finite positions"));
-                }
-            }
-            Self::Gauge(gauge) => {
-                for point in &gauge.points {
-                    problem.stencil(*point).map_err(|error| {
-                        Error::invalid(format!("{label}: points"), error, "points of the rod")
-                    })?;
-                }
-                let times: Vec<f64> = gauge.readings.iter().filter_map(|r| r.time).collect();
-                if !times.is_empty() {
-                    let end = problem.time()?.end;
-                    let sane = |t: &f64| *t >= 0.0 && *t <= end * (1.0 + 1e-9);
-                    if !(times.iter().all(sane) && times.windows(2).all(|w| w[0] < w[1])) {
-                        let allowed = format!("increasing times in 0 .. {end} s, time.end");
-                        return Err(Error::invalid(label, "other times", allowed));
-                    }
-                }
-                if !gauge.readings.iter().all(|r| r.value.is_finite()) {
-                    return Err(Error::invalid(label, "other readings", "finite values"));
-                }
-            }
-            Self::Frequencies(f) => {
-                f.among.check(problem, key)?;
-                for (k, value) in f.values.iter().enumerate() {
-                    if !(value.rad_s.is_finite() && value.rad_s > 0.0) {
-                        let key = format!("{key}.rad_s[{k}]");
-                        return Err(Error::invalid(key, value.rad_s, "above 0"));
-                    }
-                    let twice = f.values[..k].iter().any(|before| before.mode == value.mode);
-                    if !(1..=200).contains(&value.mode) || twice {
-                        let key = format!("{key}.modes[{k}]");
-                        return Err(Error::invalid(key, value.mode, "1 .. 200, each once"));
-                    }
-                }
-            }
-        }
-        Ok(())
+        self.data.check(&self.header, &Subject { problem, key, label: &label, other_clock })
     }
 }

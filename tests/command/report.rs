@@ -26,7 +26,7 @@ pub static FITTED: LazyLock<(Problem, FitReport)> = LazyLock::new(|| {
     let problem = coarse(8, 4e-3, 0.4).problem().unwrap();
     let run = problem.simulate().unwrap();
     let mut observation = disturbed(&run, Point::Tip, 20, 1e-3);
-    observation.source = Some("<b>\"tip\" & co</b>.csv".into());
+    observation.header.source = Some("<b>\"tip\" & co</b>.csv".into());
     let report = Fit::new(&problem)
         .observe(observation)
         .identify(Parameter::YoungsModulus)

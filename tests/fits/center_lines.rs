@@ -36,7 +36,8 @@ fn observed(seed: u64, noise: f64) -> Vec<[Option<f64>; 3]> {
 }
 
 fn fitted(points: &[[Option<f64>; 3]], sigma: Option<f64>) -> FitReport {
-    let line = RestShape { sigma, ..RestShape::center_line(points) };
+    let mut line = RestShape::center_line(points);
+    line.header.sigma = sigma;
     Fit::new(&rod(MODULUS / 3.0)).observe(line).identify(Parameter::YoungsModulus).solve().unwrap()
 }
 

@@ -21,7 +21,9 @@ fn read(text: &str, recording: &Recording) -> Result<Vec<Sample>, String> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tip.csv");
     std::fs::write(&path, text).unwrap();
-    Observation::read_as(&path, recording).map(|o| o.samples).map_err(|error| error.to_string())
+    Observation::read_as(&path, recording)
+        .map(|o| o.data.samples)
+        .map_err(|error| error.to_string())
 }
 
 fn is_the_tip(text: &str, recording: &Recording) {
@@ -41,7 +43,7 @@ fn inspected(text: &str, said: &Recording) -> (Inspection, Vec<Sample>) {
     let path = folder.path().join("tip.csv");
     std::fs::write(&path, text).unwrap();
     let inspection = Inspection::of(&path, said).unwrap();
-    let samples = Observation::read_as(&path, &inspection.recording).unwrap().samples;
+    let samples = Observation::read_as(&path, &inspection.recording).unwrap().data.samples;
     (inspection, samples)
 }
 

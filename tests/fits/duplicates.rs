@@ -47,8 +47,13 @@ fn rounded(observation: Observation, unit: f64) -> Measurement {
     })
 }
 
+fn with_samples(samples: Vec<Sample>, mut observation: Observation) -> Measurement {
+    observation.samples = samples;
+    observation.into()
+}
+
 fn part(observation: Observation, range: std::ops::Range<usize>) -> Measurement {
-    Observation { samples: observation.samples[range].to_vec(), ..observation }.into()
+    with_samples(observation.samples[range].to_vec(), observation)
 }
 
 #[test]
@@ -75,8 +80,8 @@ fn overlapping_parts_are_refused_and_others_admitted() {
     admitted([part(take(1), 0..20), part(take(1), 20..40)]);
     // Every other frame.
     let every = |first: usize| {
-        let samples = take(1).samples.into_iter().skip(first).step_by(2).collect();
-        Measurement::from(Observation { samples, ..take(1) })
+        let samples = take(1).data.samples.into_iter().skip(first).step_by(2).collect();
+        with_samples(samples, take(1))
     };
     admitted([every(0), every(1)]);
 }

@@ -1,7 +1,7 @@
 //! Several experiments that share parameters, shapes at rest and frequencies as measurements, what
 //! is known before the data, and what is held out of them.
 
-use rodfit::fit::{Experiment, FitFile, Frequencies, Measurement, RestShape, Sighting};
+use rodfit::fit::{Experiment, FitFile, Frequencies, MeasuredData, RestShape, Sighting};
 use rodfit::scene::{Clamp, Material, Scene, Section, Shape, Support, Time};
 use rodfit::vibration::{About, Kind, Plane};
 use rodfit::{Fit, FitReport, Parameter, Point, Problem, Unknown};
@@ -243,8 +243,8 @@ fn what_is_held_out_is_predicted() {
     let run = problem.simulate().unwrap();
     let tip = noisy(&record(&run, 60), 1e-3, 1);
     let mut middle = record(&run, 60).at(Point::ArcLength(0.3));
-    for sample in &mut middle.samples {
-        let (x, _) = run.at(middle.point, sample.time).unwrap();
+    for sample in &mut middle.data.samples {
+        let (x, _) = run.at(middle.data.point, sample.time).unwrap();
         sample.position = [Some(x[0]), Some(x[1]), None];
     }
     add_noise(&mut middle, 1e-3, 2);
@@ -399,7 +399,9 @@ fn frequencies_in_the_fit_file() {
     };
     write("scene.toml", &scene("poisson_ratio = 0.33"));
     let file = load("plane = \"out\"\nkind = \"torsion\"\ndirection = [0, 1, 0]").unwrap();
-    let Measurement::Frequencies(f) = &file.experiments[0].measurements[0] else { unreachable!() };
+    let MeasuredData::ModeFrequencies(f) = &file.experiments[0].measurements[0].data else {
+        unreachable!()
+    };
     assert_eq!((f.among.plane, f.among.kind), (Some(Plane::Out), Some(Kind::Torsion)));
     assert_eq!(f.among.direction, Some([0.0, 1.0, 0.0]));
     for (keys, words) in [

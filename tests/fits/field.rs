@@ -47,7 +47,7 @@ fn seen(problem: &Problem, seed: u64) -> Vec<Observation> {
             Sample { time: *time, position: [off(x), off(y), None] }
         });
         let samples = samples.collect();
-        Observation { point: Point::Node(node), sigma: Some(SIGMA), ..Observation::new(samples) }
+        Observation::new(samples).at(Point::Node(node)).sigma(SIGMA)
     });
     observed.collect()
 }
@@ -185,7 +185,7 @@ fn a_fit_file_says_it() {
     assert!(told.contains("parameter[0].prior: found none"), "{told}");
     let told = refused("[[field]]", "[analysis]\nbootstrap = 10\n[[field]]");
     assert!(told.contains("analysis") && told.contains("[[field]]"), "{told}");
-    let beside = Observation { offset: [0.0, 1e-3, 0.0], ..observations[4].clone() };
+    let beside = observations[4].clone().offset([0.0, 1e-3, 0.0]);
     let fit = FieldFit::new(&scene.problem().unwrap()).observe(beside).along(field(0.3, 0.1));
     let told = fit.identify(Unknown::new(Parameter::Density)).solve().unwrap_err().to_string();
     assert!(told.contains("parameter[0].prior") || told.contains("offset"), "{told}");
@@ -198,7 +198,7 @@ fn a_gradient_by_many_unknowns_goes_back() {
     let scene = arc(parts);
     let problem = scene.problem().unwrap();
     let mut observations = seen(&in_truth(&scene, parts), 3);
-    observations[2].loss = Loss::SoftL1;
+    observations[2].header.loss = Loss::SoftL1;
     let mut fit = observations.into_iter().fold(Fit::new(&problem), Fit::observe);
     let others = [
         ("youngs_modulus", 1.1e7),

@@ -33,7 +33,12 @@ fn one_tip_gives_the_same_modulus_in_every_format() {
     for file in all(&tip) {
         let path = written(&folder, &file);
         let seen = Observation::read_as(&path, &file.recording).unwrap();
-        assert_eq!((seen.samples.len(), seen.dropped.empty), (FRAMES - 1, 1), "{}", file.name);
+        assert_eq!(
+            (seen.samples.len(), seen.header.dropped.empty),
+            (FRAMES - 1, 1),
+            "{}",
+            file.name
+        );
         assert!(!seen.samples.iter().any(|s| s.time == GAP as f64 / 64.0), "{}", file.name);
         // Named, it is read alike.
         let named = Recording {
@@ -47,7 +52,7 @@ fn one_tip_gives_the_same_modulus_in_every_format() {
             .analyse(same_mesh())
             .solve()
             .unwrap();
-        let found = (seen.samples, fit.parameters[0].value.unwrap().to_bits());
+        let found = (seen.data.samples, fit.parameters[0].value.unwrap().to_bits());
         println!("{:16} {:?}", file.name, fit.parameters[0].value);
         assert!((f64::from_bits(found.1) / 1e8 - 1.0).abs() < 1e-4);
         assert_eq!(before.get_or_insert(found.clone()), &found, "{}", file.name);
@@ -63,7 +68,7 @@ fn layouts_vary() {
     let same = |name: &str, change: &dyn Fn(&str) -> String| {
         let file = files.iter().find(|f| f.name == name).unwrap();
         let path = written(&folder, file);
-        let before = Observation::read_as(&path, &file.recording).unwrap().samples;
+        let before = Observation::read_as(&path, &file.recording).unwrap().data.samples;
         let text = change(&file.text);
         assert_ne!(text, file.text, "{name}");
         std::fs::write(&path, &text).unwrap();
@@ -200,7 +205,8 @@ fn several_markers_of_a_file_are_observed() {
         seen.iter().map(|o| o.point).collect::<Vec<_>>(),
         [Point::ArcLength(0.25), Point::Tip]
     );
-    assert!(seen.iter().all(|o| o.sigma == Some(1e-3)));
+    let measured = &fit.experiments[0].measurements;
+    assert!(measured.iter().all(|m| m.sigma() == Some(1e-3)));
     let one = read("marker = \"rod:tip\"").unwrap();
     assert_eq!(one.experiments[0].measurements[0].motion().unwrap().samples, seen[1].samples);
     for (keys, words) in [

@@ -95,7 +95,7 @@ fn files_are_read_from_memory() {
     assert!(error.to_string().starts_with("lab/scene: "), "{error}");
 
     let mut table = String::from("t,x,y\n");
-    for sample in record(&short().problem().unwrap().simulate().unwrap(), 25).samples {
+    for sample in record(&short().problem().unwrap().simulate().unwrap(), 25).data.samples {
         let [x, y, _] = sample.position.map(Option::unwrap_or_default);
         table += &format!("{},{x},{y}\n", sample.time);
     }
@@ -153,7 +153,7 @@ fn tables_of_a_fit_file_are_read_by_themselves() {
     let folder = tempfile::tempdir().unwrap();
     let problem = short().problem().unwrap();
     let mut table = String::from("t,x,y\n");
-    for sample in record(&problem.simulate().unwrap(), 25).samples {
+    for sample in record(&problem.simulate().unwrap(), 25).data.samples {
         let [x, y, _] = sample.position.map(Option::unwrap_or_default);
         table += &format!("{},{x},{y}\n", sample.time);
     }

@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::fit::design::report::{Advice, Choice, DesignVariable};
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::motion::{Observation, Sample};
+use crate::fit::measurement::motion::{Observation, PointMotion, Sample};
 use crate::fit::misfit::ar1::usual_spacing;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::unknown::Unknown;
@@ -62,10 +62,10 @@ impl CandidateDesigns {
             let own: Vec<_> = own.enumerate().map(|(of, (kind, m))| (of, kind, m)).collect();
             let mut all = own;
             for (of, measurement) in experiment.measurements.iter().enumerate() {
-                let Measurement::Motion(observation) = measurement else { continue };
+                let Some(observation) = &measurement.observation() else { continue };
                 if moved < MOST_MOVED {
                     moved += 1;
-                    let places = places(experiment, observation)?;
+                    let places = places(experiment, observation)?.into_iter();
                     all.extend(places.map(|(s, o)| (of, Kind::Place(s), o.into())));
                 }
                 let more = frames(experiment, observation).into_iter();
@@ -96,7 +96,7 @@ impl CandidateDesigns {
             let own = &mut planned[block.experiment].measurements[block.of];
             let sigmas = own.sigmas(own.sigma().unwrap_or(1.0));
             let left = residuals[block.rows.clone()].iter().zip(sigmas);
-            own.seen_mut().into_iter().zip(left).for_each(|(value, (r, s))| *value += r * s);
+            own.data.values_mut().into_iter().zip(left).for_each(|(value, (r, s))| *value += r * s);
         }
     }
 
@@ -121,9 +121,9 @@ impl CandidateDesigns {
         let mut kept = Vec::new();
         for block in &self.blocks {
             let mut own = rows[block.rows.clone()].iter();
-            match &block.measurement {
-                Measurement::Motion(observation) => {
-                    for (k, sample) in observation.samples.iter().enumerate() {
+            match block.measurement.motion() {
+                Some(motion) => {
+                    for (k, sample) in motion.samples.iter().enumerate() {
                         let values = own.by_ref().take(sample.position.iter().flatten().count());
                         match keep(block, k, sample.time) {
                             true => kept.extend(values.cloned()),
@@ -131,8 +131,8 @@ impl CandidateDesigns {
                         }
                     }
                 }
-                _ if keep(block, 0, 0.0) => kept.extend(own.cloned()),
-                _ => {}
+                None if keep(block, 0, 0.0) => kept.extend(own.cloned()),
+                None => {}
             }
         }
         kept.extend(rows[self.end()..].iter().cloned());
@@ -155,11 +155,11 @@ impl CandidateDesigns {
                 _ => None,
             });
             let mut places: Vec<(f64, Kind)> = places.collect();
-            let Measurement::Motion(observation) = &block.measurement else { continue };
+            let Some(motion) = block.measurement.motion() else { continue };
             if places.is_empty() {
                 continue;
             }
-            places.push((experiment.problem.arc_length(observation.point)?, Kind::Own));
+            places.push((experiment.problem.arc_length(motion.point)?, Kind::Own));
             places.sort_by(|a, b| a.0.total_cmp(&b.0));
             let choice = |(s, kind): (f64, Kind)| {
                 let keep =
@@ -289,21 +289,25 @@ pub(crate) fn standard_errors(
 }
 
 /// The recording with its marker elsewhere, where it is not already.
-fn places<'a>(
+fn places(
     experiment: &Experiment,
-    observation: &'a Observation,
-) -> Result<impl Iterator<Item = (f64, Observation)> + use<'a>, Error> {
+    observation: &Observation,
+) -> Result<Vec<(f64, Observation)>, Error> {
     let length = experiment.problem.length();
     let own = experiment.problem.arc_length(observation.point)?;
     let place = move |k: usize| length * k as f64 / PLACES as f64;
     let others = (1..=PLACES).map(place).filter(move |s| (s - own).abs() > 1e-2 * length);
-    Ok(others
-        .map(|s| (s, Observation { marker: None, ..observation.clone() }.at(Point::ArcLength(s)))))
+    let moved = |s: f64| {
+        let mut moved = observation.clone().at(Point::ArcLength(s));
+        moved.marker = None;
+        (s, moved)
+    };
+    Ok(others.map(moved).collect())
 }
 
 /// The usual time between two frames, s; that to the first of a single one.
-fn spacing(observation: &Observation) -> Option<f64> {
-    let times: Vec<f64> = observation.samples.iter().map(|s| s.time).collect();
+fn spacing(motion: &PointMotion) -> Option<f64> {
+    let times: Vec<f64> = motion.samples.iter().map(|s| s.time).collect();
     usual_spacing(&times).or_else(|| times.first().copied().filter(|t| *t > 0.0))
 }
 
@@ -313,10 +317,11 @@ fn frames(experiment: &Experiment, observation: &Observation) -> Vec<(Kind, Obse
     let seen = (0..3).map(|c| observation.samples.iter().any(|s| s.position[c].is_some()));
     let seen: Vec<bool> = seen.collect();
     let position: [Option<f64>; 3] = std::array::from_fn(|c| seen[c].then_some(0.0));
-    let at = |times: Vec<f64>| Observation {
-        samples: times.into_iter().map(|time| Sample { time, position }).collect(),
-        sigma_factors: Vec::new(),
-        ..observation.clone()
+    let at = |times: Vec<f64>| {
+        let mut other = observation.clone();
+        other.samples = times.into_iter().map(|time| Sample { time, position }).collect();
+        other.header.sigma_factors.clear();
+        other
     };
     let mut all = Vec::new();
     let last = observation.samples.last().map_or(0.0, |s| s.time);

@@ -3,7 +3,6 @@
 use crate::error::Error;
 use crate::fit::design::candidate_designs::{CandidateDesigns, standard_errors};
 use crate::fit::design::report::Contribution;
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::unknown::Unknown;
 
@@ -53,10 +52,10 @@ pub(crate) fn contributions(
 fn groups(choices: &CandidateDesigns, planned: &[Experiment]) -> Vec<Group> {
     let own: Vec<_> = choices.planned_blocks().collect();
     if let [block] = &own[..]
-        && let Measurement::Motion(observation) = &block.measurement
+        && let Some(motion) = block.measurement.motion()
     {
         let measurement = planned[block.experiment].label(&block.measurement);
-        let given = observation.samples.iter().flat_map(|sample| {
+        let given = motion.samples.iter().flat_map(|sample| {
             (0..AXES.len()).filter(|c| sample.position[*c].is_some()).collect::<Vec<usize>>()
         });
         let axes: Vec<(usize, usize)> = block.rows.clone().zip(given).collect();

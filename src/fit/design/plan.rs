@@ -8,6 +8,7 @@ use crate::fit::design::report::Design;
 use crate::fit::design::usable_rows::UsableRows;
 use crate::fit::known::Known;
 use crate::fit::measurement::experiment::{Experiment, all, fitted, full_work};
+use crate::fit::measurement::loss::Loss;
 use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::search::fitted::Fitted;
@@ -125,7 +126,7 @@ fn ready(experiment: &mut Experiment, (unknowns, x): (&[Unknown], &[f64])) -> Re
             let allowed = "a number, m: there is nothing yet that would show the noise";
             return Err(Error::invalid(format!("{}.sigma", key(experiment, i)), "none", allowed));
         }
-        experiment.measurements[i].by_squares();
+        experiment.measurements[i].header.loss = Loss::Squares;
     }
     let scene = experiment.problem.scene();
     if scene.chosen().any() {

@@ -29,7 +29,7 @@ impl UsableRows {
         for measurement in experiments.iter_mut().flat_map(|e| &mut e.measurements) {
             let of_values = measurement.sigmas(sigma.next().copied().unwrap_or(1.0));
             let errors = rest.by_ref().take(measurement.values()).zip(of_values);
-            let values = measurement.seen_mut();
+            let values = measurement.data.values_mut();
             values.into_iter().zip(errors).for_each(|(value, (r, s))| *value += r * s);
         }
         let growths = growths(&experiments, unknowns, sigmas, rows);

@@ -3,7 +3,6 @@
 use crate::error::Error;
 use crate::fit::field::plan::FieldFit;
 use crate::fit::file::FitFile;
-use crate::fit::measurement::Measurement;
 use crate::fit::uncertainty::analysis::Analysis;
 
 impl FitFile {
@@ -31,14 +30,10 @@ impl FitFile {
         }
         let mut fit = FieldFit::new(&experiment.problem);
         for measurement in &experiment.measurements {
-            match measurement {
-                Measurement::Motion(observation) if !observation.held_out => {
-                    fit = fit.observe(observation.clone());
-                }
-                Measurement::Motion(_) => {
-                    return refused("observation.held_out", "true", "what is compared");
-                }
-                _ => return refused("shape, frequencies", "one", "recorded motions"),
+            match measurement.observation() {
+                Some(observation) if !measurement.held_out() => fit = fit.observe(observation),
+                Some(_) => return refused("observation.held_out", "true", "what is compared"),
+                None => return refused("shape, frequencies", "one", "recorded motions"),
             }
         }
         let fit = self.fields.iter().fold(fit, |fit, field| fit.along(field.clone()));

@@ -83,13 +83,13 @@ impl FieldFit {
                 let allowed = format!("{allowed} in a fit of numbers along the rod");
                 Err(Error::invalid(format!("observation[{i}].{key}"), found, allowed))
             };
-            if observation.sigma.is_none() {
+            if observation.header.sigma.is_none() {
                 return refused("sigma", "none", "the standard deviation of its noise, m,");
             }
             if is_beside(observation.offset) {
                 return refused("offset", "a marker beside the rod", "none");
             }
-            if observation.loss != Loss::Squares {
+            if observation.header.loss != Loss::Squares {
                 return refused("loss", "a robust loss", "\"squares\"");
             }
             if let Some(last) = observation.samples.last().filter(|s| s.time > end * (1.0 + 1e-9)) {

@@ -68,8 +68,8 @@ impl Search<'_> {
     fn seen(&self, problem: &Problem) -> Vec<ObservationRow> {
         let view = View::new(problem, |_, value| value);
         let all = self.fit.observations.iter().flat_map(|observation| {
-            let measurement = Measurement::Motion(observation.clone());
-            let sigmas = measurement.sigmas(observation.sigma.unwrap_or(1.0));
+            let measurement = Measurement::from(observation.clone());
+            let sigmas = measurement.sigmas(measurement.sigma().unwrap_or(1.0));
             let weights = sigmas.into_iter().map(f64::recip);
             ObservationRow::of(&view, (observation.point, &observation.samples), weights)
         });
@@ -80,10 +80,10 @@ impl Search<'_> {
     fn series(&self, trial: &Trial) -> Vec<Series> {
         let mut rest = &trial.residuals[..];
         let of = |observation: &Observation| {
-            let measurement = Measurement::Motion(observation.clone());
+            let measurement = Measurement::from(observation.clone());
             let (own, others) = rest.split_at(measurement.values());
             rest = others;
-            let sigma = observation.sigma.unwrap_or(1.0);
+            let sigma = measurement.sigma().unwrap_or(1.0);
             compared(("", trial.run.problem()), &measurement, own, [sigma; 2])
         };
         self.fit.observations.iter().flat_map(of).collect()

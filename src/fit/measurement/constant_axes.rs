@@ -20,8 +20,6 @@ pub(crate) struct ConstantAxis {
     pub samples: usize,
 }
 
-type Positions<'a> = Vec<&'a mut [Option<f64>; 3]>;
-
 /// The experiment without the coordinates of its recordings that are constant while others vary.
 pub(crate) fn without_constant_axes(experiment: &Experiment) -> Experiment {
     let mut experiment = experiment.clone();
@@ -45,7 +43,7 @@ pub(crate) fn all_constant_axes(experiments: &[Experiment]) -> Vec<ConstantAxis>
         for measurement in &experiment.measurements {
             for axis in constant_axes(measurement, normal) {
                 let values: Vec<f64> =
-                    positions(measurement).iter().filter_map(|p| p[axis]).collect();
+                    measurement.positions().iter().filter_map(|p| p[axis]).collect();
                 found.push(ConstantAxis {
                     observation: experiment.label(measurement),
                     axis: ["x", "y", "z"][axis],
@@ -65,7 +63,7 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
     if measurement.planned() || measurement.marker().is_some() {
         return Vec::new();
     }
-    let positions = positions(measurement);
+    let positions = measurement.positions();
     let is_constant = |axis: usize| {
         let mut values = positions.iter().filter_map(|p| p[axis]);
         let first = values.next();
@@ -76,9 +74,8 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
         let first = values.next();
         values.any(|x| Some(x) != first)
     };
-    let is_irrelevant = |axis: &usize| match measurement {
-        Measurement::Motion(_) => true,
-        _ => normal.is_some_and(|normal| normal[*axis].abs() >= NORMAL),
+    let is_irrelevant = |axis: &usize| {
+        measurement.motion().is_some() || normal.is_some_and(|n| n[*axis].abs() >= NORMAL)
     };
     if !(0..3).any(varies) {
         return Vec::new();
@@ -86,28 +83,10 @@ fn constant_axes(measurement: &Measurement, normal: Option<[f64; 3]>) -> Vec<usi
     (0..3).filter(|axis| is_constant(*axis)).filter(is_irrelevant).collect()
 }
 
-fn positions(measurement: &Measurement) -> Vec<[Option<f64>; 3]> {
-    match measurement {
-        Measurement::Motion(o) => o.samples.iter().map(|s| s.position).collect(),
-        Measurement::RestShape(s) => s.sightings.iter().map(|s| s.position).collect(),
-        Measurement::Frequencies(_) | Measurement::Gauge(_) => Vec::new(),
-    }
-}
-
 /// Leaves coordinates out, with the standard deviations of their values.
 fn remove(measurement: &mut Measurement, axes: &[usize]) {
-    let total = measurement.values();
-    let (positions, factors): (Positions, &mut Vec<f64>) = match measurement {
-        Measurement::Motion(o) => {
-            (o.samples.iter_mut().map(|s| &mut s.position).collect(), &mut o.sigma_factors)
-        }
-        Measurement::RestShape(s) => {
-            (s.sightings.iter_mut().map(|s| &mut s.position).collect(), &mut s.sigma_factors)
-        }
-        Measurement::Frequencies(_) | Measurement::Gauge(_) => return,
-    };
-    let mut kept = Vec::with_capacity(total);
-    for position in positions {
+    let (mut kept, values) = (Vec::new(), measurement.values());
+    for position in measurement.data.positions_mut() {
         for axis in 0..3 {
             if position[axis].is_some() {
                 kept.push(!axes.contains(&axis));
@@ -118,7 +97,8 @@ fn remove(measurement: &mut Measurement, axes: &[usize]) {
         }
     }
     // Deviations are given per value or per sample.
-    if factors.len() == total {
+    let factors = &mut measurement.header.sigma_factors;
+    if factors.len() == values {
         let mut kept = kept.into_iter();
         factors.retain(|_| kept.next() == Some(true));
     }

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
-use crate::fit::measurement::motion::Observation;
+use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::problem::Problem;
 use std::borrow::Cow;
 
@@ -34,16 +34,22 @@ impl Experiment {
 
     /// With all that was measured kept out of the fit, to be predicted by it.
     pub fn held_out(mut self) -> Self {
-        self.measurements.iter_mut().for_each(Measurement::hold_out);
+        self.measurements.iter_mut().for_each(|m| m.header.held_out = true);
         self
     }
 
     /// The recorded motions and what gauges showed of them.
-    pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, Observation>> {
-        self.measurements.iter().filter_map(|m| match m {
-            Measurement::Motion(observation) => Some(Cow::Borrowed(observation)),
-            Measurement::Gauge(gauge) => gauge.as_motion().map(Cow::Owned),
-            _ => None,
+    pub(crate) fn records(&self) -> impl Iterator<Item = Cow<'_, PointMotion>> {
+        self.measurements.iter().filter_map(|m| match m.motion() {
+            Some(motion) => Some(Cow::Borrowed(motion)),
+            None => {
+                let values = m.times().into_iter().zip(m.scalars());
+                let sample = |(t, x): (Option<f64>, f64)| {
+                    Some(Sample { time: t?, position: [Some(x), None, None] })
+                };
+                let samples: Vec<Sample> = values.filter_map(sample).collect();
+                (!samples.is_empty()).then(|| Cow::Owned(PointMotion::new(samples)))
+            }
         })
     }
 
@@ -59,16 +65,13 @@ impl Experiment {
 
     /// The highest mode whose frequency was measured; 0 without any.
     pub(crate) fn highest_mode(&self) -> usize {
-        let modes = self.measurements.iter().filter_map(|m| match m {
-            Measurement::Frequencies(f) => f.values.iter().map(|f| f.mode).max(),
-            _ => None,
-        });
-        modes.max().unwrap_or(0)
+        let modes = self.measurements.iter().flat_map(|m| m.requirements().modes);
+        modes.map(|mode| mode.number).max().unwrap_or(0)
     }
 
     /// End of the recorded motion, s.
     pub(crate) fn duration(&self) -> f64 {
-        let last = |o: &Observation| o.samples.last().map_or(0.0, |s| s.time);
+        let last = |o: &PointMotion| o.samples.last().map_or(0.0, |s| s.time);
         self.records().map(|o| last(&o)).fold(0.0, f64::max)
     }
 

@@ -1,7 +1,10 @@
 //! Measured natural frequencies.
 
 use crate::error::Error;
-use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::dataset::{Abscissa, DataKind, DataUnit, Dataset, Header, Subject};
+use crate::fit::measurement::quantity::Shown;
+use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::problem::Problem;
 use crate::vibration::{Among, ModeName};
 use crate::vibration::{Kind, Plane};
 
@@ -16,41 +19,31 @@ pub struct Frequency {
 
 /// Frequencies of small vibrations about the equilibrium.
 #[derive(Clone, Debug)]
-pub struct Frequencies {
+pub struct ModeFrequencies {
     /// The frequencies, each of its mode.
     pub values: Vec<Frequency>,
-    /// Among which modes they count: without a word among those in the plane of a planar scene,
-    /// among all of a spatial one.
+    /// Among which modes they count; default: those in the plane of a planar scene, all of a spatial one.
     pub among: Among,
-    /// Standard deviation of each, rad/s.
-    pub sigma: f64,
-    /// Whether the frequencies were given in Hz; reports display them in Hz then.
-    pub in_hz: bool,
-    /// How residuals count.
-    pub loss: Loss,
-    /// Whether they are kept out of the fit and only predicted.
-    pub held_out: bool,
 }
+
+/// Measured frequencies, rad/s.
+pub type Frequencies = Dataset<ModeFrequencies>;
 
 impl Frequencies {
     /// The lowest frequencies, rad/s, in order, with the standard deviation of each.
     pub fn new(rad_s: &[f64], sigma: f64) -> Self {
         let number = |(k, rad_s): (usize, &f64)| Frequency { mode: k + 1, rad_s: *rad_s };
-        Self {
-            values: rad_s.iter().enumerate().map(number).collect(),
-            among: Among::default(),
-            sigma,
-            in_hz: false,
-            loss: Loss::Squares,
-            held_out: false,
-        }
+        let values = rad_s.iter().enumerate().map(number).collect();
+        let data = ModeFrequencies { values, among: Among::default() };
+        Self { header: Header::known("rad/s", sigma), data }
     }
 
     /// Measured frequencies given in Hz.
     pub fn hz(hz: &[f64], sigma: f64) -> Self {
         let tau = std::f64::consts::TAU;
-        let own = Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau);
-        Self { in_hz: true, ..own }
+        let mut own = Self::new(&hz.iter().map(|f| f * tau).collect::<Vec<_>>(), sigma * tau);
+        own.header.data_unit = Some(DataUnit::HERTZ);
+        own
     }
 
     /// Of other modes than the lowest.
@@ -68,32 +61,92 @@ impl Frequencies {
     }
 
     /// Seen in or out of the plane of a planar scene.
-    pub fn plane(self, plane: Plane) -> Self {
-        Self { among: Among { plane: Some(plane), ..self.among }, ..self }
+    pub fn plane(mut self, plane: Plane) -> Self {
+        self.among.plane = Some(plane);
+        self
     }
 
     /// Of modes of one kind only, counted among themselves.
-    pub fn of_kind(self, kind: Kind) -> Self {
-        Self { among: Among { kind: Some(kind), ..self.among }, ..self }
+    pub fn of_kind(mut self, kind: Kind) -> Self {
+        self.among.kind = Some(kind);
+        self
     }
 
     /// Of modes only that move along this line, counted among themselves.
-    pub fn along(self, direction: [f64; 3]) -> Self {
-        Self { among: Among { direction: Some(direction), ..self.among }, ..self }
+    pub fn along(mut self, direction: [f64; 3]) -> Self {
+        self.among.direction = Some(direction);
+        self
     }
+}
 
+impl ModeFrequencies {
     /// The names of the modes.
     pub(crate) fn names(&self) -> impl Iterator<Item = ModeName> {
         self.values.iter().map(|value| ModeName { number: value.mode, among: self.among })
     }
+}
 
-    /// With another loss than squares.
-    pub fn loss(self, loss: Loss) -> Self {
-        Self { loss, ..self }
+impl DataKind for ModeFrequencies {
+    fn table(&self) -> &'static str {
+        "frequencies"
     }
 
-    /// Kept out of the fit, to be predicted by it.
-    pub fn held_out(self) -> Self {
-        Self { held_out: true, ..self }
+    fn label(&self, _header: &Header) -> String {
+        format!("the frequencies{}", self.among.words())
+    }
+
+    fn abscissa(&self) -> Abscissa {
+        Abscissa::Mode
+    }
+
+    fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
+        self.values.iter().map(|f| f.mode as f64).collect()
+    }
+
+    fn axis(&self) -> Option<&'static str> {
+        Some("f")
+    }
+
+    fn scalars(&self) -> Vec<f64> {
+        self.values.iter().map(|f| f.rad_s).collect()
+    }
+
+    fn scalars_mut(&mut self) -> Vec<&mut f64> {
+        self.values.iter_mut().map(|f| &mut f.rad_s).collect()
+    }
+
+    fn size(&self, _problem: &Problem) -> f64 {
+        self.scalars().iter().sum::<f64>() / self.values.len().max(1) as f64
+    }
+
+    fn check(&self, _header: &Header, subject: &Subject) -> Result<(), Error> {
+        let Subject { problem, key, .. } = subject;
+        self.among.check(problem, key)?;
+        for (k, value) in self.values.iter().enumerate() {
+            if !(value.rad_s.is_finite() && value.rad_s > 0.0) {
+                return Err(Error::invalid(format!("{key}.rad_s[{k}]"), value.rad_s, "above 0"));
+            }
+            let twice = self.values[..k].iter().any(|before| before.mode == value.mode);
+            if !(1..=200).contains(&value.mode) || twice {
+                let key = format!("{key}.modes[{k}]");
+                return Err(Error::invalid(key, value.mode, "1 .. 200, each once"));
+            }
+        }
+        Ok(())
+    }
+
+    fn require(&self, outputs: &mut Requirements) {
+        outputs.modes.extend(self.names());
+    }
+
+    fn differences<D: Shown>(
+        &self,
+        simulated: &Simulated<D>,
+        each: &mut dyn FnMut(D),
+    ) -> Result<(), Error> {
+        for (value, frequency) in self.values.iter().zip(simulated.frequencies) {
+            each(*frequency - D::from(value.rad_s));
+        }
+        Ok(())
     }
 }

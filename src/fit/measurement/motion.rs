@@ -1,7 +1,9 @@
-//! Recorded motion: where a point of the rod was seen at which times.
+//! Recorded motion: positions of a point of the rod over time.
 
 use crate::error::Error;
-use crate::fit::measurement::loss::{Loss, typical};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Dropped, Header, Subject};
+use crate::fit::measurement::quantity::Shown;
+use crate::fit::measurement::simulated::{Requirements, Simulated};
 use crate::input::table::Table;
 use crate::input::track;
 use crate::input::track::format::Format;
@@ -10,12 +12,12 @@ use crate::input::track::sheet::Sheet;
 use crate::input::unknown_file::described_places;
 use crate::problem::Problem;
 use crate::scene::Point;
+use crate::scene::marker::{self, is_beside};
 use crate::scene::track::Marker;
 use crate::scene::validate::positive;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// One sighting of the point. World coordinates, m; a coordinate that was not seen is `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,28 +40,9 @@ pub enum Glitches {
     Mask,
 }
 
-/// Numbers of dropped rows of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-pub struct Dropped {
-    /// Number of rows before the start of the motion.
-    pub before_time_zero: usize,
-    /// Number of rows without any position.
-    pub empty: usize,
-}
-
-impl fmt::Display for Dropped {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let counts = [(self.before_time_zero, "before time_zero"), (self.empty, "without a value")];
-        let said = counts.iter().filter(|(count, _)| *count > 0);
-        let said: Vec<String> = said.map(|(count, what)| format!("{count} {what}")).collect();
-        write!(f, "{}", said.join(", "))
-    }
-}
-
-/// A recorded point.
+/// Positions of a point at increasing times.
 #[derive(Clone, Debug)]
-pub struct Observation {
+pub struct PointMotion {
     /// Which point of the rod.
     pub point: Point,
     /// How far beside the centre line the marker is that was seen, in the axes of the rod there, m: along
@@ -68,26 +51,12 @@ pub struct Observation {
     pub offset: [f64; 3],
     /// Where the point was seen, at increasing times.
     pub samples: Vec<Sample>,
-    /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
-    pub sigma: Option<f64>,
-    /// That of every sample, or of every coordinate that was seen, over `sigma`, which is then typical of them; empty
-    /// where all have the same.
-    pub sigma_factors: Vec<f64>,
-    /// How residuals count.
-    pub loss: Loss,
-    /// Whether the observation is kept out of the fit and only predicted.
-    pub held_out: bool,
-    /// The file it was read from, for messages.
-    pub source: Option<PathBuf>,
-    /// How that file was read.
-    pub recording: Option<Recording>,
-    /// Rows of that file that were left out.
-    pub dropped: Dropped,
     /// The name of the marker on the rod that was followed, where its recording leads the rod's ends.
     pub marker: Option<String>,
-    /// Whether it is only [planned](Self::planned): its positions mean nothing, but which coordinates would be seen.
-    pub planned: bool,
 }
+
+/// A recorded point.
+pub type Observation = Dataset<PointMotion>;
 
 /// Line, time, s, position, m, and the standard deviation of that, if it is said.
 type ReadRow = (u64, f64, [Option<f64>; 3], [Option<f64>; 3]);
@@ -98,20 +67,7 @@ const MOST_PLANNED: f64 = 1e6;
 impl Observation {
     /// Sightings of the tip.
     pub fn new(samples: Vec<Sample>) -> Self {
-        Self {
-            point: Point::Tip,
-            offset: [0.0; 3],
-            samples,
-            sigma: None,
-            sigma_factors: Vec::new(),
-            loss: Loss::Squares,
-            held_out: false,
-            source: None,
-            recording: None,
-            dropped: Dropped::default(),
-            marker: None,
-            planned: false,
-        }
+        Self { header: Header::of_lengths(), data: PointMotion::new(samples) }
     }
 
     /// A recording that is only planned: the tip, to be filmed for `duration`, s, at `rate` frames a second in all
@@ -130,7 +86,9 @@ impl Observation {
         }
         let sample = |k: usize| Sample { time: k as f64 / rate, position: [Some(0.0); 3] };
         let samples = (0..=frames as usize).map(sample).collect();
-        Ok(Self { planned: true, ..Self::new(samples) })
+        let mut planned = Self::new(samples);
+        planned.header.planned = true;
+        Ok(planned)
     }
 
     /// The markers that do not lead the rod, of the recording of `problem`: each at its node,
@@ -168,7 +126,9 @@ impl Observation {
                 Some(Sample { time: track.times()[k], position })
             };
             let samples = kept.filter_map(sample).collect();
-            Self { marker: Some(marker.name.clone()), ..Self::new(samples).at(Point::Node(node)) }
+            let mut observation = Self::new(samples).at(Point::Node(node));
+            observation.marker = Some(marker.name.clone());
+            observation
         };
         let free: Vec<Self> = free.map(of).filter(|o| o.values() > 0).collect();
         match free.is_empty() {
@@ -314,12 +274,7 @@ impl Observation {
             }
             sigmas.extend(sigma.iter().flatten());
         }
-        let observation = Self {
-            source: Some(path.into()),
-            recording: Some(recording.clone()),
-            dropped,
-            ..Self::new(samples)
-        };
+        let observation = Self::new(samples).read_from(path, recording, dropped);
         if observation.values() == 0 {
             let message = match dropped == Dropped::default() {
                 true => "no value below the header, allowed: one row with a value at least".into(),
@@ -334,61 +289,22 @@ impl Observation {
     }
 
     /// Of another point than the tip.
-    pub fn at(self, point: Point) -> Self {
-        Self { point, ..self }
+    pub fn at(mut self, point: Point) -> Self {
+        self.point = point;
+        self
     }
 
-    /// Of a marker [beside](Self::offset) the centre line, m.
-    pub fn offset(self, offset: [f64; 3]) -> Self {
-        Self { offset, ..self }
+    /// Of a marker [beside](PointMotion::offset) the centre line, m.
+    pub fn offset(mut self, offset: [f64; 3]) -> Self {
+        self.data.offset = offset;
+        self
     }
+}
 
-    /// With a known standard deviation per coordinate, m.
-    pub fn sigma(self, sigma: f64) -> Self {
-        Self { sigma: Some(sigma), ..self }
-    }
-
-    /// With a known standard deviation of each sample, per coordinate, m, or of each coordinate that was seen, sample by
-    /// sample.
-    pub fn sigmas(self, sigmas: &[f64]) -> Self {
-        let Some((sigma, sigma_factors)) = typical(sigmas) else { return self };
-        Self { sigma: Some(sigma), sigma_factors, ..self }
-    }
-
-    /// With another loss than squares.
-    pub fn loss(self, loss: Loss) -> Self {
-        Self { loss, ..self }
-    }
-
-    /// Kept out of the fit, to be predicted by it.
-    pub fn held_out(self) -> Self {
-        Self { held_out: true, ..self }
-    }
-
-    /// Number of coordinates seen.
-    pub fn values(&self) -> usize {
-        self.samples.iter().flat_map(|s| s.position).flatten().count()
-    }
-
-    /// The file or the point, for messages.
-    pub(crate) fn label(&self) -> String {
-        let marker = self.recording.as_ref().and_then(|r| r.marker.as_ref());
-        match (&self.source, &self.marker) {
-            (Some(path), _) => match marker {
-                Some(marker) => format!("{}, {marker}", path.display()),
-                None => path.display().to_string(),
-            },
-            (None, Some(marker)) => format!("marker {marker}"),
-            (None, None) => {
-                let planned = if self.planned { "planned " } else { "" };
-                let point = match self.point {
-                    Point::Tip => "the tip".to_string(),
-                    Point::Node(index) => format!("node {index}"),
-                    Point::ArcLength(s) => format!("arc length {s} m"),
-                };
-                format!("{planned}observation of {point}")
-            }
-        }
+impl PointMotion {
+    /// Of the tip.
+    pub(crate) fn new(samples: Vec<Sample>) -> Self {
+        Self { point: Point::Tip, offset: [0.0; 3], samples, marker: None }
     }
 
     /// Root mean square distance of the seen coordinates from their means, m.
@@ -427,5 +343,125 @@ impl Observation {
         }
         let risen = self.samples.iter().find(|s| distance(s) >= 0.9 * swing);
         risen.map_or(0.0, |s| s.time)
+    }
+}
+
+impl DataKind for PointMotion {
+    fn table(&self) -> &'static str {
+        "observation"
+    }
+
+    fn label(&self, header: &Header) -> String {
+        let named = header.recording.as_ref().and_then(|r| r.marker.as_ref());
+        match (&header.source, &self.marker) {
+            (Some(path), _) => match named {
+                Some(marker) => format!("{}, {marker}", path.display()),
+                None => path.display().to_string(),
+            },
+            (None, Some(marker)) => format!("marker {marker}"),
+            (None, None) => {
+                let planned = if header.planned { "planned " } else { "" };
+                let point = match self.point {
+                    Point::Tip => "the tip".to_string(),
+                    Point::Node(index) => format!("node {index}"),
+                    Point::ArcLength(s) => format!("arc length {s} m"),
+                };
+                format!("{planned}observation of {point}")
+            }
+        }
+    }
+
+    fn abscissa(&self) -> Abscissa {
+        Abscissa::Time
+    }
+
+    fn abscissas(&self, _problem: &Problem) -> Vec<f64> {
+        self.samples.iter().map(|s| s.time).collect()
+    }
+
+    fn positions(&self) -> Vec<[Option<f64>; 3]> {
+        self.samples.iter().map(|s| s.position).collect()
+    }
+
+    fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
+        self.samples.iter_mut().map(|s| &mut s.position).collect()
+    }
+
+    fn times(&self) -> Vec<Option<f64>> {
+        let values = |s: &Sample| s.position.iter().flatten().count();
+        self.samples.iter().flat_map(|s| std::iter::repeat_n(Some(s.time), values(s))).collect()
+    }
+
+    fn size(&self, _problem: &Problem) -> f64 {
+        self.spread()
+    }
+
+    fn check(&self, header: &Header, subject: &Subject) -> Result<(), Error> {
+        let Subject { problem, key, label, other_clock } = subject;
+        problem
+            .stencil(self.point)
+            .map_err(|error| Error::invalid(format!("{key}.point"), error, "a point of the rod"))?;
+        let size = self.offset.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !size.is_finite() || size > problem.length() {
+            let found = format!("{:?}", self.offset);
+            let allowed = format!("up to the rod's length, {} m", problem.length());
+            return Err(Error::invalid(format!("{key}.offset"), found, allowed));
+        }
+        let end = problem.time()?.end;
+        let late = self.samples.iter().find(|s| s.time > end * (1.0 + 1e-9));
+        if let Some(late) = late.filter(|_| !other_clock) {
+            let found = format!("t = {} s", late.time);
+            let allowed = format!("up to the scene's time.end = {end} s");
+            return Err(match header.planned {
+                true => Error::invalid(format!("{key}.duration"), found, allowed),
+                false => {
+                    let missing = "check the unit in the header, as in t[ms], time_zero (the start of the motion on \
+                                   the file's clock), and time.end";
+                    Error::invalid(*label, found, format!("{allowed}; {missing}"))
+                }
+            });
+        }
+        let strange = |s: &Sample| match s.time.is_finite() && s.time >= 0.0 {
+            false => Some(format!("t = {} s", s.time)),
+            true if is_finite(s.time, &s.position) => None,
+            true => Some(format!("an infinite position at t = {} s", s.time)),
+        };
+        let strange = self.samples.iter().find_map(strange);
+        let descent = || self.samples.windows(2).find(|w| w[0].time >= w[1].time);
+        let after = |w: &[Sample]| format!("{} s after {} s", w[1].time, w[0].time);
+        match strange.or_else(|| descent().map(after)) {
+            Some(found) => {
+                let allowed = "finite positions at increasing times from 0 on";
+                Err(Error::invalid(*label, found, allowed))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn prepare(&mut self, _problem: &Problem, horizon: f64) {
+        self.samples.retain(|s| s.time <= horizon);
+    }
+
+    fn require(&self, outputs: &mut Requirements) {
+        outputs.moving.push(self.point);
+        if is_beside(self.offset) {
+            outputs.beside.push(self.point);
+        }
+        let last = self.samples.last().map_or(0.0, |s| s.time);
+        outputs.last_recorded = outputs.last_recorded.max(last);
+    }
+
+    fn differences<D: Shown>(
+        &self,
+        simulated: &Simulated<D>,
+        each: &mut dyn FnMut(D),
+    ) -> Result<(), Error> {
+        let Some(moving) = simulated.moving else { return Ok(()) };
+        let marker = marker::Marker::new(self.point.fixed(), self.offset, simulated.mesh)?;
+        for sample in &self.samples {
+            let place = moving.marker(&marker, simulated.view.time(sample.time))?;
+            simulated.compare(place, &sample.position, each);
+        }
+        Ok(())
     }
 }

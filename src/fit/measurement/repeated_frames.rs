@@ -3,7 +3,7 @@
 //! A repeated frame has the position of an earlier time. Fitted as a measurement it delays the motion and adds a periodic
 //! residual that no noise model describes.
 
-use crate::fit::measurement::Measurement;
+use crate::fit::measurement::dataset::DataKind;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::numerics::noise_scale::quantum;
 
@@ -23,16 +23,14 @@ pub(crate) struct RepeatedFrames {
 
 /// The fitted observations of converted videos.
 pub(crate) fn all_repeated_frames(experiments: &[Experiment]) -> Vec<RepeatedFrames> {
-    let found = all(experiments).filter_map(|(experiment, measurement)| {
-        let Measurement::Motion(observation) = measurement else { return None };
-        let positions: Vec<_> = observation.samples.iter().map(|s| s.position).collect();
-        let (repeated, frames) = (count_repeated_frames(&positions), positions.len());
-        (!observation.planned && is_converted_video(repeated, frames)).then(|| RepeatedFrames {
-            observation: experiment.label(measurement),
-            repeated,
-            frames,
-        })
-    });
+    let found =
+        all(experiments).filter_map(|(experiment, measurement)| {
+            let positions = measurement.motion()?.positions();
+            let (repeated, frames) = (count_repeated_frames(&positions), positions.len());
+            (!measurement.planned() && is_converted_video(repeated, frames)).then(|| {
+                RepeatedFrames { observation: experiment.label(measurement), repeated, frames }
+            })
+        });
     found.collect()
 }
 

@@ -1,13 +1,15 @@
-//! A photographed droop: where points of a rod at rest were seen.
+//! Shapes of a rod at rest: positions of its points, or of its center line.
 
 use crate::error::Error;
-use crate::fit::measurement::loss::{Loss, typical};
-use crate::fit::measurement::motion::Dropped;
-use crate::input::table::{LENGTHS, Table};
+use crate::fit::measurement::dataset::{Abscissa, DataKind, Dataset, Dropped, Header, Subject};
+use crate::fit::measurement::quantity::Shown;
+use crate::fit::measurement::simulated::{Requirements, Simulated};
+use crate::fit::misfit::foot_point::Curve;
+use crate::input::table::{LENGTHS, Row, Table};
 use crate::input::track::recording::{BEYOND, Recording, is_finite};
 use crate::problem::Problem;
-use crate::scene::Point;
-use std::path::{Path, PathBuf};
+use crate::scene::{Point, Stencil};
+use std::path::Path;
 
 /// Where a point of the rod at rest was seen. World coordinates, m; a coordinate that was not seen
 /// is `None`.
@@ -19,32 +21,18 @@ pub struct Sighting {
     pub position: [Option<f64>; 3],
 }
 
-/// A rod at rest under the scene's loads, as it was seen: its equilibrium, whatever its motion.
+/// Positions of points of a rod at rest under the scene's loads: its equilibrium, whatever its motion.
 #[derive(Clone, Debug)]
-pub struct RestShape {
+pub struct EquilibriumShape {
     /// Where points of the rod were seen.
     pub sightings: Vec<Sighting>,
-    /// Standard deviation per coordinate, m; estimated from the residuals when `None`.
-    pub sigma: Option<f64>,
-    /// That of every sighting, or of every coordinate that was seen, over `sigma`, which is then typical of them; empty
-    /// where all have the same.
-    pub sigma_factors: Vec<f64>,
-    /// How residuals count.
-    pub loss: Loss,
-    /// Whether the shape is kept out of the fit and only predicted.
-    pub held_out: bool,
-    /// The file it was read from, for messages.
-    pub source: Option<PathBuf>,
-    /// How that file was read.
-    pub recording: Option<Recording>,
-    /// Rows of that file that were left out.
-    pub dropped: Dropped,
-    /// Whether it is only [planned](Self::planned): its positions mean nothing, but which coordinates would be seen.
-    pub planned: bool,
     /// Whether the points have no given arc length: each is compared with the nearest point of the rod, and its own
     /// [`Point`] is only about where it is.
     pub arc_lengths_fitted: bool,
 }
+
+/// A measured shape of the rod at rest.
+pub type RestShape = Dataset<EquilibriumShape>;
 
 /// Fewest points of a center line without arc lengths: fewer do not show its order and shape.
 const LEAST_OF_A_LINE: usize = 3;
@@ -58,18 +46,8 @@ fn chord(a: [Option<f64>; 3], b: [Option<f64>; 3]) -> f64 {
 impl RestShape {
     /// Sightings of a rod at rest.
     pub fn new(sightings: Vec<Sighting>) -> Self {
-        Self {
-            sightings,
-            sigma: None,
-            sigma_factors: Vec::new(),
-            loss: Loss::Squares,
-            held_out: false,
-            source: None,
-            recording: None,
-            dropped: Dropped::default(),
-            planned: false,
-            arc_lengths_fitted: false,
-        }
+        let data = EquilibriumShape { sightings, arc_lengths_fitted: false };
+        Self { header: Header::of_lengths(), data }
     }
 
     /// Points of the center line of a rod at rest, in their order along the rod, whose arc lengths are not known: x, y, z
@@ -82,10 +60,142 @@ impl RestShape {
             before = Some(*position);
             Sighting { point: Point::ArcLength(along), position: *position }
         };
-        let sightings = positions.iter().map(sighting).collect();
-        Self { arc_lengths_fitted: true, ..Self::new(sightings) }
+        let mut line = Self::new(positions.iter().map(sighting).collect());
+        line.arc_lengths_fitted = true;
+        line
     }
 
+    /// A photograph that is only planned, of points at these arc lengths from the wall, m, in all three coordinates.
+    pub fn planned(at: &[f64]) -> Self {
+        let sighting = |s: &f64| Sighting { point: Point::ArcLength(*s), position: [Some(0.0); 3] };
+        let mut planned = Self::new(at.iter().map(sighting).collect());
+        planned.header.planned = true;
+        planned
+    }
+
+    /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
+    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s. Without `s` and `node` the rows are
+    /// points of the [center line](Self::center_line) in their order along the rod.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or a line of it that makes no sense, with its number.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::read_as(path, &Recording::default())
+    }
+
+    /// The same with the scale, origin and axes of `recording`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`read`](Self::read).
+    pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
+        Self::read_file(path.as_ref(), recording)
+    }
+
+    fn read_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
+        let table = Table::read(path)?;
+        let known = ["s", "node", "x", "y", "z"];
+        recording.check_columns(&table, &known)?;
+        let point = PointColumn::find(&table)?;
+        // Points without arc lengths need a direction.
+        let (known, fewest) = if point.is_some() { (&known[..], 1) } else { (&known[2..], 2) };
+        let axes = recording.axis_columns(&table)?;
+        let sigma_columns = recording.sigma_columns(&table, &axes, known)?;
+        let (mut points, mut positions, mut sigmas) = (Vec::new(), Vec::new(), Vec::new());
+        let mut dropped = Dropped::default();
+        for row in &table.rows {
+            let point = point.as_ref().map(|own| own.point(&table, row)).transpose()?;
+            let position = recording.position(&axes, &row.values);
+            let place = match point {
+                Some(Point::ArcLength(s)) => s,
+                _ => 0.0,
+            };
+            if !is_finite(place, &position) {
+                return Err(table.error(row.line, BEYOND));
+            }
+            if position.iter().flatten().count() < fewest {
+                dropped.empty += 1;
+                continue;
+            }
+            if recording.sigma.is_some() {
+                let seen = position.map(|x| x.is_some());
+                sigmas.extend(recording.sigma(&table, &sigma_columns, row, seen)?.iter().flatten());
+            }
+            points.extend(point);
+            positions.push(position);
+        }
+        let shape = match point {
+            Some(_) if positions.is_empty() => {
+                let message = "no value below the header, allowed: one row with a value at least";
+                return Err(table.error(1, message));
+            }
+            Some(_) => {
+                let pairs = points.into_iter().zip(positions);
+                Self::new(pairs.map(|(point, position)| Sighting { point, position }).collect())
+            }
+            None if positions.len() < LEAST_OF_A_LINE => {
+                let message = format!(
+                    "no column s or node, and {} points, allowed: {LEAST_OF_A_LINE} or more points along the center line, \
+                     with two coordinates each, or a column s (arc length) or node (index)",
+                    positions.len()
+                );
+                return Err(table.error(1, &message));
+            }
+            None => Self::center_line(&positions),
+        };
+        Ok(shape.read_from(path, recording, dropped).sigmas(&sigmas))
+    }
+}
+
+/// The column that names the points of a table.
+enum PointColumn {
+    Node(usize),
+    /// With the factor to meters.
+    ArcLength(usize, f64),
+}
+
+impl PointColumn {
+    /// That of a table; none of a center line.
+    fn find(table: &Table) -> Result<Option<Self>, Error> {
+        match (table.find("s"), table.find("node")) {
+            (Some(column), None) => {
+                Ok(Some(Self::ArcLength(column, table.factor(column, &LENGTHS, "")?)))
+            }
+            (None, Some(column)) => match &table.columns[column].1 {
+                Some(unit) => {
+                    Err(table.error(1, &format!("unit [{unit}] of `node`, allowed: none")))
+                }
+                None => Ok(Some(Self::Node(column))),
+            },
+            (Some(_), Some(_)) => {
+                let found = "columns `s` and `node`";
+                let allowed = "one of s (arc length) and node (index)";
+                Err(table.error(1, &format!("{found}, allowed: {allowed}")))
+            }
+            (None, None) => Ok(None),
+        }
+    }
+
+    /// The point of a row.
+    fn point(&self, table: &Table, row: &Row) -> Result<Point, Error> {
+        let (Self::Node(column) | Self::ArcLength(column, _)) = self;
+        let value = row.values[*column]
+            .ok_or_else(|| table.error(row.line, "the point is blank, allowed: s or node"))?;
+        match self {
+            Self::Node(_) if value >= 0.0 && value.fract() == 0.0 => {
+                Ok(Point::Node(value as usize))
+            }
+            Self::Node(_) => {
+                let message = format!("node = {value}, allowed: an index from 0 on");
+                Err(table.error(row.line, &message))
+            }
+            Self::ArcLength(_, factor) => Ok(Point::ArcLength(value * factor)),
+        }
+    }
+}
+
+impl EquilibriumShape {
     /// Arc lengths by the chords between the points, from the end of the rod that is nearer to the first point, m, with
     /// the positions.
     pub(crate) fn approximate_arc_lengths(
@@ -137,161 +247,106 @@ impl RestShape {
         };
         places.enumerate().zip(residuals.chunks_exact(2)).map(offset).collect()
     }
+}
 
-    /// Values that the unknown arc lengths use up: one for each point.
-    pub(crate) fn fitted_arc_lengths(&self) -> usize {
+impl DataKind for EquilibriumShape {
+    fn table(&self) -> &'static str {
+        "shape"
+    }
+
+    fn label(&self, header: &Header) -> String {
+        match &header.source {
+            Some(path) => path.display().to_string(),
+            None => "the shape at rest".into(),
+        }
+    }
+
+    fn abscissa(&self) -> Abscissa {
+        Abscissa::ArcLength
+    }
+
+    fn abscissas(&self, problem: &Problem) -> Vec<f64> {
+        let place = |s: Sighting| problem.arc_length(s.point).unwrap_or(0.0);
+        self.placed(problem).into_iter().map(place).collect()
+    }
+
+    fn positions(&self) -> Vec<[Option<f64>; 3]> {
+        self.sightings.iter().map(|s| s.position).collect()
+    }
+
+    fn positions_mut(&mut self) -> Vec<&mut [Option<f64>; 3]> {
+        self.sightings.iter_mut().map(|s| &mut s.position).collect()
+    }
+
+    fn fitted_arc_lengths(&self) -> usize {
         if self.arc_lengths_fitted { self.sightings.len() } else { 0 }
     }
 
-    /// A photograph that is only planned, of points at these arc lengths from the wall, m, in all three coordinates.
-    pub fn planned(at: &[f64]) -> Self {
-        let sighting = |s: &f64| Sighting { point: Point::ArcLength(*s), position: [Some(0.0); 3] };
-        Self { planned: true, ..Self::new(at.iter().map(sighting).collect()) }
-    }
-
-    /// Reads a CSV file with the column `s` (arc length from the wall, m or in the unit of its
-    /// header) or `node` (index), and at least one of x, y, z as in [`Recording`]s. Without `s` and `node` the rows are
-    /// points of the [center line](Self::center_line) in their order along the rod.
-    ///
-    /// # Errors
-    ///
-    /// A file that cannot be read, or a line of it that makes no sense, with its number.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
-        Self::read_as(path, &Recording::default())
-    }
-
-    /// The same with the scale, origin and axes of `recording`.
-    ///
-    /// # Errors
-    ///
-    /// Those of [`read`](Self::read).
-    pub fn read_as(path: impl AsRef<Path>, recording: &Recording) -> Result<Self, Error> {
-        Self::read_file(path.as_ref(), recording)
-    }
-
-    fn read_file(path: &Path, recording: &Recording) -> Result<Self, Error> {
-        let table = Table::read(path)?;
-        let known = ["s", "node", "x", "y", "z"];
-        recording.check_columns(&table, &known)?;
-        let refused = |found: &str| {
-            table.error(1, &format!("{found}, allowed: one of s (arc length) and node (index)"))
-        };
-        let (place, by_node) = match (table.find("s"), table.find("node")) {
-            (Some(column), None) => (column, false),
-            (None, Some(column)) => (column, true),
-            (Some(_), Some(_)) => return Err(refused("columns `s` and `node`")),
-            (None, None) => return Self::read_center_line(path, &table, recording),
-        };
-        let factor = match (by_node, &table.columns[place].1) {
-            (true, Some(unit)) => {
-                return Err(table.error(1, &format!("unit [{unit}] of `node`, allowed: none")));
-            }
-            (true, None) => 1.0,
-            (false, _) => table.factor(place, &LENGTHS, "")?,
-        };
-        let axes = recording.axis_columns(&table)?;
-        let sigma_columns = recording.sigma_columns(&table, &axes, &known)?;
-        let mut sigmas = Vec::new();
-        let mut sightings = Vec::with_capacity(table.rows.len());
-        let mut dropped = Dropped::default();
-        for row in &table.rows {
-            let value = row.values[place]
-                .ok_or_else(|| table.error(row.line, "the point is blank, allowed: s or node"))?;
-            let point = match by_node {
-                true if value >= 0.0 && value.fract() == 0.0 => Point::Node(value as usize),
-                true => {
-                    let message = format!("node = {value}, allowed: an index from 0 on");
-                    return Err(table.error(row.line, &message));
+    /// Root mean square distance of the coordinates from those of the rest shape, m.
+    fn size(&self, problem: &Problem) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for sighting in self.placed(problem) {
+            let Ok(stencil) = problem.stencil(sighting.point) else { continue };
+            let rest = problem.rest_position(&stencil);
+            for (seen, rest) in sighting.position.iter().zip(rest) {
+                if let Some(seen) = seen {
+                    sum += (seen - rest).powi(2);
+                    count += 1.0;
                 }
-                false => Point::ArcLength(value * factor),
-            };
-            let position = recording.position(&axes, &row.values);
-            if !is_finite(value, &position) {
-                return Err(table.error(row.line, BEYOND));
-            }
-            if recording.sigma.is_some() {
-                let seen = position.map(|x| x.is_some());
-                sigmas.extend(recording.sigma(&table, &sigma_columns, row, seen)?.iter().flatten());
-            }
-            match position.iter().any(Option::is_some) {
-                true => sightings.push(Sighting { point, position }),
-                false => dropped.empty += 1,
             }
         }
-        let shape = Self {
-            source: Some(path.into()),
-            recording: Some(recording.clone()),
-            dropped,
-            ..Self::new(sightings)
-        };
-        if shape.values() == 0 {
-            return Err(
-                table.error(1, "no value below the header, allowed: one row with a value at least")
-            );
+        (sum / count.max(1.0)).sqrt()
+    }
+
+    fn check(&self, _header: &Header, subject: &Subject) -> Result<(), Error> {
+        let Subject { problem, label, .. } = subject;
+        let given = self.sightings.iter().filter(|_| !self.arc_lengths_fitted);
+        for (k, sighting) in given.enumerate() {
+            problem.stencil(sighting.point).map_err(|error| {
+                let allowed = "points of the rod. Check the unit in the header, as in s[mm]";
+                Error::invalid(format!("{label}: point {}", k + 1), error, allowed)
+            })?;
         }
-        Ok(shape.sigmas(&sigmas))
-    }
-
-    /// Points of the center line, without arc lengths.
-    fn read_center_line(path: &Path, table: &Table, recording: &Recording) -> Result<Self, Error> {
-        let known = ["x", "y", "z"];
-        recording.check_columns(table, &known)?;
-        let axes = recording.axis_columns(table)?;
-        let sigma_columns = recording.sigma_columns(table, &axes, &known)?;
-        let (mut positions, mut sigmas) = (Vec::new(), Vec::new());
-        let mut dropped = Dropped::default();
-        for row in &table.rows {
-            let position = recording.position(&axes, &row.values);
-            if !is_finite(0.0, &position) {
-                return Err(table.error(row.line, BEYOND));
-            }
-            if position.iter().flatten().count() < 2 {
-                dropped.empty += 1;
-                continue;
-            }
-            if recording.sigma.is_some() {
-                let seen = position.map(|x| x.is_some());
-                sigmas.extend(recording.sigma(table, &sigma_columns, row, seen)?.iter().flatten());
-            }
-            positions.push(position);
+        match self.sightings.iter().all(|s| is_finite(0.0, &s.position)) {
+            true => Ok(()),
+            false => Err(Error::invalid(*label, "other positions", "finite positions")),
         }
-        if positions.len() < LEAST_OF_A_LINE {
-            let message = format!(
-                "no column s or node, and {} points, allowed: {LEAST_OF_A_LINE} or more points along the center line, with \
-                 two coordinates each, or a column s (arc length) or node (index)",
-                positions.len()
-            );
-            return Err(table.error(1, &message));
+    }
+
+    fn prepare(&mut self, problem: &Problem, _horizon: f64) {
+        self.sightings = self.placed(problem);
+    }
+
+    fn require(&self, outputs: &mut Requirements) {
+        match self.arc_lengths_fitted {
+            true => outputs.whole_rest = true,
+            false => outputs.resting.extend(self.sightings.iter().map(|s| s.point)),
         }
-        let line = Self::center_line(&positions);
-        let (source, recording) = (Some(path.into()), Some(recording.clone()));
-        Ok(Self { source, recording, dropped, ..line }.sigmas(&sigmas))
     }
 
-    /// With a known standard deviation per coordinate, m.
-    pub fn sigma(self, sigma: f64) -> Self {
-        Self { sigma: Some(sigma), ..self }
-    }
-
-    /// With a known standard deviation of each sighting, per coordinate, m, or of each coordinate that was seen, sighting
-    /// by sighting.
-    pub fn sigmas(self, sigmas: &[f64]) -> Self {
-        let Some((sigma, sigma_factors)) = typical(sigmas) else { return self };
-        Self { sigma: Some(sigma), sigma_factors, ..self }
-    }
-
-    /// With another loss than squares.
-    pub fn loss(self, loss: Loss) -> Self {
-        Self { loss, ..self }
-    }
-
-    /// Kept out of the fit, to be predicted by it.
-    pub fn held_out(self) -> Self {
-        Self { held_out: true, ..self }
-    }
-
-    /// Number of coordinates seen.
-    pub fn values(&self) -> usize {
-        self.sightings.iter().flat_map(|s| s.position).flatten().count()
+    fn differences<D: Shown>(
+        &self,
+        simulated: &Simulated<D>,
+        each: &mut dyn FnMut(D),
+    ) -> Result<(), Error> {
+        let Some(resting) = simulated.resting else { return Ok(()) };
+        let (mesh, start) = (simulated.mesh, D::from(0.0));
+        if !self.arc_lengths_fitted {
+            for Sighting { point, position } in &self.sightings {
+                let place = resting.position(&point.fixed().stencil(mesh)?, start)?;
+                simulated.compare(place, position, each);
+            }
+            return Ok(());
+        }
+        let place = |i: usize| resting.position(&Stencil::node(i), start);
+        let nodes = (0..mesh.nodes.len()).map(|i| Ok(simulated.view.recorded(place(i)?)));
+        let nodes = nodes.collect::<Result<Vec<_>, Error>>()?;
+        let curve = Curve { nodes: &nodes, arc_length: &mesh.arc_length };
+        for Sighting { point, position } in &self.sightings {
+            let near = if let Point::ArcLength(s) = point { *s } else { 0.0 };
+            let offset = curve.offset(position, near);
+            (0..3).filter(|c| position[*c].is_some()).for_each(|c| each(offset[c]));
+        }
+        Ok(())
     }
 }

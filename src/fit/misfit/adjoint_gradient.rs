@@ -2,11 +2,11 @@
 
 use crate::dynamics::Reversible;
 use crate::error::Error;
+use crate::fit::measurement::MeasuredData;
+use crate::fit::measurement::simulated::Simulated;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::observation_row::{ObservationRow, affects_observation_operator};
-use crate::fit::misfit::observed_experiment::{
-    ObservedExperiment, Simulated, Values, in_halves, nodes,
-};
+use crate::fit::misfit::observed_experiment::{ObservedExperiment, in_halves, nodes};
 use crate::fit::unknown::Unknown;
 use num_dual::Dual64;
 
@@ -18,10 +18,11 @@ impl ObservedExperiment {
     /// Whether its gradient goes back over its motion: many unknowns, a motion that can be gone back over, and
     /// nothing else that was measured than where points of the centre line were.
     pub fn goes_back(&self) -> bool {
-        let centred = self.series.iter().all(|series| matches!(series.values, Values::Motion(..)));
+        let centred =
+            self.series.iter().all(|series| matches!(series.data, MeasuredData::PointMotion(_)));
         self.unknowns.len() > MANY
             && centred
-            && self.beside.is_empty()
+            && self.required.beside.is_empty()
             && self.problem.check_reversible().is_ok()
     }
 
@@ -35,7 +36,7 @@ impl ObservedExperiment {
     ) -> Result<(Vec<f64>, Vec<f64>, bool), Error> {
         let (problem, steps) = self.made((unknowns, x))?;
         count((steps * problem.segments()) as f64);
-        let run = Reversible::run(&problem, &nodes(&self.moving, &problem)?, steps)?;
+        let run = Reversible::run(&problem, &nodes(&self.required.moving, &problem)?, steps)?;
         let record = run.trajectory().record();
         let view = View::new(&problem, |_, value| value);
         let (mut residuals, mut slopes) = (Vec::new(), run.slopes());
@@ -43,9 +44,12 @@ impl ObservedExperiment {
         let mut by_residual = Vec::new();
         let mut weights = weights.iter();
         for series in &self.series {
-            let Values::Motion(point, _, samples) = &series.values else { continue };
-            for seen in ObservationRow::of(&view, (*point, samples), series.weights.iter().copied())
-            {
+            let MeasuredData::PointMotion(motion) = &series.data else { continue };
+            for seen in ObservationRow::of(
+                &view,
+                (motion.point, &motion.samples),
+                series.weights.iter().copied(),
+            ) {
                 let residual = seen.residual(&problem, record)?;
                 let weight = weights.next().copied().unwrap_or(1.0);
                 let [value, slope] = series.loss.robust(weight * residual);
@@ -66,12 +70,14 @@ impl ObservedExperiment {
             if affects_observation_operator(parameter) {
                 // What it makes of a motion that stays as it is.
                 let seed = |p, value| Dual64::new(value, f64::from(u8::from(p == parameter)));
+                let scene = problem.scene().over_parameters(seed);
                 let simulated = Simulated {
                     moving: Some(record.along(None)),
                     resting: None,
                     frequencies: &[],
                     view: &View::new(&problem, seed),
-                    scene: &problem.scene().over_parameters(seed),
+                    scene: &scene,
+                    mesh: &scene.made_mesh(),
                 };
                 let mut by_residual = by_residual.iter();
                 self.each_residual(&simulated, |r: Dual64, _| {

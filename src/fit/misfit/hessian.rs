@@ -8,8 +8,9 @@
 use crate::dynamics::Trajectory;
 use crate::error::Error;
 use crate::fit::measurement::loss::Loss;
+use crate::fit::measurement::simulated::Simulated;
 use crate::fit::misfit::camera::View;
-use crate::fit::misfit::observed_experiment::{ObservedExperiment, Run, Simulated};
+use crate::fit::misfit::observed_experiment::{ObservedExperiment, Run};
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::unknown::Unknown;
 use crate::scene::Parameter;
@@ -75,12 +76,14 @@ impl Residuals {
             [] => Vec::new(),
             modes => problem.natural_frequencies_over(modes, seed)?,
         };
+        let scene = problem.scene().over_parameters(seed);
         let simulated = Simulated {
             moving: moving.as_ref().map(|motion| motion.record().read()),
             resting: resting.as_ref().map(|rest| rest.record().read()),
             frequencies: &frequencies,
             view: &View::new(problem, seed),
-            scene: &problem.scene().over_parameters(seed),
+            scene: &scene,
+            mesh: &scene.made_mesh(),
         };
         let (mut sum, mut weights) = (0.0, weights.iter());
         comparison.each_residual(&simulated, |r: HyperDual64, loss: Loss| {

@@ -15,9 +15,9 @@ mod uncertainty;
 mod validation;
 
 use crate::code::Code;
-use crate::fit::measurement::DataUnit;
+use crate::fit::measurement::dataset::DataUnit;
+use crate::fit::measurement::dataset::Dropped;
 use crate::fit::measurement::experiment::{Experiment, all};
-use crate::fit::measurement::motion::Dropped;
 use crate::fit::misfit::residual_tests::ResidualTests;
 use crate::fit::report::outcome::FitOutcome;
 use crate::fit::report::plot_data::PlotData;

@@ -3,6 +3,7 @@
 //! [`Fit::keep_plot_data`](super::Fit::keep_plot_data) asks for it; it costs one simulation and is
 //! what `rodfit fit --report` draws.
 
+use crate::fit::measurement::dataset::Abscissa;
 use crate::fit::report::recorded_motion::RecordingPlots;
 use crate::fit::search::grid::Landscape;
 use crate::fit::search::journal::Iterate;
@@ -48,22 +49,6 @@ pub struct SearchRange {
     pub start: Option<f64>,
     /// Given bounds, in the unit of the parameter; null if none.
     pub bounds: Option<[f64; 2]>,
-}
-
-/// Abscissa of an observation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum Abscissa {
-    /// Time, s.
-    Time,
-    /// Arc length from the wall, m.
-    ArcLength,
-    /// The number of a mode, from 1 on.
-    Mode,
-    /// The number of a reading, from 1 on.
-    Reading,
 }
 
 /// Data and model of one coordinate of one observation.

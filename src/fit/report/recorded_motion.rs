@@ -2,7 +2,6 @@
 //! moments, and how far off they are by how long they go on their own, and by how fast the markers are.
 
 use crate::error::Error;
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::uncertainty::discrepancy::free_run::{Followed, STARTING, led};
@@ -151,7 +150,7 @@ fn one(experiment: &Experiment, search: &Search, x: &[f64]) -> Result<One, Error
     }
     let motion = RecordedMotion {
         experiment: experiment.name.clone(),
-        held_out: experiment.measurements.iter().all(Measurement::held_out),
+        held_out: experiment.measurements.iter().all(|m| m.held_out()),
         mean_error,
         snapshots: snapshots(&followed)?,
     };

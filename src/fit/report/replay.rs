@@ -2,12 +2,14 @@
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
+use crate::fit::measurement::Measurement;
+use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::{Coordinate, Measurement};
+use crate::fit::measurement::motion::PointMotion;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::observed_experiment::Run;
 use crate::fit::report::plot_data::{
-    Abscissa, Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
+    Measured, PlotData, RodShape, SearchRange, Series, SimulationSettings,
 };
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
@@ -45,7 +47,7 @@ fn settings(experiment: &Experiment) -> SimulationSettings {
         label: experiment.label(measurement),
         points: measurement.points(),
         values: measurement.values(),
-        recording: measurement.recording(),
+        recording: measurement.header.recording.clone(),
     };
     let problem = &experiment.problem;
     let (model, reason) = problem.model();
@@ -91,8 +93,7 @@ pub(crate) fn compared(
     residuals: &[f64],
     [weight, sigma]: [f64; 2],
 ) -> Vec<Series> {
-    let mut copy = measurement.clone();
-    let seen: Vec<f64> = copy.seen_mut().into_iter().map(|x| *x).collect();
+    let seen = measurement.values_in_order();
     let units = measurement.sigmas(weight);
     let unit = measurement.data_unit();
     let series = |coordinate: Coordinate| {
@@ -102,13 +103,7 @@ pub(crate) fn compared(
             label: measurement.label(),
             axis: coordinate.axis.into(),
             unit: unit.name.into(),
-            abscissa: match measurement {
-                Measurement::Motion(_) => Abscissa::Time,
-                Measurement::RestShape(_) => Abscissa::ArcLength,
-                Measurement::Frequencies(_) => Abscissa::Mode,
-                Measurement::Gauge(gauge) if gauge.as_motion().is_some() => Abscissa::Time,
-                Measurement::Gauge(_) => Abscissa::Reading,
-            },
+            abscissa: measurement.abscissa(),
             abscissa_values: own().map(|(_, at)| *at).collect(),
             observed: own().map(|(k, _)| seen[*k] / unit.size).collect(),
             simulated: own()
@@ -146,13 +141,13 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
         plots.shapes.extend(moments);
         let resting = at_rest(experiment, &run, &view)?;
         for measurement in &experiment.measurements {
-            let lines = match measurement {
-                Measurement::Motion(_) => motion(measurement, &run, &view)?,
-                Measurement::RestShape(_) => resting.as_ref().map_or_else(Default::default, |r| {
-                    let line = |c: usize| r.0.iter().zip(&r.1.nodes).map(move |(s, x)| [*s, x[c]]);
-                    [0, 1, 2].map(|c| line(c).collect())
+            let lines = match (measurement.motion(), measurement.shape(), &resting) {
+                (Some(own), ..) => motion(own, &run, &view)?,
+                (_, Some(_), Some((arc_lengths, shape))) => [0, 1, 2].map(|c| {
+                    let points = arc_lengths.iter().zip(&shape.nodes);
+                    points.map(|(s, x)| [*s, x[c]]).collect()
                 }),
-                Measurement::Frequencies(_) | Measurement::Gauge(_) => Default::default(),
+                _ => Lines::default(),
             };
             for coordinate in measurement.coordinates(&experiment.problem) {
                 let axis = ["x", "y", "z"].iter().position(|axis| *axis == coordinate.axis);
@@ -169,13 +164,11 @@ pub(crate) fn add_motion(search: &Search, x: &[f64], plots: &mut PlotData) -> Re
 type Lines = [Vec<[f64; 2]>; 3];
 
 /// Where the point is over the clock of its recording.
-fn motion(measurement: &Measurement, run: &Run, view: &View<f64>) -> Result<Lines, Error> {
+fn motion(own: &PointMotion, run: &Run, view: &View<f64>) -> Result<Lines, Error> {
     let mut lines = Lines::default();
-    let (Some(observation), Some(trajectory)) = (measurement.motion(), &run.moving) else {
-        return Ok(lines);
-    };
-    let marker = run.problem.marker(observation.point, observation.offset)?;
-    let times = observation.samples.iter().map(|s| s.time);
+    let Some(trajectory) = &run.moving else { return Ok(lines) };
+    let marker = run.problem.marker(own.point, own.offset)?;
+    let times = own.samples.iter().map(|s| s.time);
     let (first, last) = times.fold((f64::MAX, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
     for k in 0..=CURVE {
         let clock = first + (last - first) * k as f64 / CURVE as f64;

@@ -12,7 +12,7 @@ use crate::fit::measurement::Measurement;
 use crate::fit::measurement::constant_axes::ConstantAxis;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::measurement::loss::Loss;
-use crate::fit::measurement::motion::{Observation, Sample};
+use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::fit::measurement::repeated_frames::RepeatedFrames;
 use crate::fit::misfit::camera::View;
 use crate::fit::misfit::residual_tests::{ResidualTests, significance_level};
@@ -76,9 +76,8 @@ impl DataPrecheck {
                 continue;
             }
             for measurement in &experiment.measurements {
-                let Measurement::Motion(o) = measurement else { continue };
                 let label = experiment.label(measurement);
-                let Some(release) = Release::new(experiment, o)? else { continue };
+                let Some(release) = Release::new(experiment, measurement)? else { continue };
                 let late = release.late_release(&label).map(|words| (Code::LateRelease, words));
                 let is_late = late.is_some();
                 look.suspicions.extend(late);
@@ -104,9 +103,8 @@ impl Experiment {
             || scene.supports.move_ends()
             || scene.loads.flow()
             || scene.initial.moves();
-        let still = |m: &Measurement| match m {
-            Measurement::Motion(o) => o.is_still(self.problem.length()),
-            _ => false,
+        let still = |m: &Measurement| {
+            m.motion().is_some_and(|o| o.is_still(self.problem.length(), m.sigma()))
         };
         released && driven && !self.measurements.is_empty() && self.measurements.iter().all(still)
     }
@@ -123,14 +121,14 @@ impl Experiment {
     }
 }
 
-impl Observation {
+impl PointMotion {
     /// Whether it shows nothing but noise.
-    fn is_still(&self, length: f64) -> bool {
+    fn is_still(&self, length: f64, sigma: Option<f64>) -> bool {
         let spread = self.spread();
         if spread <= 1e-9 * length {
             return true;
         }
-        if spread > HARDLY * length || self.sigma.is_some_and(|sigma| spread > 1.5 * sigma) {
+        if spread > HARDLY * length || sigma.is_some_and(|sigma| spread > 1.5 * sigma) {
             return false;
         }
         (0..3).all(|c| {
@@ -153,7 +151,7 @@ impl Observation {
         })
     }
 
-    /// Of one coordinate, m: given, or from how far samples are off the line of their neighbours.
+    /// Noise of a coordinate, m, by the second differences of the samples.
     fn noise(&self) -> f64 {
         let off = self.samples.windows(3).flat_map(|w| {
             (0..3).filter_map(|c| {
@@ -163,7 +161,7 @@ impl Observation {
         });
         let mut off: Vec<f64> = off.collect();
         off.sort_by(f64::total_cmp);
-        self.sigma.unwrap_or_else(|| off.get(off.len() / 2).map_or(0.0, |median| 1.5 * median))
+        off.get(off.len() / 2).map_or(0.0, |median| 1.5 * median)
     }
 }
 
@@ -174,7 +172,9 @@ fn norm(a: Vector<f64>) -> f64 {
 /// A recording of a rod that starts at rest, and where the scene has its point.
 struct Release<'a> {
     experiment: &'a Experiment,
-    observation: &'a Observation,
+    observation: &'a PointMotion,
+    /// Start of the motion on the clock of its file, in its unit.
+    time_zero: f64,
     view: View<f64>,
     /// Of the point at the start, in the recording, m.
     start: Vector<f64>,
@@ -184,17 +184,20 @@ struct Release<'a> {
 impl<'a> Release<'a> {
     fn new(
         experiment: &'a Experiment,
-        observation: &'a Observation,
+        measurement: &'a Measurement,
     ) -> Result<Option<Self>, Error> {
+        let Some(observation) = measurement.motion() else { return Ok(None) };
         let problem = &experiment.problem;
         if problem.scene().initial.state != InitialState::Rest || observation.samples.is_empty() {
             return Ok(None);
         }
         let view = View::new(problem, |_, value| value);
-        let Observation { point, offset, .. } = observation;
+        let PointMotion { point, offset, .. } = observation;
         let start = view.recorded(problem.marker_at_rest(*point, *offset)?);
-        let noise = observation.noise();
-        Ok(Some(Self { experiment, observation, view, start, noise }))
+        let noise = measurement.sigma().unwrap_or_else(|| observation.noise());
+        let recording = measurement.header.recording.as_ref();
+        let time_zero = recording.and_then(|recording| recording.time_zero).unwrap_or(0.0);
+        Ok(Some(Self { experiment, observation, time_zero, view, start, noise }))
     }
 
     /// From `place` to a sample, along the coordinates that were seen.
@@ -214,13 +217,11 @@ impl<'a> Release<'a> {
         let distance = |t: &f64| (t - onset).abs();
         let onset = times.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         let rest = self.view.time(onset);
-        let recording = self.observation.recording.as_ref();
-        let zero = recording.and_then(|recording| recording.time_zero).unwrap_or(0.0);
         (rest > 0.0).then(|| {
             format!(
                 "{label}: the point rests until t = {onset:.4} s, and the scene releases the rod at t = 0 s. The recording \
                  began before the release. Raise time_zero by {rest:.4} s (to {:.4} if the clock of the file is in s)",
-                zero + rest
+                self.time_zero + rest
             )
         })
     }
@@ -390,6 +391,7 @@ impl<'a> Release<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::measurement::motion::Observation;
     use crate::scene::{Material, Scene, Section, Time};
 
     /// Rods from limp to stiff, damped or not, as they are: nothing is suspicious.

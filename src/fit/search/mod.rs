@@ -21,7 +21,7 @@ pub(crate) mod weighted_search;
 
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
-use crate::fit::measurement::motion::Observation;
+use crate::fit::measurement::motion::PointMotion;
 use crate::fit::misfit::initial_sigmas::first_sigmas;
 use crate::fit::misfit::residuals::Residuals;
 use crate::fit::misfit::work::Work;
@@ -167,12 +167,12 @@ impl<'a> Search<'a> {
     /// zero without motion.
     pub fn first_periods(&self, stretch: f64) -> Vec<f64> {
         let enough = 8 + 4 * self.unknowns.len();
-        let wait = |o: &Observation| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
+        let wait = |o: &PointMotion| o.samples.get(enough).map_or(f64::MAX, |s| s.time);
         let first = |experiment: &Experiment| {
-            let least = |part: &dyn Fn(&Observation) -> f64| {
+            let least = |part: &dyn Fn(&PointMotion) -> f64| {
                 experiment.records().map(|o| part(&o)).fold(f64::MAX, f64::min)
             };
-            let (rise, sampled) = (least(&Observation::rise_time), least(&wait));
+            let (rise, sampled) = (least(&PointMotion::rise_time), least(&wait));
             (2.0 * rise * stretch).max(sampled).min(experiment.duration())
         };
         self.experiments.iter().map(first).collect()

@@ -101,10 +101,10 @@ pub(crate) fn residual_tests(
     correlation: impl Fn(&str) -> f64,
     significance: f64,
 ) -> Vec<ResidualTests> {
-    if let Measurement::Frequencies(_) = measurement {
+    if measurement.frequencies().is_some() {
         return Vec::new();
     }
-    if let Measurement::RestShape(shape) = measurement
+    if let Some(shape) = measurement.shape()
         && shape.arc_lengths_fitted
     {
         // Both coordinates of an offset along the normal are one value.
@@ -113,7 +113,8 @@ pub(crate) fn residual_tests(
         let (places, values): (Vec<f64>, Vec<f64>) =
             offsets.into_iter().map(|[along, offset]| (along, offset)).unzip();
         let label = (experiment.label(measurement), NORMAL);
-        let tests = ResidualTests::new(label, (&places, &values), shape.loss, 0.0, significance);
+        let tests =
+            ResidualTests::new(label, (&places, &values), measurement.loss(), 0.0, significance);
         return tests.into_iter().collect();
     }
     let tests = measurement.coordinates(&experiment.problem).into_iter().filter_map(|coordinate| {

@@ -19,7 +19,7 @@
 use crate::error::Error;
 use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::motion::{Observation, Sample};
+use crate::fit::measurement::motion::{PointMotion, Sample};
 use crate::fit::search::Search;
 use crate::fit::search::optimum::Optimum;
 use crate::fit::unknown::Unknown;
@@ -187,14 +187,14 @@ fn typical_size(unknown: &Unknown, experiment: &Experiment) -> f64 {
 }
 
 /// The largest speed from one sample to the next, m/s.
-fn largest_speed(observation: &Observation) -> f64 {
+fn largest_speed(motion: &PointMotion) -> f64 {
     let speed = |pair: &[Sample]| {
         let both = pair[0].position.iter().zip(pair[1].position);
         let square = both.filter_map(|(a, b)| Some((b? - (*a)?).powi(2))).sum::<f64>();
         let time = pair[1].time - pair[0].time;
         if time > 0.0 { square.sqrt() / time } else { 0.0 }
     };
-    observation.samples.windows(2).map(speed).fold(0.0, f64::max)
+    motion.samples.windows(2).map(speed).fold(0.0, f64::max)
 }
 
 /// The growth in all experiments with motion, by the derivatives of all residuals.
@@ -230,20 +230,8 @@ pub(crate) fn leverage_weights(
             weights.resize(first + measurement.values(), 1.0);
             let Some(growth) = growth else { continue };
             let own = &mut weights[first..];
-            match measurement {
-                Measurement::Motion(observation) => {
-                    let times = observation
-                        .samples
-                        .iter()
-                        .flat_map(|sample| sample.position.iter().flatten().map(|_| sample.time));
-                    own.iter_mut().zip(times).for_each(|(w, time)| *w = growth.weight(time));
-                }
-                Measurement::Gauge(gauge) => {
-                    for (weight, reading) in own.iter_mut().zip(&gauge.readings) {
-                        *weight = reading.time.map_or(1.0, |time| growth.weight(time));
-                    }
-                }
-                Measurement::RestShape(_) | Measurement::Frequencies(_) => {}
+            for (weight, time) in own.iter_mut().zip(measurement.times()) {
+                *weight = time.map_or(1.0, |time| growth.weight(time));
             }
         }
     }

@@ -8,7 +8,6 @@ pub(crate) mod report;
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::Fit;
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::{Experiment, all};
 use crate::fit::validate::{check_predicted, recorded};
 use crate::fit::validation_errors::compute::compared;
@@ -54,5 +53,5 @@ impl Fit {
 /// Whether there are measurements, and all of them are validation data.
 pub(crate) fn is_validation_only(experiments: &[Experiment]) -> bool {
     let mut measurements = all(experiments).map(|(_, m)| m).peekable();
-    measurements.peek().is_some() && measurements.all(Measurement::held_out)
+    measurements.peek().is_some() && measurements.all(|m| m.held_out())
 }

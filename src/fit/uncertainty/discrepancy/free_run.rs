@@ -2,7 +2,6 @@
 
 use crate::dynamics::Trajectory;
 use crate::error::Error;
-use crate::fit::measurement::Measurement;
 use crate::fit::measurement::experiment::Experiment;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::Fitted;
@@ -70,7 +69,7 @@ impl RecordingErrors {
         }
         let error = |experiment: &&Experiment| RecordingError {
             experiment: experiment.name.clone(),
-            held_out: experiment.measurements.iter().all(Measurement::held_out),
+            held_out: experiment.measurements.iter().all(|m| m.held_out()),
             mean_error: mean_error(experiment, fitted).ok(),
         };
         let list: Vec<RecordingError> = led.par_iter().map(error).collect();

@@ -12,7 +12,6 @@
 //! of measured frequencies `f` with their noise `s` and computed ones `g`.
 
 use crate::code::Code;
-use crate::fit::measurement::Measurement;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::estimate::Estimate;
@@ -68,7 +67,7 @@ pub(crate) fn check_mode_numbers(fitted: Fitted, estimates: &[Estimate], warning
     let [experiment] = search.experiments else { return };
     let (mut names, mut measured, mut chi_squared) = (Vec::new(), Vec::<[f64; 2]>::new(), 0.0);
     for MeasuredResiduals { measurement, sigma, residuals, .. } in fitted.measured() {
-        let Measurement::Frequencies(frequencies) = measurement else { return };
+        let Some(frequencies) = measurement.frequencies() else { return };
         names.extend(frequencies.names());
         measured.extend(frequencies.values.iter().map(|f| [f.rad_s, sigma]));
         chi_squared += residuals.iter().map(|r| r * r).sum::<f64>();

@@ -4,7 +4,6 @@
 //! upper bound by beam theory and twice the strains at equilibrium exceed what is allowed.
 
 use crate::code::Code;
-use crate::fit::measurement::Measurement;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::grade::{Severity, Warnings};
 use crate::problem::strain::{LARGEST_STRAIN, LargestStrain, StrainGauge};
@@ -18,12 +17,7 @@ pub(crate) fn scene_notes(fitted: Fitted, warnings: &mut Warnings) {
     let mut added: Vec<String> = Vec::new();
     for (k, experiment) in fitted.search.experiments.iter().enumerate() {
         let Ok(problem) = fitted.problem(experiment) else { continue };
-        let rests = |m: &Measurement| match m {
-            Measurement::RestShape(_) => true,
-            Measurement::Gauge(gauge) => gauge.readings.iter().any(|r| r.time.is_none()),
-            _ => false,
-        };
-        let at_rest = experiment.measurements.iter().any(rests);
+        let at_rest = experiment.measurements.iter().any(|m| m.requirements().is_at_rest());
         let purpose = match (experiment.moves(), at_rest) {
             (true, _) => Purpose::Motion,
             (false, true) => Purpose::Rest,

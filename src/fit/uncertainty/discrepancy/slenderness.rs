@@ -8,10 +8,10 @@
 
 use crate::code::Code;
 use crate::error::Error;
-use crate::fit::measurement::Measurement;
+use crate::fit::measurement::MeasuredData;
 use crate::fit::measurement::experiment::Experiment;
-use crate::fit::measurement::frequencies::Frequencies;
-use crate::fit::measurement::shape::RestShape;
+use crate::fit::measurement::frequencies::ModeFrequencies;
+use crate::fit::measurement::shape::EquilibriumShape;
 use crate::fit::misfit::camera::View;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::search::optimum::Optimum;
@@ -256,8 +256,8 @@ fn softening(
                 continue;
             };
             let inverse_sigmas = measurement.sigmas(*sigma).into_iter().map(f64::recip);
-            match measurement {
-                Measurement::Frequencies(frequencies) => {
+            match &measurement.data {
+                MeasuredData::ModeFrequencies(frequencies) => {
                     let reductions = reductions(&problem, frequencies, flexibility)?;
                     let all = frequencies.values.iter().zip(&reductions).zip(inverse_sigmas);
                     for (k, ((value, reduction), inverse)) in place.zip(all) {
@@ -266,14 +266,14 @@ fn softening(
                         softening.largest = softening.largest.max(*reduction);
                     }
                 }
-                Measurement::RestShape(shape) => {
+                MeasuredData::EquilibriumShape(shape) => {
                     let (displaced, part) = displacements(&problem, shape, flexibility)?;
                     for (k, (change, inverse)) in place.zip(displaced.iter().zip(inverse_sigmas)) {
                         softening.change[k] = change * inverse;
                     }
                     softening.largest = softening.largest.max(part);
                 }
-                Measurement::Motion(_) | Measurement::Gauge(_) => {
+                _ => {
                     let part = match motion {
                         Some(part) => part,
                         None => *motion.insert(first_mode(&problem, flexibility)?),
@@ -309,7 +309,7 @@ fn is_worth_a_look(experiment: &Experiment, problem: &Problem, flexibility: f64)
 /// By what part the squared frequencies are lower.
 fn reductions(
     problem: &Problem,
-    frequencies: &Frequencies,
+    frequencies: &ModeFrequencies,
     flexibility: f64,
 ) -> Result<Vec<f64>, Error> {
     let names: Vec<ModeName> = frequencies.names().collect();
@@ -329,7 +329,7 @@ fn first_mode(problem: &Problem, flexibility: f64) -> Result<f64, Error> {
 /// deflection.
 fn displacements(
     problem: &Problem,
-    shape: &RestShape,
+    shape: &EquilibriumShape,
     flexibility: f64,
 ) -> Result<(Vec<f64>, f64), Error> {
     let (by_shear, view) = (problem.shear_deflections()?, View::new(problem, |_, value| value));

@@ -9,7 +9,6 @@
 //! A scale below the residuals means autocorrelated noise or a missing effect. It changes the grade and the score
 //! tests, never an interval.
 
-use crate::fit::measurement::Measurement;
 use crate::fit::search::fitted::{Fitted, MeasuredResiduals};
 use crate::fit::uncertainty::noise::autocorrelation::Correlations;
 use crate::fit::uncertainty::noise::noise_scale::{CoordinateSamples, NoiseScale};
@@ -75,9 +74,8 @@ impl Adequacy {
         for own in fitted.measured() {
             let MeasuredResiduals { index, experiment, measurement, .. } = own;
             // Offsets from a line of unknown arc lengths have no scale of their own in the samples.
-            let is_shape = matches!(measurement, Measurement::RestShape(_))
-                && measurement.fitted_arc_lengths() == 0;
-            let is_motion = matches!(measurement, Measurement::Motion(_));
+            let is_shape = measurement.shape().is_some() && measurement.fitted_arc_lengths() == 0;
+            let is_motion = measurement.motion().is_some();
             let all = measurement.coordinates(&experiment.problem);
             let wanted = is_motion || is_shape && measurement.sigma().is_none();
             for coordinate in all.into_iter().filter(|_| wanted) {

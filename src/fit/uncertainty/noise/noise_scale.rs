@@ -1,6 +1,6 @@
 //! Samples of one coordinate of a measurement, and the noise scale that they show.
 
-use crate::fit::measurement::Coordinate;
+use crate::fit::measurement::dataset::Coordinate;
 use crate::fit::search::Search;
 use crate::fit::search::fitted::MeasuredResiduals;
 use crate::numerics::noise_scale::{

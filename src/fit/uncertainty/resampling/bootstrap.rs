@@ -131,7 +131,7 @@ impl Shared<'_> {
         }
         let mut experiments = self.task.experiments.to_vec();
         let measurements = experiments.iter_mut().flat_map(|e| e.measurements.iter_mut());
-        let seen = measurements.flat_map(|m| m.seen_mut());
+        let seen = measurements.flat_map(|m| m.data.values_mut());
         for ((seen, simulated), noise) in seen.zip(&self.simulated).zip(noise) {
             *seen = simulated + noise;
         }
@@ -188,7 +188,7 @@ fn spread(
         let MeasuredResiduals { measurement, sigma: unit, residuals, .. } = own;
         let mut measurement = measurement.clone();
         let own = measurement.sigmas(unit);
-        let seen = measurement.seen_mut().into_iter().zip(residuals).zip(&own);
+        let seen = measurement.data.values_mut().into_iter().zip(residuals).zip(&own);
         simulated.extend(seen.map(|((seen, r), unit)| *seen + r * unit));
         units.extend(own);
         noise.extend(measurement.sigmas(*sigma));
