@@ -21,6 +21,8 @@ const TIMES: usize = 200;
 const PARTS: usize = 8;
 /// Refinement of the reference over the numerics chosen for the smallest request.
 const FINER: usize = 3;
+/// The same of the step of `rodas4`, which is of fourth order.
+const FINER_RODAS4: f64 = 2.0;
 /// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
 const ITERATIONS_OF_RODAS4: [usize; 2] = [5, 3];
 
@@ -126,8 +128,14 @@ fn main() -> Result<(), Error> {
             continue;
         };
         let segments = format!("segments = {}", FINER * finest.segments());
-        let step = finest.time()?.step_size() / FINER as f64;
-        let step = format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9");
+        let step = finest.time()?.step_size();
+        let step = match finest.time()?.scheme.name() {
+            "rodas4" => format!("step = {}\nscheme = \"rodas4\"", step / FINER_RODAS4),
+            _ => {
+                let step = step / FINER as f64;
+                format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9")
+            }
+        };
         let reference = read(&text, "", &segments, &step)?.simulate();
         let reference = reference.and_then(|(problem, run)| Motion::of(&problem, &run));
         let reference = match reference {

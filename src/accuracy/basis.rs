@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::scene::resolution::Bound;
 
 /// Growth of the work from the last trial run where further ones would take too long.
-pub(super) const LAST_GROWTH: f64 = 10.0;
+pub(super) const LAST_GROWTH: f64 = 20.0;
 /// What is chosen for a motion, and what a check of the chosen run needs.
 pub(crate) struct ChosenMotion {
     pub numerics: Numerics,
@@ -25,10 +25,6 @@ pub(crate) struct Basis {
     pub trial: Trial,
     pub numerics: Numerics,
     pub errors: ErrorModel,
-    /// Errors with the scheme and number of steps of the chosen run, where these are others.
-    pub chosen_errors: ErrorModel,
-    /// Numerics that `chosen_errors` belong to.
-    pub chosen_from: Numerics,
     pub target: f64,
     /// Most work of a chosen run, edges times steps.
     pub most_work: f64,
@@ -37,16 +33,16 @@ pub(crate) struct Basis {
 impl Basis {
     /// The cheapest refinement that reaches the target, within the growth that is allowed at the end.
     pub fn refinement(&self, free: Free) -> Refinement {
-        let segments = self.chosen_from.segments as f64;
-        match self.chosen_errors.cheapest(self.target, segments, free) {
+        let segments = self.numerics.segments as f64;
+        match self.errors.cheapest(self.target, segments, free) {
             Some((finer, growth)) if growth <= LAST_GROWTH => finer,
-            _ => self.chosen_errors.best_within(LAST_GROWTH, segments, free),
+            _ => self.errors.best_within(LAST_GROWTH, segments, free),
         }
     }
 
     /// Edges and steps of a refinement.
     pub fn refined(&self, finer: Refinement, scene: &Scene) -> Numerics {
-        let from = self.chosen_from;
+        let from = self.numerics;
         let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
         let steps = (finer.step * from.steps as f64 - 1e-6).ceil().max(1.0) as usize;
         Numerics { segments: allowed_edges(scene, segments), steps, scheme: from.scheme }

@@ -7,7 +7,7 @@
 use crate::accuracy::aim::{OF_ACCURACY, solved_for};
 use crate::accuracy::basis::Basis;
 use crate::accuracy::refinement::{Free, Refinement};
-use crate::accuracy::trial::{Numerics, compared_points, largest_stable_step};
+use crate::accuracy::trial::{Cost, Numerics, compared_points, largest_stable_step};
 use crate::dynamics::record::Record;
 use crate::dynamics::{Snapshot, Trajectory};
 use crate::error::Error;
@@ -17,6 +17,10 @@ use std::sync::Arc;
 
 /// Runs that may be chosen after the first.
 const MOST_ATTEMPTS: usize = 3;
+/// Part of the requested error that the estimate of a repeated run may take: it was corrected by a run.
+const REPEATED_TARGET: f64 = 0.8;
+/// Growth of the work from a run to the repeated one, at most.
+const REPEATED_GROWTH: f64 = 10.0;
 /// Growth of the work from the last trial run below which a difference determines nothing: both runs are alike.
 const LEAST_GROWTH: f64 = 1.3;
 /// The least change of a refined run, over the error of the trial run.
@@ -49,9 +53,9 @@ pub struct RunMonitor {
     interval: f64,
     next: f64,
     difference: f64,
-    /// Newton iterations so far, or steps where the scheme has none, and edges.
-    iterations: usize,
-    segments: usize,
+    cost: Cost,
+    /// Work so far, edges times Newton iterations.
+    work: f64,
 }
 
 /// What follows from a run.
@@ -86,8 +90,8 @@ impl RunCheck {
             interval,
             next: interval,
             difference: 0.0,
-            iterations: 0,
-            segments: problem.segments(),
+            cost: Cost::of(problem),
+            work: 0.0,
         })
     }
 
@@ -101,7 +105,7 @@ impl RunCheck {
         monitor: &RunMonitor,
     ) -> Result<Assessment, Error> {
         let can_refine = self.free.step && self.attempts < MOST_ATTEMPTS;
-        self.work += (monitor.iterations * monitor.segments) as f64;
+        self.work += monitor.work;
         match outcome {
             Ok(()) => {}
             Err(Error::Invalid { .. } | Error::Io { .. } | Error::Interrupted) => {
@@ -113,25 +117,39 @@ impl RunCheck {
             }
             Err(_) => return Ok(Assessment::Accepted(None)),
         }
-        let expected = self.basis.chosen_errors.after(self.finer);
+        let expected = self.basis.errors.after(self.finer);
         let factor = self.underestimation(expected, monitor.difference);
         let error = factor * expected;
         if error <= self.scene.asked() || !can_refine {
             return Ok(Assessment::Accepted(Some(error)));
         }
-        let same = Refinement { mesh: 1.0, step: 1.0 };
-        let scaled = self.basis.chosen_errors.refined(same, factor);
-        let segments = self.basis.chosen_from.segments as f64;
-        match scaled.cheapest(self.basis.target, segments, self.free) {
-            Some((finer, _)) if self.is_affordable(finer) => self.again(finer, factor),
-            _ => Ok(Assessment::Accepted(Some(error))),
+        match self.repeated(expected, factor) {
+            Some(finer) => self.again(finer, factor),
+            None => Ok(Assessment::Accepted(Some(error))),
         }
     }
 
-    /// Whether a run takes no longer than the longest that is chosen.
+    /// The refinement of a repeated run after errors were underestimated by a factor: the cheapest that is expected to reach
+    /// the request, or as much of it as one more run may take.
+    fn repeated(&self, expected: f64, factor: f64) -> Option<Refinement> {
+        let same = Refinement { mesh: 1.0, step: 1.0 };
+        let scaled = self.basis.errors.refined(same, factor);
+        let segments = self.basis.numerics.segments as f64;
+        let target = REPEATED_TARGET * self.scene.asked();
+        let cheapest = scaled.cheapest(target, segments, self.free).map(|(finer, _)| finer);
+        let was_promised = expected <= self.scene.asked();
+        let most = REPEATED_GROWTH * self.basis.growth(self.numerics);
+        let partly = was_promised.then(|| scaled.best_within(most, segments, self.free));
+        [cheapest, partly].into_iter().flatten().find(|finer| self.is_affordable(*finer))
+    }
+
+    /// Whether a run takes no longer than the longest that is chosen, and not much longer than the one before.
     fn is_affordable(&self, finer: Refinement) -> bool {
-        let Numerics { segments, steps, .. } = self.basis.refined(finer, &self.scene);
-        segments as f64 * steps as f64 <= self.basis.most_work
+        let numerics = self.basis.refined(finer, &self.scene);
+        let [next, this] = [numerics, self.numerics].map(|numerics| self.basis.growth(numerics));
+        numerics.segments as f64 * numerics.steps as f64 <= self.basis.most_work
+            && next > this
+            && next <= LEAST_GROWTH * REPEATED_GROWTH * this
     }
 
     /// The factor by which the errors of the last trial run were underestimated, as far as the difference of the run shows.
@@ -141,24 +159,17 @@ impl RunCheck {
         if self.basis.growth(self.numerics) < LEAST_GROWTH || trial == 0.0 {
             return 1.0;
         }
-        // Errors of one scheme have one direction; those of two may point against each other.
-        let allowed = match self.basis.numerics.scheme == self.numerics.scheme {
-            true => (trial - expected).abs().max(LEAST_CHANGE * trial),
-            false => trial + expected,
-        };
+        let allowed = (trial - expected).abs().max(LEAST_CHANGE * trial);
         (difference / allowed).max(1.0)
     }
 
     /// The problem with other numerics.
     fn again(mut self, finer: Refinement, factor: f64) -> Result<Assessment, Error> {
-        let same = Refinement { mesh: 1.0, step: 1.0 };
-        self.basis.chosen_errors = self.basis.chosen_errors.refined(same, factor);
-        self.basis.errors = self.basis.errors.refined(same, factor);
         self.finer = finer;
         self.attempts += 1;
         let numerics = self.basis.refined(finer, &self.scene);
         self.numerics = numerics;
-        let error = self.basis.chosen_errors.after(finer);
+        let error = factor * self.basis.errors.after(finer);
         let problem = numbered(&self.scene, numerics, error, self.work)?;
         Ok(Assessment::Again(Box::new((problem, self))))
     }
@@ -242,8 +253,8 @@ pub fn simulate_checked(
 impl RunMonitor {
     /// Compares a state of the run.
     pub fn push(&mut self, state: &dyn Snapshot) {
-        let (time, work) = (state.time(), state.work());
-        self.iterations = work.newton_iterations.max(work.steps);
+        let time = state.time();
+        self.work = self.cost.work(state.work());
         if time < self.next {
             return;
         }

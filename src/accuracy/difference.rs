@@ -1,12 +1,13 @@
-//! Differences of successive runs of which each is twice as fine as the one before in mesh or in step, and the error of the
-//! last of them.
+//! Differences of successive runs, each finer than the one before in mesh or in step, and the error of the last of them.
 //!
-//! Differences that fall by a factor are a geometric series; its remainder is the error of the last run (Aitken's
-//! extrapolation; for errors of second order it is Richardson's). Modes that a coarse mesh does not have, or that large steps
-//! damp, come in one after the other, and the differences then fall more slowly than the order of the method.
+//! For errors `e = C h^p`, a refinement by `r` changes the result by `d = e (r^p - 1)`, where `e` is the error after it
+//! (Richardson's extrapolation). The order `p` is observed from two differences: modes that a coarse mesh does not have, or
+//! that large steps damp, come in one after the other, and the differences then fall more slowly than the order of the method.
 
 /// Differences over the length beyond which two motions are unrelated and determine no error.
 pub(super) const UNRELATED: f64 = 0.15;
+/// Bisections for an observed order: 2^-40 of the interval.
+const BISECTIONS: usize = 40;
 
 /// Positions over the length at the points and times where runs are compared.
 pub(super) type Positions = Vec<[f64; 3]>;
@@ -18,81 +19,135 @@ pub(super) fn largest_distance(a: &Positions, b: &Positions) -> f64 {
     a.iter().zip(b).map(square).fold(0.0, f64::max).sqrt()
 }
 
-/// Bounds of the contraction with which differences are continued.
+/// The error after a refinement by `ratio`, over the change that it makes.
+pub(crate) fn remainder(ratio: f64, order: f64) -> f64 {
+    (ratio.powf(order) - 1.0).recip()
+}
+
+/// Bounds of the order with which differences are continued.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ContractionBounds {
-    /// The fastest that is believed: 1/4 is that of second order.
-    pub fastest: f64,
-    /// The slowest with which the series is summed.
-    pub slowest: f64,
-    /// What is assumed after a single difference.
+pub(super) struct OrderBounds {
+    /// The highest order that is used: that of the method.
+    pub highest: f64,
+    /// The highest order that two differences determine; more of it needs a third one.
+    pub at_once: f64,
+    /// The lowest order with which the sequence is extrapolated.
+    pub lowest: f64,
+    /// The order after a single difference.
     pub assumed: f64,
+}
+
+/// The change of the result by a refinement.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    /// Over the length.
+    difference: f64,
+    /// Factor by which mesh or step became finer.
+    ratio: f64,
+}
+
+impl Change {
+    /// The order that explains the fall from this difference to the next one, within bounds.
+    fn order_to(self, next: Self, lowest: f64, highest: f64) -> f64 {
+        let fall = next.difference / self.difference.max(f64::MIN_POSITIVE);
+        let expected = |order: f64| (1.0 - next.ratio.powf(-order)) * remainder(self.ratio, order);
+        let [mut low, mut high] = [lowest, highest];
+        if fall >= expected(low) {
+            return low;
+        }
+        if fall <= expected(high) {
+            return high;
+        }
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if fall < expected(middle) { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
 }
 
 /// Successive differences, over the length.
 #[derive(Clone, Debug)]
 pub(super) struct Differences {
-    values: Vec<f64>,
-    bounds: ContractionBounds,
+    changes: Vec<Change>,
+    bounds: OrderBounds,
 }
 
 impl Differences {
-    pub fn new(bounds: ContractionBounds) -> Self {
-        Self { values: Vec::new(), bounds }
+    pub fn new(bounds: OrderBounds) -> Self {
+        Self { changes: Vec::new(), bounds }
     }
 
-    pub fn push(&mut self, difference: f64) {
-        self.values.push(difference);
+    /// Adds the difference that a refinement by `ratio` made.
+    pub fn push(&mut self, difference: f64, ratio: f64) {
+        self.changes.push(Change { difference, ratio });
     }
 
     pub fn clear(&mut self) {
-        self.values.clear();
+        self.changes.clear();
+    }
+
+    /// Takes the last difference back, and returns the refinement that made it.
+    pub fn pop(&mut self) -> f64 {
+        self.changes.pop().map_or(1.0, |change| change.ratio)
+    }
+
+    /// The differences as of a run that is coarser than the last by the last refinement.
+    pub fn coarsened(mut self) -> Self {
+        let order = self.order();
+        if let Some(last) = self.changes.pop() {
+            let difference = last.difference * last.ratio.powf(order);
+            self.changes = vec![Change { difference, ..last }];
+        }
+        self
     }
 
     pub fn count(&self) -> usize {
-        self.values.len()
+        self.changes.len()
     }
 
     pub fn last(&self) -> Option<f64> {
-        self.values.last().copied()
-    }
-
-    /// The factor by which the differences fall.
-    pub fn contraction(&self) -> f64 {
-        let ContractionBounds { fastest, slowest, assumed } = self.bounds;
-        match self.values[..] {
-            [.., before, last] => (last / before.max(f64::MIN_POSITIVE)).clamp(fastest, slowest),
-            _ => assumed,
-        }
+        self.changes.last().map(|change| change.difference)
     }
 
     /// Whether the last difference is smaller than the one before.
     pub fn is_falling(&self) -> bool {
-        !matches!(self.values[..], [.., before, last] if last >= before)
+        !matches!(self.changes[..], [.., before, last] if last.difference >= before.difference)
     }
 
-    /// Whether the last two differences fall at least as fast as the slowest contraction; so does a single one.
+    /// Whether the last two differences fall at least as fast as the lowest order requires; so does a single one.
     pub fn is_converging(&self) -> bool {
-        match self.values[..] {
-            [.., before, last] => last <= self.bounds.slowest * before,
+        let OrderBounds { lowest, highest, .. } = self.bounds;
+        match self.changes[..] {
+            [.., before, last] => before.order_to(last, 0.5 * lowest, highest) >= lowest,
             _ => true,
         }
     }
 
     /// The observed order, or another one after a single difference.
     pub fn order_or(&self, other: f64) -> f64 {
-        if self.values.len() > 1 { self.order() } else { other }
+        if self.changes.len() > 1 { self.order() } else { other }
     }
 
     /// The order: the power of the edge length or the step that the error falls with.
     pub fn order(&self) -> f64 {
-        -self.contraction().log2()
+        let OrderBounds { highest, at_once, lowest, assumed } = self.bounds;
+        let order = |a: Change, b: Change| a.order_to(b, lowest, highest);
+        match self.changes[..] {
+            [.., first, before, last] => {
+                let observed = order(before, last);
+                observed.min(order(first, before).max(at_once))
+            }
+            [before, last] => order(before, last).min(at_once),
+            _ => assumed,
+        }
     }
 
     /// The error of the last run, over the length; zero without a difference.
     pub fn error(&self) -> f64 {
-        let contraction = self.contraction();
-        self.last().unwrap_or(0.0) * contraction / (1.0 - contraction)
+        self.changes
+            .last()
+            .map_or(0.0, |last| last.difference * remainder(last.ratio, self.order()))
     }
 }
 
@@ -100,39 +155,51 @@ impl Differences {
 mod tests {
     use super::*;
 
-    fn differences(values: &[f64]) -> Differences {
-        let bounds = ContractionBounds { fastest: 0.25, slowest: 0.8, assumed: 0.4 };
-        Differences { values: values.to_vec(), bounds }
+    const BOUNDS: OrderBounds =
+        OrderBounds { highest: 2.0, at_once: 1.5, lowest: 0.4, assumed: 1.0 };
+
+    fn differences(errors: &[f64], ratios: &[f64]) -> Differences {
+        let mut found = Differences::new(BOUNDS);
+        errors.windows(2).zip(ratios).for_each(|(e, ratio)| found.push(e[0] - e[1], *ratio));
+        found
     }
 
-    /// Errors e, e/4, e/16 have the differences 3e/4 and 3e/16, and the last is e/16.
+    /// Errors `h^p` of refinements by 2, 4 and 3 have the order `p`, and the last of them is found.
     #[test]
-    fn second_order_differences_give_richardsons_error() {
-        let last = differences(&[0.75, 0.1875]);
-        assert!((last.error() - 0.0625).abs() < 1e-15 && (last.order() - 2.0).abs() < 1e-15);
+    fn error_of_a_power_law_is_exact_for_any_refinements() {
+        for order in [0.7, 1.0, 1.4, 2.0] {
+            let errors = [1.0_f64, 2.0, 8.0, 24.0].map(|finer| finer.powf(-order));
+            let found = differences(&errors, &[2.0, 4.0, 3.0]);
+            assert!((found.order() - order).abs() < 1e-9, "{order}: {}", found.order());
+            assert!((found.error() / errors[3] - 1.0).abs() < 1e-8, "{order}: {}", found.error());
+        }
     }
 
-    /// Errors e, e/2, e/4 of first order have the differences e/2 and e/4, and the last is e/4.
+    /// The order of the method needs two observations, the slower of which counts.
     #[test]
-    fn first_order_differences_give_their_own_sum() {
-        let last = differences(&[0.5, 0.25]);
-        assert!((last.error() - 0.25).abs() < 1e-15 && (last.order() - 1.0).abs() < 1e-15);
+    fn high_order_is_used_after_two_observations() {
+        assert_eq!(differences(&[1.0, 0.25], &[2.0]).order(), 1.0);
+        let once = differences(&[1.0, 0.25, 0.0625], &[2.0; 2]);
+        assert!((once.order() - 1.5).abs() < 1e-9);
+        let twice = differences(&[1.0, 0.25, 0.0625, 0.015625], &[2.0; 3]);
+        assert!((twice.order() - 2.0).abs() < 1e-9);
+        let after_slow = differences(&[1.0, 0.5, 0.25, 0.0625], &[2.0; 3]);
+        assert!(after_slow.order() <= 1.5);
     }
 
     #[test]
     fn sequence_converges_where_differences_fall_fast_enough() {
-        assert!(differences(&[1.0]).is_converging() && differences(&[1.0, 0.79]).is_converging());
-        let slow = differences(&[1.0, 0.81]);
+        let of = |values: &[f64]| {
+            let mut found = Differences::new(BOUNDS);
+            values.iter().for_each(|value| found.push(*value, 2.0));
+            found
+        };
+        assert!(of(&[1.0]).is_converging() && of(&[1.0, 0.75]).is_converging());
+        let slow = of(&[1.0, 0.8]);
         assert!(!slow.is_converging() && slow.is_falling());
-        assert!(!differences(&[1.0, 1.0]).is_falling());
-        assert_eq!(differences(&[1.0]).order_or(2.0), 2.0);
-    }
-
-    #[test]
-    fn contraction_stays_between_its_bounds() {
-        assert_eq!(differences(&[1.0, 1e-3]).contraction(), 0.25);
-        assert_eq!(differences(&[1.0, 2.0]).contraction(), 0.8);
-        assert_eq!(differences(&[1.0]).contraction(), 0.4);
-        assert_eq!(differences(&[]).error(), 0.0);
+        assert!(!of(&[1.0, 1.0]).is_falling());
+        assert_eq!(of(&[1.0]).order_or(2.0), 2.0);
+        assert_eq!(of(&[1.0, 2.0]).order(), 0.4);
+        assert_eq!(of(&[]).error(), 0.0);
     }
 }

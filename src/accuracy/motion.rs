@@ -1,25 +1,40 @@
 //! Mesh, step and scheme of a motion.
 //!
-//! A sequence of runs halves the step or the edges, whichever leaves the larger error, and estimates both errors from the
+//! A sequence of runs refines the step or the mesh, whichever leaves the larger error, and estimates both errors from the
 //! [differences](crate::accuracy::difference) over the whole rod. It ends where the requested error is within reach of an
 //! extrapolation; the chosen numerics are the cheapest that reach it. Neither part is refined far without the other: large
 //! steps damp the modes that finer edges would add, and a coarse mesh does not have the modes that smaller steps would show.
 
-use crate::accuracy::aim::{allowed_edges, is_struck};
-use crate::accuracy::basis::{Basis, ChosenMotion, LAST_GROWTH};
+use crate::accuracy::aim::allowed_edges;
+use crate::accuracy::basis::{Basis, ChosenMotion};
 use crate::accuracy::difference::{Differences, Positions, UNRELATED, largest_distance};
-use crate::accuracy::refinement::{ErrorModel, Free, Refinement};
-use crate::accuracy::rodas4;
+use crate::accuracy::refinement::{ErrorModel, FARTHEST, Free, Refinement};
+use crate::accuracy::rodas4::{self, Alternative};
 use crate::accuracy::trial::{Numerics, Trial, Trials, largest_stable_step};
-use crate::accuracy::tuning::{Tuning, is_limp};
+use crate::accuracy::tuning::Tuning;
 use crate::error::Error;
 use crate::scene::resolution::Bound;
 use crate::scene::{Scene, Scheme};
 
 /// Refinement of one part after which the difference of the other is taken again.
-const STALE: f64 = 4.0;
+const STALE: f64 = 8.0;
+/// Refinement of one part after which earlier differences of the other determine no order.
+const FORGOTTEN: f64 = 8.0;
 /// Runs that may fail before the search ends.
 const MOST_FAILURES: usize = 10;
+/// Refinement of a part, and the one where it is expected to need as much.
+const RATIO: usize = 2;
+const LARGE_RATIO: usize = 4;
+/// Refinement that a part is expected to need beyond the large one.
+const BEYOND: f64 = 1.5;
+/// Refinement of the step that generalised-alpha is expected to need where another scheme is tried, and that of the last
+/// trial run after which it is tried again.
+const STEP_NEED: f64 = 4.0;
+const TRIED_AGAIN: usize = 3;
+/// Work of a longer search over that of others, where it is expected to reach the target.
+const LONGER: f64 = 30.0;
+/// Part of the target that the step may leave.
+const STEP_PART: f64 = 0.5;
 /// The part that a run refined.
 #[derive(Clone, Copy, PartialEq)]
 enum Part {
@@ -37,6 +52,8 @@ pub(super) struct MotionSearch<'a> {
     /// Refinement of the other part since the last difference of mesh and of step.
     since_mesh: f64,
     since_step: f64,
+    /// Steps of the last trial run when another scheme was tried.
+    tried_at: usize,
     /// Edges that the scene gives, where it gives them, and steps.
     given_segments: Option<usize>,
     given_steps: Option<usize>,
@@ -52,12 +69,13 @@ impl<'a> MotionSearch<'a> {
             (!trials.open.step).then(|| (time.end / time.step_size()).round().max(1.0) as usize);
         Ok(Self {
             scene,
-            mesh: Differences::new(tuning.contraction),
-            step: Differences::new(tuning.contraction),
+            mesh: Differences::new(tuning.orders),
+            step: Differences::new(tuning.orders),
             tuning,
             trials,
             since_mesh: 1.0,
             since_step: 1.0,
+            tried_at: 0,
             given_segments,
             given_steps,
         })
@@ -81,28 +99,85 @@ impl<'a> MotionSearch<'a> {
         let mut refined = Part::Step;
         let mut failures = 0;
         loop {
-            if now.segments as f64 * now.steps as f64 > self.trials.most_work {
+            let is_long = self.trials.expected_work(now) > self.trials.most_work;
+            if is_long && !last.as_ref().is_some_and(|(_, at)| self.is_promising(*at)) {
                 return self.conclude(last, now, Some(Bound::Work));
             }
             let Some(trial) = self.trials.run(now)? else {
                 failures += 1;
-                self.mesh.clear();
-                self.step.clear();
-                last = None;
                 if failures > MOST_FAILURES {
-                    return self.conclude(None, now, Some(Bound::Work));
+                    return self.conclude(last, now, Some(Bound::Work));
                 }
-                now = self.after_failure(now, failures);
+                now = match last {
+                    // Finer edges need smaller steps, whose error is left to the difference of the mesh.
+                    Some(_) if now.scheme == Scheme::Rodas4 => {
+                        Numerics { steps: 2 * now.steps, ..now }
+                    }
+                    _ => {
+                        self.mesh.clear();
+                        self.step.clear();
+                        last = None;
+                        self.after_failure(now, failures)
+                    }
+                };
                 continue;
             };
-            if let Some((before, _)) = &last {
-                self.compare(&before.positions, &trial.positions, refined);
+            if let Some((before, then)) = &last {
+                let ratio = match refined {
+                    Part::Mesh => now.segments as f64 / then.segments as f64,
+                    Part::Step => now.steps as f64 / then.steps as f64,
+                };
+                self.compare(&before.positions, &trial.positions, refined, ratio);
             }
             last = Some((trial, now));
+            if let Some(alternative) = self.alternative(now)? {
+                last = Some((alternative.trial, alternative.numerics));
+                let mut coarser = now.segments as f64 / alternative.numerics.segments as f64;
+                while coarser > 1.0 && self.mesh.count() > 0 {
+                    coarser /= self.mesh.pop();
+                }
+                now = alternative.numerics;
+                self.step = alternative.step;
+                (self.since_mesh, self.since_step) = (1.0, 1.0);
+            }
             let Some(next) = self.next_part(now) else { return self.conclude(last, now, None) };
             now = self.refine(now, next);
             refined = next;
         }
+    }
+
+    /// Whether a longer search is expected to reach the target, from the last trial run.
+    fn is_promising(&self, at: Numerics) -> bool {
+        let is_falling = |d: &Differences| d.count() > 1 && d.is_converging();
+        let growth = self.errors().cheapest(self.target(), at.segments as f64, self.free());
+        let work = growth.map(|(_, growth)| growth * self.trials.expected_work(at));
+        is_falling(&self.mesh)
+            && is_falling(&self.step)
+            && work.is_some_and(|work| work <= LONGER * self.trials.most_work)
+    }
+
+    /// Another scheme where generalised-alpha is expected to need many steps, tried on a coarser mesh.
+    fn alternative(&mut self, now: Numerics) -> Result<Option<Alternative>, Error> {
+        let can = self.trials.open.scheme
+            && self.given_segments.is_none()
+            && now.scheme != Scheme::Rodas4
+            && self.scene.is_taken_by(Scheme::Rodas4);
+        let is_time = now.steps >= TRIED_AGAIN * self.tried_at;
+        if !can || !is_time || self.step.count() < 2 || self.mesh.count() == 0 {
+            return Ok(None);
+        }
+        let target = STEP_PART * self.target();
+        let need = (self.step.error() / target).powf(self.step.order().recip());
+        if need < STEP_NEED {
+            return Ok(None);
+        }
+        self.tried_at = now.steps;
+        let coarse = allowed_edges(
+            self.scene,
+            (now.segments / LARGE_RATIO).max(self.trials.guess.segments()),
+        );
+        let segments = coarse.min(now.segments);
+        rodas4::cheaper(&self.trials, segments, now.steps, need * now.steps as f64, target)
     }
 
     /// Edges of the first trial run: half of those that the scene gives, as far as markers at nodes allow it.
@@ -122,16 +197,22 @@ impl<'a> MotionSearch<'a> {
         self.scene.rod.segments.is_none() && self.given_segments.is_some()
     }
 
-    fn compare(&mut self, before: &Positions, after: &Positions, refined: Part) {
+    fn compare(&mut self, before: &Positions, after: &Positions, refined: Part, ratio: f64) {
         let difference = largest_distance(before, after);
         match refined {
             Part::Mesh => {
-                self.mesh.push(difference);
-                (self.since_mesh, self.since_step) = (1.0, 2.0 * self.since_step);
+                if self.since_mesh > FORGOTTEN {
+                    self.mesh.clear();
+                }
+                self.mesh.push(difference, ratio);
+                (self.since_mesh, self.since_step) = (1.0, ratio * self.since_step);
             }
             Part::Step => {
-                self.step.push(difference);
-                (self.since_step, self.since_mesh) = (1.0, 2.0 * self.since_mesh);
+                if self.since_step > FORGOTTEN {
+                    self.step.clear();
+                }
+                self.step.push(difference, ratio);
+                (self.since_step, self.since_mesh) = (1.0, ratio * self.since_mesh);
             }
         }
     }
@@ -145,13 +226,29 @@ impl<'a> MotionSearch<'a> {
     }
 
     fn refine(&self, now: Numerics, part: Part) -> Numerics {
+        let ratio = self.ratio(now, part);
         match part {
             Part::Mesh => {
-                let twice = allowed_edges(self.scene, 2 * now.segments);
-                Numerics { segments: self.given_segments.unwrap_or(twice), ..now }
+                let finer = allowed_edges(self.scene, ratio * now.segments);
+                Numerics { segments: self.given_segments.unwrap_or(finer), ..now }
             }
-            Part::Step => Numerics { steps: self.given_steps.unwrap_or(2 * now.steps), ..now },
+            Part::Step => Numerics { steps: self.given_steps.unwrap_or(ratio * now.steps), ..now },
         }
+    }
+
+    /// The factor by which a part is refined: large where the target is far.
+    fn ratio(&self, now: Numerics, part: Part) -> usize {
+        let (own, other_is_fresh) = match part {
+            Part::Mesh => (&self.mesh, self.since_step <= 1.0),
+            Part::Step => (&self.step, self.since_mesh <= 1.0),
+        };
+        let cheapest = self.errors().cheapest(self.target(), now.segments as f64, self.free());
+        let need = cheapest.map_or(f64::INFINITY, |(finer, _)| match part {
+            Part::Mesh => finer.mesh,
+            Part::Step => finer.step,
+        });
+        let is_far = own.count() > 1 && other_is_fresh && need > BEYOND * LARGE_RATIO as f64;
+        if is_far && own.last().is_some_and(|last| last < UNRELATED) { LARGE_RATIO } else { RATIO }
     }
 
     fn can_refine(&self, now: Numerics, part: Part) -> bool {
@@ -191,7 +288,9 @@ impl<'a> MotionSearch<'a> {
         let most = if observed { self.tuning.growth_observed } else { self.tuning.growth_assumed };
         let errors = self.errors();
         let cheapest = errors.cheapest(self.target(), now.segments as f64, self.free());
-        let within_reach = cheapest.is_some_and(|(_, growth)| growth <= most);
+        let within_reach = cheapest.is_some_and(|(finer, growth)| {
+            growth <= most && finer.mesh.max(finer.step) <= FARTHEST
+        });
         if within_reach && !unrelated {
             // What is given is compared before the search ends.
             return match self.free() {
@@ -220,8 +319,8 @@ impl<'a> MotionSearch<'a> {
         ErrorModel {
             mesh: self.mesh.error(),
             step: self.step.error(),
-            mesh_order: self.mesh.order(),
-            step_order: self.step.order(),
+            mesh_order: self.mesh.order() - self.tuning.doubt,
+            step_order: self.step.order() - self.tuning.doubt,
         }
     }
 
@@ -239,20 +338,16 @@ impl<'a> MotionSearch<'a> {
         };
         let errors = self.errors();
         let is_known = self.mesh.count() + self.step.count() > 0;
-        let by_rodas4 = self.by_rodas4(numerics, errors)?;
-        let (chosen_errors, chosen_from) = by_rodas4.unwrap_or((errors, numerics));
         let basis = Basis {
             trial,
             numerics,
             errors,
-            chosen_errors,
-            chosen_from,
             target: self.target(),
-            most_work: LAST_GROWTH * self.trials.most_work,
+            most_work: LONGER * self.trials.most_work,
         };
         let finer = basis.refinement(self.free());
         let (numerics, step) = self.numerics(&basis, finer)?;
-        let error = is_known.then(|| chosen_errors.after(finer));
+        let error = is_known.then(|| errors.after(finer));
         let given = self.given_segments.is_some() || self.given_steps.is_some();
         let too_large = error.is_none_or(|error| error > self.scene.asked());
         let bound = match (too_large, given) {
@@ -285,24 +380,5 @@ impl<'a> MotionSearch<'a> {
             step = step.min(self.scene.supports.largest_good_step());
         }
         Ok((numerics, step))
-    }
-
-    /// Errors with `rodas4` and the numerics they belong to, where it reaches the target with less work.
-    ///
-    /// Limp and struck rods are left out: its steps are large there, damp what finer edges would add, and hide mesh errors.
-    fn by_rodas4(
-        &self,
-        numerics: Numerics,
-        errors: ErrorModel,
-    ) -> Result<Option<(ErrorModel, Numerics)>, Error> {
-        if !self.trials.open.scheme
-            || self.given_segments.is_some()
-            || is_struck(self.scene)
-            || is_limp(self.scene, &self.trials.guess)
-            || !self.scene.is_taken_by(Scheme::Rodas4)
-        {
-            return Ok(None);
-        }
-        rodas4::cheaper(&self.trials, numerics, errors, self.target())
     }
 }

@@ -25,11 +25,24 @@ pub(super) struct Free {
 
 /// Coarsest and finest factor for the mesh, and the number of candidates between them.
 const COARSEST: f64 = 0.5;
-const FINEST: f64 = 8.0;
-const CANDIDATES: i32 = 80;
+const FINEST: f64 = 64.0;
+const CANDIDATES: i32 = 140;
+
+/// Refinement of a part up to which its observed order is trusted; of what is beyond, the root counts.
+pub(super) const FARTHEST: f64 = 7.0;
+
+/// The refinement that the error falls with.
+fn trusted(finer: f64) -> f64 {
+    finer.min(FARTHEST) * (finer / FARTHEST).max(1.0).sqrt()
+}
+
+/// The refinement whose trusted part is this.
+fn needed(trusted: f64) -> f64 {
+    trusted * (trusted / FARTHEST).max(1.0)
+}
 
 /// A step takes as long as so many edges more would.
-pub(super) const EDGES_OF_STEP: f64 = 8.0;
+const EDGES_OF_STEP: f64 = 8.0;
 
 /// Work of a run with so many edges and steps, up to a factor.
 pub(super) fn work(segments: f64, steps: f64) -> f64 {
@@ -39,15 +52,15 @@ pub(super) fn work(segments: f64, steps: f64) -> f64 {
 impl ErrorModel {
     /// The error that is left after a refinement.
     pub fn after(&self, finer: Refinement) -> f64 {
-        self.mesh * finer.mesh.powf(-self.mesh_order)
-            + self.step * finer.step.powf(-self.step_order)
+        let Self { mesh, step, .. } = self.refined(finer, 1.0);
+        mesh + step
     }
 
     /// The errors of a run that is finer, times a factor.
     pub fn refined(&self, finer: Refinement, factor: f64) -> Self {
         Self {
-            mesh: factor * self.mesh * finer.mesh.powf(-self.mesh_order),
-            step: factor * self.step * finer.step.powf(-self.step_order),
+            mesh: factor * self.mesh * trusted(finer.mesh).powf(-self.mesh_order),
+            step: factor * self.step * trusted(finer.step).powf(-self.step_order),
             ..*self
         }
     }
@@ -62,8 +75,8 @@ impl ErrorModel {
             false => vec![1.0],
         };
         let candidates = meshes.into_iter().filter_map(|mesh| {
-            let left = target - self.mesh * mesh.powf(-self.mesh_order);
-            let step = (self.step / left).powf(self.step_order.recip()).max(COARSEST);
+            let left = target - self.mesh * trusted(mesh).powf(-self.mesh_order);
+            let step = needed((self.step / left).powf(self.step_order.recip())).max(COARSEST);
             let step = if free.step { step } else { 1.0 };
             let finer = Refinement { mesh, step };
             let is_enough = left > 0.0 && self.after(finer) <= target * (1.0 + 1e-9);
@@ -111,6 +124,16 @@ mod tests {
         );
         // sqrt(4e-3/5e-4) sqrt(1e-3/5e-4)
         assert!((cost / 4.0 - 1.0).abs() < 0.01, "{cost}");
+    }
+
+    /// Beyond the trusted refinement the error falls with half the order, and as much more is needed.
+    #[test]
+    fn far_extrapolations_are_not_trusted() {
+        let left = model(1.0, 0.0).after(Refinement { mesh: 4.0 * FARTHEST, step: 1.0 });
+        assert!((left * (2.0 * FARTHEST).powi(2) - 1.0).abs() < 1e-12, "{left}");
+        for finer in [0.5, 3.0, FARTHEST, 50.0] {
+            assert!((needed(trusted(finer)) / finer - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A mesh for what does not move.
 
 use crate::accuracy::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges, order_of_mesh};
-use crate::accuracy::difference::{ContractionBounds, Differences, Positions, largest_distance};
+use crate::accuracy::difference::{Differences, OrderBounds, Positions, largest_distance};
 use crate::accuracy::trial::looked_at;
 use crate::error::Error;
 use crate::problem::Problem;
@@ -13,8 +13,8 @@ use crate::vibration::About;
 const MOST: f64 = 0.78;
 /// The error after a single difference, over that of the theoretical order.
 const UNSURE: f64 = 1.5;
-/// The slowest contraction that belongs to a converging sequence, of second and of first order.
-const SLOWEST: [f64; 2] = [0.4, 0.714];
+/// The lowest order that belongs to a converging sequence, of second and of first order.
+const LOWEST: [f64; 2] = [1.32, 0.486];
 /// The chosen mesh is at most so many times as fine as the finest of three meshes, of two, and of two after one without a
 /// solution.
 const FAR: [f64; 3] = [2.0, 1.3, 1.0];
@@ -23,17 +23,17 @@ const ROUNDING: f64 = 1e-4;
 /// Differences below this are none.
 const NO_DIFFERENCE: f64 = 1e-12;
 
-/// Contractions of a method of first or second order.
-fn contraction_bounds(order: f64) -> ContractionBounds {
-    let single = UNSURE / (order.exp2() - 1.0);
-    let slowest = if order > 1.0 { SLOWEST[0] } else { SLOWEST[1] };
-    ContractionBounds { fastest: (-order).exp2(), slowest, assumed: single / (1.0 + single) }
+/// Orders of a method of first or second order.
+fn order_bounds(order: f64) -> OrderBounds {
+    let assumed = (1.0 + (order.exp2() - 1.0) / UNSURE).log2();
+    let lowest = if order > 1.0 { LOWEST[0] } else { LOWEST[1] };
+    OrderBounds { highest: order, at_once: order, lowest, assumed }
 }
 
 /// A mesh for what does not move.
 pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Result<Found, Error> {
     let (order, allowed) = (order_of_mesh(scene), MOST * scene.asked());
-    let mut differences = Differences::new(contraction_bounds(order));
+    let mut differences = Differences::new(order_bounds(order));
     let (mut segments, mut before, mut has_failed) = (edges, None, false);
     let (most, least) = match aim {
         Aim::Modes(count) => (MOST_OF_MODES.max(edges), 2 * count),
@@ -46,7 +46,7 @@ pub(super) fn still(scene: &Scene, aim: Aim, (edges, step): (usize, f64)) -> Res
             compared => Some(compared?),
         };
         match before.as_ref().zip(now.as_ref()) {
-            Some((before, now)) => differences.push(largest_distance(before, now)),
+            Some((before, now)) => differences.push(largest_distance(before, now), 2.0),
             None => differences.clear(),
         }
         has_failed |= now.is_none();

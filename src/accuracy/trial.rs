@@ -2,8 +2,8 @@
 
 use crate::accuracy::aim::{OF_TRIAL, solved_for};
 use crate::accuracy::difference::Positions;
-use crate::dynamics::Trajectory;
 use crate::dynamics::record::Record;
+use crate::dynamics::{Trajectory, Work};
 use crate::error::Error;
 use crate::problem::{AnyProblem, Problem};
 use crate::scene::{Chosen, End, Point, Scene, Scheme, Stencil, Support};
@@ -18,6 +18,8 @@ const PARTS: usize = 8;
 const MOST_WORK: [f64; 2] = [2e6, 5e5];
 /// Newton iterations that take as long as a step of `rodas4`, in a plane and in space.
 const ITERATIONS_OF_RODAS4: [f64; 2] = [5.0, 3.0];
+/// Newton iterations of a step of generalised-alpha.
+pub(super) const ITERATIONS: f64 = 2.1;
 /// Part of the largest stable step of an explicit scheme that is used.
 const OF_STABLE_STEP: f64 = 0.95;
 
@@ -63,11 +65,20 @@ impl<'a> Trials<'a> {
             open: scene.left_open(),
             scene,
             most_work: MOST_WORK[dimension],
-            iterations_of_rodas4: ITERATIONS_OF_RODAS4[dimension],
+            iterations_of_rodas4: iterations_of_rodas4(&guess),
             guess,
             known: RefCell::default(),
             work: Cell::default(),
         })
+    }
+
+    /// Expected work of a run over that of generalised-alpha with one step and one edge.
+    pub fn expected_work(&self, Numerics { segments, steps, scheme }: Numerics) -> f64 {
+        let one = match scheme {
+            Scheme::Rodas4 => self.iterations_of_rodas4 / ITERATIONS,
+            _ => 1.0,
+        };
+        one * segments as f64 * steps as f64
     }
 
     /// A run; none where its steps fail. The same run is not made twice.
@@ -119,12 +130,7 @@ impl<'a> Trials<'a> {
             }
             taken += 1;
         });
-        let work = run.work();
-        let iterations = match scheme {
-            Scheme::Rodas4 => self.iterations_of_rodas4 * work.steps as f64,
-            _ => work.newton_iterations.max(work.steps) as f64,
-        };
-        self.work.set(self.work.get() + iterations * problem.segments() as f64);
+        self.work.set(self.work.get() + Cost::of(&problem).work(run.work()));
         match outcome {
             Ok(()) => {}
             Err(error @ (Error::Invalid { .. } | Error::Io { .. })) => return Err(error),
@@ -136,6 +142,33 @@ impl<'a> Trials<'a> {
         let positions = Arc::new(positions(&problem, &stencils, &record)?);
         Ok(Some(Trial { positions, record: Arc::new(record), stencils }))
     }
+}
+
+/// What a step and an iteration of a run cost.
+pub(super) struct Cost {
+    segments: f64,
+    /// Newton iterations that take as long as a step of a scheme without any.
+    of_step: f64,
+}
+
+impl Cost {
+    pub fn of(problem: &Problem) -> Self {
+        let of_step = match problem.scene().time.as_ref().map(|time| time.scheme) {
+            Some(Scheme::Rodas4) => iterations_of_rodas4(problem),
+            _ => 1.0,
+        };
+        Self { segments: problem.segments() as f64, of_step }
+    }
+
+    /// The work of a run, edges times Newton iterations.
+    pub fn work(&self, done: Work) -> f64 {
+        self.segments * (done.newton_iterations as f64).max(self.of_step * done.steps as f64)
+    }
+}
+
+/// Newton iterations that take as long as a step of `rodas4`.
+fn iterations_of_rodas4(problem: &Problem) -> f64 {
+    ITERATIONS_OF_RODAS4[usize::from(problem.planar().is_none())]
 }
 
 /// Positions of the compared points over the length, at all times of comparison.

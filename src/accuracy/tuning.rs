@@ -1,7 +1,7 @@
 //! Constants of the search for the numerics of a motion, for motions of few and of many modes.
 
 use crate::accuracy::aim::is_struck;
-use crate::accuracy::difference::ContractionBounds;
+use crate::accuracy::difference::OrderBounds;
 use crate::problem::Problem;
 use crate::scene::{InitialState, Scene};
 
@@ -9,26 +9,30 @@ use crate::scene::{InitialState, Scene};
 pub(super) struct Tuning {
     /// Part of the requested error that the estimate may take: estimates are off by a factor of up to two.
     pub target: f64,
-    /// Growth of the work from the last trial run to the chosen one at most, where both contractions are observed, and where
-    /// one is assumed.
+    /// Growth of the work from the last trial run to the chosen one at most, where both orders are observed, and where one is
+    /// assumed: the trial runs together take about twice the last one.
     pub growth_observed: f64,
     pub growth_assumed: f64,
-    pub contraction: ContractionBounds,
+    pub orders: OrderBounds,
+    /// What is taken off an observed order for runs that are finer than those it was observed of.
+    pub doubt: f64,
 }
 
 /// Motions of a few low modes.
 const SMOOTH: Tuning = Tuning {
-    target: 0.4,
-    growth_observed: 8.0,
-    growth_assumed: 5.0,
-    contraction: ContractionBounds { fastest: 0.25, slowest: 0.8, assumed: 0.4 },
+    target: 0.5,
+    growth_observed: 20.0,
+    growth_assumed: 12.0,
+    orders: OrderBounds { highest: 2.0, at_once: 2.0, lowest: 0.32, assumed: 1.5 },
+    doubt: 0.0,
 };
-/// Motions of many modes: higher ones come in with every refinement, and both contractions must be observed.
+/// Motions of many modes: higher ones come in with every refinement.
 const EXCITED: Tuning = Tuning {
-    target: 0.4,
-    growth_observed: 6.0,
-    growth_assumed: 1.2,
-    contraction: ContractionBounds { fastest: 0.4, slowest: 0.8, assumed: 0.4 },
+    target: 0.5,
+    growth_observed: 16.0,
+    growth_assumed: 8.0,
+    orders: OrderBounds { highest: 2.0, at_once: 1.32, lowest: 0.32, assumed: 1.32 },
+    doubt: 0.1,
 };
 /// Deflection under the weight over the length, as of small motions, beyond which a rod is limp.
 const LIMP: f64 = 1.0;
