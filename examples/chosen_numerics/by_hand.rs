@@ -1,7 +1,7 @@
 //! Numerics picked by hand: the cheapest of an accuracy, and errors of schemes by their steps.
 
 use crate::scenes::{KINDS, scene};
-use crate::{Motion, distance, read};
+use crate::{Motion, distance, read, simulate};
 use rodfit::Error;
 
 /// The schemes that are picked from.
@@ -24,7 +24,7 @@ const MESHES: usize = 3;
 fn run(text: &str, segments: f64, steps: f64, end: f64, scheme: &str) -> Option<Motion> {
     let step = format!("step = {}\n{scheme}", end / steps);
     let scene = read(text, "", &format!("segments = {segments}"), &step).ok()?;
-    let (problem, trajectory) = scene.simulate().ok()?;
+    let (problem, trajectory) = simulate(&scene).ok()?;
     Motion::of(&problem, &trajectory).ok()
 }
 

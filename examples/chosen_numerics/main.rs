@@ -11,6 +11,7 @@ mod by_hand;
 mod fits;
 mod scenes;
 
+use rodfit::accuracy::simulate_checked;
 use rodfit::{Error, Point, Problem, Scene, Trajectory};
 use scenes::{KINDS, scene};
 
@@ -32,6 +33,30 @@ fn read(text: &str, accuracy: &str, segments: &str, step: &str) -> Result<Scene,
     Scene::from_toml(&text.replace("STEP", step), ".")
 }
 
+/// A run whose numerics are chosen and checked where they are left open; the nodes about the compared points are recorded.
+fn simulate(scene: &Scene) -> Result<(Problem, Trajectory), Error> {
+    let (problem, check) = scene.checked_problem()?;
+    simulate_checked(problem, check, |problem| {
+        let mut nodes = Vec::new();
+        for point in points(&problem) {
+            nodes.extend(problem.stencil(point)?.nodes.iter().map(|(node, _)| *node));
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        let trajectory = Trajectory::new(&problem, &nodes, &[])?;
+        Ok((problem, trajectory))
+    })
+}
+
+/// Points at equal distances along the rod.
+fn points(problem: &Problem) -> impl Iterator<Item = Point> {
+    let length = problem.length();
+    (1..=PARTS).map(move |part| match part {
+        PARTS => Point::Tip,
+        part => Point::ArcLength(length * part as f64 / PARTS as f64),
+    })
+}
+
 /// A run at the points and times of comparison.
 struct Motion {
     /// Places over the length.
@@ -48,11 +73,7 @@ impl Motion {
     fn of(problem: &Problem, run: &Trajectory) -> Result<Self, Error> {
         let (time, length) = (problem.time()?, problem.length());
         let mut places = Vec::new();
-        for part in 1..=PARTS {
-            let point = match part {
-                PARTS => Point::Tip,
-                part => Point::ArcLength(length * part as f64 / PARTS as f64),
-            };
+        for point in points(problem) {
             for k in 1..=TIMES {
                 let at = run.at(point, time.end * k as f64 / TIMES as f64)?.0;
                 places.push(at.map(|x| x / length));
@@ -112,7 +133,7 @@ fn main() -> Result<(), Error> {
         let kind = KINDS[(seed % KINDS.len() as u64) as usize];
         let runs = REQUESTED.map(|requested| {
             let scene = read(&text, &format!("accuracy = {requested}"), "", "")?;
-            let (problem, run) = scene.simulate()?;
+            let (problem, run) = simulate(&scene)?;
             let motion = Motion::of(&problem, &run)?;
             Ok::<_, Error>((problem, motion))
         });
@@ -136,7 +157,7 @@ fn main() -> Result<(), Error> {
                 format!("step = {step}\nscheme = \"generalised-alpha\"\nrho_inf = 0.9")
             }
         };
-        let reference = read(&text, "", &segments, &step)?.simulate();
+        let reference = simulate(&read(&text, "", &segments, &step)?);
         let reference = reference.and_then(|(problem, run)| Motion::of(&problem, &run));
         let reference = match reference {
             Ok(reference) => reference.places,

@@ -26,8 +26,9 @@ pub(crate) struct Basis {
     pub numerics: Numerics,
     pub errors: ErrorModel,
     pub target: f64,
-    /// Most work of a chosen run, edges times steps.
+    /// Most work of a chosen run, and that of the trial run, edges times steps of generalised-alpha.
     pub most_work: f64,
+    pub trial_work: f64,
 }
 
 impl Basis {
@@ -46,6 +47,12 @@ impl Basis {
         let segments = (finer.mesh * from.segments as f64 - 1e-6).ceil().max(2.0) as usize;
         let steps = (finer.step * from.steps as f64 - 1e-6).ceil().max(1.0) as usize;
         Numerics { segments: allowed_edges(scene, segments), steps, scheme: from.scheme }
+    }
+
+    /// Whether a run with these numerics takes no longer than the longest that is chosen.
+    pub fn is_affordable(&self, numerics: Numerics) -> bool {
+        let [chosen, trial] = [numerics, self.numerics].map(|n| n.segments as f64 * n.steps as f64);
+        self.trial_work * chosen <= self.most_work * trial
     }
 
     /// Work of a run of the chosen scheme, in units of the trial run's.

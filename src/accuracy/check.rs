@@ -147,7 +147,7 @@ impl RunCheck {
     fn is_affordable(&self, finer: Refinement) -> bool {
         let numerics = self.basis.refined(finer, &self.scene);
         let [next, this] = [numerics, self.numerics].map(|numerics| self.basis.growth(numerics));
-        numerics.segments as f64 * numerics.steps as f64 <= self.basis.most_work
+        self.basis.is_affordable(numerics)
             && next > this
             && next <= LEAST_GROWTH * REPEATED_GROWTH * this
     }
@@ -215,39 +215,62 @@ impl Scene {
     }
 }
 
+/// A run of a problem, how it ended, and what was recorded of it.
+pub struct Attempt<R> {
+    /// The problem that was run, with its estimated error once its check accepted the run.
+    pub problem: Problem,
+    /// What was recorded of the run.
+    pub record: R,
+    /// How the run ended.
+    pub outcome: Result<(), Error>,
+}
+
 /// Runs a problem of [`Scene::checked_problem`], and repeats the run with finer numerics while its check requires it.
 ///
-/// `prepare` returns the problem, with a stop flag or another kind of derivatives, and the empty trajectory of each run.
-/// Returned are the problem of the last run, with its estimated error, and that run.
+/// `attempt` runs a problem once, and calls the function that it is given after every step. Returned is the last attempt.
+///
+/// # Errors
+/// Those of `attempt`; that of a run is in its outcome.
+pub fn run_checked<R>(
+    mut problem: Problem,
+    mut check: Option<RunCheck>,
+    mut attempt: impl FnMut(Problem, &mut dyn FnMut(&dyn Snapshot)) -> Result<Attempt<R>, Error>,
+) -> Result<Attempt<R>, Error> {
+    loop {
+        let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
+        let mut done = attempt(problem, &mut |state| {
+            monitor.iter_mut().for_each(|monitor| monitor.push(state));
+        })?;
+        let Some((own, monitor)) = check.take().zip(monitor) else { return Ok(done) };
+        match own.assess(&done.outcome, &monitor)? {
+            Assessment::Again(next) => {
+                let (finer, next) = *next;
+                (problem, check) = (finer, Some(next));
+            }
+            Assessment::Accepted(error) => {
+                done.problem.set_estimated_error(error);
+                return Ok(done);
+            }
+        }
+    }
+}
+
+/// The same for a recorded run: `prepare` returns the problem, with a stop flag or another kind of derivatives, and the empty
+/// trajectory of each run. Returned are the problem of the last run, with its estimated error, and that run.
 ///
 /// # Errors
 /// Those of `prepare` and of [`Trajectory::run`].
 pub fn simulate_checked(
     problem: Problem,
-    mut check: Option<RunCheck>,
+    check: Option<RunCheck>,
     mut prepare: impl FnMut(Problem) -> Result<(Problem, Trajectory), Error>,
 ) -> Result<(Problem, Trajectory), Error> {
-    let (mut problem, mut trajectory) = prepare(problem)?;
-    loop {
-        let mut monitor = check.as_ref().map(|check| check.monitor(&problem)).transpose()?;
-        let outcome = trajectory.run(&problem, problem.time()?.steps(), |state| {
-            monitor.iter_mut().for_each(|monitor| monitor.push(state));
-        });
-        let Some((own, monitor)) = check.take().zip(monitor) else {
-            return outcome.map(|()| (problem, trajectory));
-        };
-        match own.assess(&outcome, &monitor)? {
-            Assessment::Again(next) => {
-                let (finer, next) = *next;
-                check = Some(next);
-                (problem, trajectory) = prepare(finer)?;
-            }
-            Assessment::Accepted(error) => {
-                problem.set_estimated_error(error);
-                return outcome.map(|()| (problem, trajectory));
-            }
-        }
-    }
+    let last = run_checked(problem, check, |problem, observe| {
+        let (problem, mut record) = prepare(problem)?;
+        let outcome = record.run(&problem, problem.time()?.steps(), observe);
+        Ok(Attempt { problem, record, outcome })
+    })?;
+    last.outcome.map(|()| (last.problem, last.record))
 }
 
 impl RunMonitor {

@@ -18,7 +18,7 @@ mod trial;
 mod tuning;
 
 pub use aim::Aim;
-pub use check::{Assessment, RunCheck, RunMonitor, simulate_checked};
+pub use check::{Assessment, Attempt, RunCheck, RunMonitor, run_checked, simulate_checked};
 
 use crate::accuracy::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
 use crate::accuracy::basis::ChosenMotion;

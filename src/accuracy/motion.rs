@@ -32,7 +32,7 @@ const BEYOND: f64 = 1.5;
 const STEP_NEED: f64 = 4.0;
 const TRIED_AGAIN: usize = 3;
 /// Work of a longer search over that of others, where it is expected to reach the target.
-const LONGER: f64 = 30.0;
+const LONGER: f64 = 20.0;
 /// Part of the target that the step may leave.
 const STEP_PART: f64 = 0.5;
 /// The part that a run refined.
@@ -344,6 +344,7 @@ impl<'a> MotionSearch<'a> {
             errors,
             target: self.target(),
             most_work: LONGER * self.trials.most_work,
+            trial_work: self.trials.expected_work(numerics),
         };
         let finer = basis.refinement(self.free());
         let (numerics, step) = self.numerics(&basis, finer)?;

@@ -32,6 +32,9 @@ pub struct Trajectory<D = f64> {
 impl Problem {
     /// Simulates the whole scene and keeps every node.
     ///
+    /// The numerics are those of the problem, and are not checked by the run: where the program chose them, use
+    /// [`Scene::simulate`](crate::Scene::simulate), which repeats a run that is less accurate than requested.
+    ///
     /// # Errors
     /// Those of [`Trajectory::run`].
     pub fn simulate(&self) -> Result<Trajectory, Error> {
