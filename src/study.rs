@@ -7,10 +7,13 @@
 //! answer is needed; what the reference itself is worth shows in how far it is from the nearest
 //! other. A scene that comes with its mesh (forces on nodes by index) is studied on that mesh alone.
 
+use crate::accuracy::{
+    Extrapolation, Positions, largest_distance, largest_step, smooth_mesh_order,
+};
 use crate::dynamics::SimulationReport;
 use crate::dynamics::Trajectory;
 use crate::error::Error;
-use crate::problem::{AnyProblem, Problem};
+use crate::problem::Problem;
 use crate::scene::Point;
 use crate::scene::{Recorded, Scene, Scheme};
 use crate::summary::quantity::{number, quantity};
@@ -91,26 +94,15 @@ pub struct Study {
     pub advice: Vec<Advice>,
 }
 
-/// The limit of two meshes, the second twice as fine. What walls at nodes cut off goes with the
-/// length of an edge, all else with its square.
-fn continuum(coarse: &Tips, fine: &Tips, scene: &Scene) -> Tips {
-    let beyond = if scene.supports.cut_edges() { 1.0 } else { 1.0 / 3.0 };
+/// The limit of two meshes.
+fn continuum(coarse: &(usize, Positions), fine: &(usize, Positions), scene: &Scene) -> Positions {
+    let ratio = fine.0 as f64 / coarse.0 as f64;
+    let beyond = Extrapolation { ratio, order: smooth_mesh_order(scene) }.error_after();
     let limit = |(coarse, fine): (&[f64; 3], &[f64; 3])| {
         std::array::from_fn(|c| fine[c] + beyond * (fine[c] - coarse[c]))
     };
-    coarse.iter().zip(fine).map(limit).collect()
+    coarse.1.iter().zip(&fine.1).map(limit).collect()
 }
-
-/// The largest step of a scene's scheme; none if every step is stable.
-fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
-    match problem.discretized() {
-        AnyProblem::Planar(discretized) => discretized.largest_step(),
-        AnyProblem::Spatial(discretized) => discretized.largest_step(),
-    }
-}
-
-/// A run's tips at the common times.
-type Tips = Vec<[f64; 3]>;
 
 impl Study {
     /// Runs the study; `progress` is told how many of how many runs are done.
@@ -170,7 +162,7 @@ impl Study {
         let (finest_scheme, finest_step) =
             FINEST_STEP[usize::from(!scene.is_taken_by(FINEST_STEP[0].0))];
         let finest_step = time.step_size() * finest_step;
-        let mut fine: Vec<(usize, Tips)> = Vec::new();
+        let mut fine: Vec<(usize, Positions)> = Vec::new();
         let finest_mesh = (problem.segments() as f64 * FINEST_MESH).round() as usize;
         let extra = (!fixed).then_some(finest_mesh);
         for segments in meshes.iter().copied().chain(extra) {
@@ -179,7 +171,7 @@ impl Study {
             tick();
         }
         let reference = &match &fine[..] {
-            [.., (_, coarse), (_, fine)] => continuum(coarse, fine, scene),
+            [.., coarse, fine] => continuum(coarse, fine, scene),
             [(_, tips), ..] => tips.clone(),
             [] => unreachable!("a mesh at least"),
         };
@@ -188,7 +180,7 @@ impl Study {
         let mut settled = Vec::new();
         for scheme in schemes {
             for (segments, same_mesh) in &fine[..meshes.len()] {
-                let of_mesh = apart(same_mesh, reference) / length;
+                let of_mesh = largest_distance(same_mesh, reference) / length;
                 let largest = largest_step(&at(scheme, time.step_size(), *segments)?)?;
                 let mut enough =
                     scheme.0.traits().stability_limit.is_some() && settled.contains(segments);
@@ -200,7 +192,8 @@ impl Study {
                     }
                     let run = Run::new(&at(scheme, step, *segments)?)?;
                     let tips = run.outcome.as_ref().ok();
-                    let part = |to: &Tips| tips.map(|tips| apart(tips, to) / length);
+                    let part =
+                        |to: &Positions| tips.map(|tips| largest_distance(tips, to) / length);
                     let step_error = part(same_mesh);
                     enough = step_error.is_some_and(|e| e < ENOUGH * of_mesh);
                     if enough && k == 0 && scheme.0.traits().stability_limit.is_some() {
@@ -268,16 +261,9 @@ pub fn name(row: &Row) -> String {
     }
 }
 
-fn apart(a: &Tips, b: &Tips) -> f64 {
-    let distance = |(a, b): (&[f64; 3], &[f64; 3])| {
-        a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
-    };
-    a.iter().zip(b).map(distance).fold(0.0, f64::max)
-}
-
 /// A run and what it cost.
 struct Run {
-    outcome: Result<Tips, Error>,
+    outcome: Result<Positions, Error>,
     seconds: f64,
     newton_iterations: usize,
     energy_drift: f64,

@@ -50,10 +50,3 @@ pub(super) fn allowed_edges(scene: &Scene, edges: usize) -> usize {
 pub(super) fn is_struck(Scene { initial, supports, .. }: &Scene) -> bool {
     !supports.motion.is_empty() || [initial.velocity, initial.angular_velocity] != [[0.0; 3]; 2]
 }
-
-/// The order that errors of the mesh fall with: what walls at nodes cut off, or hold, goes with the length of an edge, all
-/// else with its square. But in a struck rod mode `k` moves by `k^-3`, and is out of phase from the root of the number of edges
-/// on: what those move by in all goes with the length of an edge.
-pub(super) fn order_of_mesh(scene: &Scene) -> f64 {
-    if scene.supports.cut_edges() || is_struck(scene) { 1.0 } else { 2.0 }
-}

@@ -4,24 +4,21 @@
 //! (Richardson's extrapolation). The order `p` is observed from two differences: modes that a coarse mesh does not have, or
 //! that large steps damp, come in one after the other, and the differences then fall more slowly than the order of the method.
 
+use crate::accuracy::extrapolation::Extrapolation;
+
 /// Differences over the length beyond which two motions are unrelated and determine no error.
 pub(super) const UNRELATED: f64 = 0.15;
 /// Bisections for an observed order: 2^-40 of the interval.
 const BISECTIONS: usize = 40;
 
 /// Positions over the length at the points and times where runs are compared.
-pub(super) type Positions = Vec<[f64; 3]>;
+pub(crate) type Positions = Vec<[f64; 3]>;
 
 /// The largest distance between two motions, over the length.
-pub(super) fn largest_distance(a: &Positions, b: &Positions) -> f64 {
+pub(crate) fn largest_distance(a: &Positions, b: &Positions) -> f64 {
     let square =
         |(a, b): (&[f64; 3], &[f64; 3])| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     a.iter().zip(b).map(square).fold(0.0, f64::max).sqrt()
-}
-
-/// The error after a refinement by `ratio`, over the change that it makes.
-pub(crate) fn remainder(ratio: f64, order: f64) -> f64 {
-    (ratio.powf(order) - 1.0).recip()
 }
 
 /// Bounds of the order with which differences are continued.
@@ -50,7 +47,11 @@ impl Change {
     /// The order that explains the fall from this difference to the next one, within bounds.
     fn order_to(self, next: Self, lowest: f64, highest: f64) -> f64 {
         let fall = next.difference / self.difference.max(f64::MIN_POSITIVE);
-        let expected = |order: f64| (1.0 - next.ratio.powf(-order)) * remainder(self.ratio, order);
+        let expected = |order: f64| {
+            let [before, after] =
+                [self.ratio, next.ratio].map(|ratio| Extrapolation { ratio, order });
+            before.error_after() / after.error_before()
+        };
         let [mut low, mut high] = [lowest, highest];
         if fall >= expected(low) {
             return low;
@@ -145,9 +146,9 @@ impl Differences {
 
     /// The error of the last run, over the length; zero without a difference.
     pub fn error(&self) -> f64 {
-        self.changes
-            .last()
-            .map_or(0.0, |last| last.difference * remainder(last.ratio, self.order()))
+        self.changes.last().map_or(0.0, |Change { difference, ratio }| {
+            difference * Extrapolation { ratio: *ratio, order: self.order() }.error_after()
+        })
     }
 }
 

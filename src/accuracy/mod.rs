@@ -10,6 +10,7 @@ mod aim;
 mod basis;
 mod check;
 mod difference;
+mod extrapolation;
 mod motion;
 mod refinement;
 mod rodas4;
@@ -19,6 +20,11 @@ mod tuning;
 
 pub use aim::Aim;
 pub use check::{Assessment, Attempt, RunCheck, RunMonitor, run_checked, simulate_checked};
+
+pub(crate) use difference::{Positions, largest_distance};
+pub(crate) use extrapolation::{Extrapolation, smooth_mesh_order, step_order};
+pub(crate) use refinement::ErrorModel;
+pub(crate) use trial::largest_step;
 
 use crate::accuracy::aim::{MOST_EDGES, OF_ACCURACY, allowed_edges, solved_for};
 use crate::accuracy::basis::ChosenMotion;

@@ -2,7 +2,7 @@
 
 /// Errors of mesh and step of a run, over the length, and the powers that they fall with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ErrorModel {
+pub(crate) struct ErrorModel {
     pub mesh: f64,
     pub step: f64,
     pub mesh_order: f64,
@@ -11,14 +11,14 @@ pub(super) struct ErrorModel {
 
 /// Factors by which mesh and step are finer than those of a run; below one they are coarser.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Refinement {
+pub(crate) struct Refinement {
     pub mesh: f64,
     pub step: f64,
 }
 
 /// Which of the two may change.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Free {
+pub(crate) struct Free {
     pub mesh: bool,
     pub step: bool,
 }
@@ -49,7 +49,28 @@ pub(super) fn work(segments: f64, steps: f64) -> f64 {
     (segments + EDGES_OF_STEP) * steps
 }
 
+/// Part of an allowed error that a refinement aims at where only the order of the method is known.
+const AIMED_AT: f64 = 0.8;
+
 impl ErrorModel {
+    /// Errors of mesh and step that are of second order both.
+    pub fn of_second_order([mesh, step]: [f64; 2]) -> Self {
+        Self { mesh: mesh.abs(), step: step.abs(), mesh_order: 2.0, step_order: 2.0 }
+    }
+
+    /// The cheapest refinement of a run with so many edges for at most an allowed error, none of the two coarser.
+    pub fn finer_for(&self, allowed: f64, segments: usize) -> Refinement {
+        let same = Refinement { mesh: 1.0, step: 1.0 };
+        if self.after(same) <= allowed {
+            return same;
+        }
+        let (target, both) = (AIMED_AT * allowed, Free { mesh: true, step: true });
+        let Refinement { mesh, step } = self
+            .cheapest(target, segments as f64, both)
+            .map_or(Refinement { mesh: FINEST, step: FINEST }, |(finer, _)| finer);
+        Refinement { mesh: mesh.max(1.0), step: step.max(1.0) }
+    }
+
     /// The error that is left after a refinement.
     pub fn after(&self, finer: Refinement) -> f64 {
         let Self { mesh, step, .. } = self.refined(finer, 1.0);
@@ -133,6 +154,17 @@ mod tests {
         assert!((left * (2.0 * FARTHEST).powi(2) - 1.0).abs() < 1e-12, "{left}");
         for finer in [0.5, 3.0, FARTHEST, 50.0] {
             assert!((needed(trusted(finer)) / finer - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn allowed_error_is_kept_without_coarsening_a_part() {
+        for errors in [[0.3, 0.4], [0.1, 40.0], [9.0, 1e-3], [4.0, 5.0], [0.6, 0.45]] {
+            let model = ErrorModel::of_second_order(errors);
+            let finer = model.finer_for(1.0, 30);
+            let left = model.after(finer);
+            assert!(finer.mesh >= 1.0 && finer.step >= 1.0);
+            assert!(left <= 1.0 && left > 0.6, "{errors:?}: {finer:?}, {left}");
         }
     }
 

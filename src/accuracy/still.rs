@@ -1,7 +1,8 @@
 //! A mesh for what does not move.
 
-use crate::accuracy::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges, order_of_mesh};
+use crate::accuracy::aim::{Aim, Found, MOST_EDGES, MOST_OF_MODES, allowed_edges};
 use crate::accuracy::difference::{Differences, OrderBounds, Positions, largest_distance};
+use crate::accuracy::extrapolation::order_of_mesh;
 use crate::accuracy::trial::looked_at;
 use crate::error::Error;
 use crate::problem::Problem;

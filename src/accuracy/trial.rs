@@ -185,11 +185,15 @@ fn positions(problem: &Problem, stencils: &[Stencil], record: &Record) -> Result
 
 /// The largest step of an explicit scheme with a margin, s; none where every step is stable.
 pub(super) fn largest_stable_step(problem: &Problem) -> Result<Option<f64>, Error> {
-    let largest = match problem.discretized() {
-        AnyProblem::Planar(discretized) => discretized.largest_step()?,
-        AnyProblem::Spatial(discretized) => discretized.largest_step()?,
-    };
-    Ok(largest.map(|largest| OF_STABLE_STEP * largest))
+    Ok(largest_step(problem)?.map(|largest| OF_STABLE_STEP * largest))
+}
+
+/// The largest stable step of an explicit scheme, s; none where every step is stable.
+pub(crate) fn largest_step(problem: &Problem) -> Result<Option<f64>, Error> {
+    match problem.discretized() {
+        AnyProblem::Planar(discretized) => discretized.largest_step(),
+        AnyProblem::Spatial(discretized) => discretized.largest_step(),
+    }
 }
 
 /// Points at equal distances along the rod, and its free ends.

@@ -6,7 +6,7 @@
 //! than a quarter of a standard error (or, of exact data, than 1e-4 of the value), mesh and step are refined as it
 //! takes, and the fit goes on from where it is expected to end.
 
-use crate::accuracy::Aim;
+use crate::accuracy::{Aim, ErrorModel};
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Search;
@@ -23,10 +23,9 @@ const OF_VALUE: f64 = 1e-4;
 const FIRST_EDGES: usize = 24;
 const FIRST_PER_MODE: usize = 6;
 const FIRST_STEPS: f64 = 60.0;
-/// Refinements at most; each by so many times at most; and by how much more than is expected to do.
+/// Refinements at most, and each by so many times at most.
 const ROUNDS: usize = 4;
 const MOST_FINER: f64 = 4.0;
-const SPARE: f64 = 1.25;
 /// Most work of a simulation of all experiments, steps times edges.
 const MOST_WORK: f64 = 4e6;
 
@@ -100,6 +99,7 @@ pub(crate) fn refined(
         return Ok(None);
     }
     let [mut mesh, mut step] = [1.0_f64; 2];
+    let segments = experiments.iter().map(|e| e.problem.segments()).max().unwrap_or(0);
     let of = |part: &Option<Vec<Option<f64>>>, chosen: bool, i: usize| {
         part.as_ref().filter(|_| chosen).and_then(|part| part[i]).unwrap_or(0.0)
     };
@@ -112,8 +112,8 @@ pub(crate) fn refined(
         let Some(sd) = local.covariance.deviation[i] else { continue };
         let exact = OF_VALUE * size(unknown, optimum.x[i], search);
         let allowed = (OF_ERROR * sd).max(exact) / OPEN;
-        let factors = factors(both(i).map(f64::abs), allowed);
-        (mesh, step) = (mesh.max(factors[0]), step.max(factors[1]));
+        let finer = ErrorModel::of_second_order(both(i)).finer_for(allowed, segments);
+        (mesh, step) = (mesh.max(finer.mesh), step.max(finer.step));
     }
     if optimum.halved {
         // Steps that are taken in halves make the misfit jump.
@@ -143,21 +143,6 @@ pub(crate) fn refined(
     Ok(Some(RefinedStart { experiments, x: expected.collect() }))
 }
 
-/// How much finer mesh and step must be for errors of these sizes, both of second order, to be as small together as is
-/// `allowed`.
-fn factors([mesh, step]: [f64; 2], allowed: f64) -> [f64; 2] {
-    if mesh + step <= allowed {
-        return [1.0; 2];
-    }
-    let half = 0.5 * allowed;
-    let finer = |error: f64, part: f64| (SPARE * error / part).sqrt().max(1.0);
-    match (mesh <= half, step <= half) {
-        (true, _) => [1.0, finer(step, allowed - mesh)],
-        (_, true) => [finer(mesh, allowed - step), 1.0],
-        _ => [finer(mesh, half), finer(step, half)],
-    }
-}
-
 /// What a value that is not a logarithm is measured by.
 fn size(unknown: &Unknown, x: f64, search: &Search) -> f64 {
     let own = search.experiments.iter().find(|e| unknown.is_of(e));
@@ -169,19 +154,4 @@ fn size(unknown: &Unknown, x: f64, search: &Search) -> f64 {
         _ => 0.0,
     };
     x.abs().max(scale)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Each takes its half, or what the other leaves.
-    #[test]
-    fn mesh_and_step_share_what_is_allowed() {
-        for errors in [[0.3, 0.4], [0.1, 40.0], [9.0, 1e-3], [4.0, 5.0], [0.6, 0.45]] {
-            let [mesh, step] = factors(errors, 1.0);
-            let left = errors[0] / (mesh * mesh) + errors[1] / (step * step);
-            assert!(left <= 1.0 && left > 0.6, "{errors:?}: {mesh} {step}, {left}");
-        }
-    }
 }

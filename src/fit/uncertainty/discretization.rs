@@ -12,6 +12,7 @@
 //! method, and the values are corrected by that; what is stated is what the order leaves open, half of the correction:
 //! it would be 1.5 times as large at an order of 1.5, and half as large at 3.
 
+use crate::accuracy::{Extrapolation, smooth_mesh_order, step_order};
 use crate::code::Code;
 use crate::error::Error;
 use crate::fit::measurement::experiment::Experiment;
@@ -23,9 +24,9 @@ use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::estimate::Estimate;
 use crate::fit::uncertainty::grade::{Severity, Warnings, percent};
 use crate::fit::uncertainty::noise::residual_noise::Noise;
-use crate::fit::uncertainty::shifts::{MESH_TO_BLAME, OPEN, Shifts};
+use crate::fit::uncertainty::shifts::{MESH_TO_BLAME, OPEN, Response, Shifts};
 use crate::fit::unknown::Unknown;
-use crate::scene::{Clamp, Parameter, Scene, Shape, Support};
+use crate::scene::{Parameter, Scene, Shape};
 use serde::{Deserialize, Serialize};
 
 /// How much coarser, of numerics that are given, in the order in which they are tried; of those that the program chose, whose
@@ -69,26 +70,14 @@ type Other = (Experiment, f64);
 /// That of every experiment, where there is one.
 type Others = Result<Vec<Option<Other>>, Error>;
 
-/// The error over the change when edges or steps become smaller by `ratio`, to whose power `order` it is
-/// proportional.
-fn to_zero(ratio: f64, order: i32) -> f64 {
-    1.0 / (1.0 - 1.0 / ratio.powi(order))
-}
-
-/// The order of the errors of a mesh, at first where it is given.
-fn mesh_order(scene: &Scene) -> i32 {
-    let supports = &scene.supports;
-    // Walls at nodes cut off half an edge.
-    let cut = supports.clamp == Clamp::Nodes
-        && [supports.start, supports.end].contains(&Support::Clamped);
-    if scene.chosen().segments && !cut { 2 } else { 1 }
+/// The order with which changes of the mesh are carried on: the first where it is given.
+fn carried_mesh_order(scene: &Scene) -> f64 {
+    if scene.chosen().segments { smooth_mesh_order(scene) } else { 1.0 }
 }
 
 /// The same of a step.
-fn step_order(scene: &Scene) -> i32 {
-    let Some(time) = scene.time.as_ref().filter(|_| scene.chosen().step) else { return 1 };
-    let dissipates = time.scheme.takes_beta() && time.beta > 0.5;
-    if dissipates { 1 } else { time.scheme.traits().order as i32 }
+fn carried_step_order(scene: &Scene) -> f64 {
+    scene.time.as_ref().filter(|_| scene.chosen().step).map_or(1.0, step_order)
 }
 
 /// How much coarser a mesh or a step may be.
@@ -112,8 +101,9 @@ fn other_meshes(search: &Search, coarser: bool) -> Others {
             None => (own * FINER).round(),
         };
         let other = problem.like_it(problem.remeshed(segments as usize))?;
-        let order = mesh_order(problem.scene());
-        Ok(Some((experiment.posed_as(other), to_zero(segments / own, order))))
+        let order = carried_mesh_order(problem.scene());
+        let finer = Extrapolation { ratio: segments / own, order };
+        Ok(Some((experiment.posed_as(other), finer.error_before())))
     };
     search.experiments.iter().map(other).collect()
 }
@@ -128,7 +118,7 @@ fn other_steps(search: &Search, coarser: bool) -> Others {
         }
         let mut scene = experiment.problem.scene().clone();
         let swing = experiment.records().map(|o| 2.0 * o.rise_time()).fold(f64::INFINITY, f64::min);
-        let (chosen, order) = (scene.chosen().step, step_order(&scene));
+        let (chosen, order) = (scene.chosen().step, carried_step_order(&scene));
         let fewest = if chosen { FEWEST_CHOSEN_STEPS } else { FEWEST_STEPS };
         let most = (swing / fewest).min(scene.supports.largest_good_step());
         let mut ratio = FINER;
@@ -141,7 +131,8 @@ fn other_steps(search: &Search, coarser: bool) -> Others {
             time.step = time.step.map(|step| step / ratio);
         }
         let other = experiment.problem.like_it(scene)?;
-        Ok(Some((experiment.posed_as(other), to_zero(ratio, order))))
+        let finer = Extrapolation { ratio, order };
+        Ok(Some((experiment.posed_as(other), finer.error_before())))
     };
     search.experiments.iter().map(other).collect()
 }
@@ -185,15 +176,10 @@ fn change(
             factors.resize(there.len(), 0.0);
             let pairs = there.iter().zip(&optimum.residuals).zip(&factors);
             let change: Vec<f64> = pairs.map(|((a, b), f)| f * (a - b)).collect();
-            // Once for the change, once for the row it meets.
-            let weighted: Vec<f64> = change.iter().zip(weights).map(|(c, w)| w * w * c).collect();
-            let moved = covariance.response(&optimum.jacobian, &weighted);
-            let answer = |row: &Vec<f64>| -> f64 {
-                row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum()
-            };
-            let left = change.iter().zip(&optimum.jacobian).map(|(c, row)| c + answer(row));
-            let left = norm(left.enumerate().map(|(k, r)| r * search.growth_weight(k)));
-            (moved, left)
+            let Response { unknowns, residuals } =
+                Response::to(&change, covariance, weights, &optimum.jacobian);
+            let left = residuals.iter().enumerate().map(|(k, r)| r * search.growth_weight(k));
+            (unknowns, norm(left))
         }
     };
     Ok(Some(Change { moved, left, work: search.work.total() }))

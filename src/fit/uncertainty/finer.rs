@@ -5,19 +5,20 @@
 //! model. So before residuals speak against it, the model runs once more, on finer numerics, and the unknowns follow
 //! what that changes.
 
+use crate::accuracy::Extrapolation;
 use crate::error::Error;
 use crate::fit::measurement::experiment::{Experiment, full_work};
 use crate::fit::search::Task;
 use crate::fit::search::fitted::Fitted;
 use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
 use crate::fit::uncertainty::covariance::local_analysis::LocalAnalysis;
-use crate::fit::uncertainty::shifts::Shifts;
+use crate::fit::uncertainty::shifts::{Response, Shifts};
 use std::sync::OnceLock;
 
 /// So many times more edges, and more steps; and what that changes is carried on to edges and steps of no length, as
 /// errors of second order are.
 const MORE: usize = 2;
-const TO_LIMIT: f64 = 4.0 / 3.0;
+const LIMIT: Extrapolation = Extrapolation { ratio: MORE as f64, order: 2.0 };
 /// Most work of the run, steps times edges: about ten seconds.
 const MOST_WORK: f64 = 4e7;
 /// What numerics leave of this size together, in standard deviations of the noise, may be seen by a test.
@@ -76,14 +77,10 @@ impl<'a> Finer<'a> {
         let residuals = there.all_residuals()?.plain(&corrected.collect::<Vec<f64>>())?;
         search.work.add(there.work.total());
         search.report("finer numerics");
+        let to_limit = LIMIT.error_before();
         let change: Vec<f64> =
-            residuals.iter().zip(&optimum.residuals).map(|(a, b)| TO_LIMIT * (a - b)).collect();
-        // Once for the change, once for the row it meets.
-        let weighted: Vec<f64> = change.iter().zip(&self.weights).map(|(c, w)| w * w * c).collect();
-        let moved = self.covariance.response(&optimum.jacobian, &weighted);
-        let followed = change.iter().zip(&optimum.jacobian).map(|(c, row)| {
-            c + row.iter().zip(&moved).map(|(d, by)| d * by.unwrap_or(0.0)).sum::<f64>()
-        });
-        Ok(Some(followed.collect()))
+            residuals.iter().zip(&optimum.residuals).map(|(a, b)| to_limit * (a - b)).collect();
+        let response = Response::to(&change, &self.covariance, &self.weights, &optimum.jacobian);
+        Ok(Some(response.residuals))
     }
 }

@@ -1,5 +1,7 @@
 //! How far identified parameters are from those of edges and steps of no length.
 
+use crate::fit::uncertainty::covariance::gauss_newton::Covariance;
+
 /// Part of a correction that is left open.
 pub(crate) const OPEN: f64 = 0.5;
 /// Part of the residuals that mesh and step must leave to be blamed for them before the model.
@@ -47,5 +49,32 @@ impl Shifts {
     /// Whether what is left of the data is mostly what a mesh and a step leave that the program chose.
     pub fn are_to_blame(&self) -> bool {
         self.chosen == [true; 2] && self.left > MESH_TO_BLAME
+    }
+}
+
+/// The changes of the unknowns, on their scales, and of the residuals by a change of the model.
+pub(crate) struct Response {
+    /// Of those that are identifiable.
+    pub unknowns: Vec<Option<f64>>,
+    /// Once the unknowns have followed.
+    pub residuals: Vec<f64>,
+}
+
+impl Response {
+    /// To a `change` of the residuals at fixed unknowns.
+    pub fn to(
+        change: &[f64],
+        covariance: &Covariance,
+        weights: &[f64],
+        jacobian: &[Vec<f64>],
+    ) -> Self {
+        // One weight of the change, one of the row.
+        let weighted: Vec<f64> = change.iter().zip(weights).map(|(c, w)| w * w * c).collect();
+        let unknowns = covariance.response(jacobian, &weighted);
+        let moved = |row: &Vec<f64>| -> f64 {
+            row.iter().zip(&unknowns).map(|(d, by)| d * by.unwrap_or(0.0)).sum()
+        };
+        let residuals = change.iter().zip(jacobian).map(|(c, row)| c + moved(row)).collect();
+        Self { unknowns, residuals }
     }
 }
